@@ -1,0 +1,156 @@
+"""The record of a session: one JSON object a line, in `session.jsonl`.
+
+The first line is the header (``"record": "session"``), then one line per trial (``"record": "trial"``) in the
+order in which they were answered, and an end line (``"record": "end"``) once the session is complete. The reader
+defines the contract, so it stands here; the runner writes it.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any
+
+from analysis.errors import ResultsError
+from documents import Finding
+
+SCHEMA_VERSION = 1
+FILE_NAME = "session.jsonl"
+
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Header:
+    """What a session was: experiment, observer, stimuli, device, software.
+
+    ``stimuli`` holds one mapping per stimulus: ``name``, ``factors`` (such as image and view), ``flat`` and
+    ``clipping`` with, per eye, ``percent_red``, ``percent_green``, ``percent_blue``, ``percent_any``,
+    ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's wishes:
+    ``alpha`` and ``adjust``. ``hashes`` names the experiment, stimuli and display by SHA-256.
+    """
+
+    experiment: str
+    observer: str
+    session: str
+    started_utc: str
+    seed: int
+    question: str
+    simulated: bool
+    stimuli: tuple[Json, ...]
+    display: Json
+    analysis: Json
+    hashes: Json
+    software: Json
+    presentation: Json
+    remarks: tuple[str, ...] = ()
+    schema_version: int = SCHEMA_VERSION
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the header as the first line's object."""
+        return {"record": "session", **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class Trial:
+    """One answered trial.
+
+    ``block`` and ``trial`` count from 0; ``events`` are the presses that the block consumed since the last record,
+    as ``[key, seconds since the scene's onset]``, from which a session is replayed. ``data`` is what the block's kind
+    records; for ``all_pairs``: ``first`` and ``second`` (stimulus names), ``answer`` (``first`` or ``second``),
+    ``chosen``, ``rejected``, ``first_position``, and per role and eye what the gamut clip cost (``clipping``).
+    """
+
+    block: int
+    trial: int
+    kind: str
+    events: tuple[tuple[str, float], ...]
+    response_time_s: float
+    utc: str
+    data: Json = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the trial as a line's object."""
+        line = asdict(self)
+        data = line.pop("data")
+        return {"record": "trial", **line, **data}
+
+
+_TRIAL_KEYS = ("block", "trial", "kind", "events", "response_time_s", "utc")
+
+
+def _trial(line: dict[str, Any]) -> Trial:
+    data = {key: value for key, value in line.items() if key not in (*_TRIAL_KEYS, "record")}
+    known = {key: line[key] for key in _TRIAL_KEYS if key != "events"}
+    return Trial(events=tuple((str(key), float(seconds)) for key, seconds in line["events"]), data=data, **known)
+
+
+def _header(line: dict[str, Any]) -> Header:
+    known = {key: value for key, value in line.items() if key != "record"}
+    for key in ("stimuli", "remarks"):
+        known[key] = tuple(known.get(key, ()))
+    return Header(**known)
+
+
+@dataclass(frozen=True, slots=True)
+class SessionLog:
+    """A session's log, read."""
+
+    file: Path
+    header: Header
+    trials: tuple[Trial, ...]
+    complete: bool
+    torn_tail: bytes = b""
+
+
+def session_files(folder: Path) -> Iterator[Path]:
+    """Yield the session logs in ``folder`` and below it, sorted, or ``folder`` itself if it is such a file."""
+    if folder.is_file():
+        yield folder
+    else:
+        yield from sorted(folder.rglob(FILE_NAME))
+
+
+def read_session(file: Path) -> SessionLog:
+    """Read one session log.
+
+    A last line cut short by a power cut is an answer that was never recorded: it is left out and returned in
+    ``torn_tail``. A last line that only lacks its line end is whole and counts.
+
+    Raises
+    ------
+    ResultsError
+        If the file is unreadable, is no session log, or is damaged before its last line.
+    """
+    try:
+        content = file.read_bytes()
+    except OSError as error:
+        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
+    lines = content.split(b"\n")
+    tail_is_open = lines[-1] != b""
+    if not tail_is_open:
+        lines.pop()
+    header: Header | None = None
+    trials: list[Trial] = []
+    complete = False
+    for number, raw in enumerate(lines, start=1):
+        try:
+            line = json.loads(raw)
+            kind = line["record"]
+            if kind == "session":
+                header = _header(line)
+            elif kind == "trial":
+                trials.append(_trial(line))
+            elif kind == "end":
+                complete = True
+        except (ValueError, KeyError, TypeError) as error:
+            if number == len(lines) and tail_is_open and header:
+                return SessionLog(file, header, tuple(trials), complete, torn_tail=raw)
+            raise ResultsError(
+                Finding(f"this line is no session record: {error}", str(file), number, 1, "restore the file")
+            ) from error
+    if header is None:
+        raise ResultsError(Finding("the file has no session header", str(file), 1, 1))
+    return SessionLog(file, header, tuple(trials), complete)

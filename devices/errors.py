@@ -1,0 +1,7 @@
+"""What can be wrong with a device description."""
+
+from documents import InputError
+
+
+class DeviceError(InputError):
+    """A display, rig or camera file asks for something it does not hold."""

@@ -1,0 +1,67 @@
+"""Rig files: `configs/rigs/*.yaml`: which display, in which stereo mode, seen from where."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Literal
+
+from pydantic import BaseModel, ConfigDict, PositiveFloat
+
+from devices.display_file import Display, EyeModels, read_display
+from documents import Finding, InputError, load_document
+
+
+class RigSpec(BaseModel):
+    """A rig file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    schema_version: Literal[1]
+    display: str
+    mode: str
+    distance_mm: PositiveFloat
+    interpupillary_distance_mm: PositiveFloat = 65.0
+    glasses: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """A display in a stereo mode at a viewing distance."""
+
+    file: str
+    display: Display
+    mode: str
+    models: EyeModels
+    distance_mm: float
+    interpupillary_distance_mm: float
+    glasses: str
+
+
+def read_rig(path: Path, mode: str | None = None) -> Rig:
+    """Read the rig file at ``path``, with ``mode`` in place of the file's own if given.
+
+    Raises
+    ------
+    InputError
+        If the rig or its display file is wrong, or the display was not characterised in the mode.
+    """
+    spec, source = load_document(path, RigSpec)
+
+    def located(error: InputError, key: str) -> InputError:
+        place = source.place((key,))
+        line, column = (place.line, place.column) if place else (None, None)
+        return InputError(
+            [Finding(f"{f.message}: {f.file}", source.file, line, column, f.remedy) for f in error.findings]
+        )
+
+    display_path = path.parent / spec.display
+    if not display_path.is_file():
+        raise located(InputError(Finding("there is no such display file", spec.display)), "display")
+    display = read_display(display_path)
+    wanted = mode or spec.mode
+    try:
+        models = display.models(wanted)
+    except InputError as error:
+        raise error if mode else located(error, "mode") from None
+    return Rig(str(path), display, wanted, models, spec.distance_mm, spec.interpupillary_distance_mm, spec.glasses)

@@ -1,0 +1,38 @@
+"""What is wrong with an input: one finding per fault, one error per reading."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True, slots=True)
+class Finding:
+    """One fault in something a person supplied.
+
+    ``file`` is the path as the person gave it; ``line`` and ``column`` count from 1 and are None where
+    a place has no meaning (a picture, a missing file). ``remedy`` says what would be right.
+    """
+
+    message: str
+    file: str | None = None
+    line: int | None = None
+    column: int | None = None
+    remedy: str | None = None
+
+    def __str__(self) -> str:
+        place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
+        text = f"{place}: {self.message}" if place else self.message
+        return f"{text} ({self.remedy})" if self.remedy else text
+
+
+class InputError(Exception):
+    """Something a person supplied is wrong; carries every finding, in the order they stand in the file."""
+
+    def __init__(self, findings: Finding | Sequence[Finding] | str) -> None:
+        if isinstance(findings, str):
+            findings = Finding(findings)
+        if isinstance(findings, Finding):
+            findings = (findings,)
+        self.findings: tuple[Finding, ...] = tuple(findings)
+        super().__init__("\n".join(str(finding) for finding in self.findings))

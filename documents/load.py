@@ -1,0 +1,130 @@
+"""From a YAML file to a checked pydantic model, with every fault located."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from documents.findings import Finding, InputError
+from documents.yaml_source import Path_, YamlSource, read_yaml
+
+Model = TypeVar("Model", bound=BaseModel)
+
+
+def load_document(path: Path, model: type[Model]) -> tuple[Model, YamlSource]:
+    """Read the YAML file at ``path`` as a ``model``.
+
+    Returns the model and its source, so that later checks can still name lines.
+
+    Raises
+    ------
+    InputError
+        With one finding per fault: file, line, column, key, value and the nearest valid spelling.
+    """
+    source = read_yaml(path)
+    try:
+        return model.model_validate(source.data), source
+    except ValidationError as error:
+        raise InputError(_findings(error.errors(include_url=False), source, model)) from None
+
+
+def _findings(errors: Iterable[ErrorDetails], source: YamlSource, model: type[BaseModel]) -> list[Finding]:
+    findings = [_finding(error, source, model) for error in errors]
+    return sorted(findings, key=lambda finding: (finding.line or 0, finding.column or 0))
+
+
+def _finding(error: ErrorDetails, source: YamlSource, model: type[BaseModel]) -> Finding:
+    path = _real_path(error["loc"], source.data)
+    name = ".".join(str(part) for part in path) or "the file"
+    kind = error["type"]
+    key = path[-1] if path else ""
+    if kind == "extra_forbidden":
+        place = source.place(path, key=True)
+        known = _fields_at(model, error["loc"][:-1])
+        return _at(source, place, f"unknown key '{name}'", _nearest(str(key), known))
+    if kind == "missing":
+        place = source.place(path[:-1])
+        return _at(source, place, f"the key '{name}' is missing", f"add '{key}:'")
+    place = source.place(path)
+    if kind in ("union_tag_invalid", "literal_error"):
+        context = error.get("ctx", {})
+        expected = str(context.get("expected_tags") or context.get("expected") or "")
+        value = context.get("tag", error["input"])
+        options = [word.strip().strip("'") for word in expected.replace(" or ", ", ").split(",")]
+        if kind == "union_tag_invalid":
+            place = source.place((*path, "kind"))
+            name = f"{name}.kind"
+        return _at(source, place, f"'{name}' is {value!r}", _nearest(str(value), options))
+    if kind == "union_tag_not_found":
+        return _at(source, place, f"'{name}' has no 'kind'", "add 'kind:'")
+    message = error["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
+    shown = repr(error["input"])
+    shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
+    return _at(source, place, f"'{name}' is {shown}", message[:1].lower() + message[1:])
+
+
+def _at(source: YamlSource, place: Any, message: str, remedy: str) -> Finding:
+    line, column = (place.line, place.column) if place else (None, None)
+    return Finding(message, source.file, line, column, remedy)
+
+
+def _real_path(location: tuple[str | int, ...], data: Any) -> Path_:
+    """Drop the union tags that pydantic puts into a location: keep what exists in the data."""
+    path: list[str | int] = []
+    here = data
+    for index, part in enumerate(location):
+        last = index == len(location) - 1
+        if isinstance(here, dict) and (part in here or last):
+            here = here.get(part)
+        elif isinstance(here, list) and isinstance(part, int) and part < len(here):
+            here = here[part]
+        elif not last:
+            continue
+        else:
+            if not isinstance(part, int):
+                continue
+        path.append(part)
+    return tuple(path)
+
+
+def _nearest(word: str, options: Iterable[str]) -> str:
+    known = sorted(set(options))
+    close = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    if close:
+        return f"did you mean '{close[0]}'?"
+    return "expected one of: " + ", ".join(known) if known else "remove it"
+
+
+def _fields_at(model: type[BaseModel], location: tuple[str | int, ...]) -> set[str]:
+    """Field names that the schema allows at ``location``, found through its JSON Schema."""
+    schema = model.model_json_schema()
+    definitions = schema.get("$defs", {})
+
+    def resolve(node: dict[str, Any]) -> dict[str, Any]:
+        while "$ref" in node:
+            node = definitions[node["$ref"].rsplit("/", 1)[-1]]
+        return node
+
+    def branches(node: dict[str, Any]) -> list[dict[str, Any]]:
+        node = resolve(node)
+        choices = [*node.get("anyOf", []), *node.get("oneOf", [])]
+        return [branch for choice in choices for branch in branches(choice)] or [node]
+
+    nodes = branches(schema)
+    for part in location:
+        following: list[dict[str, Any]] = []
+        for node in nodes:
+            if isinstance(part, int) and "items" in node:
+                following += branches(node["items"])
+            elif str(part) in node.get("properties", {}):
+                following += branches(node["properties"][str(part)])
+            elif isinstance(node.get("additionalProperties"), dict):
+                following += branches(node["additionalProperties"])
+        tagged = [n for n in nodes if n.get("properties", {}).get("kind", {}).get("const") == part]
+        nodes = following or tagged or nodes
+    return {name for node in nodes for name in node.get("properties", {})}

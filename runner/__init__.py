@@ -1,0 +1,1 @@
+"""Showing pictures to observers and recording their answers; the command line."""

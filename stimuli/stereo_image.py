@@ -1,0 +1,56 @@
+"""A picture for two eyes, in absolute XYZ."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stimuli.errors import StimulusError
+
+Eye = Literal["left", "right"]
+XYZImage = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class StereoImage:
+    """Left and right XYZ in cd/m², float32, shape (height, width, 3) each.
+
+    A flat picture holds one array for both eyes: the same object, so that it is transformed and uploaded once.
+    Raises StimulusError if the two differ in shape or are not (height, width, 3).
+    """
+
+    left: XYZImage
+    right: XYZImage
+
+    def __post_init__(self) -> None:
+        if self.left.ndim != 3 or self.left.shape[2] != 3 or 0 in self.left.shape:
+            raise StimulusError(f"a picture has shape {self.left.shape}; expected (height, width, 3)")
+        if self.left.shape != self.right.shape:
+            raise StimulusError(f"the left eye's picture is {self.left.shape} and the right one's {self.right.shape}")
+
+    @classmethod
+    def flat(cls, xyz_cd_m2: XYZImage) -> StereoImage:
+        """Return a picture that shows the same array to both eyes."""
+        return cls(xyz_cd_m2, xyz_cd_m2)
+
+    @property
+    def is_flat(self) -> bool:
+        """Whether both eyes see the same array."""
+        return self.left is self.right
+
+    @property
+    def height_px(self) -> int:
+        """Rows."""
+        return int(self.left.shape[0])
+
+    @property
+    def width_px(self) -> int:
+        """Columns."""
+        return int(self.left.shape[1])
+
+    def eye(self, eye: Eye) -> XYZImage:
+        """Return the array that ``eye`` sees."""
+        return self.left if eye == "left" else self.right
