@@ -1,0 +1,99 @@
+"""Write one benchmark as JSON, as a Markdown table and as a plot of run time against error.
+
+A benchmark is a script beside this file. Its ``run()`` returns ``{"title", "rows", ...}``; as a program it calls
+`write`. Run it as ``python benchmarks/<name>.py``: Python then finds this module beside it.
+"""
+
+from __future__ import annotations
+
+import json
+import platform
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from statistics import median
+from time import perf_counter
+
+Row = Mapping[str, object]
+
+OUT = Path(__file__).parent / "out"
+SMALLEST_SHOWN = 1e-17
+
+
+def seconds(work: Callable[[], object], *, repeats: int = 7, at_least_s: float = 0.02) -> float:
+    """Return the median time of ``work()`` in seconds, each repeat long enough for the clock.
+
+    The first call, which may compile or cache, is not counted.
+    """
+    work()
+    start = perf_counter()
+    work()
+    once = max(perf_counter() - start, 1e-9)
+    loops = max(1, round(at_least_s / once))
+    times = []
+    for _ in range(repeats):
+        start = perf_counter()
+        for _ in range(loops):
+            work()
+        times.append((perf_counter() - start) / loops)
+    return median(times)
+
+
+def write(name: str, title: str, rows: Sequence[Row], out: Path = OUT) -> None:
+    """Write ``out/<name>.json``, ``.md`` and ``.svg``.
+
+    Each row has ``series`` and ``parameter`` (text), ``seconds`` and ``error`` (numbers, or None where there is
+    none to give), and optionally ``note``. Further keys go into the JSON and not into the table.
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    machine = f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
+    document = {"name": name, "title": title, "machine": machine, "rows": [dict(row) for row in rows]}
+    (out / f"{name}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    (out / f"{name}.md").write_text(table(title, machine, rows), encoding="utf-8")
+    _plot(title, rows, out / f"{name}.svg")
+
+
+def table(title: str, machine: str, rows: Sequence[Row]) -> str:
+    """Return the rows as a Markdown table."""
+    lines = [f"# {title}", "", f"Median times on {machine}. Compare ratios, not times.", ""]
+    lines += ["| series | parameter | time | error | note |", "|---|---|---:|---:|---|"]
+    for row in rows:
+        cells = (row["series"], row["parameter"], _time(row["seconds"]), _number(row["error"]), row.get("note", ""))
+        lines.append("| " + " | ".join(str(cell).replace("|", "\\|") for cell in cells) + " |")
+    return "\n".join(lines) + "\n"
+
+
+def _time(value: object) -> str:
+    if not isinstance(value, int | float):
+        return "–"
+    for unit, scale in (("s", 1.0), ("ms", 1e-3), ("µs", 1e-6)):
+        if value >= scale:
+            return f"{value / scale:.3g} {unit}"
+    return f"{value / 1e-9:.3g} ns"
+
+
+def _number(value: object) -> str:
+    return f"{value:.2g}" if isinstance(value, int | float) else "–"
+
+
+def _plot(title: str, rows: Sequence[Row], file: Path) -> None:
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    with rc_context({"svg.fonttype": "none", "svg.hashsalt": "curves", "font.size": 9}):
+        figure = Figure(figsize=(7.5, 4.6), layout="constrained")
+        axes = figure.subplots()
+        for index, series in enumerate(dict.fromkeys(str(row["series"]) for row in rows)):
+            points = [
+                (float(row["seconds"]), max(float(row["error"]), SMALLEST_SHOWN))
+                for row in rows
+                if row["series"] == series
+                and isinstance(row["seconds"], int | float)
+                and isinstance(row["error"], int | float)
+            ]
+            if points:
+                marker = "osD^vPX*<>"[index % 10]
+                axes.plot(*zip(*sorted(points), strict=True), marker=marker, label=series, linewidth=1, markersize=5)
+        axes.set(xscale="log", yscale="log", xlabel="time (s)", ylabel="error", title=title)
+        axes.grid(True, which="major", alpha=0.3)
+        axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+        figure.savefig(file, format="svg", metadata={"Date": None})
