@@ -1,0 +1,7 @@
+"""OpenEXR pictures for two eyes: reading them into absolute XYZ, and writing them."""
+
+from stimuli.exr.read import read_exr
+from stimuli.exr.views import View, read_views
+from stimuli.exr.write import write_exr
+
+__all__ = ["View", "read_exr", "read_views", "write_exr"]

@@ -1,0 +1,174 @@
+"""The views in an OpenEXR file, as they stand: which channels belong to which eye, and what the file declares.
+
+Two layouts exist (OpenEXR's "Storing multi-view images"): one part whose ``multiView`` attribute lists the views,
+its unprefixed channels belonging to the first of them; and several parts, each naming its own ``view``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding
+from stimuli.errors import StimulusError
+
+if TYPE_CHECKING:
+    import OpenImageIO
+
+MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
+MAX_PARTS = 64
+MAX_CHANNELS = 256
+
+_COLOURS = (("R", "G", "B"), ("X", "Y", "Z"))
+_SPELLINGS = {"centre": "center"}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """One view as stored: three channels in the file's own units.
+
+    ``name`` is ``left``, ``right``, ``center`` or whatever the file says, in lower case; empty if it says nothing.
+    ``pixels`` is float32, (height, width, 3), on the display window, of which the file stores the rectangle
+    ``data_window_px`` (x, y, width, height). ``chromaticities`` are x, y of red, green, blue
+    and white, shape (4, 2), or None if the file declares none; ``is_xyz`` says that the channels are named X, Y, Z.
+    ``white_luminance_cd_m2`` is the luminance of the value 1, or None.
+    """
+
+    name: str
+    pixels: NDArray[np.float32]
+    chromaticities: NDArray[np.float64] | None
+    is_xyz: bool
+    white_luminance_cd_m2: float | None
+    data_window_px: tuple[int, int, int, int]
+
+
+def read_views(path: Path) -> Mapping[str, View]:
+    """Return the file's views by name, in file order.
+
+    Alpha, depth, and channels of named layers are left out. A data window that differs from the display window is
+    placed on it: what lies outside is black, as OpenEXR defines.
+
+    Raises
+    ------
+    StimulusError
+        If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, or holds no colour view, or
+        one view twice.
+    """
+    import OpenImageIO as oiio
+
+    if not path.is_file():
+        raise _wrong(path, "there is no such picture", "check the path")
+    picture = oiio.ImageInput.open(str(path))
+    if picture is None:
+        raise _wrong(path, f"the picture cannot be read: {_reason(oiio.geterror())}", "write it again as OpenEXR")
+    try:
+        if picture.format_name() != "openexr":
+            raise _wrong(path, f"the picture is {picture.format_name()}, not OpenEXR", "convert it to OpenEXR")
+        views: dict[str, View] = {}
+        for view in _parts(picture, path):
+            if view.name in views:
+                raise _wrong(path, f"the view '{view.name}' stands twice", "keep one")
+            views[view.name] = view
+    finally:
+        picture.close()
+    if not views:
+        raise _wrong(path, "no view has the channels R, G, B or X, Y, Z", "write the picture with them")
+    return views
+
+
+def _parts(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[View]:
+    part = 0
+    while picture.seek_subimage(part, 0):
+        if part == MAX_PARTS:
+            raise _wrong(path, f"the file has more than {MAX_PARTS} parts", "keep only the views that are shown")
+        spec = picture.spec()
+        _refuse_size(path, spec)
+        groups = _groups(spec, path)
+        if groups:
+            stored = picture.read_image(part, 0, 0, spec.nchannels, "float")
+            if stored is None:
+                raise _wrong(path, f"the picture is damaged: {_reason(picture.geterror())}", "copy or write it again")
+            for name, indices in groups.items():
+                yield _view(name, indices, stored, spec)
+        part += 1
+    problem = picture.geterror()
+    if problem:
+        raise _wrong(path, f"the picture is damaged: {_reason(problem)}", "copy or write it again")
+
+
+def _refuse_size(path: Path, spec: OpenImageIO.ImageSpec) -> None:
+    if spec.deep:
+        raise _wrong(path, "the picture is deep", "flatten it")
+    for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
+        if not 0 < width * height <= MAX_PIXELS:
+            raise _wrong(path, f"a view of {width} × {height} pixels is beyond {MAX_PIXELS}", "crop it")
+    if spec.nchannels > MAX_CHANNELS:
+        raise _wrong(path, f"the picture has {spec.nchannels} channels, more than {MAX_CHANNELS}", "keep R, G and B")
+
+
+def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int, int]]:
+    """Return, per view of one part, the indices of its three colour channels."""
+    listed = [_spelling(name) for name in _strings(spec.getattribute("multiView"))]
+    if len(set(listed)) != len(listed):
+        raise _wrong(path, f"multiView lists a view twice: {', '.join(listed)}", "name each view once")
+    unprefixed = listed[0] if listed else _spelling(str(spec.getattribute("view") or ""))
+    found: dict[str, dict[str, int]] = {}
+    for index, channel in enumerate(spec.channelnames):
+        prefix, _, base = channel.rpartition(".")
+        view = _spelling(prefix) if prefix else unprefixed
+        if not prefix or view in listed:
+            found.setdefault(view, {}).setdefault(base, index)
+    groups = {}
+    for view, channels in found.items():
+        for colours in _COLOURS:
+            if all(colour in channels for colour in colours):
+                groups[view] = (channels[colours[0]], channels[colours[1]], channels[colours[2]])
+                break
+    for view in listed:
+        if view not in groups:
+            raise _wrong(path, f"the view '{view}' lacks a channel of R, G, B", "write all three")
+    return groups
+
+
+def _view(name: str, indices: Sequence[int], stored: NDArray[Any], spec: OpenImageIO.ImageSpec) -> View:
+    pixels = np.zeros((spec.full_height, spec.full_width, 3), dtype=np.float32)
+    top, left = spec.y - spec.full_y, spec.x - spec.full_x
+    rows = slice(max(top, 0), max(min(top + spec.height, spec.full_height), 0))
+    columns = slice(max(left, 0), max(min(left + spec.width, spec.full_width), 0))
+    window = stored[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
+    if window.size:
+        pixels[rows, columns] = window[..., list(indices)]
+    declared = spec.getattribute("chromaticities")
+    white = spec.getattribute("whiteLuminance")
+    return View(
+        name=name,
+        pixels=pixels,
+        chromaticities=None if declared is None else np.array(declared, dtype=np.float64).reshape(4, 2),
+        is_xyz=spec.channelnames[indices[0]].rpartition(".")[2] == "X",
+        white_luminance_cd_m2=None if white is None else float(white),
+        data_window_px=(left, top, spec.width, spec.height),
+    )
+
+
+def _strings(value: object) -> list[str]:
+    if value is None:
+        return []
+    return [value] if isinstance(value, str) else [str(part) for part in value]  # type: ignore[attr-defined]
+
+
+def _spelling(name: str) -> str:
+    name = name.lower()
+    return _SPELLINGS.get(name, name)
+
+
+def _reason(message: str) -> str:
+    return message.strip().splitlines()[-1] if message.strip() else "no reason given"
+
+
+def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, str(path), remedy=remedy))
