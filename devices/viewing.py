@@ -1,0 +1,117 @@
+"""The geometry of looking at a screen: angles, pixels and disparities.
+
+Thesis Section 2.4.1, Expressions 2.11 and 2.12. The thesis asks for 60 pixels per degree where 60 cycles per degree
+are resolved; a cycle needs two samples, so both figures are offered (`minimum_resolution` and `nyquist_resolution`).
+Angles are in degrees, sizes in millimetres on the screen.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.errors import DeviceError
+
+Floats = NDArray[np.float64]
+
+# The finest grating that normal vision resolves (Snellen 20/20: a stroke of one minute of arc).
+CYCLES_PER_DEGREE = 60.0
+
+
+def visual_angle_deg(size_mm: ArrayLike, distance_mm: float) -> Floats:
+    """Return the angle that ``size_mm`` (any shape), seen square on, subtends at ``distance_mm`` (Expression 2.11).
+
+    Raises
+    ------
+    DeviceError
+        If the distance is not a finite number above 0.
+    """
+    _refuse_not_positive("distance_mm", distance_mm)
+    size = np.asarray(size_mm, dtype=np.float64)
+    return np.asarray(np.degrees(2.0 * np.arctan(size / (2.0 * distance_mm))))
+
+
+def size_mm(angle_deg: ArrayLike, distance_mm: float) -> Floats:
+    """Return the size that subtends ``angle_deg`` (any shape, below 180) at ``distance_mm``; undoes `visual_angle_deg`.
+
+    Raises
+    ------
+    DeviceError
+        If the distance is not a finite number above 0.
+    """
+    _refuse_not_positive("distance_mm", distance_mm)
+    angle = np.asarray(angle_deg, dtype=np.float64)
+    return np.asarray(2.0 * distance_mm * np.tan(np.radians(angle) / 2.0))
+
+
+def minimum_resolution(angle_deg: ArrayLike) -> Floats:
+    """Return the thesis's MR for a picture of ``angle_deg``: its cycles at 60 cycles per degree (Expression 2.12).
+
+    The thesis reads the figure as pixels. That many pixels show gratings of half the frequency;
+    `nyquist_resolution` is what hides the pixel grid from 60 cycles per degree.
+    """
+    return np.asarray(np.asarray(angle_deg, dtype=np.float64) * CYCLES_PER_DEGREE)
+
+
+def nyquist_resolution(angle_deg: ArrayLike) -> Floats:
+    """Return the pixels that a picture of ``angle_deg`` needs to carry 60 cycles per degree: two per cycle."""
+    return 2.0 * minimum_resolution(angle_deg)
+
+
+def pixels_per_degree(pixel_pitch_mm: float, distance_mm: float) -> float:
+    """Return how many pixels lie in the degree straight ahead of the observer.
+
+    Raises
+    ------
+    DeviceError
+        If the pitch or the distance is not a finite number above 0.
+    """
+    return float(size_mm(1.0, distance_mm)) / _refuse_not_positive("pixel_pitch_mm", pixel_pitch_mm)
+
+
+def mm_from_px(length_px: ArrayLike, pixel_pitch_mm: float) -> Floats:
+    """Return millimetres for pixels (any shape) at a pitch.
+
+    Raises
+    ------
+    DeviceError
+        If the pitch is not a finite number above 0.
+    """
+    return np.asarray(np.asarray(length_px, dtype=np.float64) * _refuse_not_positive("pixel_pitch_mm", pixel_pitch_mm))
+
+
+def px_from_mm(length_mm: ArrayLike, pixel_pitch_mm: float) -> Floats:
+    """Return pixels (not rounded) for millimetres (any shape) at a pitch.
+
+    Raises
+    ------
+    DeviceError
+        If the pitch is not a finite number above 0.
+    """
+    return np.asarray(np.asarray(length_mm, dtype=np.float64) / _refuse_not_positive("pixel_pitch_mm", pixel_pitch_mm))
+
+
+def disparity_arcmin(
+    disparity_px: ArrayLike, pixel_pitch_mm: float, distance_mm: float, interpupillary_distance_mm: float = 65.0
+) -> Floats:
+    """Return the angular disparity, in minutes of arc, of points with a parallax on the screen.
+
+    ``disparity_px`` (any shape) is the right eye's horizontal position minus the left eye's: positive lies behind the
+    screen, and so does the angle, negative in front of it. It is the difference of the vergence angles towards the
+    screen and towards the point, on the midline; at parallax equal to the eyes' distance the point is at infinity.
+
+    Raises
+    ------
+    DeviceError
+        If the pitch, the distance or the eyes' distance is not a finite number above 0.
+    """
+    _refuse_not_positive("distance_mm", distance_mm)
+    eyes = _refuse_not_positive("interpupillary_distance_mm", interpupillary_distance_mm)
+    parallax = mm_from_px(disparity_px, pixel_pitch_mm)
+    return np.asarray(60.0 * (visual_angle_deg(eyes, distance_mm) - visual_angle_deg(eyes - parallax, distance_mm)))
+
+
+def _refuse_not_positive(name: str, value: float) -> float:
+    if not (np.isfinite(value) and value > 0):
+        raise DeviceError(f"{name} is {value}; it must be a finite number above 0")
+    return float(value)
