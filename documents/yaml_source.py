@@ -22,6 +22,8 @@ MAX_DEPTH = 100
 
 Path_ = tuple[str | int, ...]
 
+_CORE_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "seq", "map")}
+
 
 @dataclass(frozen=True, slots=True)
 class Place:
@@ -104,6 +106,8 @@ def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
             raise fail(node, "an alias refers to the value that contains it", "remove the recursive anchor")
         if len(ancestors) >= MAX_DEPTH:
             raise fail(node, f"values are nested more than {MAX_DEPTH} deep")
+        if node.tag not in _CORE_TAGS:
+            raise fail(node, f"the tag '{node.tag}' is not allowed", "write a plain value")
         inner = ancestors | {id(node)}
         values[path] = Place(node.start_mark.line + 1, node.start_mark.column + 1)
         if isinstance(node, yaml.MappingNode):
@@ -143,8 +147,9 @@ def parse_yaml(text: str, file: str) -> YamlSource:
     InputError
         If the text is no single YAML document, repeats a key, recurses, or expands beyond the limits.
     """
-    loader = _Loader(text)
+    loader: _Loader | None = None
     try:
+        loader = _Loader(text)
         nodes = list(_documents(loader))
         if len(nodes) != 1:
             raise InputError(Finding(f"the file holds {len(nodes)} YAML documents instead of one", file, 1, 1))
@@ -155,10 +160,13 @@ def parse_yaml(text: str, file: str) -> YamlSource:
         raise InputError(
             Finding(f"this is not valid YAML: {error.problem or error.context}", file, line, column)
         ) from error
-    except (yaml.YAMLError, RecursionError) as error:
-        raise InputError(Finding(f"this is not valid YAML: {error or 'nested too deep'}", file, 1, 1)) from error
+    except RecursionError as error:
+        raise InputError(Finding("this is not valid YAML: values are nested too deep", file, 1, 1)) from error
+    except yaml.YAMLError as error:
+        raise InputError(Finding(f"this is not valid YAML: {' '.join(str(error).split())}", file, 1, 1)) from error
     finally:
-        loader.dispose()
+        if loader:
+            loader.dispose()
 
 
 def read_yaml(path: Path) -> YamlSource:

@@ -23,10 +23,11 @@ class WindowClosed(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Ask:
-    """A scene, and what each key would mean to the block that shows it."""
+    """A scene, what each key would mean to the block that shows it, and the scene to expect after it."""
 
     scene: Scene
     keys: Mapping[str, str] = field(default_factory=dict)
+    upcoming: Scene | None = None
 
 
 class Presenter(Protocol):

@@ -34,15 +34,14 @@ class _LazyGroup(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        try:
-            return super().resolve_command(ctx, args)
-        except click.UsageError as error:
+        name = click.utils.make_str(args[0])
+        if name not in COMMANDS:
             import difflib
 
-            near = difflib.get_close_matches(args[0], COMMANDS, n=1)
-            if near:
-                error.message += f" Did you mean '{near[0]}'?"
-            raise
+            near = difflib.get_close_matches(name, COMMANDS, n=1)
+            hint = f" Did you mean '{near[0]}'?" if near else ""
+            raise click.UsageError(f"There is no command '{name}'.{hint}", ctx)
+        return super().resolve_command(ctx, args)
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:
         with formatter.section("Commands"):
@@ -64,18 +63,22 @@ class WorkError(click.ClickException):
 def group() -> None:
     """Show colorimetrically exact stereo pictures to observers, and score what they answer.
 
-    Start with `cyclopean demo`; then open experiments/dynamic_range.yaml, change it, and
-    let `cyclopean check` read it. Exit status: 0 done, 1 the work failed, 2 the input was wrong.
+    Start with `cyclopean demo`. Then open experiments/dynamic_range.yaml, change it, and let
+    `cyclopean check` read it.
+
+    Exit status: 0 done, 1 the work failed, 2 the input was wrong.
     """
 
 
 def main() -> None:
     """Run the command line; faults in the input end with one line each and exit status 2."""
-    from documents.findings import InputError
-
     try:
         group(prog_name="cyclopean")
-    except InputError as error:
+    except Exception as error:
+        from documents import InputError  # only now: it brings pydantic, which the help text must not wait for
+
+        if not isinstance(error, InputError):
+            raise
         for finding in error.findings:
             click.echo(f"error: {finding}", err=True)
         sys.exit(2)

@@ -1,0 +1,59 @@
+# Targets that people and continuous integration share. `make demo` and `make test` need only Python 3.11 or newer,
+# git and make; what else they need they install, or say in one line.
+VENV ?= .venv
+PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
+	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' && echo $$p && break; done)
+BIN = $(VENV)/bin
+WORKERS ?= 2
+
+.PHONY: help env gl test-tools demo test check bench stress test-quad clean
+
+help:
+	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
+	@echo "make test       run the tests"
+	@echo "make check      floors, lint, format, types"
+	@echo "make bench      run time against error, peers beside (writes benchmarks/out)"
+	@echo "make stress     slow sweeps to the edges"
+	@echo "make test-quad STEREO_GL=DIR/lib   quad-buffered for real, on a GL with stereo visuals"
+
+env: $(VENV)/.installed
+
+$(VENV)/.installed: pyproject.toml constraints.txt
+	@test -n "$(PYTHON)" || { echo "cyclopean needs Python 3.11 or newer: install it, or name it with PYTHON=..."; exit 1; }
+	@tools/system-packages venv $(PYTHON)
+	@test -x $(BIN)/python || $(PYTHON) -m venv $(VENV)
+	@echo "Installing the pinned packages into $(VENV) (once; a few minutes)"
+	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[dev]'
+	@touch $@
+
+gl: env
+	@tools/system-packages gl $(BIN)/python
+
+test-tools: gl
+	@tools/system-packages test $(BIN)/python
+
+demo: gl
+	@$(BIN)/cyclopean demo
+
+test: test-tools
+	@$(BIN)/python -m pytest -m "not stress and not quad" -n $(WORKERS) --dist loadgroup
+
+check: env
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+bench: gl
+	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
+	$(BIN)/python -m benchmarks
+
+stress: gl
+	$(BIN)/python -m pytest -m stress tests/stress
+
+test-quad: test-tools
+	@test -n "$(STEREO_GL)" || { echo "name the folder of a GL with stereo visuals: make test-quad STEREO_GL=DIR/lib"; exit 1; }
+	STEREO_GL=$(STEREO_GL) $(BIN)/python -m pytest -m quad tests/quad
+
+clean:
+	rm -rf $(VENV) .cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

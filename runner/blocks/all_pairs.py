@@ -1,0 +1,91 @@
+"""All-pairs forced choice: every two stimuli together, which is closer to the reference?"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+from runner.blocks.message import page
+from runner.blocks.pair_order import pair_order
+from runner.blocks.steps import Draft, Steps, answer
+from runner.ports import Ask
+from runner.presenter.scene import Offset, Picture, Scene, Text
+
+
+@dataclass(frozen=True, slots=True)
+class PairLayout:
+    """Where the two pictures and the question stand, in pixels from the middle of each eye's area."""
+
+    arrangement: Literal["vertical", "horizontal"]
+    first_px: Offset
+    second_px: Offset
+    aperture_px: tuple[int, int]
+    question_px: Offset
+    question_width_px: int
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The arrow keys that choose the first and the second picture."""
+        vertical = self.arrangement == "vertical"
+        return {"up": "first", "down": "second"} if vertical else {"left": "first", "right": "second"}
+
+    @property
+    def position_names(self) -> tuple[str, str]:
+        """What the first and the second place are called in the record."""
+        return ("top", "bottom") if self.arrangement == "vertical" else ("left", "right")
+
+
+@dataclass(frozen=True, slots=True)
+class AllPairs:
+    """The thesis's second experiment (Section 4.5.2): all pairs, one answer each, a break now and then."""
+
+    stimuli: tuple[str, ...]
+    question: str
+    layout: PairLayout
+    seed: str
+    order_seed: str
+    flip_sides: bool = False
+    repeats: int = 1
+    break_every: int | None = None
+
+    @property
+    def trials(self) -> int:
+        """Pairs times repeats."""
+        return len(self.stimuli) * (len(self.stimuli) - 1) // 2 * self.repeats
+
+    def steps(self) -> Steps:
+        """Ask for every pair and record each answer."""
+        order = pair_order(len(self.stimuli), self.repeats, self.seed, self.order_seed, flip=self.flip_sides)
+        pairs = [(self.stimuli[first], self.stimuli[second]) for first, second in order]
+        for number, (first, second) in enumerate(pairs):
+            if self.break_every and number and number % self.break_every == 0:
+                words = f"Time for a break.\n{number} of {len(pairs)} comparisons are done."
+                yield Ask(page(words).scene, page(words).keys, upcoming=self.scene(first, second))
+            following = pairs[number + 1] if number + 1 < len(pairs) else None
+            upcoming = self.scene(*following) if following else None
+            response = answer((yield Ask(self.scene(first, second), self.layout.keys, upcoming)))
+            chosen, rejected = (first, second) if response.meaning == "first" else (second, first)
+            yield Draft(
+                "all_pairs",
+                {
+                    "first": first,
+                    "second": second,
+                    "answer": response.meaning,
+                    "chosen": chosen,
+                    "rejected": rejected,
+                    "first_position": self.layout.position_names[0],
+                },
+                stimuli=(first, second),
+                response_time_s=response.time_s,
+            )
+
+    def scene(self, first: str, second: str) -> Scene:
+        """Return the two pictures with the question above them."""
+        layout = self.layout
+        return Scene(
+            (
+                Picture(first, layout.first_px, layout.aperture_px),
+                Picture(second, layout.second_px, layout.aperture_px),
+                Text(self.question, layout.question_px, height_px=24, width_px=layout.question_width_px),
+            )
+        )

@@ -1,0 +1,53 @@
+"""The words that blocks and the engine exchange."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping
+from dataclasses import dataclass, field
+from typing import Any, Protocol, TypeAlias
+
+from runner.ports import Ask
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What came back for an Ask: the key, what it means to the block, and the time since the scene's onset."""
+
+    key: str
+    meaning: str
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """What a block wants recorded of one trial; the engine adds where and when.
+
+    ``stimuli`` are the names shown, for the record of what the gamut clip cost.
+    """
+
+    kind: str
+    data: Mapping[str, Any] = field(default_factory=dict)
+    stimuli: tuple[str, ...] = ()
+    response_time_s: float = 0.0
+
+
+# A block yields an Ask and is sent its Response, or yields a Draft and is sent None once that is on disk.
+Steps: TypeAlias = Generator[Ask | Draft, Response | None, None]
+
+
+class Block(Protocol):
+    """One part of a session."""
+
+    @property
+    def trials(self) -> int:
+        """How many scored trials it will record."""
+
+    def steps(self) -> Steps:
+        """Start the coroutine; called again after an interruption it must yield the same steps."""
+
+
+def answer(response: Response | None) -> Response:
+    """Return ``response``, which the engine never leaves out after an Ask."""
+    if response is None:
+        raise RuntimeError("the engine sent no response to an Ask")
+    return response

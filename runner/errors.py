@@ -1,0 +1,7 @@
+"""What can go wrong in a session."""
+
+from documents import InputError
+
+
+class SessionError(InputError):
+    """A session was asked for that cannot be run as it was asked for."""

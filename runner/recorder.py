@@ -1,0 +1,127 @@
+"""Putting answers on disk: one line appended and fsynced per trial, and a lock so that only one process writes."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+from filelock import FileLock, Timeout
+
+from analysis.records import FILE_NAME, Header, SessionLog, Trial, read_session
+from documents import Finding
+from runner.errors import SessionError
+
+
+class Recorder:
+    """An open session log.
+
+    Every ``append`` returns only once its line is on disk. Use as a context manager; the lock goes with it, or with
+    the process if that is killed.
+    """
+
+    def __init__(self, folder: Path, lock: FileLock, stream: BinaryIO) -> None:
+        self.folder = folder
+        self._lock = lock
+        self._stream = stream
+
+    @classmethod
+    def create(cls, folder: Path, header: Header) -> Recorder:
+        """Make the session's ``folder`` and its log with the header.
+
+        Raises
+        ------
+        SessionError
+            If the folder exists already or cannot be written.
+        """
+        try:
+            folder.parent.mkdir(parents=True, exist_ok=True)
+            folder.mkdir()
+        except FileExistsError as error:
+            raise SessionError(Finding("this session exists already", str(folder))) from error
+        except OSError as error:
+            raise SessionError(
+                Finding(f"the results folder cannot be written: {error.strerror}", str(folder), remedy="choose another")
+            ) from error
+        recorder = cls(folder, _locked(folder), _open(folder / FILE_NAME))
+        recorder._write(header.to_json())
+        _sync_folder(folder)
+        _sync_folder(folder.parent)
+        return recorder
+
+    @classmethod
+    def reopen(cls, folder: Path) -> tuple[Recorder, SessionLog]:
+        """Open a session that stopped, and return what it holds.
+
+        A line cut short by a power cut is kept beside the log as ``torn-*.bin`` and taken off its end.
+        """
+        lock = _locked(folder)
+        file = folder / FILE_NAME
+        log = read_session(file)
+        if log.torn_tail:
+            whole = file.stat().st_size - len(log.torn_tail)
+            with open(folder / f"torn-{whole}.bin", "wb") as kept:
+                kept.write(log.torn_tail)
+                os.fsync(kept.fileno())
+            os.truncate(file, whole)
+        stream = _open(file)
+        if not file.read_bytes().endswith(b"\n"):
+            stream.write(b"\n")
+            os.fsync(stream.fileno())
+        return cls(folder, lock, stream), log
+
+    def append(self, trial: Trial) -> None:
+        """Record an answer; it is on disk when this returns."""
+        self._write(trial.to_json())
+
+    def end(self) -> None:
+        """Record that the session is complete."""
+        self._write({"record": "end"})
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        data = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+        written = self._stream.write(data)
+        if written != len(data):
+            raise OSError(f"only {written} of {len(data)} bytes of an answer could be written; is the disk full?")
+        os.fsync(self._stream.fileno())
+
+    def close(self) -> None:
+        """Close the log and let others have it."""
+        self._stream.close()
+        self._lock.release()
+
+    def __enter__(self) -> Recorder:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _locked(folder: Path) -> FileLock:
+    lock = FileLock(folder / ".lock")
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise SessionError(
+            Finding("another process is running this session", str(folder), remedy="close it first")
+        ) from error
+    return lock
+
+
+def _open(file: Path) -> BinaryIO:
+    return open(file, "ab", buffering=0)
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name != "posix":
+        return  # only POSIX lets a folder be opened and synced
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

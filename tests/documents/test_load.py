@@ -1,0 +1,69 @@
+"""Faults in a file are all found at once, placed, and answered with the nearest valid spelling."""
+
+from pathlib import Path
+from typing import Annotated, Literal
+
+import pytest
+from pydantic import BaseModel, ConfigDict, Field
+
+from documents import InputError, load_document
+
+
+class _Text(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    kind: Literal["text"]
+    words: str
+
+
+class _Number(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    kind: Literal["number"]
+    value: float
+
+
+class _File(BaseModel):
+    model_config = ConfigDict(extra="forbid")
+    name: str
+    size_mm: tuple[float, float]
+    blocks: list[Annotated[_Text | _Number, Field(discriminator="kind")]]
+
+
+def _findings(tmp_path: Path, text: str) -> list[str]:
+    path = tmp_path / "f.yaml"
+    path.write_text(text)
+    with pytest.raises(InputError) as caught:
+        load_document(path, _File)
+    return [str(finding).replace(str(path), "f.yaml") for finding in caught.value.findings]
+
+
+def test_a_right_file_is_read(tmp_path: Path) -> None:
+    path = tmp_path / "f.yaml"
+    path.write_text("name: a\nsize_mm: [1, 2]\nblocks: [{kind: text, words: hello}]\n")
+    model, source = load_document(path, _File)
+    assert model.size_mm == (1.0, 2.0)
+    assert source.file == str(path)
+
+
+def test_all_faults_are_found_at_once_in_order(tmp_path: Path) -> None:
+    found = _findings(
+        tmp_path,
+        "nam: a\nsize_mm: [1, wide]\nblocks:\n  - {kind: txt, words: hello}\n  - {kind: text, word: hello}\n",
+    )
+    assert found == [
+        "f.yaml:1:1: the key 'name' is missing (add 'name:')",
+        "f.yaml:1:1: unknown key 'nam' (did you mean 'name'?)",
+        "f.yaml:2:14: 'size_mm.1' is 'wide' (input should be a valid number, unable to parse string as a number)",
+        "f.yaml:4:12: 'blocks.0.kind' is 'txt' (did you mean 'text'?)",
+        "f.yaml:5:5: the key 'blocks.1.words' is missing (add 'words:')",
+        "f.yaml:5:18: unknown key 'blocks.1.word' (did you mean 'words'?)",
+    ]
+
+
+def test_a_block_without_a_kind(tmp_path: Path) -> None:
+    found = _findings(tmp_path, "name: a\nsize_mm: [1, 2]\nblocks: [{words: hello}]\n")
+    assert found == ["f.yaml:3:10: 'blocks.0' has no 'kind' (add 'kind:')"]
+
+
+def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:
+    (finding,) = _findings(tmp_path, "- just\n- a list\n")
+    assert finding.startswith("f.yaml:1:1: 'the file' is ['just', 'a list']")
