@@ -16,7 +16,9 @@ Floats = NDArray[np.float64]
 # Lab is a cube root above this share of white and a straight line below it.
 _DELTA = 6.0 / 29.0
 # Colours that delta_e_2000 works on at a time: all its arrays then stay in the processor's cache.
-_BLOCK = 8192
+_BLOCK = 4096
+# A chroma that nobody can tell from none, and whose square is no underflow.
+_NO_CHROMA = 1e-150
 
 
 def xyY_from_XYZ(xyz: ArrayLike) -> Floats:
@@ -126,48 +128,52 @@ def delta_e_2000(lab1: ArrayLike, lab2: ArrayLike) -> Floats:
 def _delta_e_2000_block(first: Floats, second: Floats) -> Floats:
     """ΔE00 of colours laid out as (3, n), in the symbols of Sharma, Wu & Dalal 2005.
 
-    Powers are written as products and every hue is worked on through its sine and cosine where the formula
-    allows: cos(h − 30°), cos 2h, ... follow from cos h̄ and sin h̄ without further trigonometry.
+    Hues are carried as unit vectors, which spares the sines and cosines that cost most: their sum points along the
+    mean hue, their difference at right angles to it, and half the length of the difference is sin(Δh / 2). The mean
+    is taken from the longer of the two, so that nothing cancels near 180°.
     """
     L1, a1, b1 = first
     L2, a2, b2 = second
-    opposite = _opposite(a1, b1, a2, b2)
-    C_bar = 0.5 * (np.hypot(a1, b1) + np.hypot(a2, b2))
-    G = 1.5 - 0.5 * np.sqrt(_seventh_share(C_bar))  # 1 + G
+    C_bar = 0.5 * (_length(a1, b1) + _length(a2, b2))
+    G = 1.5 - 0.5 * np.sqrt(_seventh_share(C_bar))  # the paper's 1 + G
+    turn = _turn(a1, b1, a2, b2)
     a1, a2 = a1 * G, a2 * G
-    C1, C2 = np.sqrt(a1 * a1 + b1 * b1), np.sqrt(a2 * a2 + b2 * b2)
+    C1, C2 = _length(a1, b1), _length(a2, b2)
     C_bar = 0.5 * (C1 + C2)
-    h1, h2 = np.arctan2(b1, a1), np.arctan2(b2, a2)
-    # The mean hue runs along the shorter arc; at exactly 180° the paper takes the plain mean of hues in 0..360°.
-    h1[h1 < 0] += 2 * np.pi
-    h2[h2 < 0] += 2 * np.pi
-    gap = h2 - h1
-    far = np.abs(gap) > np.pi
-    far &= ~opposite
-    h_bar = 0.5 * (h1 + h2)
-    h_bar[far] += np.where(h_bar[far] < np.pi, np.pi, -np.pi)
-    neutral = C1 * C2 == 0
-    h_bar[neutral] = (h1 + h2)[neutral]
-    # 2 √(C1 C2) sin(Δh / 2), with the sign of Δh along the shorter arc.
-    delta_H = 2.0 * np.sqrt(C1 * C2) * np.sin(0.5 * gap)
-    delta_H[far] *= -1.0
+    # A neutral colour has the vector 0: the mean hue is then the other's, as in the paper.
+    per_C1, per_C2 = 1.0 / np.maximum(C1, _NO_CHROMA), 1.0 / np.maximum(C2, _NO_CHROMA)
+    x1, y1, x2, y2 = a1 * per_C1, b1 * per_C1, a2 * per_C2, b2 * per_C2
+    across_x, across_y = x2 - x1, y2 - y1
+    half_chord = 0.5 * _length(across_x, across_y)
+    delta_H = 2.0 * np.sqrt(C1 * C2) * half_chord * turn
+    wide = half_chord > np.sqrt(0.5)
+    cos_h = np.where(wide, turn * across_y, x1 + x2)
+    sin_h = np.where(wide, -turn * across_x, y1 + y2)
+    norm = 1.0 / np.maximum(_length(cos_h, sin_h), _NO_CHROMA)
+    cos_h *= norm
+    sin_h *= norm
 
-    cos_h, sin_h = np.cos(h_bar), np.sin(h_bar)
     cos_2h, sin_2h = 2 * cos_h * cos_h - 1, 2 * sin_h * cos_h
     cos_3h, sin_3h = cos_2h * cos_h - sin_2h * sin_h, sin_2h * cos_h + cos_2h * sin_h
     cos_4h, sin_4h = 2 * cos_2h * cos_2h - 1, 2 * sin_2h * cos_2h
     T = 1 - 0.17 * _cos_minus(cos_h, sin_h, 30) + 0.24 * cos_2h + 0.32 * _cos_minus(cos_3h, sin_3h, -6)
     T -= 0.20 * _cos_minus(cos_4h, sin_4h, 63)
-    distance = (h_bar - np.radians(275)) / np.radians(25)
-    delta_theta = np.radians(30) * np.exp(-distance * distance)
-    R_T = -np.sin(2 * delta_theta) * 2 * np.sqrt(_seventh_share(C_bar))
+    # The mean hue in 0..360°, without a branch; + 0.0 turns −0 into 0, so that hue 0 is not taken for 360°.
+    from_blue = np.arctan2(-(sin_h + 0.0), -cos_h)
+    from_blue += np.radians(180 - 275)
+    from_blue *= 180.0 / (25.0 * np.pi)
+    from_blue *= from_blue
+    R_T = -2.0 * np.sin(np.radians(60.0) * np.exp(-from_blue)) * np.sqrt(_seventh_share(C_bar))
     lightness = 0.5 * (L1 + L2) - 50
     lightness *= lightness
-    S_L = 1 + 0.015 * lightness / np.sqrt(20 + lightness)
-    S_C = 1 + 0.045 * C_bar
-    S_H = 1 + 0.015 * C_bar * T
-    L, C, H = (L2 - L1) / S_L, (C2 - C1) / S_C, delta_H / S_H
+    L = (L2 - L1) / (1 + 0.015 * lightness / np.sqrt(20 + lightness))
+    C = (C2 - C1) / (1 + 0.045 * C_bar)
+    H = delta_H / (1 + 0.015 * C_bar * T)
     return np.asarray(np.sqrt(np.maximum(L * L + C * C + H * H + R_T * C * H, 0.0)))
+
+
+def _length(x: Floats, y: Floats) -> Floats:
+    return np.asarray(np.sqrt(x * x + y * y))
 
 
 def _seventh_share(chroma: Floats) -> Floats:
@@ -183,8 +189,17 @@ def _cos_minus(cosine: Floats, sine: Floats, degrees: float) -> Floats:
     return np.asarray(cosine * np.cos(turn) + sine * np.sin(turn))
 
 
-def _opposite(a1: Floats, b1: Floats, a2: Floats, b2: Floats) -> NDArray[np.bool_]:
-    """Whether two hues lie exactly opposite, as far as doubles can tell; the arctangents' rounding must not decide."""
+def _turn(a1: Floats, b1: Floats, a2: Floats, b2: Floats) -> Floats:
+    """Return 1 where the shorter way from the first hue to the second is counter-clockwise, else −1.
+
+    Exactly opposite hues have no shorter way; the paper then takes the difference of the angles in 0..360°, which is
+    positive where the first lies in the upper half-plane. Rounding must not decide which hues are opposite.
+    """
     one, other = a1 * b2, a2 * b1
-    tolerance = 4 * np.finfo(np.float64).eps * (np.abs(one) + np.abs(other))
-    return np.asarray((np.abs(one - other) <= tolerance) & (a1 * a2 + b1 * b2 < 0))
+    cross = one - other
+    near = np.abs(cross) <= 4 * np.finfo(np.float64).eps * (np.abs(one) + np.abs(other))
+    turn = np.copysign(1.0, cross)
+    if near.any():
+        upper = (b1 > 0) | ((b1 == 0) & (a1 > 0))
+        turn[near] = np.where(upper, 1.0, -1.0)[near]
+    return np.asarray(turn)

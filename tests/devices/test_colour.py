@@ -83,7 +83,7 @@ def delta_e_2000_plain(lab1: NDArray[np.float64], lab2: NDArray[np.float64]) -> 
         turn, h_bar = gap, (h1 + h2) / 2
     else:
         turn = gap - 360 if gap > 180 else gap + 360
-        h_bar = (h1 + h2 + 360) / 2 if h1 + h2 < 360 else (h1 + h2 - 360) / 2
+        h_bar = (h1 + h2 + 360) / 2 if h1 + h2 < 360 - 1e-9 else (h1 + h2 - 360) / 2
     dH = 2 * np.sqrt(C1 * C2) * np.sin(np.radians(turn / 2))
     L_bar, C_bar = (L1 + L2) / 2, (C1 + C2) / 2
 
