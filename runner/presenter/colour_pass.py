@@ -1,0 +1,63 @@
+"""The colour pass: a picture in XYZ to device codes, on the graphics card, once per picture and display model."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import moderngl
+import numpy as np
+
+from devices.code_table import code_tables
+from devices.display import DisplayModel
+from runner.presenter.shaders import compile_program, shader_file
+
+CODE_LEVELS = 255.0
+
+
+class ColourPass:
+    """The colour pass for one display model (DESIGN: linear = M⁻¹(XYZ − black), then a table per channel)."""
+
+    def __init__(self, context: moderngl.Context, model: DisplayModel) -> None:
+        self._context = context
+        parts = [shader_file("table_fourth_root.glsl"), shader_file("colour_pass.frag")]
+        self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
+        self._area = context.vertex_array(self._program, [])
+        tables = code_tables(model)
+        entries = tables.codes.shape[1]
+        self._table = context.texture((entries, 3), 1, tables.codes.tobytes(), dtype="f4")
+        self._table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        lift = np.array([curve.lift for curve in model.curves])
+        uniforms = {
+            "linear_from_XYZ": tuple(model.linear_from_XYZ.T.ravel().tolist()),  # GL reads matrices by columns
+            "black_XYZ": tuple(model.black_XYZ_cd_m2.tolist()),
+            "lift": tuple(lift.tolist()),
+            "scale": tuple((1.0 / (1.0 - lift)).tolist()),
+            "picture_XYZ": 0,
+            "code_table": 1,
+        }
+        for name, value in uniforms.items():
+            self._program[name].value = value  # type: ignore[union-attr]
+
+    def run(self, picture_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1") -> moderngl.Texture:
+        """Return a new texture of the picture's codes: ``f1`` rounded to 8 bits, ``f4`` as computed."""
+        codes = self._context.texture(picture_XYZ.size, 4, dtype=dtype)
+        codes.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        target = self._context.framebuffer([codes])
+        before = self._context.fbo
+        try:
+            target.use()
+            target.viewport = (0, 0, *picture_XYZ.size)
+            self._context.disable(moderngl.BLEND)
+            self._program["levels"].value = CODE_LEVELS if dtype == "f1" else 0.0  # type: ignore[union-attr]
+            picture_XYZ.use(0)
+            self._table.use(1)
+            self._area.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        finally:
+            before.use()  # first: a released framebuffer must not stay the bound one
+            target.release()
+        return codes
+
+    def release(self) -> None:
+        """Free the program and its table."""
+        for held in (self._area, self._program, self._table):
+            held.release()

@@ -1,0 +1,39 @@
+"""What the presenter did, counted: counts are exact where clocks are noisy."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+
+@dataclass(frozen=True, slots=True)
+class Counters:
+    """Work done since the presenter was made.
+
+    ``frames_drawn`` counts scenes put on the screen, ``frames_redrawn`` the same scene drawn again because the
+    window system had lost it, and ``scenes_skipped`` scenes equal to what was already shown. ``uploads``,
+    ``bytes_uploaded``, ``colour_passes`` and ``pixels_shaded`` are about pictures; ``decodes`` are calls for a
+    picture's data; ``texts_rasterised`` and ``evictions`` are what they say.
+    """
+
+    frames_drawn: int = 0
+    frames_redrawn: int = 0
+    scenes_skipped: int = 0
+    decodes: int = 0
+    uploads: int = 0
+    bytes_uploaded: int = 0
+    colour_passes: int = 0
+    pixels_shaded: int = 0
+    texts_rasterised: int = 0
+    evictions: int = 0
+
+
+class Work:
+    """The running count that the presenter and its caches share."""
+
+    def __init__(self) -> None:
+        self.counters = Counters()
+
+    def add(self, **increments: int) -> None:
+        """Add ``increments`` to the counters of those names."""
+        totals = {name: getattr(self.counters, name) + amount for name, amount in increments.items()}
+        self.counters = replace(self.counters, **totals)

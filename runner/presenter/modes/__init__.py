@@ -1,0 +1,1 @@
+"""Stereo modes: how one surface shows a picture to each eye."""

@@ -1,0 +1,46 @@
+"""The modes by name."""
+
+from __future__ import annotations
+
+import difflib
+from types import MappingProxyType
+
+from documents import Finding
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.flat import Flat
+from runner.presenter.modes.mode import Mode
+from runner.presenter.modes.quad_buffered import QuadBuffered
+from runner.presenter.modes.side_by_side import SideBySide
+from runner.presenter.surfaces.surface import Surface
+
+MODES = MappingProxyType({mode.name: mode for mode in (Flat, SideBySide, QuadBuffered)})
+
+
+def find_mode(name: str) -> Mode:
+    """Return the mode called ``name``.
+
+    Raises
+    ------
+    PresentationError
+        If there is no such mode, with the nearest name.
+    """
+    if name not in MODES:
+        near = difflib.get_close_matches(name, MODES, n=1)
+        remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(MODES)
+        raise PresentationError(Finding(f"there is no stereo mode '{name}'", remedy=remedy))
+    return MODES[name]()
+
+
+def available(surface: Surface) -> dict[str, str | None]:
+    """Return, for each mode, None if ``surface`` can show it, else the reason why not."""
+    return {name: mode().unavailable(surface.size_px, stereo=surface.stereo) for name, mode in MODES.items()}
+
+
+def require(mode: Mode, surface: Surface) -> None:
+    """Raise PresentationError if ``surface`` cannot show ``mode``, saying why and which modes it can show."""
+    reason = mode.unavailable(surface.size_px, stereo=surface.stereo)
+    if reason is not None:
+        others = ", ".join(name for name, why in available(surface).items() if why is None)
+        raise PresentationError(
+            Finding(f"the mode '{mode.name}' cannot be shown: {reason}", remedy=f"available here: {others or 'none'}")
+        )

@@ -1,0 +1,198 @@
+"""The presenter: scenes onto a surface, for each eye, in one stereo mode."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+
+from devices.display_file import Eye, EyeModels
+from documents import Finding
+from runner.presenter.counters import Counters, Work
+from runner.presenter.errors import GraphicsError, PresentationError
+from runner.presenter.modes.mode import EyeArea, Mode
+from runner.presenter.modes.registry import require
+from runner.presenter.painter import Painter
+from runner.presenter.pictures import PictureCodes, Pictures
+from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces.surface import Buffer, Codes, Surface
+from runner.presenter.timing import SwapLog
+from runner.presenter.words import Words
+from stimuli.stereo_image import StereoImage
+
+PICTURE_BUDGET_BYTES = 2 << 30
+TEXT_BUDGET_BYTES = 64 << 20
+
+_CAPTURED = {Buffer.BACK: ("screen", None), Buffer.BACK_LEFT: ("left", "left"), Buffer.BACK_RIGHT: ("right", "right")}
+
+
+class Presenter:
+    """Shows scenes on ``surface`` in ``mode``, each eye through its display model.
+
+    ``load`` returns the picture of a stimulus by name; it is called once per picture for as long as the
+    picture's codes stay within ``picture_budget_bytes``.
+
+    Raises
+    ------
+    PresentationError
+        If the surface cannot show the mode, or the mode shows both eyes the same pixels while the models differ.
+    """
+
+    def __init__(
+        self,
+        surface: Surface,
+        mode: Mode,
+        models: EyeModels,
+        load: Callable[[str], StereoImage],
+        *,
+        picture_budget_bytes: int = PICTURE_BUDGET_BYTES,
+    ) -> None:
+        require(mode, surface)
+        self.surface = surface
+        self.mode = mode
+        self.areas: tuple[EyeArea, ...] = mode.areas(surface.size_px)
+        if models.left is not models.right and any(len(area.eyes) > 1 for area in self.areas):
+            raise PresentationError(
+                Finding(
+                    f"the mode '{mode.name}' shows both eyes the same pixels, but was characterised per eye",
+                    remedy="characterise it once, for both eyes",
+                )
+            )
+        self._work = Work()
+        self._pictures = Pictures(surface.context, models, load, self._work, picture_budget_bytes)
+        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES)
+        self._painter = Painter(surface.context)
+        self._swaps = SwapLog()
+        self._scene: Scene | None = None
+        self._onset_s = 0.0
+        surface.on_damage = self.redraw
+
+    @property
+    def counters(self) -> Counters:
+        """The work done so far."""
+        return self._work.counters
+
+    @property
+    def swaps(self) -> SwapLog:
+        """When frames were shown."""
+        return self._swaps
+
+    def show(self, scene: Scene) -> float:
+        """Show ``scene`` and return its onset, in seconds of ``time.monotonic``; an equal scene is not redrawn."""
+        if scene == self._scene:
+            self._work.add(scenes_skipped=1)
+            return self._onset_s
+        self._draw(scene)
+        self._onset_s = self._swap()
+        self._scene = scene
+        self._work.add(frames_drawn=1)
+        return self._onset_s
+
+    def redraw(self) -> None:
+        """Draw the current scene again, as when the window system has lost it; the onset stays."""
+        if self._scene is not None:
+            self._draw(self._scene)
+            self._swap()
+            self._work.add(frames_redrawn=1)
+
+    def prefetch(self, scene: Scene) -> None:
+        """Make the pictures and words of ``scene`` ready, keeping those of the current scene."""
+        self._ready(scene, keep=self._scene.stimuli if self._scene else ())
+        self._raise_gl_error()
+
+    def capture(self) -> dict[str, Codes]:
+        """Draw the current scene and return the codes (height, width, 3) of each buffer, top row first.
+
+        The keys are ``screen``, or ``left`` and ``right`` in a mode with a buffer for each eye. Read from the back
+        buffers, before any swap.
+        """
+        self._draw(self._scene or Scene())
+        captured = {}
+        for buffer in dict.fromkeys(area.buffer for area in self.areas):
+            name, eye = _CAPTURED[buffer]
+            captured[name] = self.surface.read(eye)  # type: ignore[arg-type]
+        return captured
+
+    def eye_view(self, eye: Eye) -> Codes:
+        """Return the codes (height, width, 3) of just ``eye``'s area in the current scene."""
+        area = next(area for area in self.areas if eye in area.eyes)
+        place = area.rectangle
+        codes = self.capture()[_CAPTURED[area.buffer][0]]
+        return np.ascontiguousarray(codes[place.top : place.top + place.height, place.left : place.left + place.width])
+
+    def close(self) -> None:
+        """Free what is held on the graphics card; the surface stays open."""
+        self.surface.on_damage = None
+        self._pictures.release()
+        self._words.release()
+        self._painter.release()
+
+    def __enter__(self) -> Presenter:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _ready(self, scene: Scene, keep: tuple[str, ...] = ()) -> dict[str, PictureCodes]:
+        pictures = {name: self._pictures.codes(name, keep=(*scene.stimuli, *keep)) for name in scene.stimuli}
+        for name, codes in pictures.items():
+            self._refuse_unequal(name, codes.left is codes.right)
+        for item in scene.items:
+            if isinstance(item, Text):
+                self._words.coverage(item)
+        return pictures
+
+    def _refuse_unequal(self, stimulus: str, same: bool) -> None:
+        if not same and any(len(area.eyes) > 1 for area in self.areas):
+            raise PresentationError(
+                Finding(
+                    f"'{stimulus}' has a view for each eye; the mode '{self.mode.name}' shows both the same pixels",
+                    remedy="show its flat version, or choose a stereo mode",
+                )
+            )
+
+    def _draw(self, scene: Scene) -> None:
+        pictures = self._ready(scene)
+        width, height = self.surface.size_px
+        cleared: set[Buffer] = set()
+        for area in self.areas:
+            target = self.surface.target(area.buffer)
+            if area.buffer not in cleared:
+                target.clear(viewport=(0, 0, width, height))
+                cleared.add(area.buffer)
+            for item in scene.items:
+                if isinstance(item, Picture):
+                    self._draw_picture(target, area, item, pictures[item.stimulus].eye(area.eyes[0]))
+                else:
+                    self._draw_text(target, area, item)
+        self._raise_gl_error()
+
+    def _draw_picture(
+        self, target: moderngl.Framebuffer, area: EyeArea, item: Picture, codes: moderngl.Texture
+    ) -> None:
+        place = area.rectangle.centred(codes.size, item.offset_px)
+        shown = area.rectangle.intersection(place)
+        if item.aperture_px is not None:
+            shown = shown.intersection(area.rectangle.centred(item.aperture_px, item.offset_px))
+        self._painter.picture(target, codes, place, shown)
+
+    def _draw_text(self, target: moderngl.Framebuffer, area: EyeArea, item: Text) -> None:
+        coverage = self._words.coverage(item)
+        if coverage is None:
+            return
+        place = area.rectangle.centred(coverage.texture.size, item.offset_px)
+        ink = self._words.ink(area.eyes[0], item.luminance_share)
+        self._painter.words(target, coverage.texture, ink, place, area.rectangle.intersection(place))
+
+    def _swap(self) -> float:
+        self.surface.swap()
+        now_s = time.monotonic()
+        self._swaps.add(now_s)
+        return now_s
+
+    def _raise_gl_error(self) -> None:
+        error = self.surface.context.error
+        if error != "GL_NO_ERROR":
+            raise GraphicsError(f"the graphics driver reports {error} ({self.surface.facts.renderer})")

@@ -1,0 +1,59 @@
+"""GLSL files, joined into programs; what the driver says of a fault names the file and line."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from importlib.resources import files
+
+import moderngl
+
+from runner.presenter.errors import GraphicsError
+
+Part = tuple[str, str]  # the file's name and its text
+
+_HEADERS = {False: "#version 330 core\n", True: "#version 330 core\n#extension GL_ARB_gpu_shader_fp64 : require\n"}
+# Mesa writes 2:14(5), Nvidia 2(14), others 2:14: the number of the part, then the line in it.
+_PLACE = re.compile(r"\b(\d+)(?::(\d+)(?:\(\d+\))?|\((\d+)\))(?=\s*:)")
+
+
+def shader_file(name: str) -> Part:
+    """Return the file ``name`` of ``runner/presenter/glsl``."""
+    return name, (files("runner.presenter") / "glsl" / name).read_text(encoding="utf-8")
+
+
+def compile_program(
+    context: moderngl.Context, vertex: Part, fragment: Sequence[Part], *, doubles: bool = False
+) -> moderngl.Program:
+    """Compile a program of one vertex file and several fragment files joined in order.
+
+    ``doubles`` asks for 64-bit arithmetic (GL_ARB_gpu_shader_fp64, part of OpenGL 4.0).
+
+    Raises
+    ------
+    GraphicsError
+        With the driver's log, its places named by file and line, if the driver refuses the program.
+    """
+    if doubles and context.version_code < 400 and "GL_ARB_gpu_shader_fp64" not in context.extensions:
+        raise GraphicsError(
+            f"the driver {context.info['GL_RENDERER']} cannot compute with 64 bits in a shader "
+            "(GL_ARB_gpu_shader_fp64), and 32 bits do not hold the colours' accuracy; update it or use another"
+        )
+    header = _HEADERS[doubles]
+    try:
+        return context.program(_join(_HEADERS[False], [vertex]), fragment_shader=_join(header, fragment))
+    except moderngl.Error as error:
+        stage = [vertex] if "vertex_shader" in str(error) else list(fragment)
+        raise GraphicsError(_named(str(error), [name for name, _ in stage])) from None
+
+
+def _join(header: str, parts: Sequence[Part]) -> str:
+    return header + "".join(f"#line 1 {number}\n{text}\n" for number, (_, text) in enumerate(parts))
+
+
+def _named(log: str, names: Sequence[str]) -> str:
+    def place(match: re.Match[str]) -> str:
+        number, line = int(match[1]), match[2] or match[3]
+        return f"{names[number]}:{line}" if number < len(names) else match[0]
+
+    return "the driver refuses a shader:\n" + _PLACE.sub(place, log.strip())

@@ -1,0 +1,1 @@
+"""What is drawn to: an offscreen surface, a window, a window without a screen."""

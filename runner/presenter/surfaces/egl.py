@@ -1,0 +1,99 @@
+"""An offscreen surface on EGL: no window, no display server, any driver."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import moderngl
+import numpy as np
+
+from devices.display_file import Eye
+from runner.ports import KeyPress, WindowClosed
+from runner.presenter.errors import PresentationError
+from runner.presenter.rectangle import Size
+from runner.presenter.surfaces.surface import Buffer, Codes, SurfaceFacts
+
+_GL_DITHER = 0x0BD0
+
+
+class EglSurface:
+    """A framebuffer of 8 bits a channel on an EGL context of its own. It has no keys."""
+
+    stereo = False
+
+    def __init__(self, size_px: Size) -> None:
+        self.size_px = size_px
+        self.on_damage: Callable[[], object] | None = None
+        try:
+            self.context = moderngl.create_context(standalone=True, backend="egl")  # type: ignore[arg-type]
+        except Exception as error:  # the loader raises bare Exceptions
+            raise PresentationError(
+                f"EGL gives no OpenGL 3.3 context: {error} (install libegl1 and libgl1-mesa-dri, or another backend)"
+            ) from error
+        limit = int(self.context.info["GL_MAX_RENDERBUFFER_SIZE"])
+        if max(size_px) > limit or min(size_px) < 1:
+            self.context.release()
+            raise PresentationError(
+                f"a surface of {size_px[0]} × {size_px[1]} px cannot be made; this driver goes to {limit} × {limit}"
+            )
+        self.context.disable_direct(_GL_DITHER)
+        self._colour = self.context.renderbuffer(size_px, 4)
+        self._framebuffer = self.context.framebuffer([self._colour])
+        self._framebuffer.use()
+
+    @property
+    def facts(self) -> SurfaceFacts:
+        """What to record of it."""
+        info = self.context.info
+        return SurfaceFacts(
+            backend="egl",
+            display_server="none",
+            vendor=str(info["GL_VENDOR"]),
+            renderer=str(info["GL_RENDERER"]),
+            gl_version=str(info["GL_VERSION"]),
+            size_px=self.size_px,
+            stereo=False,
+            vsync=False,
+        )
+
+    def target(self, buffer: Buffer) -> moderngl.Framebuffer:
+        """Bind the framebuffer and return it."""
+        self._only(buffer)
+        self._framebuffer.use()
+        return self._framebuffer
+
+    def swap(self) -> None:
+        """Wait until the graphics card is done."""
+        self.context.finish()
+
+    def read(self, eye: Eye | None = None) -> Codes:
+        """Return the codes (height, width, 3), top row first."""
+        self._only(Buffer.of(eye))
+        width, height = self.size_px
+        data = self._framebuffer.read(components=3, alignment=1)
+        return np.frombuffer(data, dtype=np.uint8).reshape(height, width, 3)[::-1].copy()
+
+    def wait_key(self) -> KeyPress:
+        """Raise WindowClosed: nobody can press a key here."""
+        raise WindowClosed("an offscreen surface has no keys")
+
+    def poll_keys(self) -> tuple[KeyPress, ...]:
+        """Return none."""
+        return ()
+
+    def close(self) -> None:
+        """Release the context with all that it holds."""
+        self._framebuffer.release()
+        self._colour.release()
+        self.context.release()
+
+    def __enter__(self) -> EglSurface:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    @staticmethod
+    def _only(buffer: Buffer) -> None:
+        if buffer is not Buffer.BACK:
+            raise PresentationError(f"an EGL surface has no buffer '{buffer.value}': it is not stereo")

@@ -1,0 +1,37 @@
+"""Opening a surface by the name of its backend."""
+
+from __future__ import annotations
+
+import difflib
+from types import MappingProxyType
+
+from documents import Finding
+from runner.presenter.errors import PresentationError
+from runner.presenter.rectangle import Size
+from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.surface import Surface
+
+
+def _egl(size_px: Size, stereo: bool, windowed: bool) -> Surface:
+    return EglSurface(size_px)
+
+
+BACKENDS = MappingProxyType({"egl": _egl})
+
+
+def open_surface(backend: str, size_px: Size, *, stereo: bool = False, windowed: bool = False) -> Surface:
+    """Open a surface of ``size_px``: ``egl`` (offscreen).
+
+    ``stereo`` asks for a right back buffer; whether there is one, the surface's ``stereo`` says. ``windowed`` keeps
+    a window from filling the screen.
+
+    Raises
+    ------
+    PresentationError
+        If there is no such backend, or this machine cannot open it: with what to install or use instead.
+    """
+    if backend not in BACKENDS:
+        near = difflib.get_close_matches(backend, BACKENDS, n=1)
+        remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(BACKENDS)
+        raise PresentationError(Finding(f"there is no backend '{backend}'", remedy=remedy))
+    return BACKENDS[backend](size_px, stereo, windowed)

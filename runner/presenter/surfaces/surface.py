@@ -1,0 +1,87 @@
+"""The surface: pixels to draw to, two back buffers of them where there is stereo, and the keys pressed at it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Protocol
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.display_file import Eye
+from runner.ports import KeyPress
+from runner.presenter.rectangle import Size
+
+Codes = NDArray[np.uint8]
+
+
+class Buffer(Enum):
+    """Where a frame is drawn: the one back buffer, or that of one eye."""
+
+    BACK = "back"
+    BACK_LEFT = "back left"
+    BACK_RIGHT = "back right"
+
+    @classmethod
+    def of(cls, eye: Eye | None) -> Buffer:
+        """Return the buffer of ``eye``, or the one back buffer."""
+        return {None: cls.BACK, "left": cls.BACK_LEFT, "right": cls.BACK_RIGHT}[eye]
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceFacts:
+    """What a record must say of how it was shown: plain words and numbers."""
+
+    backend: str
+    display_server: str
+    vendor: str
+    renderer: str
+    gl_version: str
+    size_px: Size
+    stereo: bool
+    vsync: bool
+    remarks: tuple[str, ...] = ()
+
+
+class Surface(Protocol):
+    """A surface of ``size_px`` with 8 bits a channel; the context is current from opening to closing.
+
+    ``stereo`` says whether there is a right back buffer (GL_STEREO). ``on_damage`` is called while waiting for a
+    key if the window system has lost what was shown.
+    """
+
+    size_px: Size
+    context: moderngl.Context
+    stereo: bool
+    on_damage: Callable[[], object] | None
+
+    @property
+    def facts(self) -> SurfaceFacts:
+        """What to record of it."""
+
+    def target(self, buffer: Buffer) -> moderngl.Framebuffer:
+        """Bind ``buffer`` for drawing and return its framebuffer; raise PresentationError if there is none."""
+
+    def swap(self) -> None:
+        """Show what was drawn and return once the graphics card is done."""
+
+    def read(self, eye: Eye | None = None) -> Codes:
+        """Return the codes (height, width, 3) of the back buffer, or of ``eye``'s, top row first."""
+
+    def wait_key(self) -> KeyPress:
+        """Sleep until a key is pressed and return it; raise WindowClosed if none can come any more."""
+
+    def poll_keys(self) -> tuple[KeyPress, ...]:
+        """Return the presses that wait, without sleeping."""
+
+    def close(self) -> None:
+        """Give everything back; nothing may be asked of it afterwards."""
+
+    def __enter__(self) -> Surface:
+        """Return itself."""
+
+    def __exit__(self, *_: object) -> None:
+        """Close it."""

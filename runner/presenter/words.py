@@ -1,0 +1,78 @@
+"""Words as textures: their coverage once per text, and a ramp of ink once per eye and brightness."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.display import DisplayModel
+from devices.display_file import Eye, EyeModels
+from runner.presenter.counters import Work
+from runner.presenter.least_recent import LeastRecent
+from runner.presenter.lettering import coverage
+from runner.presenter.scene import Text
+
+
+@dataclass(frozen=True, slots=True)
+class Sheet:
+    """A texture in a cache."""
+
+    texture: moderngl.Texture
+    size_bytes: int
+
+    def release(self) -> None:
+        """Free the texture."""
+        self.texture.release()
+
+
+def ink_codes(model: DisplayModel, luminance_share: float) -> NDArray[np.uint8]:
+    """Return codes (256, 3) of 0 to 255 parts of an ink at ``luminance_share`` of the display's white."""
+    light = np.linspace(0.0, luminance_share, 256)[:, np.newaxis] * model.white_XYZ_cd_m2
+    return np.asarray(np.floor(model.code(light) * 255.0 + 0.5), dtype=np.uint8)
+
+
+class Words:
+    """The textures of words, at zero parallax: both eyes share one coverage, each has its own ink."""
+
+    def __init__(self, context: moderngl.Context, models: EyeModels, work: Work, budget_bytes: int) -> None:
+        self._context = context
+        self._models = models
+        self._work = work
+        self._sheets: LeastRecent[tuple[str, int, int], Sheet] = LeastRecent(budget_bytes)
+        self._inks: LeastRecent[tuple[int, float], Sheet] = LeastRecent(1 << 20)
+
+    def coverage(self, text: Text) -> Sheet | None:
+        """Return the coverage of ``text``, top row first; None if there is nothing to see."""
+        if not text.words.strip():
+            return None
+        key = text.words, text.height_px, text.width_px
+        sheet = self._sheets.get(key, lambda: self._rasterise(*key))
+        self._sheets.trim({key})
+        return sheet
+
+    def ink(self, eye: Eye, luminance_share: float) -> moderngl.Texture:
+        """Return the ramp of ink of ``luminance_share`` for ``eye``, 256 texels wide."""
+        model = self._models.eye(eye)
+        key = id(model), luminance_share
+        sheet = self._inks.get(key, lambda: self._sheet(ink_codes(model, luminance_share)[np.newaxis], 3))
+        self._inks.trim({key})
+        return sheet.texture
+
+    def release(self) -> None:
+        """Free everything."""
+        self._sheets.clear()
+        self._inks.clear()
+
+    def _rasterise(self, words: str, height_px: int, width_px: int) -> Sheet:
+        self._work.add(texts_rasterised=1)
+        drawn = coverage(words, height_px, width_px)
+        return self._sheet(drawn if drawn is not None else np.zeros((1, 1), np.uint8), 1)
+
+    def _sheet(self, pixels: NDArray[np.uint8], components: int) -> Sheet:
+        height, width = pixels.shape[:2]
+        texture = self._context.texture((width, height), components, pixels.tobytes(), alignment=1)
+        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return Sheet(texture, pixels.nbytes)

@@ -1,0 +1,248 @@
+"""What the presenter draws, where, and how much work it does for it."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from itertools import combinations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.display import DisplayModel
+from devices.display_file import EyeModels
+from runner.presenter.errors import GraphicsError, PresentationError
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene, Text
+from stimuli.stereo_image import StereoImage
+
+Make = Callable[..., Presenter]
+Stereo = Callable[..., StereoImage]
+HALF = 320  # of the 640 px surface
+
+
+def expected(model: DisplayModel, XYZ: NDArray[np.float32]) -> NDArray[np.float64]:
+    return model.code(XYZ.astype(np.float64)) * 255.0
+
+
+def assert_codes(codes: NDArray[np.uint8], reference: NDArray[np.float64]) -> None:
+    error = codes.astype(np.float64) - reference
+    assert np.abs(error).max() <= 0.501
+    assert abs(error.mean()) < 0.01
+
+
+def test_each_eye_gets_its_own_view_in_its_own_half(
+    make_presenter: Make, random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    picture = random_stereo(101, 75)
+    presenter = make_presenter({"a": picture})
+    presenter.show(Scene((Picture("a", (7, -20)),)))
+    screen = presenter.capture()["screen"]
+    top, left = (480 - 101) // 2 - 20, (HALF - 75) // 2 + 7
+    assert_codes(screen[top : top + 101, left : left + 75], expected(same_models.left, picture.left))
+    right = left + HALF
+    assert_codes(screen[top : top + 101, right : right + 75], expected(same_models.right, picture.right))
+    screen[top : top + 101, left : left + 75] = 0
+    screen[top : top + 101, right : right + 75] = 0
+    assert not screen.any()
+
+
+def test_swapping_the_views_swaps_the_eyes(make_presenter: Make, random_stereo: Stereo) -> None:
+    picture = random_stereo(40, 50)
+    presenter = make_presenter({"a": picture, "swapped": StereoImage(picture.right, picture.left)})
+    presenter.show(Scene((Picture("a"),)))
+    left, right = presenter.eye_view("left"), presenter.eye_view("right")
+    presenter.show(Scene((Picture("swapped"),)))
+    np.testing.assert_array_equal(presenter.eye_view("left"), right)
+    np.testing.assert_array_equal(presenter.eye_view("right"), left)
+    assert (left != right).any()
+
+
+def test_each_eye_is_shown_through_its_own_model(
+    make_presenter: Make, random_XYZ: Callable[..., NDArray[np.float32]], model: Callable[..., DisplayModel]
+) -> None:
+    XYZ = random_XYZ(480, 320)
+    models = EyeModels(model(1.8), model(2.6))
+    presenter = make_presenter({"a": StereoImage.flat(XYZ)}, models=models)
+    presenter.show(Scene((Picture("a"),)))
+    assert_codes(presenter.eye_view("left"), expected(models.left, XYZ))
+    assert_codes(presenter.eye_view("right"), expected(models.right, XYZ))
+    assert presenter.counters.uploads == 1
+    assert presenter.counters.colour_passes == 2
+
+
+def test_a_picture_larger_than_the_area_is_cropped_about_its_middle(
+    make_presenter: Make, random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    picture = random_stereo(501, 401)
+    presenter = make_presenter({"a": picture})
+    presenter.show(Scene((Picture("a"),)))
+    top, left = -((480 - 501) // 2), -((320 - 401) // 2)
+    for eye in ("left", "right"):
+        cropped = picture.eye(eye)[top : top + 480, left : left + 320]
+        assert_codes(presenter.eye_view(eye), expected(same_models.left, cropped))
+
+
+def test_an_aperture_shows_the_middle_of_the_picture(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(100, 80)})
+    presenter.show(Scene((Picture("a", (10, 30)),)))
+    whole = presenter.eye_view("left")
+    presenter.show(Scene((Picture("a", (10, 30), (20, 60)),)))
+    top, left = (480 - 60) // 2 + 30, (320 - 20) // 2 + 10
+    cut = np.zeros_like(whole)
+    cut[top : top + 60, left : left + 20] = whole[top : top + 60, left : left + 20]
+    np.testing.assert_array_equal(presenter.eye_view("left"), cut)
+
+
+def test_no_eye_sees_what_sticks_out_of_the_other_eyes_area(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(60, 60)})
+    presenter.show(Scene((Picture("a", (-160, 0)),)))  # half of it lies left of each area
+    left, right = presenter.eye_view("left"), presenter.eye_view("right")
+    assert left[:, :30].any()
+    assert right[:, :30].any()
+    assert not left[:, 30:].any()
+    assert not right[:, 30:].any()
+
+
+def test_later_items_cover_earlier_ones(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(60, 60), "b": random_stereo(60, 60, 5)})
+    presenter.show(Scene((Picture("b"),)))
+    alone = presenter.eye_view("left")
+    presenter.show(Scene((Picture("a"), Picture("b"))))
+    np.testing.assert_array_equal(presenter.eye_view("left"), alone)
+
+
+def test_flat_shows_a_flat_picture_once_and_refuses_two_views(
+    make_presenter: Make, random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    stereo = random_stereo(60, 640)
+    presenter = make_presenter({"flat": StereoImage.flat(stereo.left), "stereo": stereo}, mode="flat")
+    presenter.show(Scene((Picture("flat"),)))
+    assert_codes(presenter.eye_view("right")[210:270], expected(same_models.left, stereo.left))
+    np.testing.assert_array_equal(presenter.eye_view("left"), presenter.eye_view("right"))
+    with pytest.raises(PresentationError, match=r"'stereo' has a view for each eye.*flat version"):
+        presenter.show(Scene((Picture("stereo"),)))
+
+
+def test_flat_refuses_models_per_eye(make_presenter: Make, model: Callable[..., DisplayModel]) -> None:
+    with pytest.raises(PresentationError, match="characterised per eye"):
+        make_presenter({}, mode="flat", models=EyeModels(model(2.0), model(2.1)))
+
+
+def test_a_still_trial_draws_one_frame_and_keeps_its_onset(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(20, 20)})
+    before_s = time.monotonic()
+    onsets_s = {presenter.show(Scene((Picture("a"), Text("Which?")))) for _ in range(5)}
+    assert len(onsets_s) == 1
+    assert before_s <= onsets_s.pop() <= time.monotonic()
+    assert presenter.counters.frames_drawn == 1
+    assert presenter.counters.scenes_skipped == 4
+    assert len(presenter.swaps.times_s) == 1
+
+
+def test_nine_trials_decode_upload_and_transform_each_picture_once(
+    make_presenter: Make, random_stereo: Stereo, random_XYZ: Callable[..., NDArray[np.float32]]
+) -> None:
+    flat = StereoImage.flat(random_XYZ(30, 40))
+    pictures = {f"s{number}": random_stereo(30, 40, number) for number in range(9)} | {"flat": flat}
+    presenter = make_presenter(pictures)
+    for first, second in combinations(pictures, 2):
+        presenter.prefetch(Scene((Picture(first, (0, -100)), Picture(second, (0, 100)))))
+        presenter.show(Scene((Picture(first, (0, -100)), Picture(second, (0, 100)))))
+    work = presenter.counters
+    assert work.frames_drawn == 45
+    assert work.decodes == 10
+    assert work.uploads == 9 * 2 + 1
+    assert work.bytes_uploaded == 19 * 30 * 40 * 3 * 4
+    assert work.colour_passes == 19
+    assert work.pixels_shaded == 19 * 30 * 40
+    assert work.evictions == 0
+
+
+def test_prefetched_pictures_need_no_work_when_shown(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(20, 20)})
+    scene = Scene((Picture("a"), Text("Which?")))
+    presenter.prefetch(scene)
+    ready = presenter.counters
+    assert (ready.frames_drawn, ready.decodes, ready.uploads, ready.texts_rasterised) == (0, 1, 2, 1)
+    presenter.show(scene)
+    shown = presenter.counters
+    assert shown.frames_drawn == 1
+    assert (shown.decodes, shown.uploads, shown.colour_passes, shown.texts_rasterised) == (1, 2, 2, 1)
+
+
+def test_the_picture_used_longest_ago_goes_first_and_never_one_that_is_shown(
+    make_presenter: Make, random_stereo: Stereo
+) -> None:
+    one_picture = 2 * 20 * 20 * 4
+    pictures = {name: random_stereo(20, 20, seed) for seed, name in enumerate("abc")}
+    presenter = make_presenter(pictures, picture_budget_bytes=2 * one_picture)
+    presenter.show(Scene((Picture("a"),)))
+    presenter.show(Scene((Picture("b"),)))
+    presenter.show(Scene((Picture("a"),)))
+    presenter.show(Scene((Picture("c"),)))  # b goes
+    assert (presenter.counters.decodes, presenter.counters.evictions) == (3, 1)
+    presenter.show(Scene((Picture("a"),)))
+    assert presenter.counters.decodes == 3
+    presenter.show(Scene((Picture("a", (-80, 0)), Picture("b"), Picture("c", (80, 0)))))  # more than the budget
+    view = presenter.eye_view("left")
+    assert view[:, :100].any()
+    assert view[:, 150:170].any()
+    assert view[:, 220:].any()
+
+
+def test_half_float_pictures_are_uploaded_as_they_are(
+    make_presenter: Make, random_XYZ: Callable[..., NDArray[np.float32]], same_models: EyeModels
+) -> None:
+    half = random_XYZ(480, 320).astype(np.float16)
+    presenter = make_presenter({"a": StereoImage.flat(half)})  # type: ignore[arg-type]
+    presenter.show(Scene((Picture("a"),)))
+    assert presenter.counters.bytes_uploaded == 480 * 320 * 3 * 2
+    assert_codes(presenter.eye_view("left"), expected(same_models.left, half.astype(np.float32)))
+
+
+def test_capture_shows_the_current_scene_and_black_before_any(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(20, 20)})
+    assert set(presenter.capture()) == {"screen"}
+    assert not presenter.capture()["screen"].any()
+    presenter.show(Scene((Picture("a"),)))
+    np.testing.assert_array_equal(presenter.capture()["screen"], presenter.capture()["screen"])
+    assert presenter.capture()["screen"].any()
+    assert presenter.counters.frames_drawn == 1
+
+
+def test_damage_draws_the_scene_again_and_counts_it_apart(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(20, 20)})
+    onset_s = presenter.show(Scene((Picture("a"),)))
+    assert presenter.surface.on_damage is not None
+    presenter.surface.on_damage()
+    assert presenter.counters.frames_drawn == 1
+    assert presenter.counters.frames_redrawn == 1
+    assert presenter.show(Scene((Picture("a"),))) == onset_s
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_what_is_not_finite_is_refused_by_name_view_and_count(
+    make_presenter: Make, random_stereo: Stereo, bad: float
+) -> None:
+    picture = random_stereo(20, 20)
+    picture.right[3, 4:7, 1] = bad
+    presenter = make_presenter({"plate": picture})
+    with pytest.raises(PresentationError, match="'plate', right view: 3 pixels"):
+        presenter.show(Scene((Picture("plate"),)))
+    assert presenter.counters.frames_drawn == 0
+
+
+def test_a_picture_beyond_the_largest_texture_is_refused(make_presenter: Make) -> None:
+    presenter = make_presenter({"long": StereoImage.flat(np.zeros((1, 200_000, 3), np.float32))})
+    with pytest.raises(PresentationError, match="'long' is 200000 × 1 px; this driver's textures end at"):
+        presenter.show(Scene((Picture("long"),)))
+
+
+def test_an_error_of_the_driver_is_raised_once(make_presenter: Make) -> None:
+    presenter = make_presenter({})
+    presenter.surface.context.enable_direct(0xDEAD)
+    with pytest.raises(GraphicsError, match="GL_INVALID_ENUM"):
+        presenter.show(Scene())
+    presenter.show(Scene((Text("again"),)))
