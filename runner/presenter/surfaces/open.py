@@ -16,11 +16,23 @@ def _egl(size_px: Size, stereo: bool, windowed: bool) -> Surface:
     return EglSurface(size_px)
 
 
-BACKENDS = MappingProxyType({"egl": _egl})
+def _window(size_px: Size, stereo: bool, windowed: bool) -> Surface:
+    from runner.presenter.surfaces.window import WindowSurface
+
+    return WindowSurface(size_px, stereo=stereo, windowed=windowed)
+
+
+def _null(size_px: Size, stereo: bool, windowed: bool) -> Surface:
+    from runner.presenter.surfaces.null_window import NullWindowSurface
+
+    return NullWindowSurface(size_px)
+
+
+BACKENDS = MappingProxyType({"egl": _egl, "null": _null, "window": _window})
 
 
 def open_surface(backend: str, size_px: Size, *, stereo: bool = False, windowed: bool = False) -> Surface:
-    """Open a surface of ``size_px``: ``egl`` (offscreen).
+    """Open a surface of ``size_px``: ``egl`` (offscreen), ``null`` (a window without a screen) or ``window``.
 
     ``stereo`` asks for a right back buffer; whether there is one, the surface's ``stereo`` says. ``windowed`` keeps
     a window from filling the screen.

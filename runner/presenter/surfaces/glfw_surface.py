@@ -1,0 +1,197 @@
+"""What a window and a window without a screen have in common: one glfw window with an OpenGL 3.3 core context."""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Mapping
+from ctypes import c_void_p
+from typing import Any
+
+import glfw
+import moderngl
+
+from devices.display_file import Eye
+from runner.ports import KeyPress, WindowClosed
+from runner.presenter.errors import GraphicsError, PresentationError
+from runner.presenter.rectangle import Size
+from runner.presenter.surfaces import gl_calls
+from runner.presenter.surfaces.gl_calls import GlCalls
+from runner.presenter.surfaces.glfw_session import GlfwSession
+from runner.presenter.surfaces.keys import key_name
+from runner.presenter.surfaces.surface import Buffer, Codes, SurfaceFacts
+
+_GL_DITHER = 0x0BD0
+_GL_FRAMEBUFFER_SRGB = 0x8DB9
+_WAKE_S = 0.25  # how soon Ctrl-C is noticed while asleep; four wakings a second cost nothing
+
+
+class _Loader:
+    """The window's own loader, as moderngl takes it; moderngl's would look for another libGL."""
+
+    def load_opengl_function(self, name: str) -> int:
+        return function_address(name)
+
+    def __enter__(self) -> _Loader:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def release(self) -> None:
+        pass
+
+
+def function_address(name: str) -> int:
+    """Return the address of an OpenGL function in the current context, 0 if it has none."""
+    address = glfw.get_proc_address(name)
+    if isinstance(address, c_void_p):
+        return address.value or 0
+    return int(address or 0)
+
+
+def context_hints() -> dict[int, int]:
+    """Return the window hints that every window needs: OpenGL 3.3 core, 8 bits a channel, no smoothing."""
+    return {
+        glfw.CONTEXT_VERSION_MAJOR: 3,
+        glfw.CONTEXT_VERSION_MINOR: 3,
+        glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
+        glfw.RED_BITS: 8,
+        glfw.GREEN_BITS: 8,
+        glfw.BLUE_BITS: 8,
+        glfw.DEPTH_BITS: 0,
+        glfw.STENCIL_BITS: 0,
+        glfw.SAMPLES: 0,
+        glfw.SRGB_CAPABLE: glfw.FALSE,
+        glfw.RESIZABLE: glfw.FALSE,
+        glfw.DECORATED: glfw.FALSE,
+        glfw.AUTO_ICONIFY: glfw.FALSE,
+    }
+
+
+class GlfwSurface:
+    """A surface on a glfw window; a subclass opens the window and says what sort it is."""
+
+    backend: str
+
+    def __init__(self, session: GlfwSession, window: Any, size_px: Size, *, vsync: bool) -> None:
+        self.size_px = size_px
+        self.on_damage: Callable[[], object] | None = None
+        self.remarks: tuple[str, ...] = ()
+        self._session = session
+        self._window = window
+        self._presses: deque[KeyPress] = deque()
+        self._damaged = False
+        glfw.make_context_current(window)
+        session.complaints.clear()
+        glfw.swap_interval(1 if vsync else 0)
+        self._vsync = vsync and not session.complaints
+        session.complaints.clear()
+        try:
+            self.context = moderngl.create_context(context=_Loader())  # type: ignore[arg-type]
+        except Exception as error:  # the loader raises bare Exceptions
+            raise GraphicsError(f"the window gives no OpenGL 3.3 context: {error}") from error
+        self._calls = GlCalls(function_address)
+        self.stereo = self._calls.has_stereo()
+        back = gl_calls.BACK if self._calls.has_back_buffer() else gl_calls.FRONT
+        self._buffers: Mapping[Buffer, int] = {Buffer.BACK: back}
+        if self.stereo:
+            eyes = {Buffer.BACK_LEFT: gl_calls.BACK_LEFT, Buffer.BACK_RIGHT: gl_calls.BACK_RIGHT}
+            self._buffers = {**self._buffers, **eyes}
+        for capability in (_GL_DITHER, _GL_FRAMEBUFFER_SRGB):
+            self.context.disable_direct(capability)
+        self._framebuffer = self.context.detect_framebuffer(0)
+        self._check_size(glfw.get_framebuffer_size(window))
+        glfw.set_key_callback(window, self._on_key)
+        glfw.set_window_refresh_callback(window, self._on_refresh)
+
+    @property
+    def facts(self) -> SurfaceFacts:
+        """What to record of it."""
+        info = self.context.info
+        return SurfaceFacts(
+            backend=self.backend,
+            display_server=self._session.display_server,
+            vendor=str(info["GL_VENDOR"]),
+            renderer=str(info["GL_RENDERER"]),
+            gl_version=str(info["GL_VERSION"]),
+            size_px=self.size_px,
+            stereo=self.stereo,
+            vsync=self._vsync,
+            remarks=self.remarks,
+        )
+
+    def target(self, buffer: Buffer) -> moderngl.Framebuffer:
+        """Bind ``buffer`` for drawing and return the window's framebuffer."""
+        name = self._buffer(buffer)
+        self._framebuffer.use()
+        self._calls.draw_to(name)
+        return self._framebuffer
+
+    def swap(self) -> None:
+        """Show the back buffers and wait until the graphics card has done so."""
+        glfw.swap_buffers(self._window)
+        self.context.finish()
+        self._damaged = False
+
+    def read(self, eye: Eye | None = None) -> Codes:
+        """Return the codes (height, width, 3) of the back buffer, or of ``eye``'s, top row first."""
+        name = self._buffer(Buffer.of(eye))
+        self._framebuffer.use()
+        return self._calls.read_from(name, self.size_px)
+
+    def wait_key(self) -> KeyPress:
+        """Sleep in the event queue until a key is pressed; raise WindowClosed once the window is closed."""
+        while not self._presses:
+            if glfw.window_should_close(self._window):
+                raise WindowClosed("the window was closed")
+            glfw.wait_events_timeout(_WAKE_S)
+            self._mend()
+        return self._presses.popleft()
+
+    def poll_keys(self) -> tuple[KeyPress, ...]:
+        """Return the presses that wait, without sleeping; raise WindowClosed once the window is closed."""
+        glfw.poll_events()
+        self._mend()
+        if glfw.window_should_close(self._window):
+            raise WindowClosed("the window was closed")
+        presses = tuple(self._presses)
+        self._presses.clear()
+        return presses
+
+    def close(self) -> None:
+        """Destroy the window."""
+        self.context.release()
+        self._session.close()
+
+    def __enter__(self) -> GlfwSurface:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _buffer(self, buffer: Buffer) -> int:
+        if buffer not in self._buffers:
+            raise PresentationError(f"the window has no buffer '{buffer.value}': it is not stereo")
+        return self._buffers[buffer]
+
+    def _check_size(self, actual_px: Size) -> None:
+        if tuple(actual_px) != tuple(self.size_px):
+            raise PresentationError(
+                f"the window system gives {actual_px[0]} × {actual_px[1]} px in place of "
+                f"{self.size_px[0]} × {self.size_px[1]} (set the screen to the panel's resolution, without scaling)"
+            )
+
+    def _mend(self) -> None:
+        if self._damaged:
+            self._damaged = False
+            if self.on_damage is not None:
+                self.on_damage()
+
+    def _on_key(self, _window: Any, key: int, scancode: int, action: int, _modifiers: int) -> None:
+        now_s = time.monotonic()
+        if action == glfw.PRESS and (name := key_name(key, scancode)):
+            self._presses.append(KeyPress(name, now_s))
+
+    def _on_refresh(self, _window: Any) -> None:
+        self._damaged = True

@@ -1,0 +1,41 @@
+"""A window without a screen: glfw's null platform with its OSMesa context. No display server, no graphics card."""
+
+from __future__ import annotations
+
+import glfw
+
+from runner.ports import KeyPress, WindowClosed
+from runner.presenter.errors import PresentationError
+from runner.presenter.rectangle import Size
+from runner.presenter.surfaces.glfw_session import GlfwSession
+from runner.presenter.surfaces.glfw_surface import GlfwSurface, context_hints
+
+
+class NullWindowSurface(GlfwSurface):
+    """A window of ``size_px`` drawn by OSMesa. It has no keys: glfw's null platform never has an event."""
+
+    backend = "null"
+
+    def __init__(self, size_px: Size) -> None:
+        session = GlfwSession(glfw.PLATFORM_NULL)
+        try:
+            glfw.default_window_hints()
+            for hint, value in {**context_hints(), glfw.CONTEXT_CREATION_API: glfw.OSMESA_CONTEXT_API}.items():
+                glfw.window_hint(hint, value)
+            window = glfw.create_window(*size_px, "cyclopean", None, None)
+            if not window:
+                raise PresentationError(
+                    f"OSMesa gives no OpenGL context: {session.why()} (install libosmesa6, or use another backend)"
+                )
+            super().__init__(session, window, size_px, vsync=False)
+        except BaseException:
+            session.close()
+            raise
+
+    def wait_key(self) -> KeyPress:
+        """Raise WindowClosed: nobody can press a key here."""
+        raise WindowClosed("a window without a screen has no keys")
+
+    def poll_keys(self) -> tuple[KeyPress, ...]:
+        """Return none."""
+        return ()

@@ -1,0 +1,82 @@
+"""A window on a screen: full-screen where the screen has the panel's resolution."""
+
+from __future__ import annotations
+
+import time
+from typing import Any
+
+import glfw
+
+from runner.presenter.errors import PresentationError
+from runner.presenter.rectangle import Size
+from runner.presenter.surfaces.glfw_session import GlfwSession
+from runner.presenter.surfaces.glfw_surface import GlfwSurface, context_hints
+
+_TITLE = "cyclopean"
+_SHOWN_WITHIN_S = 0.5
+
+
+class WindowSurface(GlfwSurface):
+    """A window of the panel's resolution, with vertical sync and no cursor.
+
+    Where no monitor has that resolution, or ``windowed`` is true, it is an undecorated window at the top left of
+    the screen, and a remark says so. ``stereo`` asks for left and right buffers; if the driver has none, the window
+    opens without them and its ``stereo`` is false.
+    """
+
+    backend = "window"
+
+    def __init__(self, size_px: Size, *, stereo: bool = False, windowed: bool = False) -> None:
+        session = GlfwSession()
+        try:
+            monitor = None if windowed else _monitor(size_px)
+            window = _create(size_px, monitor, stereo=stereo) or (stereo and _create(size_px, monitor, stereo=False))
+            if not window:
+                raise PresentationError(f"the window could not be opened: {session.why()}")
+            super().__init__(session, window, size_px, vsync=True)
+            if monitor is None:
+                glfw.set_window_pos(window, 0, 0)
+            if monitor is None and not windowed:
+                self.remarks = (_not_full_screen(size_px),)
+            glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)
+            glfw.show_window(window)
+            glfw.focus_window(window)
+            session.complaints.clear()
+            self._settle()
+            self._check_size(glfw.get_framebuffer_size(window))
+        except BaseException:
+            session.close()
+            raise
+
+    def _settle(self) -> None:
+        """Wait for the window to appear, so that its appearing does not count as damage later."""
+        until_s = time.monotonic() + _SHOWN_WITHIN_S
+        while not self._damaged and time.monotonic() < until_s:
+            glfw.wait_events_timeout(0.02)
+        glfw.poll_events()
+        self._damaged = False
+
+
+def _monitor(size_px: Size) -> Any:
+    """Return the first monitor whose mode has ``size_px``, or None."""
+    modes = ((monitor, glfw.get_video_mode(monitor)) for monitor in glfw.get_monitors())
+    return next((monitor for monitor, mode in modes if tuple(mode.size) == tuple(size_px)), None)
+
+
+def _create(size_px: Size, monitor: Any, *, stereo: bool) -> Any:
+    glfw.default_window_hints()
+    hints = {**context_hints(), glfw.STEREO: int(stereo), glfw.VISIBLE: glfw.FALSE}
+    if monitor is not None:
+        hints[glfw.REFRESH_RATE] = glfw.get_video_mode(monitor).refresh_rate
+    for hint, value in hints.items():
+        glfw.window_hint(hint, value)
+    return glfw.create_window(*size_px, _TITLE, monitor, None)
+
+
+def _not_full_screen(size_px: Size) -> str:
+    sizes = [tuple(glfw.get_video_mode(monitor).size) for monitor in glfw.get_monitors()]
+    screens = " and ".join(f"{width} × {height}" for width, height in sizes) or "none"
+    return (
+        f"no screen shows {size_px[0]} × {size_px[1]} px (there: {screens}); "
+        "the window stands at the top left of the screen and is not full-screen"
+    )
