@@ -1,0 +1,113 @@
+"""Who was preferred over whom, how often, by which observer: what every scaling method starts from."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.errors import ResultsError
+from documents import Finding
+
+MOST_ITEMS = 5000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Comparisons:
+    """Paired comparisons of ``n`` items, as a list of answers and as counts.
+
+    Attributes
+    ----------
+    items
+        Names of the items, in the order of the matrix's rows.
+    wins
+        Shape (n, n): ``wins[i, j]`` is how often item i was preferred over item j; the diagonal is zero.
+    observers
+        Names of the observers; one empty name where the source names none.
+    winner, loser, observer
+        Shape (m,): indices into ``items`` and ``observers``, one per line of the source.
+    count
+        Shape (m,): how often that line counts, above zero.
+    winner_was_first
+        Shape (m,): 1 where the winner was shown first, 0 where the loser was, -1 where the source does not say.
+    """
+
+    items: tuple[str, ...]
+    wins: NDArray[np.float64]
+    observers: tuple[str, ...]
+    winner: NDArray[np.intp]
+    loser: NDArray[np.intp]
+    observer: NDArray[np.intp]
+    count: NDArray[np.float64]
+    winner_was_first: NDArray[np.int8]
+
+    @property
+    def totals(self) -> NDArray[np.float64]:
+        """Shape (n, n): how often the two items of each pair were compared."""
+        total: NDArray[np.float64] = self.wins + self.wins.T
+        return total
+
+    def wins_by_observer(self) -> NDArray[np.float64]:
+        """Return the counts of each observer, shape (observers, n, n); they sum to ``wins``."""
+        n, people = len(self.items), len(self.observers)
+        flat = (self.observer * n + self.winner) * n + self.loser
+        counts = np.bincount(flat, weights=self.count, minlength=people * n * n)
+        return counts.astype(np.float64).reshape(people, n, n)
+
+    def first_share(self) -> float | None:
+        """Return the share of answers (0 to 1) that went to the item shown first; None where nobody noted it."""
+        known = self.winner_was_first >= 0
+        total = float(self.count[known].sum())
+        return float(self.count[known] @ self.winner_was_first[known]) / total if total else None
+
+
+@dataclass(frozen=True, slots=True)
+class Answer:
+    """One line of a source: ``winner`` was preferred over ``loser`` ``count`` times; ``first`` was shown first."""
+
+    winner: str
+    loser: str
+    count: float = 1.0
+    observer: str = ""
+    first: str | None = None
+
+
+def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Comparisons:
+    """Build comparisons from answers.
+
+    The items are those that occur in the answers: first the ones in ``items``, in that order, then others in the
+    order in which they are met. Answers that count zero times name their items and say nothing else.
+
+    Raises
+    ------
+    ResultsError
+        If there are more than 5000 items, whose counts would not fit into memory.
+    """
+    met = dict.fromkeys(name for answer in answers for name in (answer.winner, answer.loser))
+    names = tuple(dict.fromkeys([name for name in items if name in met] + list(met)))
+    if len(names) > MOST_ITEMS:
+        raise ResultsError(
+            Finding(f"there are {len(names)} items, more than {MOST_ITEMS}", remedy="scale fewer at once")
+        )
+    index = {name: number for number, name in enumerate(names)}
+    counted = [answer for answer in answers if answer.count > 0]
+    observers = tuple(dict.fromkeys(answer.observer for answer in counted))
+    people = {name: number for number, name in enumerate(observers)}
+    winner = np.array([index[answer.winner] for answer in counted], dtype=np.intp)
+    loser = np.array([index[answer.loser] for answer in counted], dtype=np.intp)
+    count = np.array([answer.count for answer in counted], dtype=np.float64)
+    sides = [-1 if answer.first is None else int(answer.first == answer.winner) for answer in counted]
+    n = len(names)
+    wins = np.bincount(winner * n + loser, weights=count, minlength=n * n).astype(np.float64).reshape(n, n)
+    return Comparisons(
+        items=names,
+        wins=wins,
+        observers=observers,
+        winner=winner,
+        loser=loser,
+        observer=np.array([people[answer.observer] for answer in counted], dtype=np.intp),
+        count=count,
+        winner_was_first=np.array(sides, dtype=np.int8),
+    )

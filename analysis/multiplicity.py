@@ -1,0 +1,108 @@
+"""p values of all pairs at once, corrected for their number."""
+
+from __future__ import annotations
+
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.errors import ResultsError
+from documents import Finding
+
+Floats = NDArray[np.float64]
+Adjust = Literal["none", "holm", "bh", "maxz"]
+ADJUSTMENTS: tuple[Adjust, ...] = get_args(Adjust)
+
+MAXZ_SEED = 20160
+MAXZ_SAMPLES = 200_000
+MAXZ_MOST_NUMBERS = 40_000_000
+MAXZ_FEWEST_SAMPLES = 10_000
+
+
+def adjusted_p(z: Floats, covariance: Floats, adjust: Adjust) -> Floats:
+    """Return two-sided p values of ``z`` over the pairs i < j, adjusted.
+
+    Parameters
+    ----------
+    z
+        Shape (n, n): antisymmetric.
+    covariance
+        Shape (n, n): covariance of the estimates that ``z`` compares; only ``maxz`` looks at it.
+    adjust
+        ``none``; ``holm`` [Holm1979] and ``maxz`` hold the chance of any false difference; ``bh``
+        [Benjamini1995] the expected share of false ones.
+
+    Returns
+    -------
+    Shape (n, n), symmetric, 1 on the diagonal.
+
+    Raises
+    ------
+    ResultsError
+        If ``adjust`` is none of these.
+    """
+    from scipy.special import erfc
+
+    if adjust not in ADJUSTMENTS:
+        raise ResultsError(
+            Finding(f"there is no adjustment '{adjust}'", remedy="expected one of: " + ", ".join(ADJUSTMENTS))
+        )
+    first, second = np.triu_indices(len(z), 1)
+    raw = np.asarray(erfc(np.abs(z[first, second]) / np.sqrt(2)))
+    if adjust == "holm":
+        pairs = holm(raw)
+    elif adjust == "bh":
+        pairs = benjamini_hochberg(raw)
+    elif adjust == "maxz":
+        pairs = single_step(np.abs(z[first, second]), covariance)
+    else:
+        pairs = raw
+    p = np.ones_like(z)
+    p[first, second] = pairs
+    p[second, first] = pairs
+    return p
+
+
+def holm(p: Floats) -> Floats:
+    """Return Holm's step-down adjusted p values. Shapes (m,) to (m,)."""
+    order = np.argsort(p, kind="stable")
+    stepped = np.maximum.accumulate(p[order] * np.arange(len(p), 0, -1))
+    adjusted = np.empty_like(p)
+    adjusted[order] = np.minimum(stepped, 1)
+    return adjusted
+
+
+def benjamini_hochberg(p: Floats) -> Floats:
+    """Return Benjamini and Hochberg's step-up adjusted p values. Shapes (m,) to (m,)."""
+    order = np.argsort(p, kind="stable")
+    scaled = p[order] * len(p) / np.arange(1, len(p) + 1)
+    adjusted = np.empty_like(p)
+    adjusted[order] = np.minimum(np.minimum.accumulate(scaled[::-1])[::-1], 1)
+    return adjusted
+
+
+def single_step(absolute_z: Floats, covariance: Floats) -> Floats:
+    """Return, for each absolute z, the chance that the largest of all pairs reaches it when no two items differ.
+
+    The estimates are drawn from a normal law with ``covariance``, with a fixed seed: the same data give the same
+    value. With 200,000 draws the standard error is at most 0.0005 at p = 0.05; above 20 items there are fewer
+    draws (at least 10,000, standard error 0.0022), to keep the work within a few seconds.
+    """
+    first, second = np.triu_indices(len(covariance), 1)
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    variance = np.diag(covariance)
+    error = np.sqrt(np.maximum(variance[first] + variance[second] - 2 * covariance[first, second], 0))
+    contrasts = np.divide(
+        root[first] - root[second], error[:, None], out=np.zeros((len(first), len(root))), where=error[:, None] > 0
+    )
+    samples = int(np.clip(MAXZ_MOST_NUMBERS // len(first), MAXZ_FEWEST_SAMPLES, MAXZ_SAMPLES))
+    random = np.random.default_rng(MAXZ_SEED)
+    largest = np.empty(samples)
+    block = max(1, 2_000_000 // len(first))
+    for start in range(0, samples, block):
+        draws = random.standard_normal((min(block, samples - start), len(root)))
+        largest[start : start + block] = np.abs(draws @ contrasts.T).max(axis=1)
+    largest.sort()
+    return 1 - np.searchsorted(largest, absolute_z, side="left") / samples

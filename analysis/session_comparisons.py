@@ -1,0 +1,73 @@
+"""From the records of sessions to comparisons: one experiment at a time, each session once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.errors import ResultsError
+from analysis.records import SessionLog
+from documents import Finding
+
+KIND = "all_pairs"
+
+
+def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
+    """Gather the ``all_pairs`` answers of one experiment's sessions.
+
+    Raises
+    ------
+    ResultsError
+        If there is no session or no answer, a session stands there twice, the sessions belong to different
+        experiments or show different stimuli, or a trial names no stimulus of its header.
+    """
+    _refuse_mixtures(sessions)
+    names = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
+    answers = []
+    for session in sessions:
+        for trial in session.trials:
+            if trial.kind != KIND:
+                continue
+            try:
+                chosen, rejected = str(trial.data["chosen"]), str(trial.data["rejected"])
+            except KeyError as error:
+                place = f"the trial {trial.trial} of block {trial.block} has no {error}"
+                raise ResultsError(Finding(place, str(session.file), remedy="restore the file")) from None
+            for name in (chosen, rejected):
+                if names and name not in names:
+                    what = f"trial {trial.trial} of block {trial.block} shows '{name}', no stimulus of the session"
+                    raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
+            if chosen == rejected:
+                what = f"trial {trial.trial} of block {trial.block} compares '{chosen}' with itself"
+                raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
+            first = trial.data.get("first")
+            observer = session.header.observer
+            answers.append(Answer(chosen, rejected, 1.0, observer, None if first is None else str(first)))
+    if not answers:
+        files = ", ".join(str(session.file) for session in sessions[:3])
+        raise ResultsError(Finding("the results hold no paired comparison", files, remedy="answer some trials first"))
+    return from_answers(answers, names)
+
+
+def _refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
+    if not sessions:
+        raise ResultsError(
+            Finding("there is no session to read", remedy="name a folder that holds session.jsonl files")
+        )
+    reference = sessions[0]
+    stimuli = {str(stimulus["name"]) for stimulus in reference.header.stimuli}
+    seen: dict[tuple[str, ...], SessionLog] = {}
+    for session in sessions:
+        header = session.header
+        if header.experiment != reference.header.experiment:
+            what = f"this session is of '{header.experiment}', {reference.file} of '{reference.header.experiment}'"
+            raise ResultsError(Finding(what, str(session.file), 1, 1, "report on one experiment at a time"))
+        differing = stimuli ^ {str(stimulus["name"]) for stimulus in header.stimuli}
+        if differing:
+            what = f"this session and {reference.file} do not show the same stimuli: '{min(differing)}' is in one only"
+            raise ResultsError(Finding(what, str(session.file), 1, 1, "report on them separately"))
+        identity = (header.observer, header.session, header.started_utc)
+        if identity in seen:
+            what = f"this is the same session as {seen[identity].file}: its answers would count twice"
+            raise ResultsError(Finding(what, str(session.file), 1, 1, "remove one of the copies"))
+        seen[identity] = session
