@@ -46,11 +46,15 @@ class Recorder:
             raise SessionError(
                 Finding(f"the results folder cannot be written: {error.strerror}", str(folder), remedy="choose another")
             ) from error
-        recorder = cls(folder, _locked(folder), _open(folder / FILE_NAME))
-        recorder._write(header.to_json())
+        lock = _locked(folder)
+        # The log appears with its whole header or not at all.
+        part = folder / f".{FILE_NAME}.part"
+        with _open(part) as stream:
+            _write(stream, header.to_json())
+        os.replace(part, folder / FILE_NAME)
         _sync_folder(folder)
         _sync_folder(folder.parent)
-        return recorder
+        return cls(folder, lock, _open(folder / FILE_NAME))
 
     @classmethod
     def reopen(cls, folder: Path) -> tuple[Recorder, SessionLog]:
@@ -75,18 +79,11 @@ class Recorder:
 
     def append(self, trial: Trial) -> None:
         """Record an answer; it is on disk when this returns."""
-        self._write(trial.to_json())
+        _write(self._stream, trial.to_json())
 
     def end(self) -> None:
         """Record that the session is complete."""
-        self._write({"record": "end"})
-
-    def _write(self, line: Mapping[str, Any]) -> None:
-        data = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
-        written = self._stream.write(data)
-        if written != len(data):
-            raise OSError(f"only {written} of {len(data)} bytes of an answer could be written; is the disk full?")
-        os.fsync(self._stream.fileno())
+        _write(self._stream, {"record": "end"})
 
     def close(self) -> None:
         """Close the log and let others have it."""
@@ -100,6 +97,14 @@ class Recorder:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.close()
+
+
+def _write(stream: BinaryIO, line: Mapping[str, Any]) -> None:
+    data = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    written = stream.write(data)
+    if written != len(data):
+        raise OSError(f"only {written} of {len(data)} bytes of an answer could be written; is the disk full?")
+    os.fsync(stream.fileno())
 
 
 def _locked(folder: Path) -> FileLock:
@@ -119,7 +124,7 @@ def _open(file: Path) -> BinaryIO:
 
 def _sync_folder(folder: Path) -> None:
     if os.name != "posix":
-        return  # only POSIX lets a folder be opened and synced
+        return  # only there can a folder be opened and synced
     descriptor = os.open(folder, os.O_RDONLY)
     try:
         os.fsync(descriptor)

@@ -1,0 +1,70 @@
+"""A session in a process of its own, made to be killed: run as a program by test_kill.py.
+
+It tells on standard output what it does, a line at a time, so that the test knows which answers were given before
+the process died: ``asked FIRST SECOND`` once a trial is awaited (all trials before it are recorded by then), ``end``
+once the session is complete.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+import time
+from dataclasses import replace
+from pathlib import Path
+
+from analysis.records import FILE_NAME, Header
+from runner.blocks.all_pairs import AllPairs, PairLayout
+from runner.blocks.message import Message
+from runner.observers.simulated import BradleyTerryObserver
+from runner.ports import Ask, KeyPress
+from runner.presenter.scene import Scene
+from runner.recorder import Recorder
+from runner.session import Session
+
+NAMES = tuple("abcdefgh")
+LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+
+
+def tell(*words: str) -> None:
+    """Write a line at once: what a killed process had in its buffers would be lost."""
+    sys.stdout.write(" ".join(words) + "\n")
+    sys.stdout.flush()
+
+
+class _Screen:
+    def show(self, scene: Scene) -> float:
+        return time.monotonic()
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+
+class _Slow(BradleyTerryObserver):
+    """Answers after a few milliseconds, so that a kill falls before, between and after answers."""
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        if ask.scene.stimuli:
+            tell("asked", *ask.scene.stimuli)
+        time.sleep(self.rng.uniform(0.0, 0.004))
+        return super().respond(ask, onset_s)
+
+
+def main(folder: Path) -> None:
+    """Begin the session in ``folder``, or go on with it."""
+    if (folder / FILE_NAME).exists():
+        recorder, log = Recorder.reopen(folder)
+        logged = log.trials
+    else:
+        recorder, logged = Recorder.create(folder, replace(HEADER)), ()
+    observer = _Slow({name: 1.0 + index for index, name in enumerate(NAMES)}, random.Random())
+    pairs = AllPairs(NAMES, "Which?", LAYOUT, "side", "order", break_every=5)
+    with recorder:
+        blocks = (Message("instructions", "Look."), pairs, Message("break", "Rest."))
+        Session(blocks, _Screen(), observer, recorder, logged=logged).run()
+    tell("end")
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))
