@@ -12,6 +12,7 @@ class Flat:
     """One area for both eyes. It shows flat pictures only: a picture of two views has no place in it."""
 
     name: ClassVar[str] = "flat"
+    needs_stereo: ClassVar[bool] = False
 
     def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
         """Return None: every surface can."""

@@ -20,9 +20,13 @@ class EyeArea:
 
 
 class Mode(Protocol):
-    """One way to show two pictures. ``name`` is the mode's key in display files."""
+    """One way to show two pictures. ``name`` is the mode's key in display files.
+
+    ``needs_stereo`` says whether to ask the surface for a back buffer for each eye.
+    """
 
     name: ClassVar[str]
+    needs_stereo: ClassVar[bool]
 
     def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
         """Say why a surface of ``size_px``, with a right back buffer or not, cannot show this mode; None if it can."""

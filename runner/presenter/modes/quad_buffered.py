@@ -13,6 +13,7 @@ class QuadBuffered:
     """The whole surface for each eye, drawn to GL_BACK_LEFT and GL_BACK_RIGHT."""
 
     name: ClassVar[str] = "quad-buffered"
+    needs_stereo: ClassVar[bool] = True
 
     def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
         """Refuse a surface without a right back buffer."""

@@ -12,6 +12,7 @@ class SideBySide:
     """Two halves of equal size; of an odd width, the column in the middle stays black."""
 
     name: ClassVar[str] = "side-by-side"
+    needs_stereo: ClassVar[bool] = False
 
     def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
         """Refuse a surface too narrow to halve."""

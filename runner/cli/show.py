@@ -1,0 +1,150 @@
+"""`cyclopean show`: one stereo image on the screen, or its exact code values in a PNG."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal
+
+import click
+
+if TYPE_CHECKING:
+    from devices.display_file import Eye, EyeModels
+    from stimuli.stereo_image import StereoImage
+
+_EYES: tuple[Eye, Eye] = ("left", "right")
+
+
+@click.command(short_help="Show one stereo image with the display's response undone.")
+@click.argument("file", type=click.Path(path_type=Path))
+@click.option("--display", "display_file", type=click.Path(path_type=Path), required=True, help="A display file.")
+@click.option("--mode", required=True, help="A stereo mode that the display was characterised in.")
+@click.option(
+    "--screenshot", type=click.Path(path_type=Path), help="Write the framebuffer's codes to this PNG, and end."
+)
+@click.option("--headless", is_flag=True, help="Draw without a window, at the panel's resolution.")
+@click.option(
+    "--backend", type=click.Choice(["egl", "null"]), default="egl", show_default=True, help="How, if headless."
+)
+@click.option("--windowed", is_flag=True, help="Keep the window from filling the screen.")
+@click.option(
+    "--colour-space", type=click.Choice(["xyz", "rec709"]), help="What the file's numbers are, if it is silent."
+)
+@click.option("--white-luminance", type=float, metavar="CD_M2", help="The luminance of the value 1.")
+@click.option("--clip-negative", is_flag=True, help="Set XYZ below 0 to 0 instead of refusing it.")
+@click.option("--flat", is_flag=True, help="Show the centre view to both eyes.")
+@click.option("--json", "as_json", is_flag=True, help="Print what was shown as JSON.")
+def command(
+    file: Path,
+    display_file: Path,
+    mode: str,
+    screenshot: Path | None,
+    headless: bool,
+    backend: str,
+    windowed: bool,
+    colour_space: Literal["xyz", "rec709"] | None,
+    white_luminance: float | None,
+    clip_negative: bool,
+    flat: bool,
+    as_json: bool,
+) -> None:
+    """Show one stereo image with the display's response undone.
+
+    FILE is an OpenEXR picture; it stands at 1:1 in the middle of each eye's area until Escape is pressed. The
+    shares of pixels that the display cannot show are printed for each eye.
+    """
+    from devices.display_file import read_display
+    from runner.cli.main import WorkError
+    from runner.ports import WindowClosed
+    from runner.presenter.errors import GraphicsError
+    from runner.presenter.modes.registry import find_mode
+    from runner.presenter.presenter import Presenter
+    from runner.presenter.scene import Picture, Scene
+    from runner.presenter.screenshot import check_screenshot_path, write_screenshot
+    from runner.presenter.surfaces import open_surface
+    from stimuli.exr import read_exr
+
+    if headless and screenshot is None:
+        raise click.UsageError("Without a window there is nothing to see: add --screenshot OUT.png.")
+    if screenshot is not None:
+        check_screenshot_path(screenshot)
+    display = read_display(display_file)
+    models = display.models(mode)
+    stereo_mode = find_mode(mode)
+    image = read_exr(
+        file,
+        colour_space,
+        flat=flat,
+        white_luminance_cd_m2=white_luminance,
+        negative="clip" if clip_negative else "refuse",
+    )
+    try:
+        with (
+            open_surface(
+                backend if headless else "window",
+                display.panel.resolution_px,
+                stereo=stereo_mode.needs_stereo,
+                windowed=windowed,
+            ) as surface,
+            Presenter(surface, stereo_mode, models, lambda _: image) as presenter,
+        ):
+            for remark in surface.facts.remarks:
+                click.echo(f"warning: {remark}", err=True)
+            presenter.show(Scene((Picture(str(file)),)))
+            files = write_screenshot(presenter.capture(), screenshot) if screenshot else []
+            shown = _Shown(
+                str(file),
+                mode,
+                (image.width_px, image.height_px),
+                image.is_flat,
+                _clipping(image, models),
+                asdict(surface.facts),
+                tuple(str(path) for path in files),
+            )
+            click.echo(json.dumps(asdict(shown), indent=1) if as_json else _in_words(shown))
+            while screenshot is None and surface.wait_key().key != "escape":
+                pass
+    except WindowClosed:
+        pass
+    except GraphicsError as error:
+        raise WorkError(str(error)) from error
+
+
+@dataclass(frozen=True, slots=True)
+class _Shown:
+    file: str
+    mode: str
+    picture_px: tuple[int, int]
+    flat: bool
+    clipping: dict[Eye, dict[str, float]]
+    surface: dict[str, object]
+    screenshots: tuple[str, ...]
+
+
+def _clipping(image: StereoImage, models: EyeModels) -> dict[Eye, dict[str, float]]:
+    """Return, per eye, the percentages of the picture's pixels that the display cannot show."""
+    counts = {eye: models.eye(eye).clipping(image.eye(eye)) for eye in _EYES}
+    return {
+        eye: {
+            "percent_any": count.percent(count.any_channel),
+            "percent_above_full": count.percent(count.above_full),
+            "percent_red": count.percent(count.red),
+            "percent_green": count.percent(count.green),
+            "percent_blue": count.percent(count.blue),
+        }
+        for eye, count in counts.items()
+    }
+
+
+def _in_words(shown: _Shown) -> str:
+    width, height = shown.picture_px
+    lines = [f"{shown.file}: {width} × {height} px, {'flat' if shown.flat else 'stereo'}, shown {shown.mode}"]
+    for eye, share in shown.clipping.items():
+        channels = ", ".join(f"{name} {share[f'percent_{name}']:.2f}" for name in ("red", "green", "blue"))
+        lines.append(
+            f"{eye} eye: {share['percent_any']:.2f} % of the pixels lie outside the gamut ({channels} %), "
+            f"{share['percent_above_full']:.2f} % above full drive"
+        )
+    lines += [f"written: {path}" for path in shown.screenshots]
+    return "\n".join(lines)
