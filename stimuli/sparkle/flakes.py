@@ -1,0 +1,67 @@
+"""Where the flakes lie, how large they are and how they tilt."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stimuli.sparkle.scene import Plate
+
+Floats32 = NDArray[np.float32]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Flakes:
+    """Flakes, float32 arrays of one shape (n,).
+
+    A flake's normal points along (``slope_x``, ``slope_y``, 1); its ``depth_mm`` is below the coat's surface.
+    """
+
+    x_mm: Floats32
+    y_mm: Floats32
+    depth_mm: Floats32
+    diameter_mm: Floats32
+    slope_x: Floats32
+    slope_y: Floats32
+
+    def __len__(self) -> int:
+        return len(self.x_mm)
+
+    def chosen(self, which: NDArray[np.bool_]) -> Flakes:
+        """Return the flakes for which ``which``, shape (n,), is true."""
+        return Flakes(*(getattr(self, one.name)[which] for one in fields(self)))
+
+
+def scatter_flakes(plate: Plate, seed: int) -> Flakes:
+    """Scatter the plate's flakes at random: equal plates and seeds give equal flakes.
+
+    Their number is Poisson; each property draws from a stream of its own, so that a change to one leaves the others.
+    """
+    number, place, depth, size, tilt = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(5))
+    n = int(number.poisson(plate.flakes_per_mm2 * plate.width_mm * plate.height_mm))
+    x, y = (place.random((2, n), dtype=np.float32) - np.float32(0.5)) * np.array(
+        [[plate.width_mm], [plate.height_mm]], dtype=np.float32
+    )
+    slopes = tilt.standard_normal((2, n), dtype=np.float32) * np.float32(np.tan(np.radians(plate.tilt_sd_deg)))
+    return Flakes(
+        x_mm=x,
+        y_mm=y,
+        depth_mm=depth.random(n, dtype=np.float32) * np.float32(plate.flake_depth_max_um / 1000.0),
+        diameter_mm=_diameters_um(plate, n, size) / np.float32(1000.0),
+        slope_x=slopes[0],
+        slope_y=slopes[1],
+    )
+
+
+def _diameters_um(plate: Plate, n: int, random: np.random.Generator) -> Floats32:
+    """Draw (n,) lognormal diameters between the bounds; what falls outside is drawn again, not piled on the bound."""
+    median, spread = np.float32(plate.flake_diameter_median_um), np.float32(plate.flake_diameter_spread)
+    sizes: Floats32 = median * np.exp(spread * random.standard_normal(n, dtype=np.float32))
+    while True:
+        outside = (sizes < plate.flake_diameter_min_um) | (sizes > plate.flake_diameter_max_um)
+        again = int(outside.sum())
+        if again == 0:
+            return sizes
+        sizes[outside] = median * np.exp(spread * random.standard_normal(again, dtype=np.float32))

@@ -1,0 +1,273 @@
+"""Building a stimulus set: what is made, made once, and made whole or not at all."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+import stimuli.build
+from documents import InputError
+from stimuli.build import build, cache_folder
+from stimuli.errors import StimulusError
+from stimuli.exr import write_exr
+from stimuli.stereo_image import StereoImage
+
+PLATE: dict[str, Any] = {
+    "schema_version": 1,
+    "kind": "sparkle_plate",
+    "seed": 7,
+    "plate": {
+        "size_mm": [12, 8],
+        "coat_refractive_index": 1.5,
+        "flakes": {
+            "per_mm2": 40,
+            "diameter_median_um": 20,
+            "diameter_spread": 0.5,
+            "diameter_range_um": [8, 80],
+            "depth_max_um": 40,
+            "tilt_sd_deg": 8,
+            "lobe_sd_deg": 1,
+            "reflectance": 0.85,
+        },
+        "base": {"reflectance": 0.1, "chromaticity_xy": [0.33, 0.34]},
+    },
+    "lamp": {
+        "illuminance_lx": 110,
+        "chromaticity_xy": [0.353, 0.362],
+        "zenith_deg": 45,
+        "angular_radius_deg": 1.5,
+    },
+    "camera": {
+        "distance_mm": 700,
+        "interpupillary_distance_mm": 65,
+        "resolution_px_per_mm": 14.6,
+        "point_spread_sd_px": 1,
+        "full_well_cd_s_m2": 13.7,
+        "raw_from_XYZ": [[0.7866, -0.2108, -0.0555], [-0.4869, 1.2483, 0.2681], [-0.1176, 0.2069, 0.7501]],
+    },
+    "stimuli": [
+        {"name": "short", "exposure_s": "1/15"},
+        {"name": "long", "exposure_s": 1, "luminance_scale": 1.78},
+    ],
+}
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def recipe_file(tmp_path: Path, recipe: dict[str, Any]) -> Path:
+    path = tmp_path / "recipe.yaml"
+    path.write_text(yaml.safe_dump(recipe, sort_keys=False))
+    return path
+
+
+def pictures_recipe(tmp_path: Path, *stimuli: dict[str, Any], **more: Any) -> Path:
+    return recipe_file(tmp_path, {"schema_version": 1, "kind": "pictures", **more, "stimuli": list(stimuli)})
+
+
+def noise(seed: int) -> np.ndarray[Any, np.dtype[np.float32]]:
+    return np.random.default_rng(seed).uniform(0, 30, (4, 6, 3)).astype(np.float32)
+
+
+def test_each_exposure_makes_a_stereo_and_a_flat_stimulus_in_order(tmp_path: Path) -> None:
+    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    assert made.names == ("short-stereo", "short-flat", "long-stereo", "long-flat")
+    assert [made.load(name).is_flat for name in made.names] == [False, True, False, True]
+    assert made.factors("short-flat") == {
+        "image": "short",
+        "view": "flat",
+        "exposure_s": pytest.approx(1 / 15),
+        "luminance_scale": 1.0,
+    }
+    image = made.load("long-stereo")
+    assert (image.width_px, image.height_px) == (43, 29)
+    assert not np.array_equal(image.left, image.right)
+    assert np.array_equal(image.left, made.load("long-stereo").left)
+
+
+def test_luminance_scale_multiplies_xyz_after_the_sensor(tmp_path: Path) -> None:
+    recipe = {
+        **PLATE,
+        "stimuli": [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1, "luminance_scale": 2}],
+    }
+    made = build(recipe_file(tmp_path, recipe), 0.2768)
+    np.testing.assert_allclose(made.load("b-stereo").left, 2 * made.load("a-stereo").left, rtol=2e-3)
+
+
+def test_the_second_build_renders_nothing_and_says_the_same(tmp_path: Path) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first, second = build(path, 0.2768), build(path, 0.2768)
+    assert (first.rendered, second.rendered) == (4, 0)
+    assert first.digest == second.digest
+    assert first.names == second.names
+
+
+def test_the_same_recipe_elsewhere_makes_the_same_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first = build(path, 0.2768)
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "other"))
+    second = build(path, 0.2768)
+    assert second.rendered == 4
+    assert first.digest == second.digest
+
+
+@pytest.mark.parametrize("change", ["seed", "pitch", "comment"])
+def test_what_pictures_depend_on_is_the_key(tmp_path: Path, change: str) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first = build(path, 0.2768)
+    if change == "seed":
+        recipe_file(tmp_path, {**PLATE, "seed": 8})
+    if change == "comment":
+        path.write_text("# another word\n" + path.read_text())
+    second = build(path, 0.3 if change == "pitch" else 0.2768)
+    assert (second.rendered == 0) == (change == "comment")
+    assert (second.digest == first.digest) == (change == "comment")
+
+
+def test_progress_counts_up_to_the_number_of_pictures(tmp_path: Path) -> None:
+    calls: list[tuple[str, int, int]] = []
+    build(recipe_file(tmp_path, PLATE), 0.2768, lambda doing, done, total: calls.append((doing, done, total)))
+    assert [(done, total) for _, done, total in calls] == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
+    assert calls[1][0] == "rendering short-flat"
+
+
+def test_the_manifest_records_steps_statistics_and_files(tmp_path: Path) -> None:
+    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    manifest = json.loads(made.manifest_path.read_text())
+    assert manifest["recipe"]["lamp"]["azimuth_deg"] == 90.0
+    entry = manifest["stimuli"][2]
+    assert [step["step"] for step in entry["steps"]] == ["render", "expose", "resample", "scale"]
+    assert 0 <= entry["steps"][1]["saturated_percent"]["left"]["green"] < 100
+    counts = entry["steps"][0]["views"]["left"]
+    assert counts["splatted"] <= counts["shaded"] <= counts["flakes"]
+    image = made.load(entry["name"])
+    assert entry["luminance_cd_m2"]["left"]["max"] == pytest.approx(float(image.left[..., 1].max()), rel=1e-3)
+
+
+@pytest.mark.parametrize("damage", ["cut", "gone", "other", "manifest", "unreadable manifest"])
+def test_a_damaged_cache_is_built_again(tmp_path: Path, damage: str) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    made = build(path, 0.2768)
+    victim = made.path("short-stereo")
+    if damage == "cut":
+        victim.write_bytes(victim.read_bytes()[:-100])
+    elif damage == "gone":
+        victim.unlink()
+    elif damage == "other":
+        write_exr(victim, made.load("long-stereo"))
+    elif damage == "manifest":
+        made.manifest_path.unlink()
+    else:
+        made.manifest_path.write_text("{")
+    again = build(path, 0.2768)
+    assert again.rendered == 4
+    assert again.digest == made.digest
+    assert build(path, 0.2768).rendered == 0
+
+
+def test_an_interrupted_build_leaves_no_set_and_the_next_one_clears_up(
+    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = recipe_file(tmp_path, PLATE)
+
+    def stop(doing: str, done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        build(path, 0.2768, stop)
+    assert [entry.name for entry in cache.iterdir() if entry.is_dir()] == []
+    made = build(path, 0.2768)
+    # A killed process cannot clear up: its folder lies there until the set is next built.
+    left = made.folder.with_name(f".{made.folder.name}-killed")
+    left.mkdir()
+    (left / "half.exr").write_bytes(b"")
+    made.manifest_path.unlink()
+    assert build(path, 0.2768).rendered == 4
+    assert not left.exists()
+
+
+def test_the_generator_s_version_is_part_of_the_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    build(path, 0.2768)
+    monkeypatch.setattr(stimuli.build, "GENERATOR_VERSION", -1)
+    assert build(path, 0.2768).rendered == 4
+
+
+def test_pictures_stereo_and_flat(tmp_path: Path) -> None:
+    write_exr(tmp_path / "pair.exr", StereoImage(noise(1), noise(2)))
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(3)))
+    path = pictures_recipe(
+        tmp_path,
+        {"name": "pair", "file": "pair.exr"},
+        {"name": "one", "file": "one.exr"},
+        {"name": "left", "file": "pair.exr", "view": "flat", "flat_eye": "left"},
+        {"name": "brighter", "file": "one.exr", "white_luminance_cd_m2": 2},
+    )
+    made = build(path, 0.2768)
+    assert [made.factors(name)["view"] for name in made.names] == ["stereo", "flat", "flat", "flat"]
+    np.testing.assert_array_equal(made.load("left").left, made.load("pair").left)
+    np.testing.assert_allclose(made.load("brighter").left, 2 * made.load("one").left, rtol=1e-3)
+
+
+def test_a_changed_picture_is_built_again(tmp_path: Path) -> None:
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(3)))
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr"})
+    first = build(path, 0.2768)
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(4)))
+    second = build(path, 0.2768)
+    assert second.rendered == 1
+    assert second.digest != first.digest
+
+
+def test_a_missing_picture_is_named_with_its_line(tmp_path: Path) -> None:
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "gone.exr"})
+    with pytest.raises(StimulusError, match=r"recipe\.yaml:5:9: the picture 'gone\.exr' cannot be read"):
+        build(path, 0.2768)
+
+
+def test_a_flat_view_of_a_pair_needs_an_eye(tmp_path: Path) -> None:
+    write_exr(tmp_path / "pair.exr", StereoImage(noise(1), noise(2)))
+    path = pictures_recipe(tmp_path, {"name": "pair", "file": "pair.exr"}, views=["stereo", "flat"])
+    with pytest.raises(StimulusError, match="no centre view"):
+        build(path, 0.2768)
+    path = pictures_recipe(
+        tmp_path, {"name": "pair", "file": "pair.exr", "flat_eye": "right"}, views=["stereo", "flat"]
+    )
+    assert build(path, 0.2768).names == ("pair-stereo", "pair-flat")
+
+
+@pytest.mark.parametrize("pitch", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_pitch_that_cannot_be_is_refused(tmp_path: Path, pitch: float) -> None:
+    with pytest.raises(StimulusError, match="pixel_pitch_mm"):
+        build(recipe_file(tmp_path, PLATE), pitch)
+
+
+def test_an_unknown_stimulus_gets_the_nearest_spelling(tmp_path: Path) -> None:
+    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    with pytest.raises(StimulusError, match="did you mean 'short-stereo'"):
+        made.load("short-sterio")
+
+
+def test_a_cache_that_cannot_be_written_is_one_clear_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "file"))
+    with pytest.raises(InputError, match="cannot be kept"):
+        build(recipe_file(tmp_path, PLATE), 0.2768)
+
+
+def test_where_the_cache_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert cache_folder() == tmp_path / "cache"
+    monkeypatch.delenv("CYCLOPEAN_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / "cyclopean" / "stimuli"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert cache_folder() == Path.home() / ".cache" / "cyclopean" / "stimuli"
