@@ -1,0 +1,71 @@
+"""What a reader must know before the numbers: simulation, missing answers, changed files, penalised fits."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from analysis.bradley_terry import BradleyTerryFit
+from analysis.records import SessionLog
+from analysis.scores import Scores
+from analysis.separation import explain
+
+FEWEST_EXPECTED = 5.0
+
+
+def notes_on(sessions: Sequence[SessionLog], scores: Scores, plain: BradleyTerryFit) -> tuple[str, ...]:
+    """Return the notes, the weightiest first; ``plain`` is the fit by maximum likelihood."""
+    return (*_on_sessions(sessions), *_on_fit(scores, plain))
+
+
+def _on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
+    notes = []
+    simulated = sum(session.header.simulated for session in sessions)
+    if simulated == len(sessions):
+        notes.append("All observers are simulated: these answers say nothing about people.")
+    elif simulated:
+        notes.append(f"{simulated} of {len(sessions)} sessions are simulated, mixed with those of people.")
+    incomplete = sum(not session.complete for session in sessions)
+    if incomplete:
+        what = "session was" if incomplete == 1 else "sessions were"
+        notes.append(f"{incomplete} {what} not completed; the answers given until then are counted.")
+    torn = sum(bool(session.torn_tail) for session in sessions)
+    if torn:
+        notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in a line cut short, which is not counted.")
+    notes += [
+        f"The {name} changed between sessions."
+        for name in sorted({key for session in sessions for key in session.header.hashes})
+        if len({str(session.header.hashes.get(name)) for session in sessions}) > 1
+    ]
+    if len({str(session.header.display.get("mode")) for session in sessions}) > 1:
+        notes.append("The sessions were shown in different display modes.")
+    remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
+    return notes + list(remarks)
+
+
+def _on_fit(scores: Scores, plain: BradleyTerryFit) -> list[str]:
+    comparisons = scores.comparisons
+    notes = []
+    if plain.separated:
+        why = " ".join(explain(plain.separated, comparisons.wins, comparisons.items))
+        if scores.fit.method == "firth":
+            notes.append(f"No finite scores maximise the likelihood, so Firth's penalised fit is shown. {why}")
+        else:
+            notes.append(f"The stimuli have no common scale, so there are no scores. {why}")
+    if not scores.fit.separated and not scores.fit.converged:
+        notes.append(f"The fit did not converge in {scores.fit.iterations} steps.")
+    fewest = _fewest_expected(scores)
+    if fewest is not None and scores.fit.df > 0 and fewest < FEWEST_EXPECTED:
+        notes.append(
+            f"Some pairs have expected counts below {FEWEST_EXPECTED:g} (the smallest is {fewest:.2g}): the goodness "
+            "of fit is a rough guide."
+        )
+    return notes
+
+
+def _fewest_expected(scores: Scores) -> float | None:
+    from analysis.bradley_terry import probabilities
+
+    if scores.fit.separated:
+        return None
+    expected = scores.comparisons.totals * probabilities(scores.fit.theta)
+    return float(expected[scores.comparisons.totals > 0].min())

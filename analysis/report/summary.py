@@ -1,0 +1,187 @@
+"""What a set of sessions says, gathered once for the page, the terminal and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from statistics import median
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.errors import ResultsError
+from analysis.multiplicity import ADJUSTMENTS, Adjust
+from analysis.records import Header, SessionLog
+from analysis.report.notes import notes_on
+from analysis.scores import Scores, score
+from analysis.separation import compared_groups
+from analysis.session_comparisons import KIND, from_sessions
+from documents import Finding
+
+TWO_SIDED_95 = 1.959963984540054
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Summary:
+    """The scores of an experiment and what makes them believable.
+
+    Attributes
+    ----------
+    header
+        Header of the first session; the sessions agree on experiment and stimuli.
+    sessions
+        The sessions, in the order given.
+    scores
+        Items best first, with fit and classes.
+    log10_interval
+        Shape (items, 2): 95 % limits of log10 score, in the order of ``scores.items``; NaN where there is no score.
+    first_share
+        Share (0 to 1) of answers that chose the first position, or None; ``first_share_interval``: Wilson's 95 %.
+    response_time_s
+        Median response time in seconds.
+    fit_p
+        Chance of a deviance this large if the model holds; None where there are no degrees of freedom or no fit.
+    notes
+        Sentences that a reader must see before the numbers.
+    """
+
+    header: Header
+    sessions: tuple[SessionLog, ...]
+    scores: Scores
+    alpha: float
+    adjust: Adjust
+    log10_interval: NDArray[np.float64]
+    first_share: float | None
+    first_share_interval: tuple[float, float] | None
+    response_time_s: float
+    fit_p: float | None
+    notes: tuple[str, ...]
+
+    @property
+    def observers(self) -> tuple[str, ...]:
+        """The observers' codes, each once."""
+        return self.scores.comparisons.observers
+
+    @property
+    def trials(self) -> int:
+        """How many comparisons were answered."""
+        return int(self.scores.comparisons.count.sum())
+
+    @property
+    def simulated(self) -> bool:
+        """Whether any observer is simulated."""
+        return any(session.header.simulated for session in self.sessions)
+
+    @property
+    def incomplete(self) -> tuple[SessionLog, ...]:
+        """The sessions that were not completed."""
+        return tuple(session for session in self.sessions if not session.complete)
+
+    @property
+    def sentence(self) -> str:
+        """Who compared what, in one sentence."""
+        who = f"{len(self.observers)} {'simulated ' if self.simulated else ''}observer"
+        who += "" if len(self.observers) == 1 else "s"
+        what = f"{self.trials:,} comparisons of {len(self.scores.items)} stimuli"
+        classes = self.scores.classes
+        found = (
+            f"; {len(classes.members)} perceptual class{'' if len(classes.members) == 1 else 'es'}" if classes else ""
+        )
+        return f"{who}, {what}{found}."
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the keys of `cyclopean scores --json` and, beside them, those of the experiment."""
+        return {
+            "experiment": self.header.experiment,
+            "question": self.header.question,
+            "sessions": len(self.sessions),
+            "incomplete_sessions": len(self.incomplete),
+            "simulated": self.simulated,
+            "observers": list(self.observers),
+            "trials": self.trials,
+            "alpha": self.alpha,
+            "adjust": self.adjust,
+            "method": self.scores.fit.method,
+            "first_share": self.first_share,
+            "fit_p": self.fit_p,
+            "notes": list(self.notes),
+            **self.scores.to_json(),
+        }
+
+
+def summarise(sessions: Sequence[SessionLog], alpha: float | None = None, adjust: Adjust | None = None) -> Summary:
+    """Fit, classify and describe the comparisons of one experiment's sessions.
+
+    ``alpha`` and ``adjust`` are those of the first session's header where None. If no maximum of the likelihood
+    exists and all stimuli are linked by comparisons, Firth's penalised fit takes its place, and a note says so.
+
+    Raises
+    ------
+    ResultsError
+        As `analysis.session_comparisons.from_sessions`, or if the header asks for an unknown analysis.
+    """
+    comparisons = from_sessions(sessions)
+    header = sessions[0].header
+    alpha = _level(header, sessions[0]) if alpha is None else alpha
+    adjust = _adjustment(header, sessions[0]) if adjust is None else adjust
+    scores = score(comparisons, alpha=alpha, adjust=adjust)
+    plain = scores.fit
+    if plain.separated and len(compared_groups(comparisons.wins)) == 1:
+        scores = score(comparisons, alpha=alpha, adjust=adjust, method="firth")
+    times = [trial.response_time_s for session in sessions for trial in session.trials if trial.kind == KIND]
+    share = comparisons.first_share()
+    noted = int((comparisons.winner_was_first >= 0).sum())
+    return Summary(
+        header=header,
+        sessions=tuple(sessions),
+        scores=scores,
+        alpha=alpha,
+        adjust=adjust,
+        log10_interval=_log10_interval(scores),
+        first_share=share,
+        first_share_interval=None if share is None else wilson_interval(share, noted),
+        response_time_s=median(times),
+        fit_p=_fit_p(scores),
+        notes=notes_on(sessions, scores, plain),
+    )
+
+
+def _level(header: Header, session: SessionLog) -> float:
+    alpha = header.analysis.get("alpha", 0.05)
+    if isinstance(alpha, bool) or not isinstance(alpha, int | float):
+        raise ResultsError(Finding(f"the header's alpha is {alpha!r}", str(session.file), 1, 1, "give --alpha"))
+    return float(alpha)
+
+
+def _adjustment(header: Header, session: SessionLog) -> Adjust:
+    wish = header.analysis.get("adjust", "holm")
+    for known in ADJUSTMENTS:
+        if wish == known:
+            return known
+    raise ResultsError(Finding(f"the header's adjustment is {wish!r}", str(session.file), 1, 1, "give --adjust"))
+
+
+def _log10_interval(scores: Scores) -> NDArray[np.float64]:
+    """Return 95 % limits of log10 score by the delta method: its gradient in θ is the unit vector less the scores."""
+    fit = scores.fit
+    gradient = np.eye(len(fit.score)) - fit.score[None, :]
+    variance = np.einsum("ij,jk,ik->i", gradient, fit.covariance, gradient)
+    half_width = TWO_SIDED_95 * np.sqrt(np.maximum(variance, 0)) / np.log(10)
+    limits = np.stack([fit.log10_score - half_width, fit.log10_score + half_width], axis=1)
+    return np.asarray(limits[list(scores.order)])
+
+
+def _fit_p(scores: Scores) -> float | None:
+    from scipy.stats import chi2
+
+    fit = scores.fit
+    return float(chi2.sf(fit.deviance, fit.df)) if fit.df > 0 and not fit.separated else None
+
+
+def wilson_interval(share: float, count: int) -> tuple[float, float]:
+    """Return Wilson's 95 % interval of a share (0 to 1) observed in ``count`` answers [Wilson1927]."""
+    z2 = TWO_SIDED_95**2
+    middle = (share + z2 / (2 * count)) / (1 + z2 / count)
+    half = TWO_SIDED_95 * np.sqrt(share * (1 - share) / count + z2 / (4 * count**2)) / (1 + z2 / count)
+    return float(middle - half), float(middle + half)

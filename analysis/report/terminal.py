@@ -1,0 +1,33 @@
+"""The summary of an experiment as a table for the terminal."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.report.summary import Summary
+from analysis.terminal import Published, print_scores
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+
+def print_table(summary: Summary, published: Published | None = None, console: Console | None = None) -> None:
+    """Print the scores, best first, beside ``published`` ones where given, and what a reader must know of them.
+
+    Parameters
+    ----------
+    summary
+        What `summarise` returned.
+    published
+        For each stimulus, where there is one, the score and the class published before.
+    console
+        Where to print; standard output if None.
+    """
+    from rich.console import Console
+    from rich.text import Text
+
+    console = console or Console()
+    print_scores(summary.scores, published, console)
+    console.print(Text(summary.sentence))
+    for note in summary.notes:
+        console.print(Text(f"Note: {note}", style="yellow"))

@@ -1,0 +1,148 @@
+"""The page in a real browser: it loads, asks for nothing, and text stays text."""
+
+from __future__ import annotations
+
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from analysis.records import SessionLog
+from analysis.report import summarise, write_report
+from analysis.report.figure import scores_svg
+from analysis.report.page import plain
+
+Maker = Callable[..., SessionLog]
+CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+QUIET = [
+    "--headless",
+    "--no-sandbox",
+    "--disable-gpu",
+    "--disable-quic",
+    "--no-first-run",
+    "--disable-background-networking",
+    "--disable-component-update",
+    "--disable-sync",
+    "--virtual-time-budget=2000",
+]
+
+
+class Tags(HTMLParser):
+    """Collects tags with their attributes, and all text outside style and script."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(page)
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def open_in_browser(page: Path, tmp_path: Path, *options: str) -> str:
+    """Return the document after the browser has run whatever it would run."""
+    if CHROMIUM is None:
+        pytest.skip("no Chromium is installed: the page is not opened in a browser")
+    profile = tmp_path / "profile"
+    command = [CHROMIUM, *QUIET, f"--user-data-dir={profile}", *options, page.as_uri()]
+    return subprocess.run(command, capture_output=True, text=True, timeout=60, check=True).stdout
+
+
+def test_the_page_asks_for_nothing_outside_itself(sessions: list[SessionLog], tmp_path: Path) -> None:
+    write_report(sessions, tmp_path / "report.html")
+    page = (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "http" not in page
+    assert "@import" not in page
+    assert not re.search(r"url\((?!#)", page)
+    for tag, attributes in Tags(page).tags:
+        assert tag not in ("script", "iframe", "object", "embed", "base", "img")
+        for name in ("src", "href", "xlink:href", "srcset", "action"):
+            value = attributes.get(name) or "#"
+            assert value.startswith(("#", "data:,"))
+
+
+def test_the_page_loads_and_shows_every_stimulus(sessions: list[SessionLog], tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    summary = write_report(sessions, page, published={"2.1 stereo": (0.2574, "1")})
+    document = open_in_browser(page, tmp_path, "--dump-dom")
+    shown = Tags(document).text
+    for item in summary.scores.items:
+        assert item.score is not None
+        assert shown.count(item.name) >= 4  # both pictures, the table, the matrix
+        assert f"{item.score:.4f}" in shown
+    assert "0.2574" in shown
+    assert "dynamic_range" in shown
+
+
+def test_text_from_people_stays_text(make_session: Maker, tmp_path: Path) -> None:
+    mark = "document.title='owned'"
+    hostile = (f"<script>{mark}</script>", f'"><img src=x onerror="{mark}">', "$x_1$ & </svg>", "{{ 7*7 }}")
+    answers = [(a, b) for a in hostile for b in hostile if a != b] * 2
+    session = make_session(
+        f"<script>{mark}</script>",
+        names=hostile,
+        answers=answers,
+        question=f"<b onclick={mark}>?</b>",
+        experiment=f"</title><script>{mark}</script>",
+        remarks=(f"<script>{mark}</script>",),
+        software={f"<script>{mark}</script>": f"<script>{mark}</script>"},
+    )
+    page = tmp_path / "report.html"
+    write_report([session], page, published={hostile[0]: (0.5, "1")})
+    text = page.read_text(encoding="utf-8")
+    parsed = Tags(text)
+    assert not {"script", "img", "b"} & {tag for tag, _ in parsed.tags}
+    assert not any(name.startswith("on") for _, attributes in parsed.tags for name in attributes)
+    assert "{{ 7*7 }}" in parsed.text
+    assert "$x_1$ & </svg>" in parsed.text
+    document = open_in_browser(page, tmp_path, "--dump-dom")
+    title = re.search(r"<title>(.*?)</title>", document, re.DOTALL)
+    assert title is not None
+    assert title.group(1).endswith(": report")
+    assert "<script" not in document
+
+
+def test_the_browser_draws_the_page(sessions: list[SessionLog], tmp_path: Path) -> None:
+    import numpy as np
+    from PIL import Image
+
+    page, picture = tmp_path / "report.html", tmp_path / "page.png"
+    write_report(sessions, page)
+    open_in_browser(page, tmp_path, f"--screenshot={picture}", "--window-size=1000,1200")
+    with Image.open(picture) as image:
+        pixels = np.asarray(image.convert("RGB")).reshape(-1, 3)
+    best = np.array([0x2F, 0x9E, 0x58])
+    assert (np.abs(pixels.astype(int) - best).max(axis=1) <= 2).sum() > 100  # the best item's green markers
+
+
+def test_items_that_share_no_scale_still_make_a_page(make_session: Maker, tmp_path: Path) -> None:
+    answers = [("a", "b"), ("b", "a"), ("c", "d"), ("d", "c")]
+    write_report([make_session(names="abcd", answers=answers)], tmp_path / "deep" / "report.html")
+    page = (tmp_path / "deep" / "report.html").read_text(encoding="utf-8")
+    assert "no common scale" in page
+    assert "nan" not in Tags(page).text.lower()
+
+
+def test_a_header_without_clipping_leaves_the_section_out(make_session: Maker, tmp_path: Path) -> None:
+    session = make_session(names="ab", answers=[("a", "b"), ("b", "a")], stimuli=({"name": "a"}, {"name": "b"}))
+    write_report([session], tmp_path / "report.html")
+    assert "What the display could not show" not in (tmp_path / "report.html").read_text(encoding="utf-8")
+
+
+def test_the_picture_is_the_same_every_time(sessions: list[SessionLog]) -> None:
+    summary = summarise(sessions)
+    assert scores_svg(summary, 6.0) == scores_svg(summary, 6.0)
+    assert "<text" in scores_svg(summary, 6.0)
+
+
+def test_values_of_a_header_become_words() -> None:
+    value = {"resolution_px": [1920, 1080], "stereo": False, "glasses": None, "panel": {"bits": 8}}
+    assert plain(value) == "resolution px: 1920, 1080; stereo: no; glasses: –; panel: bits: 8"

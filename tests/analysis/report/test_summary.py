@@ -1,0 +1,99 @@
+"""The summary of sessions: whose level, which intervals, which notes."""
+
+from __future__ import annotations
+
+import io
+import json
+from collections.abc import Callable
+from itertools import permutations
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from analysis.errors import ResultsError
+from analysis.records import SessionLog
+from analysis.report import print_table, summarise
+from analysis.report.summary import wilson_interval
+
+Maker = Callable[..., SessionLog]
+
+
+def test_level_and_correction_come_from_the_experiment_unless_asked(sessions: list[SessionLog]) -> None:
+    assert (summarise(sessions).alpha, summarise(sessions).adjust) == (0.045, "none")
+    asked = summarise(sessions, 0.01, "holm")
+    assert (asked.alpha, asked.adjust) == (0.01, "holm")
+
+
+def test_a_header_without_wishes_gives_holm_at_five_percent(make_session: Maker) -> None:
+    summary = summarise([make_session(f"{number:02d}", analysis={}) for number in range(20)])
+    assert (summary.alpha, summary.adjust) == (0.05, "holm")
+
+
+@pytest.mark.parametrize("wishes", [{"alpha": "small"}, {"alpha": True}, {"adjust": "tukey"}])
+def test_a_header_with_unknown_wishes_is_refused(make_session: Maker, wishes: dict[str, object]) -> None:
+    with pytest.raises(ResultsError, match="header"):
+        summarise([make_session(analysis=wishes)])
+
+
+def test_two_equal_items_have_the_interval_of_a_share(make_session: Maker) -> None:
+    """log score_1 = log p, whose error is (1 − p) times that of the logit; at p = ½ with n answers, 1/√n."""
+    summary = summarise([make_session(names="ab", answers=[("a", "b"), ("b", "a")] * 50)])
+    half_width = 1.959963984540054 / np.sqrt(100) / np.log(10)
+    expected = np.log10(0.5) + half_width * np.array([-1, 1])
+    assert summary.log10_interval == pytest.approx(np.tile(expected, (2, 1)), abs=1e-12)
+
+
+def test_wilson_interval_against_a_published_value() -> None:
+    """Newcombe 1998, Table I: 81 of 263 gives 0.2553 to 0.3662 by Wilson's method."""
+    low, high = wilson_interval(81 / 263, 263)
+    assert (round(low, 4), round(high, 4)) == (0.2553, 0.3662)
+
+
+def test_notes_name_simulation_missing_answers_and_changes(make_session: Maker) -> None:
+    sessions = [make_session(f"{number:02d}", simulated=True) for number in range(20)]
+    sessions += [make_session("90", simulated=True, complete=False, hashes={"experiment": "other"})]
+    notes = " ".join(summarise(sessions).notes)
+    for word in ("simulated", "not completed", "The experiment changed"):
+        assert word in notes
+    mixed = [make_session(f"{number:02d}", simulated=number == 1) for number in range(20)]
+    assert "1 of 20 sessions are simulated" in summarise(mixed).notes[0]
+
+
+def test_complete_sessions_of_people_need_no_note(make_session: Maker) -> None:
+    answers = [pair for pair in permutations("abc", 2) for _ in range(20)]
+    assert summarise([make_session(names="abc", answers=answers)]).notes == ()
+
+
+def test_an_item_that_always_wins_gets_a_penalised_score_and_a_note(make_session: Maker) -> None:
+    summary = summarise([make_session(names="abc", answers=[("a", "b"), ("a", "c"), ("b", "c"), ("c", "b")])])
+    assert summary.scores.fit.method == "firth"
+    assert summary.scores.items[0].name == "a"
+    assert any("'a': never lost" in note for note in summary.notes)
+
+
+def test_items_that_share_no_scale_get_no_score(make_session: Maker) -> None:
+    summary = summarise([make_session(names="abcd", answers=[("a", "b"), ("b", "a"), ("c", "d"), ("d", "c")])])
+    assert all(item.score is None for item in summary.scores.items)
+    assert any("no common scale" in note for note in summary.notes)
+    assert summary.fit_p is None
+    json.dumps(summary.to_json(), allow_nan=False)
+
+
+def test_json_holds_the_scores_and_the_experiment(sessions: list[SessionLog]) -> None:
+    told = json.loads(json.dumps(summarise(sessions).to_json(), allow_nan=False))
+    assert told["trials"] == 300
+    assert len(told["observers"]) == 20
+    assert [item["score"] for item in told["items"]] == sorted((item["score"] for item in told["items"]), reverse=True)
+    assert sum(item["score"] for item in told["items"]) == pytest.approx(1)
+
+
+def test_the_terminal_table_shows_published_scores_and_treats_markup_as_text(make_session: Maker) -> None:
+    names = ("[red]a[/red]", "b")
+    answers = [(names[0], "b")] * 3 + [("b", names[0])] * 2
+    out = io.StringIO()
+    summary = summarise([make_session(names=names, answers=answers)])
+    print_table(summary, {"b": (0.25, "3+4")}, Console(file=out, width=120))
+    assert "[red]a[/red]" in out.getvalue()
+    assert "0.2500" in out.getvalue()
+    assert "3+4" in out.getvalue()

@@ -1,0 +1,77 @@
+"""From sessions to comparisons, and what must not be mixed."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.records import SessionLog, Trial
+from analysis.session_comparisons import from_sessions
+
+Maker = Callable[..., SessionLog]
+
+
+def test_each_observers_answers_are_counted_and_kept_apart(make_session: Maker) -> None:
+    sessions = [
+        make_session("01", names="abc", answers=[("b", "a"), ("b", "c"), ("a", "c")]),
+        make_session("02", names="abc", answers=[("a", "b"), ("b", "c")], complete=False),
+    ]
+    comparisons = from_sessions(sessions)
+    assert comparisons.items == ("a", "b", "c")
+    assert comparisons.wins.tolist() == [[0, 1, 1], [1, 0, 2], [0, 0, 0]]
+    assert comparisons.observers == ("01", "02")
+    assert comparisons.wins_by_observer()[1].tolist() == [[0, 1, 0], [0, 0, 1], [0, 0, 0]]
+
+
+def test_stimuli_that_no_pair_shows_are_no_items(make_session: Maker) -> None:
+    assert from_sessions([make_session(names="abcd", answers=[("d", "b")])]).items == ("b", "d")
+
+
+def test_other_kinds_of_trials_are_passed_over(make_session: Maker) -> None:
+    session = make_session(names="ab", answers=[("a", "b")])
+    question = Trial(2, 0, "questionnaire", (), 1.0, "2026", {"text": "fine"})
+    assert from_sessions([replace(session, trials=(*session.trials, question))]).wins.sum() == 1
+
+
+def test_the_share_of_the_first_position_counts_answers(make_session: Maker) -> None:
+    session = make_session(names="ab", answers=[("a", "b")] * 40)
+    firsts = sum(trial.data["first"] == "a" for trial in session.trials)
+    assert 0 < firsts < 40
+    assert from_sessions([session]).first_share() == firsts / 40
+
+
+@pytest.mark.parametrize(
+    ("change", "what"),
+    [
+        ({"experiment": "gloss"}, "'gloss'"),
+        ({"names": ("1.1 mono", "other")}, "same stimuli"),
+        ({"observer": "01"}, "would count twice"),
+    ],
+)
+def test_what_does_not_belong_together_is_refused(make_session: Maker, change: dict[str, Any], what: str) -> None:
+    with pytest.raises(ResultsError, match=what):
+        from_sessions([make_session("01"), make_session(**{"observer": "02", **change})])
+
+
+def test_no_session_and_no_answer_are_refused(make_session: Maker) -> None:
+    with pytest.raises(ResultsError, match="no session"):
+        from_sessions([])
+    with pytest.raises(ResultsError, match="no paired comparison"):
+        from_sessions([make_session(answers=[])])
+
+
+@pytest.mark.parametrize(("chosen", "rejected", "what"), [("x", "a", "'x'"), ("a", "a", "itself")])
+def test_a_damaged_answer_is_refused(make_session: Maker, chosen: str, rejected: str, what: str) -> None:
+    with pytest.raises(ResultsError, match=what):
+        from_sessions([make_session(names="ab", answers=[(chosen, rejected)])])
+
+
+def test_an_answer_without_its_winner_is_refused(make_session: Maker) -> None:
+    session = make_session(names="ab", answers=[("a", "b")])
+    damaged = replace(session.trials[0], data={"first": "a"})
+    with pytest.raises(ResultsError, match="chosen"):
+        from_sessions([replace(session, trials=(damaged,))])
