@@ -23,7 +23,7 @@ def break_lines(words: str, width_px: float, measure: Callable[[str], float]) ->
     lines: list[str] = []
     for paragraph in words.replace("\t", " ").splitlines():
         line = ""
-        for word in paragraph.split():
+        for word in filter(None, paragraph.split(" ")):
             joined = f"{line} {word}" if line else word
             if measure(joined) <= width_px:
                 line = joined

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import ctypes
 from collections.abc import Callable
 
 import moderngl
@@ -14,6 +16,12 @@ from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.surface import Buffer, Codes, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
+
+
+def _leave_thread() -> None:
+    """Let go of EGL's context in this thread, which moderngl leaves current; until then no window can make its own."""
+    with contextlib.suppress(OSError):  # no library of this name: no context of it either
+        ctypes.CDLL("libEGL.so.1").eglReleaseThread()
 
 
 class EglSurface:
@@ -86,6 +94,7 @@ class EglSurface:
         self._framebuffer.release()
         self._colour.release()
         self.context.release()
+        _leave_thread()
 
     def __enter__(self) -> EglSurface:
         return self

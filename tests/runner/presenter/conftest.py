@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import subprocess
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -14,6 +17,7 @@ from devices.tone_curve import ToneCurve
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
+from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.stereo_image import StereoImage
 
@@ -85,3 +89,66 @@ def make_presenter(egl: EglSurface, same_models: EyeModels) -> Iterator[Callable
     yield make
     for presenter in made:
         presenter.close()
+
+
+@pytest.fixture(scope="session")
+def colour_ramps() -> Callable[[DisplayModel], NDArray[np.float32]]:
+    """XYZ (480, 320, 3) that tries a display model: ramps from 1e-7 cd/m² to above white, in and out of the gamut."""
+    return _colour_ramps
+
+
+def _colour_ramps(model: DisplayModel) -> NDArray[np.float32]:
+    rows, columns = 480, 320
+    rng = np.random.default_rng(3)
+    black, white = model.black_XYZ_cd_m2, model.white_XYZ_cd_m2
+    luminance = np.geomspace(1e-7, 2.0 * white[1], 60 * columns)[:, np.newaxis]
+    primaries = [model.primaries_XYZ_cd_m2[:, channel] for channel in range(3)]
+    parts = [white / white[1] * luminance]
+    parts += [black + primary / primary[1] * luminance for primary in primaries]
+    parts.append(black + (primaries[0] + primaries[2]) / white[1] * luminance)  # magenta: no green at all
+    in_gamut = model.xyz(rng.uniform(0.1, 1.0, (60 * columns, 3)))
+    beyond = rng.random((60 * columns, 3)) * 3.0 * white - white / 2.0
+    halfway = model.xyz((rng.integers(0, 255, (60 * columns, 3)) + 0.5) / 255.0)
+    return np.concatenate([*parts, in_gamut, beyond, halfway]).reshape(rows, columns, 3).astype(np.float32)
+
+
+@pytest.fixture(scope="session")
+def xvfb_display() -> Iterator[str]:
+    """A display of 640 × 480 on an X server of its own."""
+    server = shutil.which("Xvfb")
+    if server is None:
+        pytest.skip("Xvfb is not installed (apt install xvfb)")
+    reading, writing = os.pipe()
+    command = [server, "-displayfd", str(writing), "-screen", "0", "640x480x24", "-nolisten", "tcp", "-noreset"]
+    with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as process:
+        os.close(writing)
+        with os.fdopen(reading) as numbers:
+            number = numbers.readline().strip()
+        if not number:
+            pytest.skip("Xvfb did not start")
+        yield f":{number}"
+        process.terminate()
+
+
+@pytest.fixture
+def display(xvfb_display: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The display, set for this process."""
+    monkeypatch.setenv("DISPLAY", xvfb_display)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("XDG_SESSION_TYPE", "x11")
+    return xvfb_display
+
+
+@pytest.fixture(params=["egl", "null", "window"])
+def surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
+    """A surface of 640 × 480 of each backend in turn."""
+    if request.param == "window":
+        request.getfixturevalue("display")
+    try:
+        opened = open_surface(request.param, (640, 480))
+    except PresentationError as error:
+        if request.param == "window":
+            raise  # there is a display: it must open
+        pytest.skip(str(error))
+    with opened:
+        yield opened

@@ -1,0 +1,50 @@
+"""The shader against its NumPy twin, on a framebuffer of floats."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.code_table import code_tables, table_codes
+from devices.display import DisplayModel
+from runner.presenter.colour_pass import ColourPass
+from runner.presenter.surfaces.egl import EglSurface
+
+# Of one 8-bit code. Where a channel's light is zero but for the last bit of a double (1e-17), the two differ by
+# 1e-17 ^ (1 / 2.9): 0.001 of a code. The table's first cell, below code 0.02, is 0.002 off the closed form at 2.9.
+TWIN_TOLERANCE_CODES = 1.5e-3
+CLOSED_FORM_TOLERANCE_CODES = 2.5e-3
+CLOSED_FORM_TOLERANCE_ABOVE_A_QUARTER_CODES = 5e-4
+
+
+@pytest.mark.parametrize("gamma", [1.6, 2.2, 2.8])
+@pytest.mark.parametrize(("black", "lift"), [(0.0, 0.0), (0.25, 2.0**-8)])
+def test_the_shader_computes_what_its_twin_computes(
+    egl: EglSurface,
+    model: Callable[..., DisplayModel],
+    colour_ramps: Callable[[DisplayModel], NDArray[np.float32]],
+    gamma: float,
+    black: float,
+    lift: float,
+) -> None:
+    display = model(gamma, black, lift)
+    XYZ = colour_ramps(display)
+    height, width, _ = XYZ.shape
+    colour_pass = ColourPass(egl.context, display)
+    uploaded = egl.context.texture((width, height), 3, XYZ.tobytes(), alignment=1, dtype="f4")
+    computed = colour_pass.run(uploaded, dtype="f4")
+    codes = np.frombuffer(computed.read(), np.float32).reshape(height, width, 4)[..., :3] * 255.0
+    twin = table_codes(display, XYZ.astype(np.float64), code_tables(display)) * 255.0
+    closed_form = display.code(XYZ) * 255.0
+    assert np.abs(codes - twin).max() < TWIN_TOLERANCE_CODES
+    assert abs((codes - twin).mean()) < 1e-5
+    assert np.abs(codes - closed_form).max() < CLOSED_FORM_TOLERANCE_CODES
+    assert np.abs(codes - closed_form)[closed_form > 0.25].max() < CLOSED_FORM_TOLERANCE_ABOVE_A_QUARTER_CODES
+    assert codes.min() == 0.0
+    assert codes.max() == pytest.approx(closed_form.max(), abs=1e-4)
+    for held in (uploaded, computed):
+        held.release()
+    colour_pass.release()
