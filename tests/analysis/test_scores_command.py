@@ -1,0 +1,135 @@
+"""`cyclopean scores` and `cyclopean report` as programs: what they print, and how they end."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable, Sequence
+from itertools import combinations
+from pathlib import Path
+
+import pytest
+
+from analysis.records import FILE_NAME, SessionLog
+
+Maker = Callable[..., SessionLog]
+
+# Medina 2016, Table 4.4: sample, printed score, class.
+TABLE_4_4 = {
+    "8": (0.0296, "5"),
+    "2": (0.0432, "4"),
+    "7": (0.0543, "3+4"),
+    "1": (0.0718, "3"),
+    "5": (0.0740, "3"),
+    "9": (0.0751, "3"),
+    "3": (0.0762, "3"),
+    "10": (0.1149, "2"),
+    "4": (0.2036, "1"),
+    "6": (0.2574, "1"),
+}
+KEYS = {"name", "wins", "comparisons", "theta", "se", "score", "log10_score", "class"}
+
+
+def cyclopean(arguments: Sequence[str], text: str | None = None) -> subprocess.CompletedProcess[str]:
+    program = "from runner.cli.main import main; main()"
+    return subprocess.run(
+        [sys.executable, "-c", program, *arguments], input=text, capture_output=True, text=True, timeout=60, check=False
+    )
+
+
+def write_log(session: SessionLog, folder: Path) -> None:
+    folder.mkdir(parents=True)
+    lines = [session.header.to_json(), *(trial.to_json() for trial in session.trials)]
+    lines += [{"record": "end"}] if session.complete else []
+    (folder / FILE_NAME).write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
+
+
+def test_table_4_4_in_json(tmp_path: Path) -> None:
+    lines = ["winner,loser,count"]
+    for (a, (score_a, _)), (b, (score_b, _)) in combinations(TABLE_4_4.items(), 2):
+        p = score_a / (score_a + score_b)
+        lines += [f"{a},{b},{30 * p!r}", f"{b},{a},{30 * (1 - p)!r}"]
+    table = tmp_path / "table.csv"
+    table.write_text("\n".join(lines), encoding="utf-8")
+    done = cyclopean(["scores", str(table), "--alpha", "0.045", "--adjust", "none", "--json"])
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert set(told) == {"items", "log_likelihood", "deviance", "df", "converged", "separated"}
+    assert all(set(item) == KEYS for item in told["items"])
+    assert [item["name"] for item in told["items"]] == ["6", "4", "10", "3", "9", "5", "1", "7", "2", "8"]
+    for item in told["items"]:
+        score, label = TABLE_4_4[item["name"]]
+        assert f"{item['score']:.4f}" == f"{score:.4f}"
+        assert item["class"] == label
+        assert item["comparisons"] == pytest.approx(270)
+    assert sum(item["theta"] for item in told["items"]) == pytest.approx(0, abs=1e-12)
+    assert told["df"] == 36
+    assert told["converged"] is True
+    assert told["separated"] == []
+
+
+def test_separated_items_are_named_and_the_penalised_fit_is_offered() -> None:
+    table = "winner,loser\na,b\na,c\nb,c\nc,b\n"
+    done = cyclopean(["scores", "-", "--json"], table)
+    assert done.returncode == 1
+    told = json.loads(done.stdout)
+    assert told["separated"] == ["a"]
+    assert told["converged"] is False
+    assert [item["theta"] for item in told["items"]] == [None, None, None]
+    assert told["log_likelihood"] is None
+    assert "'a': never lost to any of the other items" in done.stderr
+    assert "--method firth" in done.stderr
+    penalised = cyclopean(["scores", "-", "--json", "--method", "firth"], table)
+    assert penalised.returncode == 0
+    assert json.loads(penalised.stdout)["items"][0]["name"] == "a"
+
+
+def test_a_wrong_table_ends_with_status_2_and_its_place(tmp_path: Path) -> None:
+    table = tmp_path / "table.csv"
+    table.write_text("winner,loser\na,a\n", encoding="utf-8")
+    done = cyclopean(["scores", str(table)])
+    assert done.returncode == 2
+    assert done.stdout == ""
+    assert f"{table}:2:3: 'a' is compared with itself" in done.stderr
+    assert cyclopean(["scores", str(tmp_path / "none.csv")]).returncode == 2
+    assert cyclopean(["scores", "-", "--alpha", "2"], "winner,loser\na,b\nb,a\n").returncode == 2
+
+
+def test_the_table_for_people_shows_scores_and_classes() -> None:
+    done = cyclopean(["scores", "-"], "winner,loser,count\na,b,3\nb,a,1\n")
+    assert done.returncode == 0
+    assert "0.7500" in done.stdout
+    assert "class" in done.stdout
+
+
+def test_a_report_lands_in_the_first_folder_and_says_where(make_session: Maker, tmp_path: Path) -> None:
+    for number in range(1, 13):
+        write_log(make_session(f"{number:02d}"), tmp_path / f"station{number % 2}" / f"sub-{number:02d}")
+    folders = [str(tmp_path / "station0"), str(tmp_path / "station1"), str(tmp_path / "station1" / "sub-01")]
+    done = cyclopean(["report", *folders, "--json"])
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    assert told["sessions"] == 12
+    assert told["report"] == str(tmp_path / "station0" / "report.html")
+    assert "dynamic_range" in (tmp_path / "station0" / "report.html").read_text(encoding="utf-8")
+    elsewhere = cyclopean(["report", folders[0], "-o", str(tmp_path / "page.html")])
+    assert elsewhere.returncode == 0
+    assert (tmp_path / "page.html").exists()
+    assert "6 observers" in elsewhere.stdout
+
+
+def test_results_that_are_not_there_end_with_status_2(tmp_path: Path) -> None:
+    for place in (tmp_path, tmp_path / "none"):
+        done = cyclopean(["report", str(place)])
+        assert done.returncode == 2
+        assert str(place) in done.stderr
+    assert not (tmp_path / "report.html").exists()
+
+
+def test_a_page_that_cannot_be_written_ends_with_status_1(make_session: Maker, tmp_path: Path) -> None:
+    write_log(make_session("01"), tmp_path / "sub-01")
+    (tmp_path / "file").write_text("", encoding="utf-8")
+    done = cyclopean(["report", str(tmp_path), "-o", str(tmp_path / "file" / "page.html")])
+    assert done.returncode == 1
+    assert "cannot be written" in done.stderr
