@@ -9,18 +9,19 @@ from runner.ports import Ask
 from runner.presenter.scene import Scene, Text
 
 CONTINUE_KEYS = {"space": "continue", "enter": "continue"}
+_TYPE_PX, _LINE_PX, _WIDTH_PX, _LETTERS_PER_LINE = 26, 34, 860, 62
 _HINT = "Press the space bar to go on"
 
 
 def page(words: str, hint: str = _HINT) -> Ask:
     """Return a page that waits for the space bar or Enter."""
-    lines = len(words) // 50 + words.count("\n") + 1
-    below = 40 + lines * 20
+    lines = sum(1 + len(line) // _LETTERS_PER_LINE for line in words.rstrip().split("\n"))
+    below = round(lines * _LINE_PX / 2)
     return Ask(
         Scene(
             (
-                Text(words, height_px=30, width_px=820),
-                Text(hint, offset_px=(0, min(below + 40, 440)), height_px=20, luminance_share=0.2),
+                Text(words.rstrip(), height_px=_TYPE_PX, width_px=_WIDTH_PX),
+                Text(hint, offset_px=(0, below + 60), height_px=20, luminance_share=0.2),
             )
         ),
         CONTINUE_KEYS,

@@ -11,7 +11,7 @@ import click
 COMMANDS = {
     "check": "Check an experiment file and everything it names.",
     "run": "Run a session with an observer.",
-    "report": "Write an HTML report on results.",
+    "report": "Write an HTML report on the results of one experiment.",
     "scores": "Fit Bradley-Terry scores to a table of comparisons.",
     "preview": "Write what each eye sees in every trial, as PNG.",
     "show": "Show one stereo image with the display's response undone.",

@@ -1,0 +1,108 @@
+"""What a file means before anyone sits down: read it with all it names, and say what a session would be."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from devices.display_file import read_display
+from devices.rig_file import read_rig
+from devices.viewing import pixels_per_degree, visual_angle_deg
+from documents import Finding
+from documents.yaml_source import read_yaml
+from runner.errors import SessionError
+from runner.observers.simulated import read_observer
+from runner.protocol.experiment import read_experiment
+from stimuli.names import stimulus_names
+from stimuli.recipe import read_recipe
+
+# Resolving 60 cycles per degree takes two samples a cycle (thesis Section 2.4.1, corrected).
+EYE_LIMIT_PX_PER_DEG = 120.0
+STANDARD_FIELD_DEG = 10.0
+_SECONDS_PER_TRIAL = 5.0
+
+Facts = dict[str, Any]
+
+
+def check_file(file: Path) -> Facts:
+    """Read ``file``, whichever kind it is, and return what it amounts to.
+
+    Raises
+    ------
+    InputError
+        With every fault found in it and in the files it names.
+    """
+    data = read_yaml(file).data
+    keys = set(data) if isinstance(data, dict) else set()
+    for telling, reader in _READERS.items():
+        if telling in keys:
+            return reader(file)
+    raise SessionError(
+        Finding(
+            "this is no file that cyclopean knows",
+            str(file),
+            remedy="an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a recipe or observers 'kind:'",
+        )
+    )
+
+
+def _experiment(file: Path) -> Facts:
+    design = read_experiment(file)
+    rig = design.rig
+    pitch_mm = rig.display.panel.pixel_pitch_mm
+    width_mm, height_mm = design.spec.layout.size_mm
+    trials = sum(block.trials for block in design.blocks("01"))
+    angle = [round(float(visual_angle_deg(size, rig.distance_mm)), 2) for size in (width_mm, height_mm)]
+    density = pixels_per_degree(pitch_mm, rig.distance_mm)
+    remarks = []
+    if max(angle) > STANDARD_FIELD_DEG:
+        remarks.append(f"a picture covers {max(angle):.1f}°, more than the {STANDARD_FIELD_DEG:.0f}° of one field")
+    if density < EYE_LIMIT_PX_PER_DEG:
+        remarks.append(
+            f"{density:.1f} pixels per degree are below the {EYE_LIMIT_PX_PER_DEG:.0f} at which the eye's finest "
+            "detail could be shown: pixels may be seen"
+        )
+    keys = dict(design.layout.keys)
+    return {
+        "kind": "experiment",
+        "name": design.spec.name,
+        "stimuli": len(design.stimulus_names),
+        "trials": trials,
+        "minutes_at_5_s": round(trials * _SECONDS_PER_TRIAL / 60, 1),
+        "mode": rig.mode,
+        "picture_deg": angle,
+        "pixels_per_degree": round(density, 2),
+        "keys": {**keys, "space": "continue", "escape": "leave"},
+        "remarks": remarks,
+    }
+
+
+def _display(file: Path) -> Facts:
+    display = read_display(file)
+    white = {
+        mode: {"left": round(float(m.left.white_XYZ_cd_m2[1]), 2), "right": round(float(m.right.white_XYZ_cd_m2[1]), 2)}
+        for mode, m in display.modes.items()
+    }
+    return {"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white}
+
+
+def _rig(file: Path) -> Facts:
+    rig = read_rig(file)
+    density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
+    return {"kind": "rig", "mode": rig.mode, "pixels_per_degree": round(density, 2)}
+
+
+def _by_kind(file: Path) -> Facts:
+    data = read_yaml(file).data
+    if data.get("kind") == "bradley_terry":
+        return {"kind": "observers", "stimuli": len(read_observer(file, ()).stimuli)}
+    recipe, _ = read_recipe(file)
+    return {"kind": "stimuli", "names": list(stimulus_names(recipe))}
+
+
+# Which top-level key tells a file's kind; the first that is there decides.
+_READERS: Mapping[str, Callable[[Path], Facts]] = MappingProxyType(
+    {"blocks": _experiment, "modes": _display, "mode": _rig, "kind": _by_kind}
+)

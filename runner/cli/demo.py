@@ -1,0 +1,59 @@
+"""`cyclopean demo`: the thesis's second experiment from recipe to report, with simulated observers."""
+
+from __future__ import annotations
+
+import json
+import time
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Re-enact the thesis's second experiment with simulated observers.")
+@click.option("--observers", type=click.IntRange(1, 999), default=30, show_default=True, help="How many simulated.")
+@click.option("--window", is_flag=True, help="Draw in a window that you can watch.")
+@click.option("--results", type=click.Path(path_type=Path), default=Path("results/demo"), show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Print scores and counts as JSON.")
+def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
+    """Re-enact the thesis's second experiment with simulated observers.
+
+    Builds ten stimuli from configs/stimuli/manitoba_gray.yaml, shows all 45 pairs in stereo to every simulated
+    observer, who answers by the thesis's published scores (Table 4.4), records each answer, fits Bradley-Terry
+    scores and perceptual classes, and writes a report.
+    """
+    from dataclasses import asdict
+
+    from analysis.records import read_session, session_files
+    from analysis.report import print_table, summarise, write_report
+    from runner.cli.progress import build_stimuli, progress_bar
+    from runner.observers.simulated import read_observer
+    from runner.protocol.experiment import read_experiment
+    from runner.session_folders import new_label
+    from runner.station import Station
+
+    began_s = time.monotonic()
+    root = Path(__file__).parents[2]
+    design = read_experiment(root / "experiments/dynamic_range.yaml")
+    law = read_observer(root / "configs/observers/table_4_4.yaml", design.stimulus_names)
+    folder = results / new_label()
+    with progress_bar(quiet=as_json) as step:
+        stimuli = build_stimuli(design, step)
+        with Station.open(design, stimuli, folder, "window" if window else "egl", windowed=True) as station:
+            for number in range(1, observers + 1):
+                observer = f"{number:02d}"
+                station.run(observer, station.simulated(law, observer), simulated=True)
+                step("Running simulated observers", number, observers)
+            work = station.presenter.counters
+        sessions = [read_session(file) for file in session_files(folder)]
+        step("Writing the report", 0, 1)
+        published = {name: (stimulus.score, stimulus.perceptual_class) for name, stimulus in law.stimuli.items()}
+        report = folder / "report.html"
+        write_report(sessions, report, published=published)
+        step("Writing the report", 1, 1)
+    summary = summarise(sessions)
+    if as_json:
+        click.echo(json.dumps({"scores": summary.to_json(), "report": str(report), "work": asdict(work)}))
+        return
+    print_table(summary, published)
+    click.echo(f"{observers} simulated observers answered in {time.monotonic() - began_s:.0f} s.")
+    click.echo(f"The report: {report}")

@@ -1,0 +1,36 @@
+"""`cyclopean doctor`: what this machine can do, and what it lacks."""
+
+from __future__ import annotations
+
+import json
+
+import click
+
+
+@click.command(short_help="Say what this machine can do.")
+@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+def command(as_json: bool) -> None:
+    """Say what this machine can do.
+
+    Opens each kind of surface, tries each stereo mode on it, and says why one cannot be had.
+    """
+    from runner.doctor import examine
+
+    facts = examine()
+    if as_json:
+        click.echo(json.dumps(facts, indent=2))
+        return
+    click.echo("Packages")
+    for name, package in facts["packages"].items():
+        click.echo(f"  {name}: {package['problem'] or 'from ' + package['folder']}")
+    for name, version in facts["software"].items():
+        click.echo(f"  {name} {version}")
+    for backend, surface in facts["surfaces"].items():
+        click.echo(f"\nSurface '{backend}'")
+        if surface["problem"]:
+            click.echo(f"  not here: {surface['problem']}")
+            continue
+        drawn = surface["facts"]
+        click.echo(f"  {drawn['renderer']}, OpenGL {drawn['gl_version']}, display server {drawn['display_server']}")
+        for mode, reason in surface["modes"].items():
+            click.echo(f"  {mode}: {'yes' if reason is None else f'no, {reason}'}")

@@ -1,0 +1,35 @@
+"""`cyclopean preview`: every screen of a session as each eye would get it, as PNG files."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Write what each eye sees in every trial, as PNG.")
+@click.argument("experiment", type=click.Path(path_type=Path))
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The folder to write to.")
+@click.option("--observer", default="01", show_default=True, help="Whose order of trials to preview.")
+@click.option("--mode", help="A stereo mode in place of the rig's.")
+@click.option("--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True)
+@click.option("--json", "as_json", is_flag=True, help="Print the files as JSON.")
+def command(experiment: Path, output: Path, observer: str, mode: str | None, backend: str, as_json: bool) -> None:
+    """Write what each eye sees in every trial, as PNG.
+
+    The files hold the exact device codes of each eye's area, named by block, screen and eye.
+    """
+    from runner.cli.progress import build_stimuli, progress_bar
+    from runner.preview import preview
+    from runner.protocol.experiment import check_observer, read_experiment
+
+    design = read_experiment(experiment, mode)
+    check_observer(observer)
+    with progress_bar(quiet=as_json) as step:
+        stimuli = build_stimuli(design, step)
+        files = preview(design, stimuli, observer, output, backend, step)
+    if as_json:
+        click.echo(json.dumps([str(file) for file in files]))
+    else:
+        click.echo(f"{len(files)} pictures are in {output}")

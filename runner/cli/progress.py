@@ -1,0 +1,40 @@
+"""A progress bar on the error stream, so that standard output stays clean; none where nobody watches."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from runner.protocol.experiment import Experiment
+    from stimuli.build import StimulusSet
+
+Step = Callable[[str, int, int], None]
+
+
+@contextmanager
+def progress_bar(quiet: bool = False) -> Iterator[Step]:
+    """Yield a function that takes what is being done, how much of it is done, and of how much."""
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+
+    console = Console(stderr=True)
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    with Progress(*columns, console=console, disable=quiet) as bar:
+        tasks: dict[str, TaskID] = {}
+
+        def step(what: str, done: int, of: int) -> None:
+            if what not in tasks:
+                tasks[what] = bar.add_task(what, total=of)
+            bar.update(tasks[what], completed=done, total=of)
+
+        yield step
+
+
+def build_stimuli(design: Experiment, step: Step) -> StimulusSet:
+    """Build the experiment's stimuli, or find them built, as one line of the bar."""
+    from stimuli.build import build
+
+    pitch_mm = design.rig.display.panel.pixel_pitch_mm
+    return build(design.recipe_file, pitch_mm, lambda what, done, of: step("Building stimuli", done, of))

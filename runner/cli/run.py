@@ -1,0 +1,93 @@
+"""`cyclopean run`: a session with a person, or with simulated observers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import click
+
+
+@click.command(short_help="Run a session with an observer.")
+@click.argument("experiment", type=click.Path(path_type=Path))
+@click.option("--observer", required=True, help="The observer's code: letters and digits, such as 01.")
+@click.option("--resume", is_flag=True, help="Go on exactly where this observer's last session stopped.")
+@click.option("--results", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
+@click.option("--mode", help="A stereo mode in place of the rig's.")
+@click.option("--windowed", is_flag=True, help="A window in place of the full screen.")
+@click.option(
+    "--simulate",
+    type=click.Path(path_type=Path),
+    help="A file of simulated observers that answer in place of a person, on a surface without a window.",
+)
+@click.option(
+    "--backend",
+    type=click.Choice(["window", "egl", "null"]),
+    help="Where to draw; 'window' for a person, 'egl' for a simulation.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
+def command(
+    experiment: Path,
+    observer: str,
+    resume: bool,
+    results: Path,
+    mode: str | None,
+    windowed: bool,
+    simulate: Path | None,
+    backend: str | None,
+    as_json: bool,
+) -> None:
+    """Run a session with an observer.
+
+    EXPERIMENT is a file such as experiments/dynamic_range.yaml. Every answer is on disk before the next trial
+    appears. The observer answers with the keys that the instructions name; Escape asks before leaving.
+    """
+    from runner.cli.main import WorkError
+    from runner.cli.progress import build_stimuli, progress_bar
+    from runner.observers.keyboard import Keyboard
+    from runner.observers.simulated import read_observer
+    from runner.ports import WindowClosed
+    from runner.protocol.experiment import check_observer, read_experiment
+    from runner.session import Left
+    from runner.session_folders import to_resume, unfinished
+    from runner.station import Station
+
+    check_observer(observer)
+    design = read_experiment(experiment, mode)
+    law = read_observer(simulate, design.stimulus_names) if simulate else None
+    if resume:
+        to_resume(results, design.spec.name, observer)
+    elif unfinished(results, design.spec.name, observer):
+        click.echo(f"note: observer {observer} has an unfinished session; --resume would go on with it", err=True)
+    total = sum(block.trials for block in design.blocks(observer))
+    answered = 0
+    folder: Path | None = None
+    ending = "completed"
+    with progress_bar(quiet=as_json) as step:
+        stimuli = build_stimuli(design, step)
+        backend = backend or ("egl" if law else "window")
+        with Station.open(design, stimuli, results, backend, windowed=windowed) as station:
+            for remark in station.remarks:
+                click.echo(f"warning: {remark}", err=True)
+            person = station.simulated(law, observer) if law else Keyboard(station.surface.wait_key)
+
+            def on_trial(trial: object) -> None:
+                nonlocal answered
+                answered += bool(getattr(trial, "data", None))
+                step(f"Observer {observer}", answered, total)
+
+            try:
+                folder = station.run(observer, person, simulated=law is not None, resume=resume, on_trial=on_trial)
+            except Left:
+                ending = "left"
+            except WindowClosed:
+                ending = "window closed"
+            except OSError as error:
+                raise WorkError(f"the session stopped: {error}; every answer before this is saved") from error
+    done = {"ending": ending, "answered": answered, "trials": total, "folder": str(folder) if folder else None}
+    if as_json:
+        click.echo(json.dumps(done))
+    elif ending == "completed":
+        click.echo(f"{answered} answers are in {folder}\nScore them with: cyclopean report {folder}")
+    else:
+        click.echo(f"Stopped ({ending}) after {answered} of {total} answers, all saved. Go on with --resume.")

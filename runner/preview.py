@@ -1,0 +1,91 @@
+"""Previewing a session: its blocks are run with an observer who answers at once, and each screen is kept."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from devices.display_file import Eye
+from documents import Finding
+from runner.blocks.steps import Draft, Response
+from runner.errors import SessionError
+from runner.ports import Ask
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.surfaces import open_surface
+from runner.protocol.experiment import Experiment
+from stimuli.build import StimulusSet
+
+EYES: tuple[Eye, ...] = ("left", "right")
+
+
+@dataclass(slots=True)
+class _Album:
+    """Writes each eye's view of a screen."""
+
+    folder: Path
+    files: list[Path] = field(default_factory=list)
+
+    def add(self, name: str, presenter: Presenter) -> None:
+        from PIL import Image
+
+        for eye in EYES:
+            file = self.folder / f"{name}_{eye}.png"
+            Image.fromarray(presenter.eye_view(eye)).save(file)
+            self.files.append(file)
+
+
+def preview(
+    experiment: Experiment,
+    stimuli: StimulusSet,
+    observer: str,
+    folder: Path,
+    backend: str,
+    progress: Callable[[str, int, int], None] = lambda what, done, of: None,
+) -> tuple[Path, ...]:
+    """Write every screen that ``observer`` would see, per eye, to ``folder`` and return the files.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be made, or the surface cannot show the mode.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise SessionError(Finding(f"the folder cannot be made: {error.strerror}", str(folder))) from error
+    rig = experiment.rig
+    blocks = experiment.blocks(observer)
+    total = sum(block.trials for block in blocks)
+    album = _Album(folder)
+    resolution = rig.display.panel.resolution_px
+    with (
+        open_surface(backend, resolution, stereo=rig.mode == "quad-buffered") as surface,
+        Presenter(surface, find_mode(rig.mode), rig.models, stimuli.load) as presenter,
+    ):
+        shown = 0
+        for number, block in enumerate(blocks):
+            steps = block.steps()
+            response: Response | None = None
+            screen = 0
+            while True:
+                try:
+                    step = steps.send(response)
+                except StopIteration:
+                    break
+                if isinstance(step, Draft):
+                    response = None
+                    shown += bool(step.data)
+                    progress("Previewing trials", shown, total)
+                else:
+                    response = _answered(step)
+                    presenter.show(step.scene)
+                    album.add(f"block-{number + 1:02d}_screen-{screen + 1:03d}", presenter)
+                    screen += 1
+    return tuple(album.files)
+
+
+def _answered(ask: Ask) -> Response:
+    key, meaning = next(iter(ask.keys.items()))
+    return Response(key, meaning, 0.0)

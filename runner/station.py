@@ -1,0 +1,133 @@
+"""A station: an experiment with its stimuli built and its presenter open, where observers sit down one by one."""
+
+from __future__ import annotations
+
+import functools
+import random
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from analysis.records import Header, Trial
+from runner.header import check_unchanged, describe_stimuli, hashes, make_header
+from runner.observers.simulated import BradleyTerryObserver, ObserverSpec
+from runner.ports import Observer
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.surfaces import Surface, open_surface
+from runner.protocol.experiment import Experiment, check_observer
+from runner.recorder import Recorder
+from runner.session import Session
+from runner.session_folders import new_label, observer_folder, to_resume
+from stimuli.build import StimulusSet
+
+
+@dataclass(slots=True)
+class Station:
+    """Use as a context manager; ``presenter`` and ``surface`` are closed with it."""
+
+    experiment: Experiment
+    stimuli: StimulusSet
+    results: Path
+    surface: Surface
+    presenter: Presenter
+    descriptions: tuple[dict[str, Any], ...]
+    remarks: tuple[str, ...]
+
+    @classmethod
+    def open(
+        cls, experiment: Experiment, stimuli: StimulusSet, results: Path, backend: str, *, windowed: bool = False
+    ) -> Station:
+        """Open the surface and the presenter in the rig's stereo mode.
+
+        Raises
+        ------
+        InputError
+            If the surface cannot be opened or cannot do the mode.
+        """
+        rig = experiment.rig
+        load = functools.lru_cache(maxsize=64)(stimuli.load)
+        descriptions = describe_stimuli(stimuli, rig.models)
+        surface = open_surface(
+            backend, rig.display.panel.resolution_px, stereo=rig.mode == "quad-buffered", windowed=windowed
+        )
+        try:
+            presenter = Presenter(surface, find_mode(rig.mode), rig.models, load)
+        except BaseException:
+            surface.close()
+            raise
+        return cls(experiment, stimuli, results, surface, presenter, descriptions, surface.facts.remarks)
+
+    def __enter__(self) -> Station:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.presenter.close()
+        self.surface.close()
+
+    def simulated(self, spec: ObserverSpec, observer: str) -> Observer:
+        """Return a simulated observer whose answers are drawn from the experiment's seed and its own name."""
+        rng = random.Random(f"{self.experiment.spec.seed}/{self.experiment.spec.name}/simulated/{observer}")
+        scores = {name: stimulus.score for name, stimulus in spec.stimuli.items()}
+        return BradleyTerryObserver(scores, rng, spec.median_response_time_s)
+
+    def run(
+        self,
+        observer: str,
+        answers: Observer,
+        *,
+        simulated: bool = False,
+        resume: bool = False,
+        on_trial: Callable[[Trial], None] = lambda trial: None,
+    ) -> Path:
+        """Run one observer's session to its end and return its folder.
+
+        Raises
+        ------
+        Left, WindowClosed
+            If the observer left; what was answered is on disk.
+        InputError
+            If the session cannot begin or be resumed.
+        """
+        check_observer(observer)
+        recorder, logged = self._resume(observer) if resume else (self._begin(observer, simulated), ())
+        costs = {description["name"]: description["clipping"] for description in self.descriptions}
+        with recorder:
+            Session(
+                self.experiment.blocks(observer),
+                self.presenter,
+                answers,
+                recorder,
+                clip_costs=costs,
+                logged=logged,
+                on_trial=on_trial,
+            ).run()
+        return recorder.folder
+
+    def _begin(self, observer: str, simulated: bool) -> Recorder:
+        header = self._header(observer, new_label(), simulated)
+        parent = observer_folder(self.results, self.experiment.spec.name, observer)
+        return Recorder.create(parent / f"ses-{header.session}", header)
+
+    def _resume(self, observer: str) -> tuple[Recorder, tuple[Trial, ...]]:
+        stopped = to_resume(self.results, self.experiment.spec.name, observer)
+        check_unchanged(stopped.header, hashes(self.experiment, self.stimuli), stopped.file)
+        recorder, log = Recorder.reopen(stopped.file.parent)
+        return recorder, log.trials
+
+    def _header(self, observer: str, session: str, simulated: bool) -> Header:
+        facts = asdict(self.surface.facts)
+        return make_header(
+            self.experiment,
+            self.stimuli,
+            observer,
+            session,
+            self.descriptions,
+            facts,
+            simulated=simulated,
+            remarks=self.remarks,
+        )
