@@ -13,8 +13,10 @@ from runner.presenter.errors import GraphicsError
 Part = tuple[str, str]  # the file's name and its text
 
 _HEADERS = {False: "#version 330 core\n", True: "#version 330 core\n#extension GL_ARB_gpu_shader_fp64 : require\n"}
-# Mesa writes 2:14(5), Nvidia 2(14), others 2:14: the number of the part, then the line in it.
-_PLACE = re.compile(r"\b(\d+)(?::(\d+)(?:\(\d+\))?|\((\d+)\))(?=\s*:)")
+# Mesa writes 0:14(5), Nvidia 0(14), others 0:14, and Mesa forgets the number of the part that #line can give: so
+# each part has a range of line numbers of its own.
+_LINES_PER_PART = 100_000
+_PLACE = re.compile(r"\b0(?::(\d+)(?:\(\d+\))?|\((\d+)\))(?=\s*:)")
 
 
 def shader_file(name: str) -> Part:
@@ -48,12 +50,13 @@ def compile_program(
 
 
 def _join(header: str, parts: Sequence[Part]) -> str:
-    return header + "".join(f"#line 1 {number}\n{text}\n" for number, (_, text) in enumerate(parts))
+    texts = (f"#line {number * _LINES_PER_PART + 1}\n{text}\n" for number, (_, text) in enumerate(parts))
+    return header + "".join(texts)
 
 
 def _named(log: str, names: Sequence[str]) -> str:
     def place(match: re.Match[str]) -> str:
-        number, line = int(match[1]), match[2] or match[3]
+        number, line = divmod(int(match[1] or match[2]), _LINES_PER_PART)
         return f"{names[number]}:{line}" if number < len(names) else match[0]
 
     return "the driver refuses a shader:\n" + _PLACE.sub(place, log.strip())
