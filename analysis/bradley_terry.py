@@ -95,7 +95,7 @@ class BradleyTerryBatch:
     separated: NDArray[np.bool_]
 
 
-def fit(wins: Floats, *, method: Method = "ml") -> BradleyTerryFit:
+def fit(wins: Floats, *, method: Method = "ml", most_iterations: int = MOST_ITERATIONS) -> BradleyTerryFit:
     """Fit strengths to one matrix of counts.
 
     Parameters
@@ -106,6 +106,8 @@ def fit(wins: Floats, *, method: Method = "ml") -> BradleyTerryFit:
     method
         ``ml`` maximises the likelihood; ``firth`` the likelihood times the root of the information's determinant
         [Firth1993], which is finite even for an item that always wins.
+    most_iterations
+        Newton steps after which a fit by maximum likelihood stops without having converged; at least 1.
 
     Raises
     ------
@@ -124,7 +126,7 @@ def fit(wins: Floats, *, method: Method = "ml") -> BradleyTerryFit:
 
         theta, iterations, converged = maximise(counts)
     else:
-        thetas, _, steps, done = _newton(counts[None])
+        thetas, _, steps, done = _newton(counts[None], most_iterations)
         theta, iterations, converged = thetas[0], int(steps[0]), bool(done[0])
     return _fitted(counts, theta, iterations, converged, method)
 
@@ -150,7 +152,9 @@ def fit_batch(wins: Floats) -> BradleyTerryBatch:
     iterations = np.zeros(batch, dtype=np.intp)
     converged = np.zeros(batch, dtype=np.bool_)
     if sound.any():
-        theta[sound], log_likelihood[sound], iterations[sound], converged[sound] = _newton(counts[sound])
+        theta[sound], log_likelihood[sound], iterations[sound], converged[sound] = _newton(
+            counts[sound], MOST_ITERATIONS
+        )
     return BradleyTerryBatch(theta, log_likelihood, converged, iterations, ~sound)
 
 
@@ -161,18 +165,18 @@ def probabilities(theta: Floats) -> Floats:
     return np.asarray(expit(theta[..., :, None] - theta[..., None, :]))
 
 
-def _newton(wins: Floats) -> tuple[Floats, Floats, NDArray[np.intp], NDArray[np.bool_]]:
+def _newton(wins: Floats, most_iterations: int) -> tuple[Floats, Floats, NDArray[np.intp], NDArray[np.bool_]]:
     """Return theta (B, n), log likelihood, iterations and convergence (B,) for connected counts (B, n, n)."""
     batch, n, _ = wins.shape
     theta_all = np.zeros((n, batch))
     log_likelihood = np.zeros(batch)
-    iterations = np.full(batch, MOST_ITERATIONS, dtype=np.intp)
+    iterations = np.zeros(batch, dtype=np.intp)
     converged = np.zeros(batch, dtype=np.bool_)
     active = np.arange(batch)
     counts = PairCounts.from_wins(wins)
     theta = np.zeros((n, batch))
     terms, odds = counts.log_likelihood(theta)
-    for iteration in range(1, MOST_ITERATIONS + 1):
+    for iteration in range(1, most_iterations + 1):
         flow, weight = counts.slopes(theta, odds)
         weights = counts.matrix(weight)
         exact = laplacian.span(weights) > laplacian.WIDEST_FOR_PLAIN_SUMS
@@ -180,7 +184,7 @@ def _newton(wins: Floats) -> tuple[Floats, Floats, NDArray[np.intp], NDArray[np.
         step = laplacian.solve(weights, gradient[:, None])[:, 0]
         theta, terms, odds = _climb(counts, theta, step, terms)
         done = np.abs(step).max(axis=0) <= STEP_TOLERANCE * np.maximum(np.abs(theta).max(axis=0), 1)
-        if done.any() or iteration == MOST_ITERATIONS:
+        if done.any() or iteration == most_iterations:
             theta_all[:, active], log_likelihood[active] = theta, terms.sum(axis=0)
             iterations[active], converged[active] = iteration, done
             if done.all():

@@ -1,0 +1,223 @@
+"""Run time against error of Bradley-Terry solvers: Newton here, choix and evalica beside it, in one run.
+
+    python benchmarks/bradley_terry.py
+
+The error is the largest difference in θ (nats, mean 0) from a reference refined in extended precision.
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+sys.path.insert(0, str(Path(__file__).parent))
+from curves import OUT, seconds, write
+
+from analysis.bradley_terry import fit, fit_batch
+from analysis.bradley_terry_sparse import fit_sparse
+from analysis.separation import are_connected
+
+Floats = NDArray[np.float64]
+Row = dict[str, object]
+
+TITLE = "Bradley-Terry solvers: time against error"
+TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
+OBSERVERS = 30
+BOOTSTRAPS = 1000
+# Medina 2016, Table 4.4.
+PRINTED = np.array([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
+
+
+def run() -> dict[str, Any]:
+    """Measure and return the title, the rows and the ratios that the design sets targets for."""
+    rows = [
+        *_single("n = 10", _observers(np.log(PRINTED)).sum(axis=0)),
+        *_single("n = 100", _observers(np.random.default_rng(1).normal(0, 0.7, 100)).sum(axis=0)),
+        *_sparse(),
+        *_bootstraps(),
+    ]
+    return {"name": "bradley_terry", "title": TITLE, "rows": rows, "ratios": _ratios(rows)}
+
+
+def _observers(theta: Floats) -> Floats:
+    """Return what each simulated observer answers to every pair once, shape (observers, n, n)."""
+    random = np.random.default_rng(2016)
+    p = 1 / (1 + np.exp(theta[None, :] - theta[:, None]))
+    upper = np.triu(random.random((OBSERVERS, *p.shape)) < p, 1)
+    lower = np.tril(~upper.transpose(0, 2, 1), -1)
+    return (upper | lower).astype(float)
+
+
+def _single(case: str, wins: Floats) -> Iterator[Row]:
+    truth = _reference(wins)
+    for steps in range(1, 8):
+        fitted = fit(wins, most_iterations=steps)
+        time = seconds(lambda steps=steps: fit(wins, most_iterations=steps))
+        note = "with covariance, standard errors and connectivity test"
+        yield _row(f"{case}: Newton", f"{steps} steps", time, _error(fitted.theta, truth), note)
+        if fitted.converged:
+            break
+    batch = wins[None]
+    time = seconds(lambda: fit_batch(batch))
+    yield _row(f"{case}: Newton, θ alone", "converged", time, _error(fit_batch(batch).theta[0], truth))
+    yield from _peers(case, wins, truth)
+
+
+def _sparse() -> Iterator[Row]:
+    case, n, pairs = "n = 1000, sparse", 1000, 10_000
+    random = np.random.default_rng(3)
+    theta = random.normal(0, 1, n)
+    first = random.integers(n, size=pairs)
+    second = (first + 1 + random.integers(n - 1, size=pairs)) % n
+    won = random.binomial(20, 1 / (1 + np.exp(theta[second] - theta[first]))).astype(float)
+    wins = np.zeros((n, n))
+    np.add.at(wins, (first, second), won)
+    np.add.at(wins, (second, first), 20 - won)
+    truth = _reference(wins)
+    counts = csr_array(wins)
+    time = seconds(lambda: fit_sparse(counts))
+    yield _row(f"{case}: Newton, conjugate gradients", "converged", time, _error(fit_sparse(counts).theta, truth))
+    dense = wins[None]
+    time = seconds(lambda: fit_batch(dense), repeats=3)
+    yield _row(f"{case}: Newton, dense", "converged", time, _error(fit_batch(dense).theta[0], truth))
+    yield from _peers(case, wins, truth, repeats=3)
+
+
+def _bootstraps() -> Iterator[Row]:
+    case = f"{BOOTSTRAPS} observer bootstraps, n = 10"
+    answers = _observers(np.log(PRINTED))
+    drawn = np.random.default_rng(4).multinomial(OBSERVERS, np.full(OBSERVERS, 1 / OBSERVERS), BOOTSTRAPS)
+    wins = np.tensordot(drawn.astype(float), answers, axes=1)
+    sound = are_connected(wins)
+    note = f"{int((~sound).sum())} replicates separated, left out of the error"
+    truth = np.array([_reference(replicate) for replicate in wins[sound]])
+    time = seconds(lambda: fit_batch(wins))
+    yield _row(f"{case}: Newton, batched", "converged", time, _error(fit_batch(wins).theta[sound], truth), note)
+    slow = np.array([fit(replicate).theta for replicate in wins[sound]])
+    time = seconds(lambda: [fit(replicate) for replicate in wins], repeats=1, at_least_s=0)
+    yield _row(f"{case}: Newton, one by one", "converged", time, _error(slow, truth), note)
+    for name, solve in _solvers().items():
+        for tolerance in (1e-6, 1e-8):
+            prepared = [solve(replicate, tolerance) for replicate in wins[sound]]
+            found = np.array([work() for work in prepared])
+            time = seconds(lambda p=prepared: [work() for work in p], repeats=1, at_least_s=0)
+            yield _row(f"{case}: {name}", f"tolerance {tolerance:g}", time, _error(found, truth), note)
+
+
+def _peers(case: str, wins: Floats, truth: Floats, repeats: int = 5) -> Iterator[Row]:
+    for name in ("choix ilsr", "evalica"):
+        if name not in _solvers():
+            yield _row(f"{case}: {name}", "–", None, None, "not installed")
+    for name, solve in _solvers().items():
+        for tolerance in TOLERANCES:
+            work = solve(wins, tolerance)
+            try:
+                found = work()
+            except RuntimeError as error:
+                yield _row(f"{case}: {name}", f"tolerance {tolerance:g}", None, None, str(error))
+                continue
+            time = seconds(work, repeats=repeats)
+            yield _row(f"{case}: {name}", f"tolerance {tolerance:g}", time, _error(found, truth))
+
+
+def _solvers() -> dict[str, Callable[[Floats, float], Callable[[], Floats]]]:
+    """Return the peers that are installed: from counts and a tolerance to the work to be timed."""
+    solvers: dict[str, Callable[[Floats, float], Callable[[], Floats]]] = {}
+    choix, evalica = _module("choix"), _module("evalica")
+    if choix:
+        solvers["choix ilsr"] = lambda wins, tolerance: (
+            lambda: np.asarray(choix.ilsr_pairwise_dense(wins, tol=tolerance, max_iter=10_000))
+        )
+    if evalica:
+        solvers["evalica"] = lambda wins, tolerance: _evalica(evalica, wins, tolerance)
+    return solvers
+
+
+def _evalica(evalica: ModuleType, wins: Floats, tolerance: float) -> Callable[[], Floats]:
+    """Prepare the counts as evalica takes them, aggregated and indexed, so that only its solving is timed."""
+    import pandas as pd
+
+    winner, loser = np.nonzero(wins)
+    counts = wins[winner, loser].tolist()
+    names = list(range(len(wins)))
+    index = pd.Index(names)
+    xs, ys, won = winner.tolist(), loser.tolist(), [evalica.Winner.X] * len(counts)
+
+    def work() -> Floats:
+        result = evalica.bradley_terry(xs, ys, won, index=index, weights=counts, tolerance=tolerance, limit=10_000)
+        return np.log(result.scores.reindex(names).to_numpy())
+
+    return work
+
+
+def _module(name: str) -> ModuleType | None:
+    try:
+        return importlib.import_module(name)
+    except ImportError:
+        return None
+
+
+def _reference(wins: Floats) -> Floats:
+    """Return θ refined with gradients in extended precision, until the step vanishes."""
+    theta = fit_batch(wins[None]).theta[0].astype(np.longdouble)
+    n, counts = len(wins), wins.astype(np.longdouble)
+    for _ in range(4):
+        p = 1 / (1 + np.exp(theta[None, :] - theta[:, None]))
+        gradient = (counts * p.T - counts.T * p).sum(axis=1)
+        weight = ((counts + counts.T) * p * p.T).astype(float)
+        np.fill_diagonal(weight, 0)
+        information = np.diag(weight.sum(axis=1)) - weight + weight.sum() / n**2
+        theta = theta + np.linalg.solve(information, gradient.astype(float))
+        theta -= theta.mean()
+    return theta
+
+
+def _error(found: Floats, truth: Floats) -> float:
+    centred = found - found.mean(axis=-1, keepdims=True)
+    return float(np.abs(centred - truth).max())
+
+
+def _row(series: str, parameter: str, time: float | None, error: float | None, note: str = "") -> Row:
+    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
+
+
+def _ratios(rows: list[Row]) -> dict[str, float]:
+    """Return how many times faster than evalica, at its tightest tolerance no better than ours, the targets ask."""
+
+    def time(series: str, parameter: str) -> float | None:
+        for row in rows:
+            if row["series"] == series and row["parameter"] == parameter:
+                return row["seconds"]  # type: ignore[return-value]
+        return None
+
+    ratios = {}
+    boot, sparse = f"{BOOTSTRAPS} observer bootstraps, n = 10", "n = 1000, sparse"
+    for name, ours, peer in (
+        ("bootstraps_over_evalica", f"{boot}: Newton, batched", f"{boot}: evalica"),
+        ("sparse_over_evalica", f"{sparse}: Newton, conjugate gradients", f"{sparse}: evalica"),
+    ):
+        mine, theirs = time(ours, "converged"), time(peer, "tolerance 1e-06")
+        if mine and theirs:
+            ratios[name] = theirs / mine
+    return ratios
+
+
+def main() -> None:
+    """Measure, write the three files, and print the ratios."""
+    result = run()
+    write(result["name"], TITLE, result["rows"], OUT)
+    for name, ratio in result["ratios"].items():
+        print(f"{name}: {ratio:.1f} times")
+    print(f"written to {OUT}")
+
+
+if __name__ == "__main__":
+    main()
