@@ -5,6 +5,7 @@ from __future__ import annotations
 import contextlib
 import ctypes
 from collections.abc import Callable
+from typing import Self
 
 import moderngl
 import numpy as np
@@ -96,7 +97,7 @@ class EglSurface:
         self.context.release()
         _leave_thread()
 
-    def __enter__(self) -> EglSurface:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

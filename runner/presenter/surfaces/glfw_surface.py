@@ -6,7 +6,7 @@ import time
 from collections import deque
 from collections.abc import Callable, Mapping
 from ctypes import c_void_p
-from typing import Any
+from typing import Any, Self
 
 import glfw
 import moderngl
@@ -164,7 +164,7 @@ class GlfwSurface:
         self.context.release()
         self._session.close()
 
-    def __enter__(self) -> GlfwSurface:
+    def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:

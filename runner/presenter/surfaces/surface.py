@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
-from typing import Protocol
+from typing import Protocol, Self
 
 import moderngl
 import numpy as np
@@ -80,7 +80,7 @@ class Surface(Protocol):
     def close(self) -> None:
         """Give everything back; nothing may be asked of it afterwards."""
 
-    def __enter__(self) -> Surface:
+    def __enter__(self) -> Self:
         """Return itself."""
 
     def __exit__(self, *_: object) -> None:

@@ -1,0 +1,194 @@
+"""`cyclopean show`: the exact codes in the PNG, and one line for every fault."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from PIL import Image
+
+from devices.display_file import read_display
+from stimuli.exr import read_exr, write_exr
+from stimuli.stereo_image import StereoImage
+
+ROOT = Path(__file__).parents[3]
+DATA = ROOT.parent / "shared/data/stereo"
+ASUS = ROOT / "configs/displays/asus_vg248qe.yaml"
+Run = Callable[..., subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture
+def show(tmp_path: Path) -> Run:
+    """Run the command in a process of its own, in a folder of its own."""
+
+    def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
+        command = [sys.executable, "-c", "from runner.cli.main import main; main()", "show", *map(str, arguments)]
+        environ = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
+        return subprocess.run(command, cwd=tmp_path, env=environ, capture_output=True, text=True, timeout=120)
+
+    return run
+
+
+@pytest.fixture
+def picture(tmp_path: Path, random_stereo: Callable[..., StereoImage]) -> Path:
+    """A stereo picture of odd size, on disk."""
+    file = tmp_path / "plate.exr"
+    write_exr(file, random_stereo(301, 405))
+    return file
+
+
+def write_anything(file: Path, pixels: NDArray[np.float32]) -> None:
+    """Write XYZ pixels as they are; our own writer would refuse NaN."""
+    import OpenImageIO as oiio
+
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], 3, "float")
+    spec.channelnames = ("X", "Y", "Z")
+    output = oiio.ImageOutput.create(str(file))
+    assert output is not None
+    assert output.open(str(file), spec)
+    assert output.write_image(pixels)
+    output.close()
+
+
+def codes(file: Path) -> NDArray[np.uint8]:
+    with Image.open(file) as image:
+        assert image.mode == "RGB"
+        assert "gamma" not in image.info
+        assert "icc_profile" not in image.info
+        return np.asarray(image)
+
+
+@pytest.mark.parametrize("backend", ["egl", "null"])
+def test_the_screenshot_holds_the_framebuffers_codes(show: Run, picture: Path, tmp_path: Path, backend: str) -> None:
+    done = show(
+        picture,
+        "--display",
+        ASUS,
+        "--mode",
+        "side-by-side",
+        "--screenshot",
+        "out.png",
+        "--headless",
+        "--backend",
+        backend,
+    )
+    if backend == "null" and "libosmesa6" in done.stderr:
+        pytest.skip(done.stderr.strip())
+    assert done.returncode == 0, done.stderr
+    screen = codes(tmp_path / "out.png")
+    assert screen.shape == (1080, 1920, 3)
+    model = read_display(ASUS).models("side-by-side").left
+    image = read_exr(picture)
+    top, left = (1080 - 301) // 2, (960 - 405) // 2
+    for eye, corner in (("left", left), ("right", left + 960)):
+        shown = screen[top : top + 301, corner : corner + 405]
+        assert np.abs(shown - model.code(image.eye(eye)) * 255.0).max() <= 0.501  # type: ignore[arg-type]
+    assert int(screen.astype(bool).any(axis=2).sum()) <= 2 * 301 * 405
+    assert "left eye: " in done.stdout
+    assert "right eye: " in done.stdout
+
+
+def test_json_tells_the_clipping_of_each_eye(show: Run, tmp_path: Path) -> None:
+    model = read_display(ASUS).models("side-by-side").left
+    left = np.broadcast_to(model.white_XYZ_cd_m2 * 0.4, (10, 10, 3)).astype(np.float32)
+    right = left.copy()
+    right[:3] *= 10.0
+    write_exr(tmp_path / "bright.exr", StereoImage(left, right))
+    done = show(
+        "bright.exr", "--display", ASUS, "--mode", "side-by-side", "--screenshot", "o.png", "--headless", "--json"
+    )
+    shown = json.loads(done.stdout)
+    assert shown["clipping"]["left"]["percent_any"] == 0.0
+    assert shown["clipping"]["right"]["percent_any"] == pytest.approx(30.0)
+    assert shown["clipping"]["right"]["percent_above_full"] == pytest.approx(30.0)
+    assert shown["screenshots"] == ["o.png"]
+    assert shown["surface"]["size_px"] == [1920, 1080]
+
+
+def test_a_window_waits_for_escape(show: Run, picture: Path, display: str) -> None:
+    import shutil
+    import time
+
+    tool = shutil.which("xdotool")
+    if tool is None:
+        pytest.skip("xdotool is not installed (apt install xdotool)")
+    command = [sys.executable, "-c", "from runner.cli.main import main; main()", "show", str(picture)]
+    command += ["--display", str(ASUS), "--mode", "side-by-side"]
+    with subprocess.Popen(
+        command, env={**os.environ, "PYTHONPATH": str(ROOT)}, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True
+    ) as process:
+        subprocess.run([tool, "search", "--sync", "--name", "cyclopean"], check=True, timeout=60, capture_output=True)
+        time.sleep(1.0)
+        subprocess.run([tool, "key", "space"], check=True, timeout=10)
+        time.sleep(0.5)
+        assert process.poll() is None
+        subprocess.run([tool, "key", "Escape"], check=True, timeout=10)
+        out, error = process.communicate(timeout=30)
+    assert process.returncode == 0, error
+    assert "no screen shows 1920 × 1080 px (there: 640 × 480)" in error
+    assert "left eye" in out
+
+
+REFUSED = [
+    pytest.param(["plate.exr", "--mode", "anaglyph"], "not characterised in the mode 'anaglyph'", id="absent mode"),
+    pytest.param(["plate.exr", "--mode", "quad-buffered"], "GL_STEREO is false", id="no stereo"),
+    pytest.param(["absent.exr", "--mode", "side-by-side"], "absent.exr", id="no file"),
+    pytest.param(["broken.exr", "--mode", "side-by-side"], "broken.exr", id="no EXR"),
+    pytest.param(["nan.exr", "--mode", "side-by-side"], "NaN in 2 pixels", id="NaN"),
+]
+
+
+@pytest.mark.parametrize(("arguments", "said"), REFUSED)
+def test_every_fault_is_one_line_and_writes_nothing(
+    show: Run, picture: Path, tmp_path: Path, arguments: list[str], said: str
+) -> None:
+    (tmp_path / "broken.exr").write_bytes(b"not a picture at all")
+    with_nan = np.ones((20, 30, 3), np.float32)
+    with_nan[5, 6:8] = np.nan
+    write_anything(tmp_path / "nan.exr", with_nan)
+    before = sorted(tmp_path.iterdir())
+    done = show(*arguments, "--display", ASUS, "--headless", "--screenshot", "out.png")
+    assert done.returncode == 2
+    assert said in done.stderr
+    assert len(done.stderr.strip().splitlines()) == 1
+    assert done.stdout == ""
+    assert sorted(tmp_path.iterdir()) == before
+
+
+@pytest.mark.parametrize(
+    ("screenshot", "said"),
+    [("out.jpg", "end the name in .png"), ("absent/out.png", "no such folder"), (None, "add --screenshot")],
+)
+def test_a_screenshot_that_cannot_be_written_is_refused(
+    show: Run, picture: Path, screenshot: str | None, said: str
+) -> None:
+    arguments = ["--screenshot", screenshot] if screenshot else []
+    done = show(picture, "--display", ASUS, "--mode", "side-by-side", "--headless", *arguments)
+    assert done.returncode == 2
+    assert said in done.stderr
+
+
+@pytest.mark.shared_data
+@pytest.mark.parametrize(
+    ("name", "options"), [("Adjuster.exr", ["--colour-space", "rec709"]), ("chromaticities_XYZ.exr", [])]
+)
+def test_real_pictures_are_shown(show: Run, tmp_path: Path, name: str, options: list[str]) -> None:
+    if not DATA.is_dir():
+        pytest.skip("the shared pictures are not beside this checkout (../shared/data/stereo)")
+    done = show(
+        DATA / name, "--display", ASUS, "--mode", "side-by-side", "--screenshot", "o.png", "--headless", *options
+    )
+    assert done.returncode == 0, done.stderr
+    screen = codes(tmp_path / "o.png")
+    image = read_exr(DATA / name, "rec709" if options else None)
+    model = read_display(ASUS).models("side-by-side").left
+    place = (960 - image.width_px) // 2, (1080 - image.height_px) // 2
+    shown = screen[place[1] : place[1] + image.height_px, place[0] : place[0] + image.width_px]
+    assert np.abs(shown - model.code(image.left) * 255.0).max() <= 0.501

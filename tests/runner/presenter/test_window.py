@@ -1,0 +1,179 @@
+"""A real window under Xvfb, with real key presses sent by xdotool."""
+
+from __future__ import annotations
+
+import resource
+import shutil
+import subprocess
+import threading
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+
+from devices.display_file import EyeModels
+from runner.ports import WindowClosed
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Scene, Text
+from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.window import WindowSurface
+
+pytestmark = pytest.mark.window
+
+
+@pytest.fixture
+def window(display: str) -> Iterator[WindowSurface]:
+    """A full-screen window on the 640 × 480 display."""
+    with WindowSurface((640, 480)) as opened:
+        yield opened
+
+
+@pytest.fixture
+def press() -> Callable[..., None]:
+    """Send key presses to whatever has the focus, by xdotool's names."""
+    tool = shutil.which("xdotool")
+    if tool is None:
+        pytest.skip("xdotool is not installed (apt install xdotool)")
+
+    def send(*keys: str) -> None:
+        subprocess.run([tool, "key", *keys], check=True, timeout=10)
+
+    return send
+
+
+def test_keys_arrive_in_order_with_their_names_and_times(window: WindowSurface, press: Callable[..., None]) -> None:
+    before_s = time.monotonic()
+    press("Up", "Down", "Left", "Right", "space", "Return", "KP_Enter", "a", "1", "F5", "Escape")
+    presses = [window.wait_key() for _ in range(11)]
+    names = ["up", "down", "left", "right", "space", "enter", "enter", "a", "1", "f5", "escape"]
+    assert [one.key for one in presses] == names
+    times_s = [one.time_s for one in presses]
+    assert times_s == sorted(times_s)
+    assert before_s <= times_s[0] <= times_s[-1] <= time.monotonic()
+    assert window.poll_keys() == ()
+
+
+def test_a_key_held_down_is_one_press(window: WindowSurface) -> None:
+    tool = shutil.which("xdotool")
+    if tool is None:
+        pytest.skip("xdotool is not installed (apt install xdotool)")
+    subprocess.run([tool, "keydown", "b", "sleep", "1", "keyup", "b", "key", "c"], check=True, timeout=10)
+    assert [window.wait_key().key, window.wait_key().key] == ["b", "c"]
+
+
+def test_waiting_sleeps(window: WindowSurface, press: Callable[..., None]) -> None:
+    later = threading.Timer(2.0, press, ["x"])
+    later.start()
+    before = resource.getrusage(resource.RUSAGE_THREAD)
+    start_s = time.monotonic()
+    assert window.wait_key().key == "x"
+    waited_s = time.monotonic() - start_s
+    after = resource.getrusage(resource.RUSAGE_THREAD)
+    later.join()
+    busy_s = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
+    assert waited_s > 1.5
+    assert busy_s < 0.03 * waited_s
+
+
+def test_closing_the_window_ends_the_waiting(window: WindowSurface) -> None:
+    import glfw
+
+    glfw.set_window_should_close(window._window, True)
+    with pytest.raises(WindowClosed):
+        window.wait_key()
+    with pytest.raises(WindowClosed):
+        window.poll_keys()
+
+
+def test_a_still_trial_draws_one_frame_in_a_window(
+    window: WindowSurface, press: Callable[..., None], same_models: EyeModels
+) -> None:
+    scene = Scene((Text("Which is closer?"),))
+    with Presenter(window, find_mode("side-by-side"), same_models, lambda name: pytest.fail(name)) as presenter:
+        presenter.show(scene)
+        press("q")
+        window.wait_key()
+        presenter.show(scene)
+        work = presenter.counters
+    assert (work.frames_drawn, work.frames_redrawn, work.scenes_skipped) == (1, 0, 1)
+
+
+def test_what_another_window_covered_is_drawn_again(
+    window: WindowSurface, press: Callable[..., None], same_models: EyeModels
+) -> None:
+    with Presenter(window, find_mode("side-by-side"), same_models, lambda name: pytest.fail(name)) as presenter:
+        presenter.show(Scene((Text("Which is closer?"),)))
+        window._on_refresh(None)
+        press("q")
+        window.wait_key()
+        assert presenter.counters.frames_redrawn == 1
+        assert presenter.counters.frames_drawn == 1
+
+
+def test_the_screen_shows_what_was_drawn(window: WindowSurface, display: str, same_models: EyeModels) -> None:
+    """The pixels of the X server's root window are the captured codes: nothing between changes them."""
+    import numpy as np
+
+    tool = shutil.which("import")
+    if tool is None:
+        pytest.skip("ImageMagick is not installed (apt install imagemagick)")
+    with Presenter(window, find_mode("side-by-side"), same_models, lambda name: pytest.fail(name)) as presenter:
+        presenter.show(Scene((Text("Which image is closer to the reference plate?", width_px=200),)))
+        shot = subprocess.run([tool, "-window", "root", "-depth", "8", "rgb:-"], capture_output=True, check=True)
+        screen = np.frombuffer(shot.stdout, np.uint8).reshape(480, 640, 3)
+        assert screen.any()
+        np.testing.assert_array_equal(screen, presenter.capture()["screen"])
+
+
+def test_a_panel_that_is_no_screens_size_gets_a_window_and_a_remark(display: str) -> None:
+    with WindowSurface((800, 700)) as window:
+        assert window.facts.size_px == (800, 700)
+        assert "no screen shows 800 × 700 px (there: 640 × 480)" in window.facts.remarks[0]
+
+
+def test_a_window_that_was_asked_for_needs_no_remark(display: str) -> None:
+    with WindowSurface((640, 480), windowed=True) as window:
+        assert window.facts.remarks == ()
+
+
+def test_stereo_that_the_driver_has_not_opens_a_plain_window(display: str) -> None:
+    with WindowSurface((640, 480), stereo=True) as window:
+        assert window.stereo == window._calls.has_stereo()
+        assert window.facts.stereo == window.stereo
+
+
+def test_a_second_window_is_refused(window: WindowSurface) -> None:
+    with pytest.raises(PresentationError, match="a window is open already"):
+        open_surface("window", (100, 100))
+    assert window.poll_keys() == ()  # and the first goes on
+
+
+def test_windows_and_offscreen_surfaces_follow_one_another(display: str, same_models: EyeModels) -> None:
+    for backend in ("egl", "window", "null", "window", "egl", "null"):
+        with (
+            open_surface(backend, (640, 480)) as surface,
+            Presenter(surface, find_mode("flat"), same_models, lambda name: pytest.fail(name)) as presenter,
+        ):
+            presenter.show(Scene((Text(backend),)))
+            assert presenter.capture()["screen"].any()
+
+
+def test_without_a_display_it_says_what_to_set(monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    with pytest.raises(PresentationError, match=r"no window can be opened: .*set DISPLAY"):
+        open_surface("window", (640, 480))
+
+
+@pytest.mark.parametrize("backend", ["egl", "null"])
+def test_nobody_can_press_a_key_where_there_is_no_window(backend: str) -> None:
+    try:
+        surface = open_surface(backend, (64, 48))
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with surface:
+        assert surface.poll_keys() == ()
+        with pytest.raises(WindowClosed):
+            surface.wait_key()
