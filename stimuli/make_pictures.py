@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from stimuli.exr.read import read_exr_counted
+from stimuli.names import stimulus_name
 from stimuli.stereo_image import StereoImage
 
 if TYPE_CHECKING:
@@ -46,7 +47,7 @@ def make_pictures(recipe: PicturesRecipe, folder: Path, report: Callable[[str, i
             negative=picture.negative,
         )
         shown = "flat" if reading.image.is_flat else "stereo"
-        name = f"{picture.name}-{view}" if recipe.views else picture.name
+        name = stimulus_name(picture.name, view if recipe.views else None)
         step = {
             "step": "read",
             **picture.model_dump(mode="json", exclude={"name", "view"}),

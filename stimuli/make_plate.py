@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 
 from stimuli.make_pictures import Made
+from stimuli.names import stimulus_name
 from stimuli.recipe import SparklePlateRecipe
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.photograph import Photograph, SparkleMap, photograph, sparkle_map
@@ -35,7 +36,7 @@ def make_plate(
 
     wanted = [(stimulus, view) for stimulus in recipe.stimuli for view in recipe.views]
     for done, (stimulus, view) in enumerate(wanted):
-        name = f"{stimulus.name}-{view}"
+        name = stimulus_name(stimulus.name, view)
         report(f"rendering {name}", done, len(wanted))
         eyes = ("left", "right") if view == "stereo" else ("center",)
         photographs = [exposed(eye, stimulus.exposure_s) for eye in eyes]

@@ -12,6 +12,8 @@ from stimuli.errors import StimulusError
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
+MAX_PIXELS = 16384  # along one axis; no display has more
+
 
 def area_weights(pixels: int, length_mm: float, pixel_pitch_mm: float) -> csr_array:
     """Return the sparse matrix (display pixels, pixels) of area weights along one axis.
@@ -24,6 +26,8 @@ def area_weights(pixels: int, length_mm: float, pixel_pitch_mm: float) -> csr_ar
 
     if not (np.isfinite(pixel_pitch_mm) and pixel_pitch_mm > 0):
         raise StimulusError(f"pixel_pitch_mm is {pixel_pitch_mm}; it must be a finite number above 0")
+    if length_mm / pixel_pitch_mm > MAX_PIXELS:
+        raise StimulusError(f"{length_mm} mm at pixel_pitch_mm {pixel_pitch_mm} is more than {MAX_PIXELS} pixels")
     count = max(1, round(length_mm / pixel_pitch_mm))
     edges = (np.arange(count + 1) - 0.5 * count) * pixel_pitch_mm
     source = (np.arange(pixels + 1) / pixels - 0.5) * length_mm

@@ -59,17 +59,25 @@ def read_views(path: Path) -> Mapping[str, View]:
         If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, or holds no colour view, or
         one view twice.
     """
-    import OpenImageIO as oiio
-
     if not path.is_file():
         raise _wrong(path, "there is no such picture", "check the path")
+    try:
+        return _read_views(path)
+    except UnicodeDecodeError as error:
+        # OpenImageIO hands over names and messages as they stand in the file.
+        raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "copy or write it again") from error
+
+
+def _read_views(path: Path) -> Mapping[str, View]:
+    import OpenImageIO as oiio
+
     picture = oiio.ImageInput.open(str(path))
     if picture is None:
         raise _wrong(path, f"the picture cannot be read: {_reason(oiio.geterror())}", "write it again as OpenEXR")
+    views: dict[str, View] = {}
     try:
         if picture.format_name() != "openexr":
             raise _wrong(path, f"the picture is {picture.format_name()}, not OpenEXR", "convert it to OpenEXR")
-        views: dict[str, View] = {}
         for view in _parts(picture, path):
             if view.name in views:
                 raise _wrong(path, f"the view '{view.name}' stands twice", "keep one")
@@ -94,7 +102,7 @@ def _parts(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[View]:
             if stored is None:
                 raise _wrong(path, f"the picture is damaged: {_reason(picture.geterror())}", "copy or write it again")
             for name, indices in groups.items():
-                yield _view(name, indices, stored, spec)
+                yield _view(name, indices, stored, spec, path)
         part += 1
     problem = picture.geterror()
     if problem:
@@ -135,24 +143,37 @@ def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int
     return groups
 
 
-def _view(name: str, indices: Sequence[int], stored: NDArray[Any], spec: OpenImageIO.ImageSpec) -> View:
+def _view(name: str, indices: Sequence[int], stored: NDArray[Any], spec: OpenImageIO.ImageSpec, path: Path) -> View:
+    left, top = spec.x - spec.full_x, spec.y - spec.full_y
+    right, bottom = min(left + spec.width, spec.full_width), min(top + spec.height, spec.full_height)
+    if right <= max(left, 0) or bottom <= max(top, 0):
+        raise _wrong(path, f"the view '{name}' stores nothing of its display window", "crop or pad it")
     pixels = np.zeros((spec.full_height, spec.full_width, 3), dtype=np.float32)
-    top, left = spec.y - spec.full_y, spec.x - spec.full_x
-    rows = slice(max(top, 0), max(min(top + spec.height, spec.full_height), 0))
-    columns = slice(max(left, 0), max(min(left + spec.width, spec.full_width), 0))
-    window = stored[rows.start - top : rows.stop - top, columns.start - left : columns.stop - left]
-    if window.size:
-        pixels[rows, columns] = window[..., list(indices)]
-    declared = spec.getattribute("chromaticities")
-    white = spec.getattribute("whiteLuminance")
+    window = stored[max(-top, 0) : bottom - top, max(-left, 0) : right - left]
+    pixels[max(top, 0) : bottom, max(left, 0) : right] = window[..., list(indices)]
+    chromaticities = _numbers(spec, "chromaticities", 8, path)
+    white = _numbers(spec, "whiteLuminance", 1, path)
     return View(
         name=name,
         pixels=pixels,
-        chromaticities=None if declared is None else np.array(declared, dtype=np.float64).reshape(4, 2),
+        chromaticities=None if chromaticities is None else chromaticities.reshape(4, 2),
         is_xyz=spec.channelnames[indices[0]].rpartition(".")[2] == "X",
-        white_luminance_cd_m2=None if white is None else float(white),
+        white_luminance_cd_m2=None if white is None else float(white[0]),
         data_window_px=(left, top, spec.width, spec.height),
     )
+
+
+def _numbers(spec: OpenImageIO.ImageSpec, attribute: str, count: int, path: Path) -> NDArray[np.float64] | None:
+    value = spec.getattribute(attribute)
+    if value is None:
+        return None
+    try:
+        numbers = np.atleast_1d(np.array(value, dtype=np.float64))
+    except (ValueError, TypeError):
+        numbers = np.empty(0)
+    if numbers.shape != (count,):
+        raise _wrong(path, f"its attribute '{attribute}' does not hold {count} numbers", "mend the picture's header")
+    return numbers
 
 
 def _strings(value: object) -> list[str]:

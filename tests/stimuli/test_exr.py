@@ -231,9 +231,19 @@ def test_a_data_window_is_placed_on_the_display_window(tmp_path: Path) -> None:
     np.testing.assert_array_equal(image.left, expected)
 
 
+@pytest.mark.parametrize("offset", [(9, 0), (0, 9), (-9, 0), (0, -9), (6, 0), (0, -4)])
+def test_a_data_window_off_the_display_window_is_refused(tmp_path: Path, offset: tuple[int, int]) -> None:
+    part = ({"chromaticities": XYZ}, "RGB", noise((4, 6, 3)))
+    path = write_parts(tmp_path / "a.exr", [part], data_window_offset_px=offset, display_size_px=(6, 4))
+    with pytest.raises(StimulusError, match="stores nothing of its display window"):
+        read_exr(path)
+
+
 @pytest.mark.parametrize(
     ("channels", "attributes", "message"),
     [
+        ("RGB", {"chromaticities": (0.6, 0.3, 0.3)}, "'chromaticities' does not hold 8 numbers"),
+        ("RGB", {"whiteLuminance": "bright"}, "'whiteLuminance' does not hold 1 numbers"),
         ("Y", {}, "no view has the channels"),
         ("RG", {}, "no view has the channels"),
         (["R", "G", "B", "right.R"], {"multiView": ("left", "right")}, "'right' lacks"),

@@ -1,0 +1,205 @@
+"""Pictures and recipes at their edges: what comes back is a picture, or one clear finding."""
+
+from __future__ import annotations
+
+import os
+import random
+import signal
+import struct
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+
+from devices.colour import delta_e_2000, xyz_to_lab
+from stimuli.build import build
+from stimuli.errors import StimulusError
+from stimuli.exr import read_exr, read_views, write_exr
+from stimuli.stereo_image import StereoImage
+
+pytestmark = pytest.mark.stress
+ROOT = Path(__file__).parents[2]
+
+
+def refusal(path: Path) -> str:
+    """Read the picture, which must be refused with one finding that names it, and return the finding."""
+    with pytest.raises(StimulusError) as caught:
+        read_exr(path)
+    (finding,) = caught.value.findings
+    assert finding.file == str(path)
+    assert finding.remedy
+    return finding.message
+
+
+@pytest.mark.parametrize("size", [(1, 1), (1, 2), (2, 1), (1, 4001), (4001, 1), (3, 5), (17, 31), (257, 129)])
+def test_odd_sizes_survive(tmp_path: Path, size: tuple[int, int]) -> None:
+    source = np.random.default_rng(0).uniform(0, 100, (2, *size, 3)).astype(np.float32)
+    write_exr(tmp_path / "a.exr", StereoImage(source[0], source[1]))
+    back = read_exr(tmp_path / "a.exr")
+    np.testing.assert_array_equal(back.left, source[0].astype(np.float16))
+    np.testing.assert_array_equal(back.right, source[1].astype(np.float16))
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf, -np.inf, -1e-30, -1.0, 65520.0, 1e30, 3e38])
+def test_a_whole_picture_of_what_cannot_be(tmp_path: Path, value: float) -> None:
+    pixels = np.full((3, 3, 3), value, np.float32)
+    with pytest.raises(StimulusError, match="9 pixels"):
+        write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
+    spec = oiio.ImageSpec(3, 3, 3, "float")
+    spec.attribute("chromaticities", "float[8]", (1, 0, 0, 1, 0, 0, 1 / 3, 1 / 3))
+    output = oiio.ImageOutput.create(str(tmp_path / "b.exr"))
+    assert output is not None
+    assert output.open(str(tmp_path / "b.exr"), spec)
+    assert output.write_image(pixels)
+    assert output.close()
+    if np.isfinite(value) and value > 0:
+        np.testing.assert_array_equal(read_exr(tmp_path / "b.exr").left, pixels)
+    else:
+        assert "9 pixels" in refusal(tmp_path / "b.exr")
+
+
+def test_the_smallest_and_largest_half_floats(tmp_path: Path) -> None:
+    pixels = np.array([0.0, 2.0**-24, 2.0**-14, 1.0, 65504.0, 65519.0], np.float32).reshape(1, 2, 3)
+    with pytest.raises(StimulusError):
+        write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
+    pixels[0, 1, 2] = 65504.0
+    write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
+    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr").left, pixels)
+
+
+def test_every_cut_of_a_file_is_refused(tmp_path: Path) -> None:
+    source = np.random.default_rng(0).uniform(0, 100, (2, 9, 7, 3)).astype(np.float32)
+    write_exr(tmp_path / "whole.exr", StereoImage(source[0], source[1]))
+    content = (tmp_path / "whole.exr").read_bytes()
+    path = tmp_path / "cut.exr"
+    for length in range(len(content)):
+        path.write_bytes(content[:length])
+        refusal(path)
+    path.write_bytes(content)
+    read_exr(path)
+
+
+def test_damaged_bytes_are_refused_or_read_as_a_sound_picture(tmp_path: Path) -> None:
+    """A flipped byte may still make a valid file; what is read then must be fit for an eye."""
+    source = np.random.default_rng(0).uniform(0, 100, (9, 7, 3)).astype(np.float32)
+    write_exr(tmp_path / "whole.exr", StereoImage.flat(source))
+    content = (tmp_path / "whole.exr").read_bytes()
+    path = tmp_path / "damaged.exr"
+    refused = 0
+    for place in range(len(content)):
+        damaged = bytearray(content)
+        damaged[place] ^= 0xFF
+        path.write_bytes(damaged)
+        try:
+            image = read_exr(path)
+        except StimulusError:
+            refused += 1
+        else:
+            assert np.isfinite(image.left).all()
+            assert (image.left >= 0).all()
+    assert refused > 0
+
+
+def test_a_header_that_asks_for_all_memory_is_refused(tmp_path: Path) -> None:
+    write_exr(tmp_path / "a.exr", StereoImage.flat(np.ones((4, 4, 3), np.float32)))
+    content = (tmp_path / "a.exr").read_bytes()
+    for window in (b"dataWindow\x00box2i\x00", b"displayWindow\x00box2i\x00"):
+        place = content.index(window) + len(window) + 4
+        huge = content[:place] + struct.pack("<4i", 0, 0, 200_000, 200_000) + content[place + 16 :]
+        (tmp_path / "huge.exr").write_bytes(huge)
+        refusal(tmp_path / "huge.exr")
+
+
+def test_hundreds_of_views_and_parts_are_refused(tmp_path: Path) -> None:
+    names = [f"view{i}" for i in range(200)]
+    channels = [*"RGB", *(f"{name}.{channel}" for name in names[1:] for channel in "RGB")]
+    spec = oiio.ImageSpec(1, 1, len(channels), "half")
+    spec.channelnames = tuple(channels)
+    spec.attribute("multiView", f"string[{len(names)}]", tuple(names))
+    output = oiio.ImageOutput.create(str(tmp_path / "views.exr"))
+    assert output is not None
+    assert output.open(str(tmp_path / "views.exr"), spec)
+    assert output.write_image(np.ones((1, 1, len(channels)), np.float32))
+    assert output.close()
+    assert "600 channels" in refusal(tmp_path / "views.exr")
+
+    specs = []
+    for name in names:
+        part = oiio.ImageSpec(1, 1, 3, "half")
+        part.attribute("view", name)
+        part.attribute("oiio:subimagename", name)
+        specs.append(part)
+    output = oiio.ImageOutput.create(str(tmp_path / "parts.exr"))
+    assert output is not None
+    assert output.open(str(tmp_path / "parts.exr"), specs)
+    for index, part in enumerate(specs):
+        assert index == 0 or output.open(str(tmp_path / "parts.exr"), part, "AppendSubimage")
+        assert output.write_image(np.ones((1, 1, 3), np.float32))
+    assert output.close()
+    assert "more than 64 parts" in refusal(tmp_path / "parts.exr")
+
+
+def test_a_large_picture(tmp_path: Path) -> None:
+    pixels = np.random.default_rng(0).uniform(0, 100, (2160, 3840, 3)).astype(np.float32)
+    write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
+    assert len(read_views(tmp_path / "a.exr")) == 1
+    np.testing.assert_array_equal(read_exr(tmp_path / "a.exr").left, pixels.astype(np.float16))
+
+
+def test_a_build_that_is_killed_leaves_nothing_half_done(tmp_path: Path) -> None:
+    recipe = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
+    environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    program = f"from pathlib import Path; from stimuli.build import build; build(Path({str(recipe)!r}), 0.2768)"
+    delays = random.Random(1)
+    for _ in range(5):
+        child = subprocess.Popen([sys.executable, "-c", program], env=environment, cwd=tmp_path)
+        time.sleep(delays.uniform(0.3, 2.0))
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        for folder in tmp_path.glob("[!.]*/"):
+            assert (folder / "manifest.json").is_file()
+    whole = subprocess.run([sys.executable, "-c", program], env=environment, cwd=tmp_path, check=False)
+    assert whole.returncode == 0
+    assert [entry.name for entry in tmp_path.iterdir() if entry.is_dir() and entry.name.startswith(".")] == []
+
+
+def test_two_builds_at_once_make_one_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    recipe = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
+    environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
+    program = (
+        "from pathlib import Path; from stimuli.build import build;"
+        f"made = build(Path({str(recipe)!r}), 0.2768); print(made.rendered, made.digest)"
+    )
+    children = [
+        subprocess.Popen([sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, text=True)
+        for _ in range(3)
+    ]
+    said = [child.communicate()[0].split() for child in children]
+    assert sorted(rendered for rendered, _ in said) == ["0", "0", "10"]
+    assert len({digest for _, digest in said}) == 1
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
+    assert build(recipe, 0.2768).rendered == 0
+
+
+@pytest.mark.parametrize("pitch_mm", [0.1, 1.0, 40.0, 99.0, 1e4])
+def test_any_display_s_pitch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pitch_mm: float) -> None:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
+    made = build(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml", pitch_mm)
+    image = made.load("1.1-flat")
+    assert (image.width_px, image.height_px) == (max(1, round(150 / pitch_mm)), max(1, round(100 / pitch_mm)))
+
+
+def test_colour_differences_over_every_magnitude() -> None:
+    random_ = np.random.default_rng(2)
+    size = 10.0 ** random_.uniform(-12, 6, (100_000, 1))
+    first, second = random_.normal(0, 1, (2, 100_000, 3)) * size
+    forward, backward = delta_e_2000(first, second), delta_e_2000(second, first)
+    assert np.isfinite(forward).all()
+    assert (forward >= 0).all()
+    np.testing.assert_allclose(forward, backward, rtol=1e-9, atol=1e-12)
+    lab = xyz_to_lab(10.0 ** random_.uniform(-30, 30, (10_000, 3)), [95.0, 100.0, 108.0])
+    assert np.isfinite(lab).all()
