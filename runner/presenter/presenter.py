@@ -158,16 +158,25 @@ class Presenter:
         width, height = self.surface.size_px
         cleared: set[Buffer] = set()
         for area in self.areas:
-            target = self.surface.target(area.buffer)
-            if area.buffer not in cleared:
-                target.clear(viewport=(0, 0, width, height))
-                cleared.add(area.buffer)
-            for item in scene.items:
-                if isinstance(item, Picture):
-                    self._draw_picture(target, area, item, pictures[item.stimulus].eye(area.eyes[0]))
-                else:
-                    self._draw_text(target, area, item)
+            for buffer in self._drawn_buffers(area.buffer):
+                target = self.surface.target(buffer)
+                if buffer not in cleared:
+                    target.clear(viewport=(0, 0, width, height))
+                    cleared.add(buffer)
+                for item in scene.items:
+                    if isinstance(item, Picture):
+                        self._draw_picture(target, area, item, pictures[item.stimulus].eye(area.eyes[0]))
+                    else:
+                        self._draw_text(target, area, item)
         self._raise_gl_error()
+
+    def _drawn_buffers(self, buffer: Buffer) -> tuple[Buffer, ...]:
+        """Return where a frame for ``buffer`` goes: on a stereo surface, the one back buffer is both of them.
+
+        GL_BACK should mean both to the driver too, but Mesa sends a shader's output to the left one only.
+        """
+        both = buffer is Buffer.BACK and self.surface.stereo
+        return (Buffer.BACK_LEFT, Buffer.BACK_RIGHT) if both else (buffer,)
 
     def _draw_picture(
         self, target: moderngl.Framebuffer, area: EyeArea, item: Picture, codes: moderngl.Texture
