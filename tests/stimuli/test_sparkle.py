@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import erf
+from scipy.stats import norm
 
 from devices.colour import XYZ_from_xyY
 from devices.display_file import read_display
@@ -78,8 +79,10 @@ def test_flakes_follow_their_distributions(plate: Plate) -> None:
     assert flakes.slope_y.std() == pytest.approx(np.tan(np.radians(8)), rel=0.01)
     assert flakes.diameter_mm.min() >= 0.008 * (1 - 1e-6)
     assert flakes.diameter_mm.max() <= 0.080 * (1 + 1e-6)
-    # The lower bound cuts the lognormal's tail: its median moves from 14 µm to that of what is left.
-    assert np.median(flakes.diameter_mm) == pytest.approx(0.01507, rel=0.01)
+    # The bounds cut the lognormal's tails: the median is that of what is left.
+    low, high = norm.cdf(np.log(np.array([8.0, 80.0]) / plate.flake_diameter_median_um) / plate.flake_diameter_spread)
+    median_um = plate.flake_diameter_median_um * np.exp(plate.flake_diameter_spread * norm.ppf(0.5 * (low + high)))
+    assert np.median(flakes.diameter_mm) == pytest.approx(median_um / 1000, rel=0.01)
     assert flakes.depth_mm.min() >= 0
     assert flakes.depth_mm.max() <= 0.040
 
