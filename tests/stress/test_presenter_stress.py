@@ -1,0 +1,188 @@
+"""The presenter at its edges: tiny, odd, huge, far too bright, and thousands of scenes."""
+
+from __future__ import annotations
+
+import ctypes
+import resource
+from collections.abc import Callable, Iterator
+
+import numpy as np
+import pytest
+
+from devices.display import DisplayModel
+from devices.display_file import EyeModels
+from devices.tone_curve import ToneCurve
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces.egl import EglSurface
+from stimuli.stereo_image import StereoImage
+
+pytestmark = pytest.mark.stress
+
+PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
+Open = Callable[[tuple[int, int]], EglSurface]
+
+
+def model(gamma: float = 2.4, black: float = 0.0, lift: float = 0.0) -> DisplayModel:
+    curve = ToneCurve(1.0, 0.0, gamma, lift)
+    return DisplayModel(black * np.array([0.95, 1.0, 1.2]), PRIMARIES, (curve, curve, curve))
+
+
+MODEL = model()
+BOTH = EyeModels(MODEL, MODEL)
+
+
+@pytest.fixture
+def open_egl() -> Iterator[Open]:
+    """Open surfaces of any size, one after the other."""
+    opened: list[EglSurface] = []
+
+    def make(size_px: tuple[int, int]) -> EglSurface:
+        while opened:
+            opened.pop().close()
+        try:
+            opened.append(EglSurface(size_px))
+        except PresentationError as error:
+            pytest.skip(str(error))
+        return opened[-1]
+
+    yield make
+    while opened:
+        opened.pop().close()
+
+
+def live_objects(surface: EglSurface) -> dict[str, int]:
+    """Count the objects that exist; the names that are given out do not tell, because Mesa's only climb."""
+    find = ctypes.CDLL("libEGL.so.1").eglGetProcAddress
+    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    count = {}
+    texture = surface.context.texture((1, 1), 1)
+    highest = 20 * texture.glo + 1000
+    texture.release()
+    for kind in ("Texture", "Framebuffer", "Program", "VertexArray"):
+        exists = ctypes.CFUNCTYPE(ctypes.c_ubyte, ctypes.c_uint)(find(f"glIs{kind}".encode()))
+        count[kind] = sum(exists(name) for name in range(1, highest))
+    return count
+
+
+def random_picture(height: int, width: int, seed: int = 0) -> StereoImage:
+    codes = np.random.default_rng(seed).random((2, height, width, 3))
+    return StereoImage(*MODEL.xyz(codes).astype(np.float32))
+
+
+@pytest.mark.parametrize("surface_px", [(2, 1), (3, 3), (641, 479), (1920, 1080)])
+@pytest.mark.parametrize("picture_px", [(1, 1), (1, 7), (3, 2), (333, 1), (1001, 1201), (4097, 3)])
+def test_any_size_in_any_size_is_centred_by_floor_and_exact(
+    open_egl: Open, surface_px: tuple[int, int], picture_px: tuple[int, int]
+) -> None:
+    width, height = picture_px
+    picture = random_picture(height, width)
+    surface = open_egl(surface_px)
+    with Presenter(surface, find_mode("side-by-side"), BOTH, lambda _: picture) as presenter:
+        presenter.show(Scene((Picture("a"),)))
+        area_width, area_height = surface_px[0] // 2, surface_px[1]
+        left, top = (area_width - width) // 2, (area_height - height) // 2
+        for eye in ("left", "right"):
+            expected = np.zeros((area_height, area_width, 3))
+            codes = MODEL.code(picture.eye(eye)) * 255.0
+            rows = slice(max(top, 0), min(top + height, area_height))
+            columns = slice(max(left, 0), min(left + width, area_width))
+            expected[rows, columns] = codes[
+                rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
+            ]
+            assert np.abs(presenter.eye_view(eye) - expected).max() <= 0.501
+
+
+@pytest.mark.parametrize("gamma", [1.6, 2.0, 2.4, 2.9])
+@pytest.mark.parametrize("black", [0.0, 1e-4, 0.3, 5.0])
+@pytest.mark.parametrize("lift", [0.0, 1e-5, 0.02])
+def test_the_colours_hold_for_every_sort_of_panel(open_egl: Open, gamma: float, black: float, lift: float) -> None:
+    display = model(gamma, black, lift)
+    surface = open_egl((600, 400))
+    rng = np.random.default_rng(5)
+    magnitude = 10.0 ** rng.uniform(-7, 3, (400, 300, 1))
+    near_black = display.black_XYZ_cd_m2 + rng.random((400, 300, 3)) * magnitude
+    one_channel = rng.permuted(np.concatenate([magnitude, 0 * magnitude, 0 * magnitude], axis=2), axis=2)
+    saturated = display.black_XYZ_cd_m2 + one_channel / 20 @ display.primaries_XYZ_cd_m2.T
+    picture = StereoImage(near_black.astype(np.float32), saturated.astype(np.float32))
+    with Presenter(surface, find_mode("side-by-side"), EyeModels(display, display), lambda _: picture) as presenter:
+        presenter.show(Scene((Picture("a"),)))
+        for eye in ("left", "right"):
+            assert np.abs(presenter.eye_view(eye) - display.code(picture.eye(eye)) * 255.0).max() <= 0.501
+
+
+def test_light_far_beyond_the_panel_is_full_drive_or_black(open_egl: Open) -> None:
+    values = np.array([1e30, -1e30, 3.4e38, -3.4e38, 1e-38, 1e-45, -1e-45, 0.0], np.float32)
+    XYZ = np.repeat(values[:, np.newaxis], 3, axis=1)[np.newaxis]
+    surface = open_egl((8, 1))
+    with Presenter(surface, find_mode("flat"), BOTH, lambda _: StereoImage.flat(XYZ)) as presenter:
+        presenter.show(Scene((Picture("a"),)))
+        shown = presenter.capture()["screen"]
+        assert np.abs(shown - MODEL.code(XYZ) * 255.0).max() <= 0.501
+        assert (shown[0, 0] == 255).all()
+        assert not shown[0, 1].any()
+
+
+def test_thousands_of_scenes_leave_no_objects_and_no_memory_behind(open_egl: Open) -> None:
+    surface = open_egl((320, 240))
+    with Presenter(
+        surface,
+        find_mode("side-by-side"),
+        BOTH,
+        lambda name: random_picture(120, 100, int(name)),
+        picture_budget_bytes=20 * 2 * 120 * 100 * 4,
+    ) as presenter:
+
+        def trials(numbers: range) -> None:
+            for number in numbers:
+                presenter.show(Scene((Picture(str(number % 50)), Text(f"trial {number}", width_px=100))))
+
+        trials(range(500))
+        objects_before = live_objects(surface)
+        memory_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        trials(range(500, 3000))
+        objects_after = live_objects(surface)
+        memory_after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        assert presenter.counters.frames_drawn == 3000
+        assert presenter.counters.evictions == presenter.counters.decodes - 20
+        # Each text is new, and kept: 2500 of them are far below the 64 MB for words.
+        assert objects_after == {**objects_before, "Texture": objects_before["Texture"] + 2500}
+        assert memory_after - memory_before < 100_000  # kB
+
+
+def test_opening_and_closing_many_surfaces_leaves_nothing_behind(open_egl: Open) -> None:
+    picture = random_picture(50, 50)
+    for _ in range(3):
+        surface = open_egl((200, 100))
+    memory_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    for _ in range(40):
+        surface = open_egl((200, 100))
+        with Presenter(surface, find_mode("side-by-side"), BOTH, lambda _: picture) as presenter:
+            presenter.show(Scene((Picture("a"),)))
+    memory_after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    assert memory_after - memory_before < 200_000  # kB
+
+
+def test_a_presenter_gives_back_every_object(open_egl: Open) -> None:
+    surface = open_egl((200, 100))
+    picture = random_picture(50, 50)
+    objects_before = live_objects(surface)
+    for number in range(30):
+        with Presenter(surface, find_mode("side-by-side"), BOTH, lambda _: picture) as presenter:
+            presenter.show(Scene((Picture("a"), Text(f"{number}"))))
+            during = live_objects(surface)
+    assert during["Texture"] > objects_before["Texture"]
+    objects_after = live_objects(surface)
+    assert objects_after.pop("Program") <= objects_before.pop("Program") + 1  # the last one in use goes later
+    assert objects_after == objects_before
+
+
+def test_a_text_of_a_whole_book_page_is_drawn(open_egl: Open) -> None:
+    surface = open_egl((1920, 1080))
+    words = "Lorem ipsum dolor sit amet, consectetur adipiscing elit. " * 200
+    with Presenter(surface, find_mode("side-by-side"), BOTH, lambda name: pytest.fail(name)) as presenter:
+        presenter.show(Scene((Text(words, height_px=14, width_px=900),)))
+        np.testing.assert_array_equal(presenter.eye_view("left"), presenter.eye_view("right"))
+        assert presenter.eye_view("left").any()
