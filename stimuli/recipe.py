@@ -56,7 +56,10 @@ def _inside(value: str) -> str:
 
 
 Name = Annotated[str, BeforeValidator(_name)]
-Seconds = Annotated[float, BeforeValidator(_seconds), Field(gt=0, le=1e6)]
+Seconds = Annotated[
+    Annotated[float, Field(gt=0, le=1e6)],
+    BeforeValidator(_seconds, json_schema_input_type=Annotated[float, Field(gt=0, le=1e6)] | str),
+]
 
 
 class ExposureSpec(Strict):

@@ -24,18 +24,23 @@ def splat(sparkles: Sparkles, plate: Plate, camera: Camera) -> NDArray[np.float3
     down = (0.5 * plate.height_mm - sparkles.y_mm) / row_mm
     light = sparkles.luminance_cd_m2 * sparkles.area_mm2 / (column_mm * row_mm)
     reach = int(np.ceil(4.0 * camera.point_spread_sd_px))
-    padded = np.zeros((rows + 2 * reach + 2) * (columns + 2 * reach + 2))
     width = columns + 2 * reach + 2
+    padded = np.zeros((rows + 2 * reach + 2) * width)
     offsets = np.arange(-reach, reach + 1)
-    for start in range(0, len(light), _BLOCK):
-        part = slice(start, start + _BLOCK)
+    # From top to bottom, so that a block of flakes touches few rows.
+    order = np.argsort(down)
+    for start in range(0, len(order), _BLOCK):
+        part = order[start : start + _BLOCK]
         first_column, horizontal = _weights(across[part], columns, offsets, camera.point_spread_sd_px)
         first_row, vertical = _weights(down[part], rows, offsets, camera.point_spread_sd_px)
         vertical *= light[part, None]
-        places = (first_row[:, None] + offsets + reach + 1)[:, :, None] * width
+        top = int(first_row.min())
+        places = (first_row[:, None] - top + offsets + reach)[:, :, None] * width
         places = places + (first_column[:, None] + offsets + reach + 1)[:, None, :]
         weights = vertical[:, :, None] * horizontal[:, None, :]
-        padded += np.bincount(places.ravel(), weights.ravel(), minlength=len(padded))
+        added = np.bincount(places.ravel(), weights.ravel())
+        first = (top + 1) * width
+        padded[first : first + len(added)] += added
     image = padded.reshape(-1, width)[reach + 1 : reach + 1 + rows, reach + 1 : reach + 1 + columns]
     return image.astype(np.float32)
 

@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import OpenImageIO as oiio
 import pytest
 import yaml
 
@@ -271,3 +273,37 @@ def test_where_the_cache_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -
     assert cache_folder() == tmp_path / "cyclopean" / "stimuli"
     monkeypatch.delenv("XDG_CACHE_HOME")
     assert cache_folder() == Path.home() / ".cache" / "cyclopean" / "stimuli"
+
+
+SHARED = Path(__file__).parents[2] / ".." / "shared" / "data" / "stereo"
+
+
+@pytest.mark.shared_data
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
+def test_real_pictures_in_a_recipe(tmp_path: Path) -> None:
+    for name in ("Adjuster.exr", "chromaticities_XYZ.exr"):
+        shutil.copyfile(SHARED / name, tmp_path / name)
+    blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709"}
+    path = pictures_recipe(tmp_path, blade, views=["stereo", "flat"])
+    made = build(path, 0.2768)
+    assert [made.load(name).is_flat for name in ("blade-stereo", "blade-flat")] == [False, True]
+    assert made.entry("blade-flat")["steps"][0]["views"] == ["center"]
+    made = build(pictures_recipe(tmp_path, {"name": "room", "file": "chromaticities_XYZ.exr"}), 0.2768)
+    assert made.factors("room") == {"image": "room", "view": "flat"}
+    with pytest.raises(StimulusError, match="does not declare its chromaticities"):
+        build(pictures_recipe(tmp_path, {"name": "blade", "file": "Adjuster.exr"}), 0.2768)
+
+
+@pytest.mark.parametrize(("negative", "clipped"), [("refuse", None), ("clip", 2)])
+def test_what_was_clipped_stands_in_the_manifest(tmp_path: Path, negative: str, clipped: int | None) -> None:
+    pixels = noise(1)
+    pixels[0, :2, 1] = -0.5
+    picture = oiio.ImageBuf(pixels)
+    picture.specmod().attribute("chromaticities", "float[8]", (1, 0, 0, 1, 0, 0, 1 / 3, 1 / 3))
+    assert picture.write(str(tmp_path / "one.exr"))
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr", "negative": negative})
+    if clipped is None:
+        with pytest.raises(StimulusError, match="2 pixels have negative XYZ"):
+            build(path, 0.2768)
+    else:
+        assert build(path, 0.2768).entry("one")["steps"][0]["clipped_pixels"] == clipped

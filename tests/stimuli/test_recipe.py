@@ -9,7 +9,7 @@ import pytest
 import yaml
 
 from documents import InputError
-from stimuli.recipe import PicturesRecipe, SparklePlateRecipe, read_recipe
+from stimuli.recipe import PicturesRecipe, Recipe, SparklePlateRecipe, read_recipe
 
 ROOT = Path(__file__).parents[2]
 GRAY = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
@@ -103,3 +103,8 @@ def test_a_picture_s_defaults(tmp_path: Path) -> None:
     assert isinstance(recipe, PicturesRecipe)
     picture = recipe.stimuli[0]
     assert (picture.view, picture.colour_space, picture.negative) == (None, "declared", "refuse")
+
+
+def test_editors_are_told_that_an_exposure_may_be_a_fraction() -> None:
+    exposure = Recipe.model_json_schema()["$defs"]["ExposureSpec"]["properties"]["exposure_s"]
+    assert [option["type"] for option in exposure["anyOf"]] == ["number", "string"]
