@@ -23,6 +23,7 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     """
     from dataclasses import asdict
 
+    from analysis.agreement import agreement, expected_classes
     from analysis.records import read_session, session_files
     from analysis.report import print_table, summarise, write_report
     from runner.cli.progress import build_stimuli, progress_bar
@@ -55,5 +56,14 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
         click.echo(json.dumps({"scores": summary.to_json(), "report": str(report), "work": asdict(work)}))
         return
     print_table(summary, published)
-    click.echo(f"{observers} simulated observers answered in {time.monotonic() - began_s:.0f} s.")
-    click.echo(f"The report: {report}")
+    found = agreement(summary.scores, published)
+    if found:
+        expected = expected_classes(published, observers, summary.alpha, summary.adjust)
+        same = all(expected[name] == label for name, (_, label) in published.items())
+        click.echo(
+            f"Agreement with Table 4.4: the log scores correlate at r = {found.correlation:.3f}; "
+            f"{found.pairs_alike} of {found.pairs} pairs share a class, or do not, as published.\n"
+            f"The counts that the published scores lead {observers} observers to on average give "
+            f"{'exactly the' if same else 'other than the'} published classes; the rest is the luck of the draw."
+        )
+    click.echo(f"All of it took {time.monotonic() - began_s:.0f} s. The report: {report}")

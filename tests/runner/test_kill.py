@@ -33,7 +33,9 @@ def _asked(told: str) -> list[tuple[str, ...]]:
 @pytest.mark.parametrize("seed", range(4))
 def test_killed_at_random_moments(tmp_path: Path, seed: int) -> None:
     folder = tmp_path / "s"
-    expected = [(NAMES[first], NAMES[second]) for first, second in pair_order(8, 1, "side", "order")]
+    expected: list[tuple[str, ...]] = [
+        (NAMES[first], NAMES[second]) for first, second in pair_order(8, 1, "side", "order")
+    ]
     rng = random.Random(seed)
     kills = 0
     for _ in range(60):

@@ -55,7 +55,12 @@ def test_an_answer_is_synced_before_append_returns(tmp_path: Path, monkeypatch: 
     synced: list[int] = []
     with Recorder.create(tmp_path / "s", HEADER) as recorder:
         real = os.fsync
-        monkeypatch.setattr(os, "fsync", lambda fd: (real(fd), synced.append(os.fstat(fd).st_size)))
+
+        def counted(descriptor: int) -> None:
+            real(descriptor)
+            synced.append(os.fstat(descriptor).st_size)
+
+        monkeypatch.setattr(os, "fsync", counted)
         recorder.append(_trial(0))
         assert synced == [(tmp_path / "s" / FILE_NAME).stat().st_size]
 

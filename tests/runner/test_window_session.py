@@ -8,6 +8,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -117,8 +118,16 @@ def _answer(person: Person, *keys: str) -> None:
     for key in keys:
         before, seen = person.answers(), person.look()
         person.press(key)
-        person.until(lambda before=before: person.answers() > before, f"the answer '{key}' to be on disk")
-        person.until(lambda seen=seen: np.any(person.look() != seen), "the next screen", within_s=5)
+        person.until(partial(_more_than, person, before), f"the answer '{key}' to be on disk")
+        person.until(partial(_changed, person, seen), "the next screen", within_s=5)
+
+
+def _more_than(person: Person, answers: int) -> bool:
+    return person.answers() > answers
+
+
+def _changed(person: Person, seen: np.ndarray) -> bool:
+    return bool(np.any(person.look() != seen))
 
 
 def test_a_session_with_real_keys(person: Person) -> None:

@@ -1,0 +1,122 @@
+"""`check`, `preview`, `schema` and `doctor`."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner
+from PIL import Image
+
+from devices.display_file import read_display
+from documents import InputError
+from runner.cli.main import group
+from runner.protocol.experiment import read_experiment
+from stimuli.exr import read_exr
+
+Study = Any  # tests/conftest.py
+ROOT = Path(__file__).parents[3]
+SHIPPED = [
+    *sorted(ROOT.glob("experiments/*.yaml")),
+    *sorted(ROOT.glob("configs/*/*.yaml")),
+]
+
+
+def _run(*words: object) -> Any:
+    return CliRunner().invoke(group, [str(word) for word in words])
+
+
+@pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.name)
+def test_every_shipped_file_is_right(file: Path) -> None:
+    result = _run("check", file, "--json")
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)[0]["findings"] == []
+
+
+def test_check_says_what_a_session_would_be(study: Study) -> None:
+    result = _run("check", study.experiment, "--json")
+    (facts,) = json.loads(result.stdout)
+    assert facts["trials"] == 6
+    assert facts["keys"]["up"] == "first"
+    assert facts["picture_deg"] == [1.64, 0.82]
+    assert facts["pixels_per_degree"] == pytest.approx(48.87, abs=0.01)
+
+
+def test_check_tells_all_faults_of_all_files_at_once(study: Study) -> None:
+    study.edit("rig.yaml", "mode: side-by-side", "mode: side-by-sidee")
+    study.edit("small.yaml", "{kind: all_pairs,", "{kind: all_pairs, stimuli: [one, one, six],")
+    result = _run("check", study.experiment, study.folder / "none.yaml", "--json")
+    assert result.exit_code == 2
+    experiment, none = json.loads(result.stdout)
+    messages = [finding["message"] for finding in experiment["findings"]]
+    assert len(messages) == 3
+    assert "not characterised in the mode 'side-by-sidee'" in messages[0]
+    assert "'one' stands twice" in messages[1]
+    assert "no stimulus 'six'" in messages[2]
+    assert [finding["line"] for finding in experiment["findings"]] == [3, 9, 9]
+    assert "no such file" in none["findings"][0]["message"]
+
+
+def test_check_does_not_know_every_file(study: Study) -> None:
+    (study.folder / "other.yaml").write_text("a: 1\n")
+    result = CliRunner().invoke(group, ["check", str(study.folder / "other.yaml")])
+    assert result.exit_code == 2
+    assert "no file that cyclopean knows" in result.output
+
+
+def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:
+    output = study.folder / "preview"
+    result = _run("preview", study.experiment, "-o", output, "--json")
+    assert result.exit_code == 0, result.output
+    files = sorted(output.glob("*.png"))
+    # Instructions, six pairs and one break, for two eyes.
+    assert len(files) == len(json.loads(result.stdout)) == 16
+    model = read_display(study.folder / "display.yaml").models("side-by-side").left
+    block = read_experiment(study.experiment).blocks("01")[1]
+    (first, _second) = next(iter(block.steps())).scene.stimuli
+    image = read_exr(study.folder / f"{first}.exr")
+    for eye in ("left", "right"):
+        codes = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png"))
+        assert codes.shape == (480, 320, 3)
+        shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
+        assert np.abs(shown - model.code(image.eye(eye)) * 255).max() <= 0.501  # type: ignore[arg-type]
+
+
+def test_preview_of_a_wrong_experiment_writes_nothing(study: Study) -> None:
+    study.edit("small.yaml", "all_pairs", "al_pairs")
+    output = study.folder / "preview"
+    with pytest.raises(InputError, match="did you mean 'all_pairs'"):
+        CliRunner().invoke(group, ["preview", str(study.experiment), "-o", str(output)], catch_exceptions=False)
+    assert not output.exists()
+
+
+@pytest.mark.parametrize("kind", ["experiment", "rig", "display", "stimuli", "observers"])
+def test_schemas_are_json_schema_and_name_every_key_of_the_shipped_file(kind: str) -> None:
+    result = _run("schema", kind)
+    schema = json.loads(result.stdout)
+    assert schema["$schema"].startswith("https://json-schema.org/")
+    shipped = {
+        "experiment": "experiments/dynamic_range.yaml",
+        "rig": "configs/rigs/asus_vg248qe_3dvision.yaml",
+        "display": "configs/displays/asus_vg248qe.yaml",
+        "stimuli": "configs/stimuli/manitoba_gray.yaml",
+        "observers": "configs/observers/table_4_4.yaml",
+    }[kind]
+    branches = [schema, *schema.get("$defs", {}).values()]
+    keys = set(yaml.safe_load((ROOT / shipped).read_text()))
+    assert any(keys <= set(branch.get("properties", {})) for branch in branches)
+
+
+def test_doctor_says_what_there_is() -> None:
+    result = _run("doctor", "--json")
+    assert result.exit_code == 0, result.output
+    facts = json.loads(result.stdout)
+    assert set(facts["surfaces"]) == {"egl", "null", "window"}
+    assert all(package["problem"] is None for package in facts["packages"].values())
+    egl = facts["surfaces"]["egl"]
+    assert egl["modes"]["side-by-side"] is None
+    assert "GL_STEREO is false" in egl["modes"]["quad-buffered"]
