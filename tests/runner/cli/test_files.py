@@ -77,13 +77,13 @@ def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:
     assert len(files) == len(json.loads(result.stdout)) == 16
     model = read_display(study.folder / "display.yaml").models("side-by-side").left
     block = read_experiment(study.experiment).blocks("01")[1]
-    (first, _second) = next(iter(block.steps())).scene.stimuli
+    (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]
     image = read_exr(study.folder / f"{first}.exr")
     for eye in ("left", "right"):
         codes = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png"))
         assert codes.shape == (480, 320, 3)
         shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
-        assert np.abs(shown - model.code(image.eye(eye)) * 255).max() <= 0.501  # type: ignore[arg-type]
+        assert np.abs(shown - model.code(image.eye(eye)) * 255).max() <= 0.501
 
 
 def test_preview_of_a_wrong_experiment_writes_nothing(study: Study) -> None:
