@@ -92,20 +92,27 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
         Shape (n, n): symmetric, False on the diagonal.
     """
     n = len(differs)
-    columns = [frozenset(range(n))]
-    for first, second in zip(*np.nonzero(np.triu(differs, 1)), strict=True):
-        kept = [column for column in columns if not (first in column and second in column)]
-        for column in columns:
-            if first in column and second in column:
-                kept += [column - {int(first)}, column - {int(second)}]
-        columns = _absorbed(kept)
-    return _swept(columns)
+    columns = [(1 << n) - 1]  # sets as bits: the loop below runs once for every pair that differs
+    for first, second in np.argwhere(np.triu(differs, 1)).tolist():
+        pair = 1 << first | 1 << second
+        split = [column for column in columns if column & pair == pair]
+        if split:
+            kept = [column for column in columns if column & pair != pair]
+            halves = [column & ~(1 << item) for column in split for item in (first, second)]
+            columns = _absorbed(kept, halves)
+    return _swept([frozenset(item for item in range(n) if column >> item & 1) for column in columns])
 
 
-def _absorbed(columns: list[frozenset[int]]) -> list[frozenset[int]]:
-    """Drop columns that lie within another."""
-    unique = list(dict.fromkeys(columns))
-    return [column for column in unique if not any(column < other for other in unique)]
+def _absorbed(kept: list[int], halves: list[int]) -> list[int]:
+    """Add those halves that lie in no other column; what was kept lies in none, as no column lay in another."""
+    unique = list(dict.fromkeys(halves))
+    whole = [
+        half
+        for half in unique
+        if not any(half & other == half for other in kept)
+        and not any(half & other == half and half != other for other in unique)
+    ]
+    return kept + whole
 
 
 def _swept(columns: list[frozenset[int]]) -> Letters:

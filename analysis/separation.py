@@ -25,11 +25,11 @@ def strong_groups(wins: NDArray[np.float64]) -> Groups:
         Shape (n, n), counts at or above zero.
     """
     groups, labels = _components(wins, "strong")
-    losers: dict[int, set[int]] = {label: set() for label in range(len(groups))}
-    for winner, loser in np.argwhere(wins > 0):
-        if labels[winner] != labels[loser]:
-            losers[labels[loser]].add(int(labels[winner]))
-    return tuple(groups[label] for label in TopologicalSorter(losers).static_order())
+    winner, loser = labels[np.nonzero(wins > 0)[0]], labels[np.nonzero(wins > 0)[1]]
+    beaten_by: dict[int, set[int]] = {label: set() for label in range(len(groups))}
+    for above, below in set(zip(winner[winner != loser].tolist(), loser[winner != loser].tolist(), strict=True)):
+        beaten_by[below].add(above)
+    return tuple(groups[label] for label in TopologicalSorter(beaten_by).static_order())
 
 
 def compared_groups(wins: NDArray[np.float64]) -> Groups:
