@@ -82,6 +82,8 @@ def command(
                 ending = "left"
             except WindowClosed:
                 ending = "window closed"
+            except KeyboardInterrupt:
+                ending = "interrupted"
             except OSError as error:
                 raise WorkError(f"the session stopped: {error}; every answer before this is saved") from error
     done = {"ending": ending, "answered": answered, "trials": total, "folder": str(folder) if folder else None}
