@@ -58,8 +58,6 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     print_table(summary, published)
     found = agreement(summary.scores, published)
     if found:
-        expected = expected_classes(published, observers, summary.alpha, summary.adjust)
-        same = all(expected[name] == label for name, (_, label) in published.items())
         click.echo(
             f"Agreement with Table 4.4: the log scores correlate at r = {found.correlation:.3f}; "
             f"{found.pairs_alike} of {found.pairs} pairs share a class, or do not, as published."
