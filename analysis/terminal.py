@@ -38,7 +38,7 @@ def print_scores(scores: Scores, published: Published | None = None, console: Co
         table.add_column(heading, justify="right")
     table.add_column("class")
     if published:
-        table.add_column("published score", justify="right")
+        table.add_column("published", justify="right")
         table.add_column("class")
     for item in scores.items:
         style = CLASS_STYLES.get((item.label or "").split("+")[0], "")

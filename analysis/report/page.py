@@ -22,6 +22,7 @@ ADJUSTMENT_NAMES: Mapping[str, str] = {
     "bh": "Benjamini and Hochberg's correction",
     "maxz": "the single-step maximum of z",
 }
+UNITS: Mapping[str, str] = {"_cd_m2": "cd/m²", "_mm": "mm", "_px": "pixels", "_hz": "Hz", "_s": "s"}
 
 
 def write_report(
@@ -74,6 +75,7 @@ def render(summary: Summary, published: Published) -> str:
         lstrip_blocks=True,
     )
     environment.filters["fixed"] = _fixed
+    environment.filters["key"] = key_words
     environment.filters["plain"] = plain
     environment.filters["colours"] = class_colours
     values: dict[str, Any] = {
@@ -100,12 +102,21 @@ def _fixed(value: float | None, digits: int = 4) -> str:
     return f"{value:.{digits}f}".replace("-", "−")
 
 
+def key_words(key: object) -> str:
+    """Return a key of a header as words, its unit in brackets."""
+    words = str(key)
+    for suffix, unit in UNITS.items():
+        if words.endswith(suffix):
+            words = f"{words.removesuffix(suffix)} ({unit})"
+    return words.replace("_", " ")
+
+
 def plain(value: object) -> str:
     """Return a value of a header as words: mappings as "key: value", lists with commas, none as a dash."""
     if value is None or value == "" or value == () or value == []:
         return "–"
     if isinstance(value, Mapping):
-        return "; ".join(f"{str(key).replace('_', ' ')}: {plain(inner)}" for key, inner in value.items())
+        return "; ".join(f"{key_words(key)}: {plain(inner)}" for key, inner in value.items())
     if isinstance(value, list | tuple):
         return ", ".join(plain(inner) for inner in value)
     if isinstance(value, bool):

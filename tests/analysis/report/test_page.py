@@ -145,4 +145,4 @@ def test_the_picture_is_the_same_every_time(sessions: list[SessionLog]) -> None:
 
 def test_values_of_a_header_become_words() -> None:
     value = {"resolution_px": [1920, 1080], "stereo": False, "glasses": None, "panel": {"bits": 8}}
-    assert plain(value) == "resolution px: 1920, 1080; stereo: no; glasses: –; panel: bits: 8"
+    assert plain(value) == "resolution (pixels): 1920, 1080; stereo: no; glasses: –; panel: bits: 8"
