@@ -17,7 +17,6 @@ from pydantic import (
     Field,
     PositiveFloat,
     RootModel,
-    model_validator,
 )
 
 from documents import Finding, load_document
@@ -29,6 +28,9 @@ from stimuli.stereo_image import Eye
 
 View = Literal["stereo", "flat"]
 MAX_STIMULI = 1000
+# What a plate may ask for: either takes a few GB of memory.
+MAX_FLAKES = 50_000_000
+MAX_CAMERA_PIXELS = 100_000_000
 
 
 def _seconds(value: object) -> object:
@@ -81,15 +83,6 @@ class SparklePlateRecipe(Strict):
     camera: CameraSpec
     views: Annotated[tuple[View, ...], Field(min_length=1, max_length=2)] = ("stereo", "flat")
     stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
-
-    @model_validator(mode="after")
-    def _fits_memory(self) -> SparklePlateRecipe:
-        width, height = self.plate.size_mm
-        if self.plate.flakes.per_mm2 * width * height > 5e7:
-            raise ValueError("the plate has more than 50 million flakes; make it smaller or its flakes fewer")
-        if width * height * self.camera.resolution_px_per_mm**2 > 1e8:
-            raise ValueError("the plate covers more than 100 million camera pixels; lower resolution_px_per_mm")
-        return self
 
 
 class PictureSpec(Strict):
@@ -150,6 +143,20 @@ def read_recipe(path: Path) -> tuple[SparklePlateRecipe | PicturesRecipe, YamlSo
             fault(("stimuli", index, "view"), "'views' already says how each picture is shown", "keep one of the two")
     if recipe.views and len(set(recipe.views)) != len(recipe.views):
         fault(("views",), "a view stands twice", "keep one")
+    if isinstance(recipe, SparklePlateRecipe):
+        area_mm2 = recipe.plate.size_mm[0] * recipe.plate.size_mm[1]
+        if area_mm2 * recipe.plate.flakes.per_mm2 > MAX_FLAKES:
+            fault(
+                ("plate", "flakes", "per_mm2"),
+                f"the plate has more than {MAX_FLAKES // 10**6} million flakes",
+                "make it smaller or its flakes fewer",
+            )
+        if area_mm2 * recipe.camera.resolution_px_per_mm**2 > MAX_CAMERA_PIXELS:
+            fault(
+                ("camera", "resolution_px_per_mm"),
+                f"the plate covers more than {MAX_CAMERA_PIXELS // 10**6} million camera pixels",
+                "make it smaller or the resolution lower",
+            )
     if findings:
         raise StimulusError(findings)
     return recipe, source
