@@ -58,10 +58,13 @@ def _finding(error: ErrorDetails, source: YamlSource, model: type[BaseModel]) ->
         options = [word.strip().strip("'") for word in expected.replace(" or ", ", ").split(",")]
         if kind == "union_tag_invalid":
             place = source.place((*path, "kind"))
-            name = f"{name}.kind"
+            name = f"{name}.kind" if path else "kind"
         return _at(source, place, f"'{name}' is {value!r}", _nearest(str(value), options))
     if kind == "union_tag_not_found":
         return _at(source, place, f"'{name}' has no 'kind'", "add 'kind:'")
+    if kind == "too_short":
+        least = error.get("ctx", {}).get("min_length", 1)
+        return _at(source, source.place(path), f"'{name}' holds too little", f"give it at least {least}")
     message = error["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     shown = repr(error["input"])
     shown = shown if len(shown) <= 60 else f"{shown[:57]}..."

@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Annotated, Literal
 
 import pytest
-from pydantic import BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field, RootModel
 
 from documents import InputError, load_document
 
@@ -62,6 +62,27 @@ def test_all_faults_are_found_at_once_in_order(tmp_path: Path) -> None:
 def test_a_block_without_a_kind(tmp_path: Path) -> None:
     found = _findings(tmp_path, "name: a\nsize_mm: [1, 2]\nblocks: [{words: hello}]\n")
     assert found == ["f.yaml:3:10: 'blocks.0' has no 'kind' (add 'kind:')"]
+
+
+class _OneOf(RootModel[Annotated[_Text | _Number, Field(discriminator="kind")]]):
+    pass
+
+
+def test_a_wrong_kind_of_the_whole_file(tmp_path: Path) -> None:
+    path = tmp_path / "f.yaml"
+    path.write_text("words: hello\nkind: txt\n")
+    with pytest.raises(InputError, match=r"f.yaml:2:7: 'kind' is 'txt' \(did you mean 'text'\?\)"):
+        load_document(path, _OneOf)
+
+
+def test_an_empty_list(tmp_path: Path) -> None:
+    class _Some(BaseModel):
+        names: Annotated[list[str], Field(min_length=2)]
+
+    path = tmp_path / "f.yaml"
+    path.write_text("names: []\n")
+    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds too little \(give it at least 2\)"):
+        load_document(path, _Some)
 
 
 def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:
