@@ -14,6 +14,13 @@ from runner.presenter.shaders import compile_program, shader_file
 CODE_LEVELS = 255.0
 
 
+def release_codes(codes: moderngl.Framebuffer) -> None:
+    """Free what `ColourPass.run` returned, with its texture."""
+    texture = codes.color_attachments[0]
+    codes.release()
+    texture.release()
+
+
 class ColourPass:
     """The colour pass for one display model (DESIGN: linear = M⁻¹(XYZ − black), then a table per channel)."""
 
@@ -38,8 +45,11 @@ class ColourPass:
         for name, value in uniforms.items():
             self._program[name].value = value  # type: ignore[union-attr]
 
-    def run(self, picture_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1") -> moderngl.Texture:
-        """Return a new texture of the picture's codes: ``f1`` rounded to 8 bits, ``f4`` as computed."""
+    def run(self, picture_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1") -> moderngl.Framebuffer:
+        """Return a new framebuffer of the picture's codes: ``f1`` rounded to 8 bits, ``f4`` as computed.
+
+        Its texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
+        """
         codes = self._context.texture(picture_XYZ.size, 4, dtype=dtype)
         codes.filter = (moderngl.NEAREST, moderngl.NEAREST)
         target = self._context.framebuffer([codes])
@@ -53,9 +63,8 @@ class ColourPass:
             self._table.use(1)
             self._area.render(moderngl.TRIANGLE_STRIP, vertices=4)
         finally:
-            before.use()  # first: a released framebuffer must not stay the bound one
-            target.release()
-        return codes
+            before.use()
+        return target
 
     def release(self) -> None:
         """Free the program and its table."""

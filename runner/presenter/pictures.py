@@ -1,4 +1,4 @@
-"""Pictures as textures of device codes: decoded, uploaded and transformed once, and kept within a budget."""
+"""Pictures as framebuffers of device codes: decoded, uploaded and transformed once, and kept within a budget."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ import numpy as np
 
 from devices.display_file import Eye, EyeModels
 from documents import Finding
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.counters import Work
 from runner.presenter.errors import PresentationError
 from runner.presenter.least_recent import LeastRecent
@@ -23,29 +23,29 @@ BYTES_PER_PIXEL = 4  # 8-bit codes, four components
 
 @dataclass(frozen=True, slots=True)
 class PictureCodes:
-    """Each eye's codes of one picture; the same texture where the codes are the same."""
+    """Each eye's codes of one picture; the same framebuffer where the codes are the same."""
 
-    left: moderngl.Texture
-    right: moderngl.Texture
+    left: moderngl.Framebuffer
+    right: moderngl.Framebuffer
 
-    def eye(self, eye: Eye) -> moderngl.Texture:
-        """Return ``eye``'s texture, top row first."""
+    def eye(self, eye: Eye) -> moderngl.Framebuffer:
+        """Return ``eye``'s framebuffer, bottom row first."""
         return self.left if eye == "left" else self.right
 
     @property
-    def textures(self) -> tuple[moderngl.Texture, ...]:
-        """The textures, each once."""
+    def framebuffers(self) -> tuple[moderngl.Framebuffer, ...]:
+        """The framebuffers, each once."""
         return (self.left,) if self.left is self.right else (self.left, self.right)
 
     @property
     def size_bytes(self) -> int:
         """Bytes held on the graphics card."""
-        return sum(BYTES_PER_PIXEL * t.width * t.height for t in self.textures)
+        return sum(BYTES_PER_PIXEL * codes.width * codes.height for codes in self.framebuffers)
 
     def release(self) -> None:
-        """Free the textures."""
-        for texture in self.textures:
-            texture.release()
+        """Free the framebuffers."""
+        for codes in self.framebuffers:
+            release_codes(codes)
 
 
 class Pictures:
@@ -91,7 +91,7 @@ class Pictures:
         image = self._load(stimulus)
         self._work.add(decodes=1)
         self._check(stimulus, image)
-        made: dict[tuple[int, int], moderngl.Texture] = {}
+        made: dict[tuple[int, int], moderngl.Framebuffer] = {}
         for view in [image.left] if image.is_flat else [image.left, image.right]:
             uploaded = self._upload(view)
             try:

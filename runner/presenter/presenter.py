@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import moderngl
 import numpy as np
@@ -16,8 +16,10 @@ from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.pictures import PictureCodes, Pictures
+from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene, Text
-from runner.presenter.surfaces.surface import Buffer, Codes, Surface
+from runner.presenter.surfaces.gl_calls import Codes
+from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.timing import SwapLog
 from runner.presenter.words import Words
 from stimuli.stereo_image import StereoImage
@@ -60,10 +62,11 @@ class Presenter:
                     remedy="characterise it once, for both eyes",
                 )
             )
+        self._areas_by_buffer = _by_buffer(self.areas, stereo=surface.stereo)
         self._work = Work()
         self._pictures = Pictures(surface.context, models, load, self._work, picture_budget_bytes)
         self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES)
-        self._painter = Painter(surface.context)
+        self._painter = Painter(surface.context, surface.calls)
         self._swaps = SwapLog()
         self._scene: Scene | None = None
         self._onset_s = 0.0
@@ -155,37 +158,36 @@ class Presenter:
 
     def _draw(self, scene: Scene) -> None:
         pictures = self._ready(scene)
-        width, height = self.surface.size_px
-        cleared: set[Buffer] = set()
-        for area in self.areas:
-            for buffer in self._drawn_buffers(area.buffer):
-                target = self.surface.target(buffer)
-                if buffer not in cleared:
-                    target.clear(viewport=(0, 0, width, height))
-                    cleared.add(buffer)
+        for buffer, areas in self._areas_by_buffer.items():
+            target = self.surface.target(buffer)
+            if not self._covered(areas, scene, pictures):
+                target.clear(viewport=(0, 0, *self.surface.size_px))
+            for area in areas:
                 for item in scene.items:
                     if isinstance(item, Picture):
-                        self._draw_picture(target, area, item, pictures[item.stimulus].eye(area.eyes[0]))
+                        place, shown = self._place(area, item, pictures)
+                        self._painter.picture(target, pictures[item.stimulus].eye(area.eyes[0]), place, shown)
                     else:
                         self._draw_text(target, area, item)
         self._raise_gl_error()
 
-    def _drawn_buffers(self, buffer: Buffer) -> tuple[Buffer, ...]:
-        """Return where a frame for ``buffer`` goes: on a stereo surface, the one back buffer is both of them.
+    def _covered(self, areas: list[EyeArea], scene: Scene, pictures: dict[str, PictureCodes]) -> bool:
+        """Whether pictures will cover every pixel of a buffer, so that clearing it would be work for nothing."""
+        covered_px = 0
+        for area in areas:
+            places = (self._place(area, item, pictures)[1] for item in scene.items if isinstance(item, Picture))
+            if area.rectangle in places:
+                covered_px += area.rectangle.width * area.rectangle.height
+        width, height = self.surface.size_px
+        return covered_px == width * height
 
-        GL_BACK should mean both to the driver too, but Mesa sends a shader's output to the left one only.
-        """
-        both = buffer is Buffer.BACK and self.surface.stereo
-        return (Buffer.BACK_LEFT, Buffer.BACK_RIGHT) if both else (buffer,)
-
-    def _draw_picture(
-        self, target: moderngl.Framebuffer, area: EyeArea, item: Picture, codes: moderngl.Texture
-    ) -> None:
-        place = area.rectangle.centred(codes.size, item.offset_px)
+    def _place(self, area: EyeArea, item: Picture, pictures: dict[str, PictureCodes]) -> tuple[Rectangle, Rectangle]:
+        """Return where the whole picture stands, and what of it is seen."""
+        place = area.rectangle.centred(pictures[item.stimulus].eye(area.eyes[0]).size, item.offset_px)
         shown = area.rectangle.intersection(place)
         if item.aperture_px is not None:
             shown = shown.intersection(area.rectangle.centred(item.aperture_px, item.offset_px))
-        self._painter.picture(target, codes, place, shown)
+        return place, shown
 
     def _draw_text(self, target: moderngl.Framebuffer, area: EyeArea, item: Text) -> None:
         coverage = self._words.coverage(item)
@@ -205,3 +207,16 @@ class Presenter:
         error = self.surface.context.error
         if error != "GL_NO_ERROR":
             raise GraphicsError(f"the graphics driver reports {error} ({self.surface.facts.renderer})")
+
+
+def _by_buffer(areas: Sequence[EyeArea], *, stereo: bool) -> dict[Buffer, list[EyeArea]]:
+    """Return the areas to draw in each buffer; on a stereo surface, the one back buffer is both of them.
+
+    GL_BACK should mean both to the driver too, but Mesa sends a shader's output to the left one only.
+    """
+    grouped: dict[Buffer, list[EyeArea]] = {}
+    for area in areas:
+        both = stereo and area.buffer is Buffer.BACK
+        for buffer in (Buffer.BACK_LEFT, Buffer.BACK_RIGHT) if both else (area.buffer,):
+            grouped.setdefault(buffer, []).append(area)
+    return grouped

@@ -11,7 +11,7 @@ from PIL import Image
 
 from documents import Finding
 from runner.presenter.errors import PresentationError
-from runner.presenter.surfaces.surface import Codes
+from runner.presenter.surfaces.gl_calls import Codes
 
 
 def screenshot_files(captured: Mapping[str, Codes], path: Path) -> dict[str, Path]:

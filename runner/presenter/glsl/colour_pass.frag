@@ -16,7 +16,9 @@ out vec4 codes;
 float code_of_light(int channel, float light);
 
 void main() {
-    dvec3 XYZ = dvec3(texelFetch(picture_XYZ, ivec2(gl_FragCoord.xy), 0).rgb);
+    ivec2 place = ivec2(gl_FragCoord.xy);  // y upwards
+    place.y = textureSize(picture_XYZ, 0).y - 1 - place.y;
+    dvec3 XYZ = dvec3(texelFetch(picture_XYZ, place, 0).rgb);
     dvec3 linear = clamp(linear_from_XYZ * (XYZ - black_XYZ), dvec3(0.0), dvec3(1.0));
     vec3 light = vec3(max((linear - lift) * scale, dvec3(0.0)));
     vec3 code = vec3(code_of_light(0, light.r), code_of_light(1, light.g), code_of_light(2, light.b));

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
 import ctypes
 from collections.abc import Callable
 from typing import Self
@@ -14,15 +13,23 @@ from devices.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
-from runner.presenter.surfaces.surface import Buffer, Codes, SurfaceFacts
+from runner.presenter.surfaces.gl_calls import Codes, GlCalls
+from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
+_LIBRARY = "libEGL.so.1"
+
+
+def _function_address(name: str) -> int:
+    """Return the address of an OpenGL function in EGL's current context, 0 if it has none."""
+    find = ctypes.CDLL(_LIBRARY).eglGetProcAddress
+    find.restype, find.argtypes = ctypes.c_void_p, [ctypes.c_char_p]
+    return find(name.encode()) or 0
 
 
 def _leave_thread() -> None:
     """Let go of EGL's context in this thread, which moderngl leaves current; until then no window can make its own."""
-    with contextlib.suppress(OSError):  # no library of this name: no context of it either
-        ctypes.CDLL("libEGL.so.1").eglReleaseThread()
+    ctypes.CDLL(_LIBRARY).eglReleaseThread()
 
 
 class EglSurface:
@@ -45,6 +52,7 @@ class EglSurface:
             raise PresentationError(
                 f"a surface of {size_px[0]} × {size_px[1]} px cannot be made; this driver goes to {limit} × {limit}"
             )
+        self.calls = GlCalls(_function_address)
         self.context.disable_direct(_GL_DITHER)
         self._colour = self.context.renderbuffer(size_px, 4)
         self._framebuffer = self.context.framebuffer([self._colour])

@@ -1,7 +1,7 @@
-"""The few OpenGL calls that moderngl does not make: choosing a back buffer, and reading it.
+"""The few OpenGL calls that moderngl does not make: choosing a back buffer, reading it, and copying a part.
 
 moderngl never calls glDrawBuffer on the default framebuffer, so the left and right back buffers of a stereo window
-are chosen here, through the window's own loader.
+are chosen here, through the window's own loader. Its copy of framebuffers takes whole ones only.
 """
 
 from __future__ import annotations
@@ -10,11 +10,14 @@ import ctypes
 from collections.abc import Callable
 from typing import Any
 
+import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from runner.presenter.errors import GraphicsError
-from runner.presenter.rectangle import Size
-from runner.presenter.surfaces.surface import Codes
+from runner.presenter.rectangle import Rectangle, Size
+
+Codes = NDArray[np.uint8]
 
 FRONT = 0x0404
 BACK = 0x0405
@@ -26,6 +29,9 @@ _DOUBLEBUFFER = 0x0C32
 _PACK_ALIGNMENT = 0x0D05
 _RGB = 0x1907
 _UNSIGNED_BYTE = 0x1401
+_READ_FRAMEBUFFER = 0x8CA8
+_COLOR_BUFFER_BIT = 0x4000
+_NEAREST = 0x2600
 
 _BYTES = ctypes.POINTER(ctypes.c_ubyte)
 _SIGNATURES: tuple[tuple[str, tuple[Any, ...]], ...] = (
@@ -33,6 +39,8 @@ _SIGNATURES: tuple[tuple[str, tuple[Any, ...]], ...] = (
     ("glReadBuffer", (ctypes.c_uint,)),
     ("glGetBooleanv", (ctypes.c_uint, _BYTES)),
     ("glPixelStorei", (ctypes.c_uint, ctypes.c_int)),
+    ("glBindFramebuffer", (ctypes.c_uint, ctypes.c_uint)),
+    ("glBlitFramebuffer", (*(ctypes.c_int,) * 8, ctypes.c_uint, ctypes.c_uint)),
     ("glReadPixels", (*(ctypes.c_int,) * 4, ctypes.c_uint, ctypes.c_uint, ctypes.c_void_p)),
 )
 
@@ -68,6 +76,21 @@ class GlCalls:
         self._calls["glPixelStorei"](_PACK_ALIGNMENT, 1)
         self._calls["glReadPixels"](0, 0, width, height, _RGB, _UNSIGNED_BYTE, codes.ctypes.data)
         return codes[::-1].copy()
+
+    def copy(
+        self, source: moderngl.Framebuffer, target: moderngl.Framebuffer, place: Rectangle, shown: Rectangle
+    ) -> None:
+        """Copy pixels 1:1 from ``source``, which stands at ``place``, into ``shown`` of ``target``.
+
+        ``target`` is bound for drawing. Both rectangles count from its top left corner; OpenGL counts from below.
+        """
+        left, low = shown.left, target.height - shown.top - shown.height
+        from_left, from_low = left - place.left, place.top + place.height - shown.top - shown.height
+        taken = from_left, from_low, from_left + shown.width, from_low + shown.height
+        given = left, low, left + shown.width, low + shown.height
+        self._calls["glBindFramebuffer"](_READ_FRAMEBUFFER, source.glo)
+        self._calls["glBlitFramebuffer"](*taken, *given, _COLOR_BUFFER_BIT, _NEAREST)
+        self._calls["glBindFramebuffer"](_READ_FRAMEBUFFER, target.glo)
 
     def _boolean(self, name: int) -> bool:
         value = ctypes.c_ubyte(0)

@@ -16,10 +16,10 @@ from runner.ports import KeyPress, WindowClosed
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
-from runner.presenter.surfaces.gl_calls import GlCalls
+from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.keys import key_name
-from runner.presenter.surfaces.surface import Buffer, Codes, SurfaceFacts
+from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9
@@ -91,9 +91,9 @@ class GlfwSurface:
             self.context = moderngl.create_context(context=_Loader())  # type: ignore[arg-type]
         except Exception as error:  # the loader raises bare Exceptions
             raise GraphicsError(f"the window gives no OpenGL 3.3 context: {error}") from error
-        self._calls = GlCalls(function_address)
-        self.stereo = self._calls.has_stereo()
-        back = gl_calls.BACK if self._calls.has_back_buffer() else gl_calls.FRONT
+        self.calls = GlCalls(function_address)
+        self.stereo = self.calls.has_stereo()
+        back = gl_calls.BACK if self.calls.has_back_buffer() else gl_calls.FRONT
         self._buffers: Mapping[Buffer, int] = {Buffer.BACK: back}
         if self.stereo:
             eyes = {Buffer.BACK_LEFT: gl_calls.BACK_LEFT, Buffer.BACK_RIGHT: gl_calls.BACK_RIGHT}
@@ -125,7 +125,7 @@ class GlfwSurface:
         """Bind ``buffer`` for drawing and return the window's framebuffer."""
         name = self._buffer(buffer)
         self._framebuffer.use()
-        self._calls.draw_to(name)
+        self.calls.draw_to(name)
         return self._framebuffer
 
     def swap(self) -> None:
@@ -138,7 +138,7 @@ class GlfwSurface:
         """Return the codes (height, width, 3) of the back buffer, or of ``eye``'s, top row first."""
         name = self._buffer(Buffer.of(eye))
         self._framebuffer.use()
-        return self._calls.read_from(name, self.size_px)
+        return self.calls.read_from(name, self.size_px)
 
     def wait_key(self) -> KeyPress:
         """Sleep in the event queue until a key is pressed; raise WindowClosed once the window is closed."""

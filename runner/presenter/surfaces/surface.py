@@ -8,14 +8,11 @@ from enum import Enum
 from typing import Protocol, Self
 
 import moderngl
-import numpy as np
-from numpy.typing import NDArray
 
 from devices.display_file import Eye
 from runner.ports import KeyPress
 from runner.presenter.rectangle import Size
-
-Codes = NDArray[np.uint8]
+from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 
 
 class Buffer(Enum):
@@ -55,6 +52,7 @@ class Surface(Protocol):
 
     size_px: Size
     context: moderngl.Context
+    calls: GlCalls
     stereo: bool
     on_damage: Callable[[], object] | None
 

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from devices.code_table import code_tables, table_codes
 from devices.display import DisplayModel
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.surfaces.egl import EglSurface
 
 # Of one 8-bit code. Where a channel's light is zero but for the last bit of a double (1e-17), the two differ by
@@ -36,7 +36,8 @@ def test_the_shader_computes_what_its_twin_computes(
     colour_pass = ColourPass(egl.context, display)
     uploaded = egl.context.texture((width, height), 3, XYZ.tobytes(), alignment=1, dtype="f4")
     computed = colour_pass.run(uploaded, dtype="f4")
-    codes = np.frombuffer(computed.read(), np.float32).reshape(height, width, 4)[..., :3] * 255.0
+    codes = np.frombuffer(computed.read(components=3, dtype="f4"), np.float32)
+    codes = codes.reshape(height, width, 3)[::-1] * 255.0
     twin = table_codes(display, XYZ.astype(np.float64), code_tables(display)) * 255.0
     closed_form = display.code(XYZ) * 255.0
     assert np.abs(codes - twin).max() < TWIN_TOLERANCE_CODES
@@ -45,6 +46,6 @@ def test_the_shader_computes_what_its_twin_computes(
     assert np.abs(codes - closed_form)[closed_form > 0.25].max() < CLOSED_FORM_TOLERANCE_ABOVE_A_QUARTER_CODES
     assert codes.min() == 0.0
     assert codes.max() == pytest.approx(closed_form.max(), abs=1e-4)
-    for held in (uploaded, computed):
-        held.release()
+    release_codes(computed)
+    uploaded.release()
     colour_pass.release()

@@ -113,6 +113,20 @@ def test_later_items_cover_earlier_ones(make_presenter: Make, random_stereo: Ste
     np.testing.assert_array_equal(presenter.eye_view("left"), alone)
 
 
+def test_what_a_scene_does_not_cover_is_black_again(make_presenter: Make, random_stereo: Stereo) -> None:
+    pictures = {"whole": random_stereo(480, 320), "part": random_stereo(480, 319)}
+    presenter = make_presenter(pictures)
+    for first in (Picture("whole"), Picture("part"), Picture("whole", (0, 1)), Picture("whole", (0, 0), (320, 479))):
+        presenter.show(Scene((Picture("whole"),)))
+        assert presenter.capture()["screen"].all(axis=2).mean() > 0.9
+        presenter.show(Scene((first,)))
+        seen = presenter.capture()["screen"]
+        presenter.show(Scene())
+        assert not presenter.capture()["screen"].any()
+        presenter.show(Scene((first,)))
+        np.testing.assert_array_equal(presenter.capture()["screen"], seen)
+
+
 def test_flat_shows_a_flat_picture_once_and_refuses_two_views(
     make_presenter: Make, random_stereo: Stereo, same_models: EyeModels
 ) -> None:

@@ -140,7 +140,7 @@ def test_a_window_that_was_asked_for_needs_no_remark(display: str) -> None:
 
 def test_stereo_that_the_driver_has_not_opens_a_plain_window(display: str) -> None:
     with WindowSurface((640, 480), stereo=True) as window:
-        assert window.stereo == window._calls.has_stereo()
+        assert window.stereo == window.calls.has_stereo()
         assert window.facts.stereo == window.stereo
 
 

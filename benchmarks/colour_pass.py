@@ -1,0 +1,272 @@
+"""The colour pass: run time against error for each way to invert a tone curve, and what a frame costs after it.
+
+    python benchmarks/colour_pass.py
+
+Errors are the largest over the picture, in 8-bit codes before rounding, against the float64 model; times are those of
+one pass over 1920 × 1080 pixels, or of one frame, until the driver says that it is done.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from statistics import median
+from time import perf_counter
+
+import moderngl
+import numpy as np
+from curves import write
+from numpy.typing import NDArray
+
+from devices.code_table import curve_table
+from devices.display import DisplayModel
+from devices.display_file import EyeModels
+from devices.tone_curve import ToneCurve
+from runner.presenter.colour_pass import ColourPass, release_codes
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene
+from runner.presenter.shaders import Part, compile_program, shader_file
+from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.surface import Buffer
+from stimuli.stereo_image import StereoImage
+
+TITLE = "Colour pass: run time against error"
+SIZE_PX = (1920, 1080)
+PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
+GAMMA = 2.4
+HARD_GAMMA = 2.9
+ENTRIES = (256, 1024, 4096)
+
+CLOSED_FORM = """
+uniform float gamma;
+float code_of_light(int channel, float light) {
+    return pow(light, 1.0 / gamma);
+}
+"""
+COPY = """
+uniform sampler2D pixels;
+out vec4 pixel;
+void main() { pixel = texelFetch(pixels, ivec2(gl_FragCoord.xy), 0); }
+"""
+# The file's own function, with another root in place of the fourth.
+ROOTS = {"uniform": (1, "light"), "square root": (2, "sqrt(light)"), "fourth root": (4, "sqrt(sqrt(light))")}
+
+
+@dataclass(frozen=True, slots=True)
+class Variant:
+    """One way to do the pass. ``inverse`` is its GLSL; ``root`` and ``entries`` say what table it reads, if any."""
+
+    series: str
+    parameter: str
+    inverse: Part
+    root: int = 0
+    entries: int = 0
+    half: bool = False
+    doubles: bool = True
+
+
+def variants() -> list[Variant]:
+    """Return the closed form, tables of three sizes under three spacings, half floats, and 32-bit matrices."""
+    name, fourth = shader_file("table_fourth_root.glsl")
+    found = [
+        Variant("closed form", "pow", ("closed_form.glsl", CLOSED_FORM)),
+        Variant("closed form, 32-bit matrix", "pow", ("closed_form.glsl", CLOSED_FORM), doubles=False),
+    ]
+    for spacing, (root, expression) in ROOTS.items():
+        inverse = name, fourth.replace("sqrt(sqrt(light))", expression)
+        found += [Variant(f"{spacing}, float32", f"{n} entries", inverse, root, n) for n in ENTRIES]
+    found += [Variant("fourth root, half", f"{n} entries", (name, fourth), 4, n, half=True) for n in ENTRIES]
+    found.append(Variant("fourth root, 32-bit matrix", "1024 entries", (name, fourth), 4, 1024, doubles=False))
+    return found
+
+
+def in_turn(work: dict[str, Callable[[], object]], rounds: int = 9) -> dict[str, float]:
+    """Return each work's median time in seconds, all of them timed once a round, so that none has a quieter machine."""
+    times: dict[str, list[float]] = {name: [] for name in work}
+    for number in range(rounds + 1):
+        for name, once in work.items():
+            start_s = perf_counter()
+            once()
+            if number:  # the first round compiles and warms up
+                times[name].append(perf_counter() - start_s)
+    return {name: median(taken) for name, taken in times.items()}
+
+
+def model(gamma: float) -> DisplayModel:
+    """Return a display of the thesis's primaries with one gamma and no black."""
+    curve = ToneCurve(gamma=gamma)
+    return DisplayModel(np.zeros(3), PRIMARIES, (curve, curve, curve))
+
+
+def test_picture(display: DisplayModel) -> NDArray[np.float32]:
+    """XYZ of SIZE_PX: a third each of neutral and primary ramps from 1e-7 cd/m² to above white, and random codes."""
+    width, height = SIZE_PX
+    third = width * height // 3
+    white = display.white_XYZ_cd_m2
+    ramp = np.geomspace(1e-7, 1.5 * white[1], third)[:, np.newaxis]
+    primary = PRIMARIES.T[np.arange(third) % 3]
+    parts = [white / white[1] * ramp, primary / primary[:, 1:2] * ramp]
+    parts.append(display.xyz(np.random.default_rng(0).random((third, 3))))
+    return np.concatenate(parts).reshape(height, width, 3).astype(np.float32)
+
+
+class Pass:
+    """A variant compiled for a display, like runner.presenter.colour_pass.ColourPass."""
+
+    def __init__(self, context: moderngl.Context, variant: Variant, display: DisplayModel) -> None:
+        fragment_name, fragment = shader_file("colour_pass.frag")
+        if not variant.doubles:
+            fragment = fragment.replace("dmat3", "mat3").replace("dvec3", "vec3")
+        parts = [variant.inverse, (fragment_name, fragment)]
+        self._program = compile_program(context, shader_file("area.vert"), parts, doubles=variant.doubles)
+        self._area = context.vertex_array(self._program, [])
+        self._table: moderngl.Texture | None = None
+        uniforms: dict[str, object] = {
+            "linear_from_XYZ": tuple(display.linear_from_XYZ.T.ravel().tolist()),
+            "black_XYZ": (0.0, 0.0, 0.0),
+            "lift": (0.0, 0.0, 0.0),
+            "scale": (1.0, 1.0, 1.0),
+            "picture_XYZ": 0,
+        }
+        if variant.entries:
+            kind = np.float16 if variant.half else np.float32
+            table = np.stack([curve_table(curve, variant.entries, variant.root) for curve in display.curves])
+            self._table = context.texture(
+                (variant.entries, 3), 1, table.astype(kind).tobytes(), alignment=1, dtype="f2" if variant.half else "f4"
+            )
+            uniforms["code_table"] = 1
+        else:
+            uniforms["gamma"] = display.curves[0].gamma
+        for name, value in uniforms.items():
+            self._program[name].value = value  # type: ignore[union-attr]
+
+    def draw(self, picture: moderngl.Texture, target: moderngl.Framebuffer, *, levels: float) -> None:
+        """Draw the picture's codes to ``target``."""
+        self._program["levels"].value = levels  # type: ignore[union-attr]
+        target.use()
+        picture.use(0)
+        if self._table is not None:
+            self._table.use(1)
+        self._area.render(moderngl.TRIANGLE_STRIP, vertices=4)
+
+
+def error_codes(surface: Surface, variant: Variant, gamma: float) -> float:
+    """Return the largest error of ``variant`` at ``gamma``, in 8-bit codes before rounding."""
+    context = surface.context
+    display = model(gamma)
+    XYZ = test_picture(display)
+    picture = context.texture(SIZE_PX, 3, XYZ, alignment=1, dtype="f4")
+    codes = context.texture(SIZE_PX, 4, dtype="f4")
+    target = context.framebuffer([codes])
+    Pass(context, variant, display).draw(picture, target, levels=0.0)
+    shown = np.frombuffer(codes.read(), np.float32).reshape(SIZE_PX[1], SIZE_PX[0], 4)[::-1, :, :3]
+    error = float(np.abs(shown - display.code(XYZ)).max() * 255.0)
+    surface.target(Buffer.BACK)  # what is released must not stay bound
+    for held in (target, codes, picture):
+        held.release()
+    return error
+
+
+def pass_rows(surface: Surface) -> list[dict[str, object]]:
+    """Time every variant on the same picture."""
+    context = surface.context
+    display = model(GAMMA)
+    picture = context.texture(SIZE_PX, 3, test_picture(display), alignment=1, dtype="f4")
+    target = context.framebuffer([context.texture(SIZE_PX, 4)])
+    found = variants()
+    work: dict[str, Callable[[], object]] = {}
+    for variant in found:
+        compiled = Pass(context, variant, display)
+
+        def once(compiled: Pass = compiled) -> None:
+            compiled.draw(picture, target, levels=255.0)
+            context.finish()
+
+        work[f"{variant.series}, {variant.parameter}"] = once
+    ours = ColourPass(context, display)
+
+    def whole() -> None:
+        surface.target(Buffer.BACK)
+        release_codes(ours.run(picture))
+        context.finish()
+
+    work["as shipped"] = whole
+    times = in_turn(work)
+    rows: list[dict[str, object]] = []
+    for variant in found:
+        hard = error_codes(surface, variant, HARD_GAMMA)
+        rows.append(
+            {
+                "series": variant.series,
+                "parameter": variant.parameter,
+                "seconds": times[f"{variant.series}, {variant.parameter}"],
+                "error": error_codes(surface, variant, GAMMA),
+                "error_gamma_2_9": hard,
+                "note": f"at gamma {HARD_GAMMA}: {hard:.2g}",
+            }
+        )
+    shipped = next(row for row in rows if (row["series"], row["parameter"]) == ("fourth root, float32", "1024 entries"))
+    note = "with its texture; once per picture and eye"
+    return [*rows, {**shipped, "series": "as shipped", "seconds": times["as shipped"], "note": note}]
+
+
+def frame_rows(surface: Surface) -> list[dict[str, object]]:
+    """Time a steady frame beside plain copies of the same pixels, and a switch between prefetched pictures."""
+    context = surface.context
+    display = model(GAMMA)
+    width, height = SIZE_PX
+    XYZ = test_picture(display)
+    pictures = {
+        "a": StereoImage(XYZ[:, : width // 2], XYZ[:, width // 2 :]),
+        "b": StereoImage(XYZ[:, width // 2 :], XYZ[:, : width // 2]),
+    }
+    copied = context.texture(SIZE_PX, 4, bytes(4 * width * height))
+    source = context.framebuffer([copied])
+    program = compile_program(context, shader_file("area.vert"), [("copy.frag", COPY)])
+    area = context.vertex_array(program, [])
+
+    def texel_copy() -> None:
+        surface.target(Buffer.BACK).viewport = (0, 0, width, height)
+        copied.use(0)
+        area.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        surface.swap()
+
+    def blit() -> None:
+        context.copy_framebuffer(surface.target(Buffer.BACK), source)
+        surface.swap()
+
+    rows: list[dict[str, object]] = []
+    with Presenter(surface, find_mode("side-by-side"), EyeModels(display, display), pictures.__getitem__) as presenter:
+        scenes = [Scene((Picture(name),)) for name in pictures]
+        for scene in scenes:
+            presenter.prefetch(scene)
+        presenter.show(scenes[-1])
+        times = in_turn(
+            {
+                "plain copy: glBlitFramebuffer": blit,
+                "plain copy: texelFetch": texel_copy,
+                "steady frame": presenter.redraw,
+                "trial switch, prefetched": lambda: [presenter.show(scene) for scene in scenes],
+            },
+            rounds=25,
+        )
+    times["trial switch, prefetched"] /= 2  # there and back
+    blitted, drawn = times["plain copy: glBlitFramebuffer"], times["plain copy: texelFetch"]
+    for name, time_s in times.items():
+        note = f"{time_s / blitted:.2f} × the glBlitFramebuffer copy, {time_s / drawn:.2f} × the texelFetch copy"
+        rows.append({"series": name, "parameter": "1920 × 1080", "seconds": time_s, "error": None, "note": note})
+    return rows
+
+
+def run() -> dict[str, object]:
+    """Return the rows, measured on the EGL driver that this machine gives."""
+    with open_surface("egl", SIZE_PX) as surface:
+        renderer = surface.facts.renderer
+        rows = pass_rows(surface) + frame_rows(surface)
+    return {"title": f"{TITLE} ({renderer})", "rows": rows}
+
+
+if __name__ == "__main__":
+    measured = run()
+    write("colour_pass", str(measured["title"]), measured["rows"])  # type: ignore[arg-type]
