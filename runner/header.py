@@ -16,6 +16,7 @@ from typing import Any
 from analysis.records import Header
 from devices.clip_cost import clip_cost
 from devices.display_file import EyeModels
+from devices.rig_file import Rig
 from documents import Finding
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment
@@ -24,13 +25,20 @@ from stimuli.build import StimulusSet
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
 
 
-def display_digest(models: EyeModels) -> str:
-    """Return the SHA-256 of the numbers that turn XYZ into codes for each eye."""
+def _digest(value: object) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def _display_digest(models: EyeModels) -> str:
     numbers = [
         [model.black_XYZ_cd_m2.tolist(), model.primaries_XYZ_cd_m2.tolist(), [asdict(c) for c in model.curves]]
         for model in (models.left, models.right)
     ]
-    return hashlib.sha256(json.dumps(numbers).encode()).hexdigest()
+    return _digest(numbers)
+
+
+def _rig_digest(rig: Rig) -> str:
+    return _digest([rig.mode, rig.distance_mm, rig.glasses, rig.display.panel.model_dump(mode="json")])
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
@@ -38,7 +46,8 @@ def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
     return {
         "experiment": experiment.digest,
         "stimuli": stimuli.digest,
-        "display": display_digest(experiment.rig.models),
+        "display": _display_digest(experiment.rig.models),
+        "rig": _rig_digest(experiment.rig),
     }
 
 

@@ -48,7 +48,7 @@ def test_a_simulated_session_records_every_pair_with_its_facts(study: Study) -> 
     assert log.complete
     assert log.header.simulated
     assert log.header.display["mode"] == "side-by-side"
-    assert set(log.header.hashes) == {"experiment", "stimuli", "display"}
+    assert set(log.header.hashes) == {"experiment", "stimuli", "display", "rig"}
     assert log.header.presentation["backend"] == "egl"
     pairs = [trial for trial in log.trials if trial.kind == "all_pairs"]
     assert len({frozenset((t.data["first"], t.data["second"])) for t in pairs}) == 6
@@ -100,6 +100,7 @@ def test_resume_goes_on_where_the_session_stopped(study: Study) -> None:
     [
         ("small.yaml", "break_every: 4", "break_every: 3", "experiment"),
         ("display.yaml", "gamma: 2.3", "gamma: 2.4", "display"),
+        ("rig.yaml", "distance_mm: 700", "distance_mm: 600", "rig"),
         ("recipe.yaml", "name: four, file: four.exr", "name: four, file: three.exr", "stimuli"),
     ],
 )
