@@ -25,7 +25,7 @@ LEAVE = Ask(
         (
             Text("Leave the session?", offset_px=(0, -60), height_px=32),
             Text("Every answer so far is saved, and the session can be resumed.", height_px=22),
-            Text("Y  leave          N  go on", offset_px=(0, 70), height_px=22, luminance_share=0.25),
+            Text("Press Y to leave, N to go on", offset_px=(0, 70), height_px=22, luminance_share=0.25),
         )
     ),
     {"y": "leave", "n": "stay", "escape": "stay"},
