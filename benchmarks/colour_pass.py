@@ -82,14 +82,18 @@ def variants() -> list[Variant]:
 
 
 def in_turn(work: dict[str, Callable[[], object]], rounds: int = 9) -> dict[str, float]:
-    """Return each work's median time in seconds, all of them timed once a round, so that none has a quieter machine."""
+    """Return each work's median time in seconds.
+
+    All of them are timed once a round, so that none has a quieter machine, and each directly after a run of its own, so
+    that none finds the caches as another left them.
+    """
     times: dict[str, list[float]] = {name: [] for name in work}
-    for number in range(rounds + 1):
+    for _ in range(rounds):
         for name, once in work.items():
+            once()
             start_s = perf_counter()
             once()
-            if number:  # the first round compiles and warms up
-                times[name].append(perf_counter() - start_s)
+            times[name].append(perf_counter() - start_s)
     return {name: median(taken) for name, taken in times.items()}
 
 
