@@ -10,9 +10,6 @@ from numpy.typing import ArrayLike
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import Clipping, DisplayModel
 
-# XYZ may come back this far off, as a share of white, before a pixel counts as changed: float64 rounding does that.
-_UNCHANGED = 1e-9
-
 
 @dataclass(frozen=True, slots=True)
 class ClipCost:
@@ -41,14 +38,16 @@ class ClipCost:
 
 
 def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
-    """Return what showing XYZ in cd/m², shape (..., 3), on ``model`` costs; only changed pixels are compared."""
+    """Return what showing XYZ in cd/m², shape (..., 3), on ``model`` costs; pixels shown as asked are not compared."""
     asked = np.asarray(xyz_cd_m2, dtype=np.float64).reshape(-1, 3)
-    shown = model.xyz(model.code(asked))
-    white = model.white_XYZ_cd_m2
-    changed = np.abs(shown - asked).max(axis=1) > _UNCHANGED * white[1]
+    linear = model.linear(asked)
+    lowest = [max(0.0, float(curve.linear(0.0))) for curve in model.curves]
+    highest = [min(1.0, float(curve.linear(1.0))) for curve in model.curves]
+    changed = ((linear < lowest) | (linear > highest)).any(axis=1)
     if not changed.any():
         return ClipCost(model.clipping(asked), 0.0, 0.0)
+    white = model.white_XYZ_cd_m2
+    shown = model.xyz(model.code(asked[changed]))
     # Lab is defined for light only: what lies below no light at all is as black as black.
-    lab_asked = xyz_to_lab(np.maximum(asked[changed], 0.0), white)
-    difference = delta_e_2000(lab_asked, xyz_to_lab(shown[changed], white))
+    difference = delta_e_2000(xyz_to_lab(np.maximum(asked[changed], 0.0), white), xyz_to_lab(shown, white))
     return ClipCost(model.clipping(asked), float(difference.sum() / len(asked)), float(difference.max()))

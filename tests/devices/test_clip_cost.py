@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from devices.clip_cost import clip_cost
+from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import DisplayModel
 from devices.display_file import read_display
 from devices.tone_curve import ToneCurve
@@ -52,3 +53,14 @@ def test_light_that_a_channel_s_full_drive_does_not_reach_is_a_cost() -> None:
     cost = clip_cost(model, model.primaries_XYZ_cd_m2[:, 0])
     assert cost.clipping.any_channel == 0
     assert cost.delta_e_00_max > 0.1
+
+
+def test_leaving_out_the_pixels_shown_as_asked_changes_nothing() -> None:
+    model = read_display(ASUS).models("side-by-side").left
+    linear = np.random.default_rng(2).uniform(-0.02, 1.1, (2000, 3)) ** 3
+    asked = np.maximum(linear @ model.primaries_XYZ_cd_m2.T, 0.0)
+    white = model.white_XYZ_cd_m2
+    everywhere = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(model.xyz(model.code(asked)), white))
+    cost = clip_cost(model, asked)
+    assert cost.delta_e_00_mean == pytest.approx(everywhere.mean(), abs=1e-9)
+    assert cost.delta_e_00_max == pytest.approx(everywhere.max(), abs=1e-9)
