@@ -1,11 +1,7 @@
 """Bradley-Terry scores by Newton's method [Bradley1952], with the sum of the strengths held at zero.
 
-With strengths θ, item i is preferred over item j with probability p_ij = 1 / (1 + exp(θ_j − θ_i)). For counts W, of
-which W_ij says how often i was preferred over j, and N = W + Wᵀ:
-
-    g = Σ_j (W_ij p_ji − W_ji p_ij),  v = N p (1 − p),  H = diag(Σ_j v) − v,  H s = g,  θ ← θ + s
-
-The step is halved while the likelihood falls. The published score is softmax(θ): scores sum to 1.
+With strengths θ, item i is preferred over item j with probability p_ij = 1 / (1 + exp(θ_j − θ_i)). The published score
+is softmax(θ): scores sum to 1. The iteration is in `analysis.newton`.
 """
 
 from __future__ import annotations
@@ -16,18 +12,14 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis import laplacian
+from analysis import laplacian, newton
 from analysis.errors import ResultsError
-from analysis.pair_counts import PairCounts
 from analysis.separation import Groups, are_connected, compared_groups, separated_items, strong_groups
 from documents import Finding
 
 Floats = NDArray[np.float64]
 Method = Literal["ml", "firth"]
 
-MOST_ITERATIONS = 200
-STEP_TOLERANCE = 1e-10
-MOST_HALVINGS = 60
 SMALL = 64
 
 
@@ -95,7 +87,7 @@ class BradleyTerryBatch:
     separated: NDArray[np.bool_]
 
 
-def fit(wins: Floats, *, method: Method = "ml", most_iterations: int = MOST_ITERATIONS) -> BradleyTerryFit:
+def fit(wins: Floats, *, method: Method = "ml", most_iterations: int = newton.MOST_ITERATIONS) -> BradleyTerryFit:
     """Fit strengths to one matrix of counts.
 
     Parameters
@@ -126,7 +118,7 @@ def fit(wins: Floats, *, method: Method = "ml", most_iterations: int = MOST_ITER
 
         theta, iterations, converged = maximise(counts)
     else:
-        thetas, _, steps, done = _newton(counts[None], most_iterations)
+        thetas, _, steps, done = newton.maximise(counts[None], most_iterations)
         theta, iterations, converged = thetas[0], int(steps[0]), bool(done[0])
     return _fitted(counts, theta, iterations, converged, method)
 
@@ -152,9 +144,7 @@ def fit_batch(wins: Floats) -> BradleyTerryBatch:
     iterations = np.zeros(batch, dtype=np.intp)
     converged = np.zeros(batch, dtype=np.bool_)
     if sound.any():
-        theta[sound], log_likelihood[sound], iterations[sound], converged[sound] = _newton(
-            counts[sound], MOST_ITERATIONS
-        )
+        theta[sound], log_likelihood[sound], iterations[sound], converged[sound] = newton.maximise(counts[sound])
     return BradleyTerryBatch(theta, log_likelihood, converged, iterations, ~sound)
 
 
@@ -163,50 +153,6 @@ def probabilities(theta: Floats) -> Floats:
     from scipy.special import expit
 
     return np.asarray(expit(theta[..., :, None] - theta[..., None, :]))
-
-
-def _newton(wins: Floats, most_iterations: int) -> tuple[Floats, Floats, NDArray[np.intp], NDArray[np.bool_]]:
-    """Return theta (B, n), log likelihood, iterations and convergence (B,) for connected counts (B, n, n)."""
-    batch, n, _ = wins.shape
-    theta_all = np.zeros((n, batch))
-    log_likelihood = np.zeros(batch)
-    iterations = np.zeros(batch, dtype=np.intp)
-    converged = np.zeros(batch, dtype=np.bool_)
-    active = np.arange(batch)
-    counts = PairCounts.from_wins(wins)
-    theta = np.zeros((n, batch))
-    terms, odds = counts.log_likelihood(theta)
-    for iteration in range(1, most_iterations + 1):
-        flow, weight = counts.slopes(theta, odds)
-        weights = counts.matrix(weight)
-        exact = laplacian.span(weights) > laplacian.WIDEST_FOR_PLAIN_SUMS
-        gradient = laplacian.net_flows(flow, counts.first, counts.second, n, exact=exact)
-        step = laplacian.solve(weights, gradient[:, None])[:, 0]
-        theta, terms, odds = _climb(counts, theta, step, terms)
-        done = np.abs(step).max(axis=0) <= STEP_TOLERANCE * np.maximum(np.abs(theta).max(axis=0), 1)
-        if done.any() or iteration == most_iterations:
-            theta_all[:, active], log_likelihood[active] = theta, terms.sum(axis=0)
-            iterations[active], converged[active] = iteration, done
-            if done.all():
-                break
-            left = ~done
-            active, counts, theta = active[left], counts.select(left), theta[:, left]
-            terms, odds = terms[:, left], odds[:, left]
-    return (theta_all - theta_all.mean(axis=0)).T, log_likelihood, iterations, converged
-
-
-def _climb(counts: PairCounts, theta: Floats, step: Floats, terms: Floats) -> tuple[Floats, Floats, Floats]:
-    """Go along ``step``, halved for each replicate whose likelihood falls by more than rounding."""
-    slack = 1e-14 * np.abs(terms).sum(axis=0)
-    share = np.ones(theta.shape[1])
-    for _ in range(MOST_HALVINGS):
-        ahead = theta + share * step
-        ahead_terms, ahead_odds = counts.log_likelihood(ahead)
-        falls = (ahead_terms - terms).sum(axis=0) < -slack
-        if not falls.any():
-            break
-        share[falls] /= 2
-    return ahead, ahead_terms, ahead_odds
 
 
 def _fitted(wins: Floats, theta: Floats, iterations: int, converged: bool, method: Method) -> BradleyTerryFit:

@@ -3,6 +3,9 @@
 The Newton steps of `analysis.bradley_terry` with H s = g solved by conjugate gradients, preconditioned with the
 diagonal of H, each only as far as the step deserves [Eisenstat1996]: roughly at first, fully at the end. Nothing of
 size n² is made. The counts are a sparse matrix; the covariance is not computed.
+
+Where the weights of H span so many orders of magnitude that conjugate gradients could not hold θ to 1e-10, the dense
+Newton method takes over; above 5000 items, for which it is too large, the fit is then returned as not converged.
 """
 
 from __future__ import annotations
@@ -14,16 +17,19 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 from scipy.sparse.csgraph import connected_components
 
+from analysis import newton
 from analysis.errors import ResultsError
+from analysis.laplacian import split
 from analysis.pair_counts import PairCounts
 from documents import Finding
 
 Floats = NDArray[np.float64]
 
 MOST_ITERATIONS = 200
-ERROR_TOLERANCE = 1e-12
 MOST_HALVINGS = 60
 ROUGHEST, FINEST = 0.1, 1e-6
+WIDEST_RATIO = 1e6
+MOST_DENSE_ITEMS = 5000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -67,7 +73,7 @@ def fit_sparse(wins: csr_array) -> SparseFit:
     graph = _Laplacian(pairs)
     theta = np.zeros((n, 1))
     terms, odds = pairs.log_likelihood(theta)
-    first_slope = 0.0
+    first_slope, last_size = 0.0, np.array([np.inf])
     converged, iterations = False, 0
     while not converged and iterations < MOST_ITERATIONS:
         iterations += 1
@@ -78,11 +84,18 @@ def fit_sparse(wins: csr_array) -> SparseFit:
         tolerance = max(FINEST, min(ROUGHEST, slope / first_slope)) if slope else FINEST
         step = graph.solve(weight[:, 0], gradient, tolerance)[:, None]
         theta, terms, odds = _climb(pairs, theta, step, terms)
-        # What a Newton step leaves is about its size times the larger of its size and its tolerance.
-        size = float(np.abs(step).max())
-        converged = size * max(size, tolerance) <= ERROR_TOLERANCE * max(1.0, float(np.abs(theta).max()))
-    log_likelihood = float(terms.sum())
-    return SparseFit(theta[:, 0] - theta.mean(), log_likelihood, converged, iterations, graph.products, False)
+        size = np.abs(step).max(axis=0) / max(1.0, float(np.abs(theta).max()))
+        converged = bool(newton.has_settled(size, last_size)[0])
+        last_size = size
+    products = graph.products
+    if weight.max() > WIDEST_RATIO * weight.min():
+        if n > MOST_DENSE_ITEMS:
+            converged = False
+        else:
+            dense, _, steps, done = newton.maximise(counts.toarray()[None])
+            theta, iterations, converged = dense.T, iterations + int(steps[0]), bool(done[0])
+            terms, _ = pairs.log_likelihood(theta)
+    return SparseFit(theta[:, 0] - theta.mean(), float(terms.sum()), converged, iterations, products, False)
 
 
 class _Laplacian:
@@ -100,8 +113,9 @@ class _Laplacian:
     def net_flows(self, flow: Floats) -> Floats:
         """Return what flows into each item: ``flow`` (m,) to the first of each pair, its negative to the second."""
         n = self._adjacency.shape[0]
-        sums: Floats = np.bincount(self._first, flow, n).astype(np.float64)
-        sums -= np.bincount(self._second, flow, n)
+        sums: Floats = np.zeros(n)
+        for part in split(flow, n):
+            sums += np.bincount(self._first, part, n) - np.bincount(self._second, part, n)
         return sums
 
     def solve(self, weight: Floats, right: Floats, tolerance: float) -> Floats:

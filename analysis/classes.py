@@ -48,6 +48,12 @@ class Classes:
     adjust: Adjust
 
 
+def check_level(alpha: float) -> None:
+    """Raise ResultsError unless ``alpha`` lies between 0 and 1."""
+    if not 0 < alpha < 1:
+        raise ResultsError(Finding(f"alpha is {alpha:g}", remedy="give a level between 0 and 1, such as 0.05"))
+
+
 def classify(theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm") -> Classes:
     """Group items into perceptual classes by pairwise tests.
 
@@ -67,8 +73,7 @@ def classify(theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: 
     ResultsError
         If ``alpha`` is out of range or ``theta`` is not finite.
     """
-    if not 0 < alpha < 1:
-        raise ResultsError(Finding(f"alpha is {alpha:g}", remedy="give a level between 0 and 1, such as 0.05"))
+    check_level(alpha)
     if not np.isfinite(theta).all():
         raise ResultsError(Finding("items without a finite strength have no class", remedy="use the method 'firth'"))
     difference = theta[:, None] - theta[None, :]

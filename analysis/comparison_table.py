@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import csv
 import difflib
+import io
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from pathlib import Path
+from typing import BinaryIO
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
@@ -55,14 +57,29 @@ def read_table(path: Path) -> Comparisons:
         As `parse_table`, or if the file cannot be read.
     """
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            return parse_table(stream, str(path))
+        with path.open("rb") as stream:
+            return read_stream(stream, str(path))
     except FileNotFoundError as error:
         raise ResultsError(Finding("there is no such file", str(path), remedy="check the path")) from error
     except OSError as error:
         raise ResultsError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
+
+
+def read_stream(stream: BinaryIO, file: str) -> Comparisons:
+    """Read the comparisons in a binary stream of CSV, such as standard input; ``file`` is its name in findings.
+
+    Raises
+    ------
+    ResultsError
+        As `parse_table`, or if the stream is not UTF-8.
+    """
+    text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="")
+    try:
+        return parse_table(text, file)
     except UnicodeDecodeError as error:
-        raise ResultsError(Finding("the table is not UTF-8 text", str(path), remedy="save it as UTF-8")) from error
+        raise ResultsError(Finding("the table is not UTF-8 text", file, remedy="save it as UTF-8")) from error
+    finally:
+        text.detach()
 
 
 def parse_table(lines: Iterable[str], file: str) -> Comparisons:
@@ -108,7 +125,7 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
 
 
 def _columns(header: Sequence[str], source: _Lines, file: str) -> dict[str, int]:
-    names = [field.strip().removeprefix("\ufeff") for field in header]
+    names = [field.strip() for field in header]
     if not any(names):
         raise ResultsError(Finding("the table is empty", file, 1, 1, "start it with 'winner,loser'"))
     findings = []

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 Floats = NDArray[np.float64]
 
 WIDEST_FOR_LAPACK = 1e10
-WIDEST_FOR_PLAIN_SUMS = 1e5
+WIDEST_FOR_PLAIN_SUMS = 1e3
 SMALL_GRAPH = 32
 LARGE_BATCH = 16
 
@@ -95,9 +95,7 @@ def net_flows(flow: Floats, first: NDArray[np.intp], second: NDArray[np.intp], n
     first, second
         Shape (m,): indices of items, each pair once.
     exact
-        Sum as if in twice the precision: high parts, multiples of one power of two, add without rounding
-        [Rump2008], and what is left is added after. Flows within a group of items then cancel, and the weak flow
-        between two groups survives.
+        Sum as if in twice the precision, in two parts as `split` gives them.
 
     Returns
     -------
@@ -105,10 +103,20 @@ def net_flows(flow: Floats, first: NDArray[np.intp], second: NDArray[np.intp], n
     """
     if not exact:
         return _net_flows(flow, first, second, n)
+    high, low = split(flow, n)
+    return _net_flows(high, first, second, n) + _net_flows(low, first, second, n)
+
+
+def split(flow: Floats, terms: int) -> tuple[Floats, Floats]:
+    """Split ``flow`` into high parts, of which up to ``terms`` add without rounding, and what is left [Rump2008].
+
+    The high parts are multiples of one power of two. Flows within a group of items cancel in their sums, and the weak
+    flow between two groups survives.
+    """
     largest = np.abs(flow).max(initial=np.finfo(np.float64).tiny)
-    unit = np.exp2(np.ceil(np.log2(largest)) + np.ceil(np.log2(2 * n)))
+    unit = np.exp2(np.ceil(np.log2(largest)) + np.ceil(np.log2(2 * terms)))
     high = (unit + flow) - unit
-    return _net_flows(high, first, second, n) + _net_flows(flow - high, first, second, n)
+    return high, flow - high
 
 
 def _net_flows(flow: Floats, first: NDArray[np.intp], second: NDArray[np.intp], n: int) -> Floats:

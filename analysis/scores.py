@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from analysis.bradley_terry import BradleyTerryFit, Method, fit
-from analysis.classes import Classes, classify
+from analysis.classes import Classes, check_level, classify
 from analysis.comparisons import Comparisons
 from analysis.multiplicity import Adjust
 
@@ -70,7 +70,13 @@ def score(comparisons: Comparisons, *, alpha: float = 0.05, adjust: Adjust = "ho
     """Fit strengths to ``comparisons`` and group the items into classes.
 
     Items stand by score, best first; where the items are separated, by the share of comparisons they won.
+
+    Raises
+    ------
+    ResultsError
+        If ``alpha`` is out of range.
     """
+    check_level(alpha)
     fitted = fit(comparisons.wins, method=method)
     sound = bool(np.isfinite(fitted.theta).all())
     classes = classify(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust) if sound else None

@@ -35,12 +35,12 @@ def command(table: str, alpha: float, adjust: str, method: str, as_json: bool) -
     from typing import cast
 
     from analysis.bradley_terry import Method
-    from analysis.comparison_table import parse_table, read_table
+    from analysis.comparison_table import read_stream, read_table
     from analysis.multiplicity import Adjust
     from analysis.scores import score
     from analysis.separation import explain
 
-    comparisons = parse_table(sys.stdin, "standard input") if table == "-" else read_table(Path(table))
+    comparisons = read_stream(sys.stdin.buffer, "standard input") if table == "-" else read_table(Path(table))
     scores = score(comparisons, alpha=alpha, adjust=cast(Adjust, adjust), method=cast(Method, method))
     if as_json:
         click.echo(json.dumps(scores.to_json(), indent=2, allow_nan=False, ensure_ascii=False))

@@ -93,7 +93,8 @@ def test_a_wrong_table_ends_with_status_2_and_its_place(tmp_path: Path) -> None:
     assert done.stdout == ""
     assert f"{table}:2:3: 'a' is compared with itself" in done.stderr
     assert cyclopean(["scores", str(tmp_path / "none.csv")]).returncode == 2
-    assert cyclopean(["scores", "-", "--alpha", "2"], "winner,loser\na,b\nb,a\n").returncode == 2
+    for table_text in ("winner,loser\na,b\nb,a\n", "winner,loser\na,b\n"):
+        assert cyclopean(["scores", "-", "--alpha", "2"], table_text).returncode == 2
 
 
 def test_the_table_for_people_shows_scores_and_classes() -> None:
