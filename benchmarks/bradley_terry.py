@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
 sys.path.insert(0, str(Path(__file__).parent))
-from curves import OUT, seconds, write
+from curves import OUT, seconds, times_faster, write
 
 from analysis.bradley_terry import fit, fit_batch
 from analysis.bradley_terry_sparse import fit_sparse
@@ -44,7 +44,7 @@ def run() -> dict[str, Any]:
         *_sparse(),
         *_bootstraps(),
     ]
-    return {"name": "bradley_terry", "title": TITLE, "rows": rows, "ratios": _ratios(rows)}
+    return {"name": "bradley_terry", "title": TITLE, "rows": rows, "ratios": _ratios()}
 
 
 def _observers(theta: Floats) -> Floats:
@@ -72,15 +72,7 @@ def _single(case: str, wins: Floats) -> Iterator[Row]:
 
 
 def _sparse() -> Iterator[Row]:
-    case, n, pairs = "n = 1000, sparse", 1000, 10_000
-    random = np.random.default_rng(3)
-    theta = random.normal(0, 1, n)
-    first = random.integers(n, size=pairs)
-    second = (first + 1 + random.integers(n - 1, size=pairs)) % n
-    won = random.binomial(20, 1 / (1 + np.exp(theta[second] - theta[first]))).astype(float)
-    wins = np.zeros((n, n))
-    np.add.at(wins, (first, second), won)
-    np.add.at(wins, (second, first), 20 - won)
+    case, wins = "n = 1000, sparse", _sparse_counts()
     truth = _reference(wins)
     counts = csr_array(wins)
     time = seconds(lambda: fit_sparse(counts))
@@ -91,11 +83,30 @@ def _sparse() -> Iterator[Row]:
     yield from _peers(case, wins, truth, repeats=3)
 
 
-def _bootstraps() -> Iterator[Row]:
-    case = f"{BOOTSTRAPS} observer bootstraps, n = 10"
+def _sparse_counts() -> Floats:
+    """Return 20 comparisons of each of 10,000 random pairs of 1000 items, shape (n, n)."""
+    n, pairs = 1000, 10_000
+    random = np.random.default_rng(3)
+    theta = random.normal(0, 1, n)
+    first = random.integers(n, size=pairs)
+    second = (first + 1 + random.integers(n - 1, size=pairs)) % n
+    won = random.binomial(20, 1 / (1 + np.exp(theta[second] - theta[first]))).astype(float)
+    wins = np.zeros((n, n))
+    np.add.at(wins, (first, second), won)
+    np.add.at(wins, (second, first), 20 - won)
+    return wins
+
+
+def _bootstrap_counts() -> Floats:
+    """Return the counts of observers drawn with replacement, shape (bootstraps, n, n)."""
     answers = _observers(np.log(PRINTED))
     drawn = np.random.default_rng(4).multinomial(OBSERVERS, np.full(OBSERVERS, 1 / OBSERVERS), BOOTSTRAPS)
-    wins = np.tensordot(drawn.astype(float), answers, axes=1)
+    return np.tensordot(drawn.astype(float), answers, axes=1)
+
+
+def _bootstraps() -> Iterator[Row]:
+    case = f"{BOOTSTRAPS} observer bootstraps, n = 10"
+    wins = _bootstrap_counts()
     sound = are_connected(wins)
     note = f"{int((~sound).sum())} replicates separated, left out of the error"
     truth = np.array([_reference(replicate) for replicate in wins[sound]])
@@ -189,33 +200,29 @@ def _row(series: str, parameter: str, time: float | None, error: float | None, n
     return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
 
 
-def _ratios(rows: list[Row]) -> dict[str, float]:
-    """Return how many times faster than evalica, at its tightest tolerance no better than ours, the targets ask."""
-
-    def time(series: str, parameter: str) -> float | None:
-        for row in rows:
-            if row["series"] == series and row["parameter"] == parameter:
-                return row["seconds"]  # type: ignore[return-value]
-        return None
-
-    ratios = {}
-    boot, sparse = f"{BOOTSTRAPS} observer bootstraps, n = 10", "n = 1000, sparse"
-    for name, ours, peer in (
-        ("bootstraps_over_evalica", f"{boot}: Newton, batched", f"{boot}: evalica"),
-        ("sparse_over_evalica", f"{sparse}: Newton, conjugate gradients", f"{sparse}: evalica"),
-    ):
-        mine, theirs = time(ours, "converged"), time(peer, "tolerance 1e-06")
-        if mine and theirs:
-            ratios[name] = theirs / mine
-    return ratios
+def _ratios() -> dict[str, float]:
+    """Return how many times faster than evalica at its default tolerance we are, where the design sets a target."""
+    solve = _solvers().get("evalica")
+    if solve is None:
+        return {}
+    sparse, replicates = _sparse_counts(), _bootstrap_counts()
+    counts, prepared = csr_array(sparse), [solve(replicate, 1e-6) for replicate in replicates]
+    return {
+        "sparse_over_evalica": times_faster(lambda: fit_sparse(counts), solve(sparse, 1e-6)),
+        "bootstraps_over_evalica": times_faster(
+            lambda: fit_batch(replicates), lambda: [work() for work in prepared], rounds=5
+        ),
+    }
 
 
 def main() -> None:
     """Measure, write the three files, and print the ratios."""
     result = run()
     write(result["name"], TITLE, result["rows"], OUT)
+    if not result["ratios"]:
+        print("evalica is not installed: no ratios")
     for name, ratio in result["ratios"].items():
-        print(f"{name}: {ratio:.1f} times")
+        print(f"{name}: {ratio:.1f} times as fast")
     print(f"written to {OUT}")
 
 
