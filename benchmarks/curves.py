@@ -93,12 +93,13 @@ def _number(value: object) -> str:
 
 
 def _plot(title: str, rows: Sequence[Row], file: Path) -> None:
-    from matplotlib import rc_context
+    from matplotlib import colormaps, rc_context
     from matplotlib.figure import Figure
 
     with rc_context({"svg.fonttype": "none", "svg.hashsalt": "curves", "font.size": 9}):
         figure = Figure(figsize=(7.5, 4.6), layout="constrained")
         axes = figure.subplots()
+        axes.set_prop_cycle(color=[colormaps["tab20"](place) for place in (*range(0, 20, 2), *range(1, 20, 2))])
         for index, series in enumerate(dict.fromkeys(str(row["series"]) for row in rows)):
             points = [
                 (float(row["seconds"]), max(float(row["error"]), SMALLEST_SHOWN))
@@ -109,7 +110,7 @@ def _plot(title: str, rows: Sequence[Row], file: Path) -> None:
             ]
             if points:
                 marker = "osD^vPX*<>"[index % 10]
-                axes.plot(*zip(*sorted(points), strict=True), marker=marker, label=series, linewidth=1, markersize=5)
+                axes.plot(*zip(*points, strict=True), marker=marker, label=series, linewidth=1, markersize=5)
         axes.set(xscale="log", yscale="log", xlabel="time (s)", ylabel="error", title=title)
         axes.grid(True, which="major", alpha=0.3)
         axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
