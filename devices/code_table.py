@@ -22,11 +22,15 @@ ENTRIES = 1024
 
 @dataclass(frozen=True, slots=True)
 class CodeTables:
-    """What the colour pass needs of one display model, float32 (3, entries) and (3,)."""
+    """What the colour pass needs of one display model.
+
+    ``codes``: float32, shape (3, entries). ``lift`` and ``scale``: shape (3,), float64 because the index rises
+    vertically at the lift.
+    """
 
     codes: NDArray[np.float32]
-    lift: NDArray[np.float32]
-    scale: NDArray[np.float32]
+    lift: NDArray[np.float64]
+    scale: NDArray[np.float64]
 
 
 def curve_table(curve: ToneCurve, entries: int = ENTRIES, root: int = 4) -> NDArray[np.float64]:
@@ -39,7 +43,7 @@ def code_tables(model: DisplayModel, entries: int = ENTRIES) -> CodeTables:
     """Build the three channels' tables of ``model``."""
     lift = np.array([curve.lift for curve in model.curves])
     codes = np.stack([curve_table(curve, entries) for curve in model.curves])
-    return CodeTables(codes.astype(np.float32), lift.astype(np.float32), (1.0 / (1.0 - lift)).astype(np.float32))
+    return CodeTables(codes.astype(np.float32), lift, 1.0 / (1.0 - lift))
 
 
 def table_codes(model: DisplayModel, xyz_cd_m2: NDArray[np.float64], tables: CodeTables) -> NDArray[np.float64]:

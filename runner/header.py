@@ -21,6 +21,7 @@ from documents import Finding
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet
+from stimuli.stereo_image import StereoImage
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
 
@@ -69,18 +70,15 @@ def _commit() -> str | None:
     return told.stdout.strip() if told.returncode == 0 else None
 
 
-def describe_stimuli(stimuli: StimulusSet, models: EyeModels) -> tuple[dict[str, Any], ...]:
-    """Return, per stimulus, its name and factors and what the gamut clip costs it in each eye."""
-    described = []
-    for name in stimuli.names:
-        image = stimuli.load(name)
-        left = clip_cost(models.left, image.left)
-        same = image.is_flat and models.left is models.right
-        right = left if same else clip_cost(models.right, image.right)
-        clipping = {"left": left.to_json(), "right": right.to_json()}
-        factors = dict(stimuli.factors(name))
-        described.append({"name": name, "factors": factors, "flat": image.is_flat, "clipping": clipping})
-    return tuple(described)
+def describe_stimulus(
+    name: str, image: StereoImage, factors: Mapping[str, str | float], models: EyeModels
+) -> dict[str, Any]:
+    """Return a stimulus's name and factors, and what the gamut clip costs it in each eye."""
+    left = clip_cost(models.left, image.left)
+    same = image.is_flat and models.left is models.right
+    right = left if same else clip_cost(models.right, image.right)
+    clipping = {"left": left.to_json(), "right": right.to_json()}
+    return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
 
 
 def make_header(

@@ -59,10 +59,11 @@ def preview(
     blocks = experiment.blocks(observer)
     total = sum(block.trials for block in blocks)
     album = _Album(folder)
+    mode = find_mode(rig.mode)
     resolution = rig.display.panel.resolution_px
     with (
-        open_surface(backend, resolution, stereo=rig.mode == "quad-buffered") as surface,
-        Presenter(surface, find_mode(rig.mode), rig.models, stimuli.load) as presenter,
+        open_surface(backend, resolution, stereo=mode.needs_stereo) as surface,
+        Presenter(surface, mode, rig.models, stimuli.load) as presenter,
     ):
         shown = 0
         for number, block in enumerate(blocks):

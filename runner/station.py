@@ -11,11 +11,12 @@ from types import TracebackType
 from typing import Any
 
 from analysis.records import Header, Trial
-from runner.header import check_unchanged, describe_stimuli, hashes, make_header
+from runner.header import check_unchanged, describe_stimulus, hashes, make_header
 from runner.observers.simulated import BradleyTerryObserver, ObserverSpec
 from runner.ports import Observer
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer
 from runner.recorder import Recorder
@@ -48,17 +49,20 @@ class Station:
             If the surface cannot be opened or cannot do the mode.
         """
         rig = experiment.rig
-        load = functools.lru_cache(maxsize=64)(stimuli.load)
-        descriptions = describe_stimuli(stimuli, rig.models)
-        surface = open_surface(
-            backend, rig.display.panel.resolution_px, stereo=rig.mode == "quad-buffered", windowed=windowed
-        )
+        mode = find_mode(rig.mode)
+        load = functools.lru_cache(maxsize=1)(stimuli.load)
+        surface = open_surface(backend, rig.display.panel.resolution_px, stereo=mode.needs_stereo, windowed=windowed)
         try:
-            presenter = Presenter(surface, find_mode(rig.mode), rig.models, load)
+            presenter = Presenter(surface, mode, rig.models, load)
+            descriptions = []
+            for name in stimuli.names:
+                # Decoded once: described, then made ready to be shown.
+                descriptions.append(describe_stimulus(name, load(name), stimuli.factors(name), rig.models))
+                presenter.prefetch(Scene((Picture(name),)))
         except BaseException:
             surface.close()
             raise
-        return cls(experiment, stimuli, results, surface, presenter, descriptions, surface.facts.remarks)
+        return cls(experiment, stimuli, results, surface, presenter, tuple(descriptions), surface.facts.remarks)
 
     def __enter__(self) -> Station:
         return self

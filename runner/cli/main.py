@@ -12,7 +12,7 @@ COMMANDS = {
     "check": "Check an experiment file and everything it names.",
     "run": "Run a session with an observer.",
     "report": "Write an HTML report on the results of one experiment.",
-    "scores": "Fit Bradley-Terry scores to a table of comparisons.",
+    "scores": "Fit scores and perceptual classes to a table of paired comparisons.",
     "preview": "Write what each eye sees in every trial, as PNG.",
     "show": "Show one stereo image with the display's response undone.",
     "demo": "Re-enact the thesis's second experiment with simulated observers.",
@@ -71,14 +71,19 @@ def group() -> None:
 
 
 def main() -> None:
-    """Run the command line; faults in the input end with one line each and exit status 2."""
+    """Run the command line; what goes wrong ends with a line each and exit status 2, or 1 if it was not the input."""
     try:
         group(prog_name="cyclopean")
     except Exception as error:
-        from documents import InputError  # only now: it brings pydantic, which the help text must not wait for
+        # Only now: these bring pydantic, which the help text must not wait for.
+        from documents import InputError
+        from runner.presenter.errors import GraphicsError
 
-        if not isinstance(error, InputError):
-            raise
-        for finding in error.findings:
-            click.echo(f"error: {finding}", err=True)
-        sys.exit(2)
+        if isinstance(error, InputError):
+            for finding in error.findings:
+                click.echo(f"error: {finding}", err=True)
+            sys.exit(2)
+        if isinstance(error, GraphicsError):
+            click.echo(f"cyclopean: {error}", err=True)
+            sys.exit(1)
+        raise

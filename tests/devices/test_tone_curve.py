@@ -51,7 +51,7 @@ def _grey(curve: ToneCurve) -> DisplayModel:
 
 
 @pytest.mark.parametrize("gamma", [1.6, 1.8132, 2.2, 2.4, 2.9])
-@pytest.mark.parametrize("lift", [0.0, 2**-6, -(2**-8)])  # exact in the tables' float32
+@pytest.mark.parametrize("lift", [0.0, 0.02, -0.005])
 @pytest.mark.parametrize("offset", [-0.03, 0.0, 0.0218])
 def test_the_table_errs_by_less_than_a_thousandth_of_a_code(gamma: float, lift: float, offset: float) -> None:
     curve = ToneCurve(1.0, offset, gamma, lift)
