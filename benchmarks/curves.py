@@ -113,5 +113,6 @@ def _plot(title: str, rows: Sequence[Row], file: Path) -> None:
                 axes.plot(*zip(*points, strict=True), marker=marker, label=series, linewidth=1, markersize=5)
         axes.set(xscale="log", yscale="log", xlabel="time (s)", ylabel="error", title=title)
         axes.grid(True, which="major", alpha=0.3)
-        axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
+        if axes.get_lines():
+            axes.legend(fontsize=7, loc="center left", bbox_to_anchor=(1.01, 0.5), frameon=False)
         figure.savefig(file, format="svg", metadata={"Date": None})
