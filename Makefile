@@ -6,13 +6,14 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 BIN = $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: help env gl test-tools demo test check bench stress test-quad clean
+.PHONY: help env gl test-tools demo test check bench bench-psychopy stress test-quad clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
 	@echo "make test       run the tests"
 	@echo "make check      floors, lint, format, types"
 	@echo "make bench      run time against error, peers beside (writes benchmarks/out)"
+	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
 	@echo "make stress     slow sweeps to the edges"
 	@echo "make test-quad STEREO_GL=DIR/lib   quad-buffered for real, on a GL with stereo visuals"
 
@@ -45,10 +46,17 @@ check: env
 	$(BIN)/mypy --namespace-packages --explicit-package-bases tests
 	$(BIN)/lint-imports
 
-bench: gl
+bench: test-tools
 	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
 	@for file in $(filter-out benchmarks/curves.py,$(wildcard benchmarks/*.py)); do \
 		echo "$$file"; $(BIN)/python $$file || exit 1; done
+
+bench-psychopy: test-tools
+	@test -x .venv-psychopy/bin/python || $(PYTHON) -m venv .venv-psychopy
+	@.venv-psychopy/bin/python -m pip install --quiet --disable-pip-version-check --no-deps \
+		-r benchmarks/peers/psychopy-requirements.txt \
+		|| echo "note: PsychoPy cannot be installed here; its rows are left out"
+	$(BIN)/python benchmarks/trial_switch.py
 
 stress: gl
 	$(BIN)/python -m pytest -m stress tests/stress
