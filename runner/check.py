@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -13,8 +13,10 @@ from devices.viewing import pixels_per_degree, visual_angle_deg
 from documents import Finding
 from documents.yaml_source import read_yaml
 from runner.errors import SessionError
+from runner.header import describe_stimulus
 from runner.observers.simulated import read_observer
 from runner.protocol.experiment import read_experiment
+from stimuli.build import build
 from stimuli.names import stimulus_names
 from stimuli.recipe import read_recipe
 
@@ -28,6 +30,8 @@ Facts = dict[str, Any]
 
 def check_file(file: Path) -> Facts:
     """Read ``file``, whichever kind it is, and return what it amounts to.
+
+    An experiment's stimuli are built, or found built, so that what the display cannot show of them is known.
 
     Raises
     ------
@@ -65,6 +69,12 @@ def _experiment(file: Path) -> Facts:
             "detail could be shown: pixels may be seen"
         )
     keys = dict(design.layout.keys)
+    stimuli = build(design.recipe_file, pitch_mm)
+    clipping = {name: describe_stimulus(name, stimuli.load(name), {}, rig.models)["clipping"] for name in stimuli.names}
+    aperture = design.layout.aperture_px
+    small = [name for name in stimuli.names if _smaller(stimuli.entry(name)["size_px"], aperture)]
+    if small:
+        remarks.append(f"smaller than the aperture of {aperture[0]} x {aperture[1]} px: {', '.join(small)}")
     return {
         "kind": "experiment",
         "name": design.spec.name,
@@ -75,8 +85,18 @@ def _experiment(file: Path) -> Facts:
         "picture_deg": angle,
         "pixels_per_degree": round(density, 2),
         "keys": {**keys, "space": "continue", "escape": "leave"},
+        "clipped_percent": {
+            name: [eyes[eye]["percent_any"] for eye in ("left", "right")] for name, eyes in clipping.items()
+        },
+        "clipping_cost_mean_delta_e_00": {
+            name: [eyes[eye]["delta_e_00_mean"] for eye in ("left", "right")] for name, eyes in clipping.items()
+        },
         "remarks": remarks,
     }
+
+
+def _smaller(size_px: Sequence[int], aperture_px: tuple[int, int]) -> bool:
+    return size_px[0] < aperture_px[0] or size_px[1] < aperture_px[1]
 
 
 def _display(file: Path) -> Facts:

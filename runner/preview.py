@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from devices.display_file import Eye
+from devices.clip_marks import clip_marks
+from devices.display_file import Eye, EyeModels
 from documents import Finding
 from runner.blocks.steps import Draft, Response
 from runner.errors import SessionError
@@ -16,6 +17,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces import open_surface
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet
+from stimuli.stereo_image import StereoImage
 
 EYES: tuple[Eye, ...] = ("left", "right")
 
@@ -43,8 +45,12 @@ def preview(
     folder: Path,
     backend: str,
     progress: Callable[[str, int, int], None] = lambda what, done, of: None,
+    *,
+    clipping: bool = False,
 ) -> tuple[Path, ...]:
     """Write every screen that ``observer`` would see, per eye, to ``folder`` and return the files.
+
+    With ``clipping``, each screen is followed by one in which marks stand for the pixels outside the gamut.
 
     Raises
     ------
@@ -64,6 +70,7 @@ def preview(
     with (
         open_surface(backend, resolution, stereo=mode.needs_stereo) as surface,
         Presenter(surface, mode, rig.models, stimuli.load) as presenter,
+        Presenter(surface, mode, rig.models, lambda name: _marked(stimuli.load(name), rig.models)) as marker,
     ):
         shown = 0
         for number, block in enumerate(blocks):
@@ -82,9 +89,20 @@ def preview(
                 else:
                     response = _answered(step)
                     presenter.show(step.scene)
-                    album.add(f"block-{number + 1:02d}_screen-{screen + 1:03d}", presenter)
+                    name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
+                    album.add(name, presenter)
+                    if clipping and step.scene.stimuli:
+                        marker.show(step.scene)
+                        album.add(f"{name}_clipping", marker)
                     screen += 1
     return tuple(album.files)
+
+
+def _marked(image: StereoImage, models: EyeModels) -> StereoImage:
+    left = clip_marks(models.left, image.left)
+    if image.is_flat and models.left is models.right:
+        return StereoImage.flat(left)
+    return StereoImage(left, clip_marks(models.right, image.right))
 
 
 def _answered(ask: Ask) -> Response:

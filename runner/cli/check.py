@@ -50,6 +50,11 @@ def _print_fact(name: str, value: object) -> None:
         for remark in value if isinstance(value, list) else ():
             click.echo(f"  note: {remark}")
         return
+    if isinstance(value, dict) and any(isinstance(item, list) for item in value.values()):
+        click.echo(f"  {name.replace('_', ' ')} (left, right):")
+        for key, item in value.items():
+            click.echo(f"    {key}: {', '.join(f'{number:g}' for number in item)}")
+        return
     if isinstance(value, dict):
         value = ", ".join(f"{key}: {item}" for key, item in value.items())
     elif isinstance(value, list):

@@ -14,11 +14,15 @@ import click
 @click.option("--observer", default="01", show_default=True, help="Whose order of trials to preview.")
 @click.option("--mode", help="A stereo mode in place of the rig's.")
 @click.option("--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True)
+@click.option("--clipping", is_flag=True, help="Mark the pixels outside the gamut, on a second picture of each screen.")
 @click.option("--json", "as_json", is_flag=True, help="Print the files as JSON.")
-def command(experiment: Path, output: Path, observer: str, mode: str | None, backend: str, as_json: bool) -> None:
+def command(
+    experiment: Path, output: Path, observer: str, mode: str | None, backend: str, clipping: bool, as_json: bool
+) -> None:
     """Write what each eye sees in every trial, as PNG.
 
-    The files hold the exact device codes of each eye's area, named by block, screen and eye.
+    The files hold the exact device codes of each eye's area, named by block, screen and eye. With --clipping, red marks
+    pixels that ask a channel for more light than it has, blue those that ask for less than none, magenta both.
     """
     from runner.cli.progress import build_stimuli, progress_bar
     from runner.preview import preview
@@ -28,7 +32,7 @@ def command(experiment: Path, output: Path, observer: str, mode: str | None, bac
     check_observer(observer)
     with progress_bar(quiet=as_json) as step:
         stimuli = build_stimuli(design, step)
-        files = preview(design, stimuli, observer, output, backend, step)
+        files = preview(design, stimuli, observer, output, backend, step, clipping=clipping)
     if as_json:
         click.echo(json.dumps([str(file) for file in files]))
     else:

@@ -31,7 +31,8 @@ def _run(*words: object) -> Any:
 
 
 @pytest.mark.parametrize("file", SHIPPED, ids=lambda file: file.name)
-def test_every_shipped_file_is_right(file: Path) -> None:
+def test_every_shipped_file_is_right(file: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
     result = _run("check", file, "--json")
     assert result.exit_code == 0, result.output
     assert json.loads(result.stdout)[0]["findings"] == []
@@ -84,6 +85,29 @@ def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:
         assert codes.shape == (480, 320, 3)
         shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
         assert np.abs(shown - model.code(image.eye(eye)) * 255).max() <= 0.501
+
+
+def test_preview_marks_what_is_clipped(study: Study) -> None:
+    output = study.folder / "preview"
+    study.edit("display.yaml", "red: [10.83, 5.62, 0.54]", "red: [5.83, 2.62, 0.34]")  # less red: more is clipped
+    result = _run("preview", study.experiment, "-o", output, "--clipping", "--json")
+    assert result.exit_code == 0, result.output
+    model = read_display(study.folder / "display.yaml").models("side-by-side").left
+    block = read_experiment(study.experiment).blocks("01")[1]
+    (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]
+    clipped = model.clipping(read_exr(study.folder / f"{first}.exr").left).any_channel
+    codes = np.asarray(Image.open(output / "block-02_screen-001_clipping_left.png")).astype(int)
+    shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
+    assert clipped > 100
+    assert (np.ptp(shown, axis=2) > 128).sum() == clipped
+
+
+def test_check_tells_how_much_is_clipped(study: Study) -> None:
+    (facts,) = json.loads(_run("check", study.experiment, "--json").stdout)
+    model = read_display(study.folder / "display.yaml").models("side-by-side").left
+    for name in ("one", "two", "three", "four"):
+        expected = model.clipping(read_exr(study.folder / f"{name}.exr").left)
+        assert facts["clipped_percent"][name][0] == pytest.approx(expected.percent(expected.any_channel), abs=1e-3)
 
 
 def test_preview_of_a_wrong_experiment_writes_nothing(study: Study) -> None:
