@@ -25,4 +25,4 @@ def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike) -> NDArray[np.float32]
     marked = share * white
     red, blue = model.primaries_XYZ_cd_m2[:, 0], model.primaries_XYZ_cd_m2[:, 2]
     marks = above * red + below * blue + model.black_XYZ_cd_m2
-    return np.where(above | below, marks, marked).astype(np.float32)
+    return np.asarray(np.where(above | below, marks, marked), dtype=np.float32)

@@ -27,7 +27,11 @@ class RigSpec(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Rig:
-    """A display in a stereo mode at a viewing distance."""
+    """A display in a stereo mode at a viewing distance.
+
+    ``characterised_as`` is the mode whose measurements serve: ``mode`` itself, unless an uncharacterised mode was
+    allowed.
+    """
 
     file: str
     display: Display
@@ -36,10 +40,19 @@ class Rig:
     distance_mm: float
     interpupillary_distance_mm: float
     glasses: str
+    characterised_as: str
+
+    @property
+    def is_characterised(self) -> bool:
+        """Whether the display was measured in this very mode."""
+        return self.characterised_as == self.mode
 
 
-def read_rig(path: Path, mode: str | None = None) -> Rig:
+def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Rig:
     """Read the rig file at ``path``, with ``mode`` in place of the file's own if given.
+
+    With ``allow_uncharacterised``, a mode that was not characterised borrows the measurements of the display file's
+    first mode; the rig says so.
 
     Raises
     ------
@@ -60,8 +73,20 @@ def read_rig(path: Path, mode: str | None = None) -> Rig:
         raise located(InputError(Finding("there is no such display file", spec.display)), "display")
     display = read_display(display_path)
     wanted = mode or spec.mode
+    characterised_as = wanted
+    if allow_uncharacterised and wanted not in display.modes:
+        characterised_as = next(iter(display.modes))
     try:
-        models = display.models(wanted)
+        models = display.models(characterised_as)
     except InputError as error:
         raise error if mode else located(error, "mode") from None
-    return Rig(str(path), display, wanted, models, spec.distance_mm, spec.interpupillary_distance_mm, spec.glasses)
+    return Rig(
+        str(path),
+        display,
+        wanted,
+        models,
+        spec.distance_mm,
+        spec.interpupillary_distance_mm,
+        spec.glasses,
+        characterised_as,
+    )

@@ -107,7 +107,8 @@ def make_header(
         display={
             "file": Path(rig.display.file).name,
             "mode": rig.mode,
-            "source": rig.display.sources[rig.mode],
+            "characterised_as": rig.characterised_as,
+            "source": rig.display.sources[rig.characterised_as],
             "panel": panel.model_dump(mode="json"),
             "white_XYZ_cd_m2": {
                 "left": [round(float(v), 6) for v in rig.models.left.white_XYZ_cd_m2],

@@ -54,8 +54,8 @@ def _now() -> str:
 class Session:
     """One observer's way through the blocks.
 
-    ``clip_costs`` gives, per stimulus, what the trial's record says of the gamut clip; ``logged`` is what an
-    interrupted session already holds; ``on_trial`` hears of each scored trial, replayed ones too.
+    ``clip_costs`` gives, per stimulus, what the trial's record says of the gamut clip; ``marks`` stand in every trial's
+    record; ``logged`` is what an interrupted session already holds; ``on_trial`` hears of each trial, replayed ones too.
     """
 
     blocks: Sequence[Block]
@@ -63,6 +63,7 @@ class Session:
     observer: Observer
     sink: Sink
     clip_costs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    marks: Mapping[str, Any] = field(default_factory=dict)
     logged: Sequence[Trial] = ()
     on_trial: Callable[[Trial], None] = lambda trial: None
     utc: Callable[[], str] = _now
@@ -130,7 +131,7 @@ class Session:
                     raise Left
 
     def _record(self, block: int, number: int, draft: Draft) -> None:
-        data = dict(draft.data)
+        data = {**draft.data, **self.marks}
         if draft.stimuli and self.clip_costs:
             data["clipping"] = {name: self.clip_costs[name] for name in draft.stimuli}
         trial = Trial(block, number, draft.kind, tuple(self._events), draft.response_time_s, self.utc(), data)

@@ -24,6 +24,10 @@ from runner.session import Session
 from runner.session_folders import new_label, observer_folder, to_resume
 from stimuli.build import StimulusSet
 
+_UNCHARACTERISED = (
+    "the display was not characterised in the mode '{mode}': colours are those of '{other}' and not to be trusted"
+)
+
 
 @dataclass(slots=True)
 class Station:
@@ -62,7 +66,10 @@ class Station:
         except BaseException:
             surface.close()
             raise
-        return cls(experiment, stimuli, results, surface, presenter, tuple(descriptions), surface.facts.remarks)
+        remarks = surface.facts.remarks
+        if not rig.is_characterised:
+            remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
+        return cls(experiment, stimuli, results, surface, presenter, tuple(descriptions), remarks)
 
     def __enter__(self) -> Station:
         return self
@@ -107,6 +114,7 @@ class Station:
                 answers,
                 recorder,
                 clip_costs=costs,
+                marks={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
                 logged=logged,
                 on_trial=on_trial,
             ).run()

@@ -15,9 +15,21 @@ import click
 @click.option("--mode", help="A stereo mode in place of the rig's.")
 @click.option("--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True)
 @click.option("--clipping", is_flag=True, help="Mark the pixels outside the gamut, on a second picture of each screen.")
+@click.option(
+    "--allow-uncharacterised",
+    is_flag=True,
+    help="Borrow another mode's characterisation, and mark every record of it.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the files as JSON.")
 def command(
-    experiment: Path, output: Path, observer: str, mode: str | None, backend: str, clipping: bool, as_json: bool
+    experiment: Path,
+    output: Path,
+    observer: str,
+    mode: str | None,
+    backend: str,
+    clipping: bool,
+    allow_uncharacterised: bool,
+    as_json: bool,
 ) -> None:
     """Write what each eye sees in every trial, as PNG.
 
@@ -28,7 +40,7 @@ def command(
     from runner.preview import preview
     from runner.protocol.experiment import check_observer, read_experiment
 
-    design = read_experiment(experiment, mode)
+    design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     check_observer(observer)
     with progress_bar(quiet=as_json) as step:
         stimuli = build_stimuli(design, step)

@@ -25,6 +25,11 @@ import click
     type=click.Choice(["window", "egl", "null"]),
     help="Where to draw; 'window' for a person, 'egl' for a simulation.",
 )
+@click.option(
+    "--allow-uncharacterised",
+    is_flag=True,
+    help="Borrow another mode's characterisation, and mark every record of it.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
 def command(
     experiment: Path,
@@ -35,6 +40,7 @@ def command(
     windowed: bool,
     simulate: Path | None,
     backend: str | None,
+    allow_uncharacterised: bool,
     as_json: bool,
 ) -> None:
     """Run a session with an observer.
@@ -42,6 +48,7 @@ def command(
     EXPERIMENT is a file such as experiments/dynamic_range.yaml. Every answer is on disk before the next trial
     appears. The observer answers with the keys that the instructions name; Escape asks before leaving.
     """
+    from analysis.records import Trial
     from runner.cli.main import WorkError
     from runner.cli.progress import build_stimuli, progress_bar
     from runner.observers.keyboard import Keyboard
@@ -53,7 +60,7 @@ def command(
     from runner.station import Station
 
     check_observer(observer)
-    design = read_experiment(experiment, mode)
+    design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     law = read_observer(simulate, design.stimulus_names) if simulate else None
     if resume:
         to_resume(results, design.spec.name, observer)
@@ -71,9 +78,9 @@ def command(
                 click.echo(f"warning: {remark}", err=True)
             person = station.simulated(law, observer) if law else Keyboard(station.surface.wait_key)
 
-            def on_trial(trial: object) -> None:
+            def on_trial(trial: Trial) -> None:
                 nonlocal answered
-                answered += bool(getattr(trial, "data", None))
+                answered += trial.kind not in ("instructions", "break")
                 step(f"Observer {observer}", answered, total)
 
             try:

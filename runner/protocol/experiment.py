@@ -91,8 +91,10 @@ def check_observer(observer: str) -> str:
     return observer
 
 
-def read_experiment(file: Path, mode: str | None = None) -> Experiment:
+def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Experiment:
     """Read the experiment ``file`` and everything it names; ``mode`` replaces the rig's stereo mode.
+
+    ``allow_uncharacterised`` is `devices.rig_file.read_rig`'s.
 
     Raises
     ------
@@ -107,7 +109,8 @@ def read_experiment(file: Path, mode: str | None = None) -> Experiment:
     layout: PairLayout | None = None
     recipe_file = file.parent / spec.stimuli
     try:
-        rig = read_rig(_existing(file.parent / spec.rig, "rig", spec.rig, source), mode)
+        rig_file = _existing(file.parent / spec.rig, "rig", spec.rig, source)
+        rig = read_rig(rig_file, mode, allow_uncharacterised=allow_uncharacterised)
         area_px = find_mode(rig.mode).areas(rig.display.panel.resolution_px)[0].rectangle.size_px
     except InputError as error:
         findings += _placed(error, source, ("rig",))

@@ -206,3 +206,17 @@ def test_killed_while_drawing_for_real(study: Study) -> None:
     (file,) = session_files(study.results)
     keys = [(trial.block, trial.trial) for trial in read_session(file).trials]
     assert len(keys) == len(set(keys)) == 241
+
+
+def test_an_uncharacterised_mode_is_refused_unless_allowed_and_then_marks_every_record(study: Study) -> None:
+    study.edit("display.yaml", "  side-by-side:\n", "  quad-buffered:\n")
+    study.edit("display.yaml", "  quad-buffered: {same_as: side-by-side}\n", "")
+    assert "not characterised in the mode 'side-by-side'" in _simulate(study, expect=2).stderr
+    told = _simulate(study, "--allow-uncharacterised")
+    assert json.loads(told.stdout)["answered"] == 6
+    assert "colours are those of 'quad-buffered' and not to be trusted" in told.stderr
+    (file,) = session_files(study.results)
+    log = read_session(file)
+    assert log.header.display["characterised_as"] == "quad-buffered"
+    assert any("not to be trusted" in remark for remark in log.header.remarks)
+    assert all(trial.data["uncharacterised"] is True for trial in log.trials)
