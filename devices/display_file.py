@@ -1,23 +1,31 @@
-"""Display files: `configs/displays/*.yaml` to display models, one per stereo mode and eye."""
+"""Display files: `configs/displays/*.yaml` to display models, one per stereo mode and eye.
+
+A mode may also hold what leaks between the eyes and how evenly the panel shines; `same_as` carries both along.
+"""
 
 from __future__ import annotations
 
 import difflib
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, TypeVar
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, PositiveFloat, PositiveInt, Tag
 
+from devices.crosstalk import Crosstalk, check_leakage
 from devices.display import DisplayModel
+from devices.display_extras import CrosstalkSpec, GainMapSpec
 from devices.errors import DeviceError
+from devices.gain_map import GainMap
 from devices.tone_curve import ToneCurve
 from documents import Finding, load_document
 from documents.yaml_source import YamlSource
 
 Eye = Literal["left", "right"]
 Triple = tuple[float, float, float]
+Made = TypeVar("Made")
 
 
 class _Strict(BaseModel):
@@ -94,11 +102,36 @@ class SameAsSpec(_Strict):
     same_as: str
 
 
-class PerEyeSpec(_Strict):
+class _ExtrasSpec(_Strict):
+    """What a mode holds of both eyes at once."""
+
+    crosstalk: CrosstalkSpec | None = None
+    gain_map: GainMapSpec | None = None
+
+
+class BothEyesSpec(ModelSpec, _ExtrasSpec):
+    """A mode with one characterisation for both eyes."""
+
+    def eye_models(self) -> EyeModels:
+        """Return the model, the same object for both eyes."""
+        model = self.model()
+        return EyeModels(model, model)
+
+
+class PerEyeSpec(_ExtrasSpec):
     """A mode characterised through each lens."""
 
     left: ModelSpec
     right: ModelSpec
+
+    @property
+    def source(self) -> str:
+        """Where the numbers come from."""
+        return self.left.source
+
+    def eye_models(self) -> EyeModels:
+        """Return each eye's model."""
+        return EyeModels(self.left.model(), self.right.model())
 
 
 def _shape(value: Any) -> str:
@@ -109,7 +142,7 @@ def _shape(value: Any) -> str:
 
 
 ModeSpec = Annotated[
-    Annotated[SameAsSpec, Tag("same")] | Annotated[PerEyeSpec, Tag("eyes")] | Annotated[ModelSpec, Tag("model")],
+    Annotated[SameAsSpec, Tag("same")] | Annotated[PerEyeSpec, Tag("eyes")] | Annotated[BothEyesSpec, Tag("model")],
     Discriminator(_shape),
 ]
 
@@ -142,6 +175,18 @@ class Display:
     panel: PanelSpec
     modes: dict[str, EyeModels]
     sources: dict[str, str]
+    crosstalks: dict[str, Crosstalk] = field(default_factory=dict)
+    gain_maps: dict[str, GainMap] = field(default_factory=dict)
+
+    def crosstalk(self, mode: str) -> Crosstalk | None:
+        """Return what leaks between the eyes in ``mode``, None if it was not measured; errors as `models`."""
+        self.models(mode)
+        return self.crosstalks.get(mode)
+
+    def gain_map(self, mode: str) -> GainMap | None:
+        """Return how evenly the panel shines in ``mode``, None if it was not measured; errors as `models`."""
+        self.models(mode)
+        return self.gain_maps.get(mode)
 
     def models(self, mode: str) -> EyeModels:
         """Return the characterisation of stereo mode ``mode``; raise DeviceError if it was not characterised."""
@@ -168,20 +213,39 @@ def read_display(path: Path) -> Display:
         With every fault's file, line, column and remedy.
     """
     spec, source = load_document(path, DisplaySpec)
-    modes: dict[str, EyeModels] = {}
-    sources: dict[str, str] = {}
+    display = Display(str(path), spec.panel, {}, {})
     findings: list[Finding] = []
     for name in spec.modes:
         try:
-            modes[name], sources[name] = _resolve(name, spec, source)
+            _add_mode(name, spec, source, display)
         except DeviceError as error:
-            findings += error.findings
+            findings += [finding for finding in error.findings if finding not in findings]
     if findings:
         raise DeviceError(findings)
-    return Display(str(path), spec.panel, modes, sources)
+    return display
 
 
-def _resolve(name: str, spec: DisplaySpec, source: YamlSource) -> tuple[EyeModels, str]:
+def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display) -> None:
+    measured, mode = _measured(name, spec, source)
+    models = _located(mode.eye_models, source, ("modes", measured))
+    display.modes[name], display.sources[name] = models, mode.source
+    if crosstalk_spec := mode.crosstalk:
+
+        def crosstalk() -> Crosstalk:
+            found = crosstalk_spec.crosstalk()
+            check_leakage(found, models.left.primaries_XYZ_cd_m2, models.right.primaries_XYZ_cd_m2)
+            return found
+
+        display.crosstalks[name] = _located(crosstalk, source, ("modes", measured, "crosstalk"))
+    if gain_map_spec := mode.gain_map:
+        resolution_px = spec.panel.resolution_px
+        display.gain_maps[name] = _located(
+            lambda: gain_map_spec.gain_map(resolution_px), source, ("modes", measured, "gain_map")
+        )
+
+
+def _measured(name: str, spec: DisplaySpec, source: YamlSource) -> tuple[str, BothEyesSpec | PerEyeSpec]:
+    """Follow ``same_as`` from the mode ``name`` to the mode that was measured."""
     seen = [name]
     mode = spec.modes[name]
     while isinstance(mode, SameAsSpec):
@@ -195,12 +259,14 @@ def _resolve(name: str, spec: DisplaySpec, source: YamlSource) -> tuple[EyeModel
             raise DeviceError(Finding(f"there is no mode '{mode.same_as}'", *where, remedy))
         seen.append(mode.same_as)
         mode = spec.modes[mode.same_as]
+    return seen[-1], mode
+
+
+def _located(make: Callable[[], Made], source: YamlSource, key: tuple[str, ...]) -> Made:
+    """Return ``make()``; what it finds wrong is said of the key at ``key``."""
     try:
-        if isinstance(mode, PerEyeSpec):
-            return EyeModels(mode.left.model(), mode.right.model()), mode.left.source
-        model = mode.model()
-        return EyeModels(model, model), mode.source
+        return make()
     except DeviceError as error:
-        place = source.place(("modes", seen[-1]), key=True)
+        place = source.place(key, key=True)
         line, column = (place.line, place.column) if place else (None, None)
         raise DeviceError([Finding(f.message, source.file, line, column, f.remedy) for f in error.findings]) from error
