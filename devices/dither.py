@@ -18,7 +18,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.code_table import CodeTables, code_tables
+from devices.code_table import ENTRIES, CodeTables, code_tables
 from devices.display import DisplayModel
 from devices.display_file import Eye
 from devices.dither_mask import SIZE_PX, load_mask
@@ -68,9 +68,15 @@ def code_lights(curve: ToneCurve, levels: int = LEVELS_8_BITS) -> Floats:
     return curve.linear(np.arange(levels + 1) / levels)
 
 
-def dither_tables(model: DisplayModel, levels: int = LEVELS_8_BITS) -> DitherTables:
-    """Build the tables of ``model`` for codes 0..levels; DeviceError if levels is not in 1..65535."""
-    tables = code_tables(model)
+def dither_tables(model: DisplayModel, levels: int = LEVELS_8_BITS, entries: int = ENTRIES) -> DitherTables:
+    """Build the tables of ``model`` for codes 0..levels, the code table with ``entries`` entries.
+
+    Raises
+    ------
+    DeviceError
+        If levels is not in 1..65535.
+    """
+    tables = code_tables(model, entries)
     lights = [np.maximum(code_lights(curve, levels) - curve.lift, 0.0) / (1.0 - curve.lift) for curve in model.curves]
     return DitherTables(tables, np.stack(lights).astype(np.float32))
 
