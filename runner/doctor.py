@@ -5,13 +5,17 @@ from __future__ import annotations
 import importlib
 import os
 import platform
+from collections.abc import Callable
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
 from runner.header import software
+from runner.presenter.compositor import compositor
 from runner.presenter.modes.registry import available
 from runner.presenter.surfaces.open import BACKENDS, open_surface
+from runner.presenter.surfaces.surface import Buffer
+from runner.timing_record import explain, swap_intervals
 
 _SIZE_PX = (640, 480)
 _PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner")
@@ -25,6 +29,31 @@ def examine() -> dict[str, Any]:
         "surfaces": {backend: _surface(backend) for backend in BACKENDS},
         "processors": os.cpu_count(),
         "machine": platform.machine(),
+    }
+
+
+def examine_timing(seconds: float, progress: Callable[[float], None]) -> dict[str, Any]:
+    """Open a window, swap it for ``seconds`` and return the intervals with what they mean.
+
+    Raises
+    ------
+    InputError
+        If there is no screen.
+    """
+    with open_surface("window", _SIZE_PX, windowed=True) as surface:
+        facts = surface.facts
+
+        def frame() -> None:
+            surface.target(Buffer.BACK).clear()
+            surface.swap()
+
+        summary = swap_intervals(frame, seconds, progress)
+    return {
+        "display_server": facts.display_server,
+        "renderer": facts.renderer,
+        "compositor": compositor(),
+        "swap_intervals": asdict(summary),
+        "meaning": explain(summary, facts.vsync),
     }
 
 

@@ -55,7 +55,7 @@ class Session:
     """One observer's way through the blocks.
 
     ``clip_costs`` gives, per stimulus, what the trial's record says of the gamut clip; ``marks`` stand in every trial's
-    record; ``logged`` is what an interrupted session already holds; ``on_trial`` hears of each trial, replayed ones too.
+    record; ``logged`` is what an interrupted session already holds; ``on_trial`` hears of each trial, also if replayed.
     """
 
     blocks: Sequence[Block]

@@ -22,8 +22,10 @@ from runner.protocol.experiment import Experiment, check_observer
 from runner.recorder import Recorder
 from runner.session import Session
 from runner.session_folders import new_label, observer_folder, to_resume
+from runner.timing_record import timing_facts
 from stimuli.build import StimulusSet
 
+_TIMED_S = 1.0  # how long swaps are timed before a session
 _UNCHARACTERISED = (
     "the display was not characterised in the mode '{mode}': colours are those of '{other}' and not to be trusted"
 )
@@ -40,6 +42,7 @@ class Station:
     presenter: Presenter
     descriptions: tuple[dict[str, Any], ...]
     remarks: tuple[str, ...]
+    timing: dict[str, Any]
 
     @classmethod
     def open(
@@ -66,10 +69,11 @@ class Station:
         except BaseException:
             surface.close()
             raise
+        timing = timing_facts(presenter, _TIMED_S)
         remarks = surface.facts.remarks
         if not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
-        return cls(experiment, stimuli, results, surface, presenter, tuple(descriptions), remarks)
+        return cls(experiment, stimuli, results, surface, presenter, tuple(descriptions), remarks, timing)
 
     def __enter__(self) -> Station:
         return self
@@ -132,7 +136,7 @@ class Station:
         return recorder, log.trials
 
     def _header(self, observer: str, session: str, simulated: bool) -> Header:
-        facts = asdict(self.surface.facts)
+        facts = asdict(self.surface.facts) | {"timing": self.timing}
         return make_header(
             self.experiment,
             self.stimuli,

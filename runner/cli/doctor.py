@@ -8,12 +8,20 @@ import click
 
 
 @click.command(short_help="Say what this machine can do.")
+@click.option("--timing", is_flag=True, help="Measure how evenly a window's frames come, and explain.")
+@click.option(
+    "--seconds", type=click.FloatRange(0.5, 600), default=20.0, show_default=True, help="How long to measure."
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
-def command(as_json: bool) -> None:
+def command(timing: bool, seconds: float, as_json: bool) -> None:
     """Say what this machine can do.
 
-    Opens each kind of surface, tries each stereo mode on it, and says why one cannot be had.
+    Opens each kind of surface, tries each stereo mode on it, and says why one cannot be had. With --timing it measures
+    the intervals between frames instead.
     """
+    if timing:
+        _timing(seconds, as_json)
+        return
     from runner.doctor import examine
 
     facts = examine()
@@ -34,3 +42,17 @@ def command(as_json: bool) -> None:
         click.echo(f"  {drawn['renderer']}, OpenGL {drawn['gl_version']}, display server {drawn['display_server']}")
         for mode, reason in surface["modes"].items():
             click.echo(f"  {mode}: {'yes' if reason is None else f'no, {reason}'}")
+
+
+def _timing(seconds: float, as_json: bool) -> None:
+    from runner.cli.progress import progress_bar
+    from runner.doctor import examine_timing
+
+    with progress_bar(quiet=as_json) as step:
+        facts = examine_timing(seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)))
+    if as_json:
+        click.echo(json.dumps(facts, indent=2))
+        return
+    click.echo(f"{facts['renderer']}; {facts['display_server']}; {facts['compositor']}")
+    for sentence in facts["meaning"]:
+        click.echo(sentence)

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import median
@@ -10,14 +12,38 @@ from statistics import median
 KEPT = 4096
 
 
+# An interval this many times the median holds a frame that was shown twice because the next was late.
+_MISSED_FROM = 1.5
+
+
 @dataclass(frozen=True, slots=True)
 class IntervalSummary:
-    """Intervals between frames, in milliseconds; ``frames`` of them counted."""
+    """Intervals between frames, in milliseconds; ``frames`` of them counted.
+
+    ``missed`` counts the frames that came late: an interval of about k medians has missed k - 1 frames.
+    """
 
     frames: int
     median_ms: float
+    p99_ms: float
     shortest_ms: float
     longest_ms: float
+    missed: int
+
+    @classmethod
+    def of(cls, intervals_ms: Sequence[float]) -> IntervalSummary:
+        """Summarise at least one interval."""
+        ordered = sorted(intervals_ms)
+        middle = median(ordered)
+        late = [interval for interval in ordered if interval > _MISSED_FROM * middle > 0]
+        return cls(
+            frames=len(ordered),
+            median_ms=middle,
+            p99_ms=ordered[min(len(ordered) - 1, math.ceil(0.99 * len(ordered)) - 1)],
+            shortest_ms=ordered[0],
+            longest_ms=ordered[-1],
+            missed=sum(round(interval / middle) - 1 for interval in late),
+        )
 
 
 class SwapLog:
@@ -39,6 +65,4 @@ class SwapLog:
         """Summarise the intervals between the ``last`` swaps (all that are kept if None); None below two swaps."""
         times = self.times_s[-last:] if last else self.times_s
         intervals = [1000.0 * (after - before) for before, after in pairwise(times)]
-        if not intervals:
-            return None
-        return IntervalSummary(len(intervals), median(intervals), min(intervals), max(intervals))
+        return IntervalSummary.of(intervals) if intervals else None
