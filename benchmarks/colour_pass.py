@@ -131,6 +131,7 @@ class Pass:
             "black_XYZ": (0.0, 0.0, 0.0),
             "lift": (0.0, 0.0, 0.0),
             "scale": (1.0, 1.0, 1.0),
+            "box": (1, 1),
             "picture_XYZ": 0,
         }
         if variant.entries:

@@ -9,6 +9,7 @@ import numpy as np
 
 from devices.code_table import code_tables
 from devices.display import DisplayModel
+from runner.presenter.placing import squeezed_size
 from runner.presenter.shaders import compile_program, shader_file
 
 CODE_LEVELS = 255.0
@@ -22,10 +23,14 @@ def release_codes(codes: moderngl.Framebuffer) -> None:
 
 
 class ColourPass:
-    """The colour pass for one display model (DESIGN: linear = M⁻¹(XYZ − black), then a table per channel)."""
+    """The colour pass for one display model (DESIGN: linear = M⁻¹(XYZ − black), then a table per channel).
 
-    def __init__(self, context: moderngl.Context, model: DisplayModel) -> None:
+    ``squeeze`` is how many pixels of the picture, across and down, share one pixel of the codes: their XYZ is averaged.
+    """
+
+    def __init__(self, context: moderngl.Context, model: DisplayModel, squeeze: tuple[int, int] = (1, 1)) -> None:
         self._context = context
+        self._squeeze = squeeze
         parts = [shader_file("table_fourth_root.glsl"), shader_file("colour_pass.frag")]
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
         self._area = context.vertex_array(self._program, [])
@@ -41,6 +46,7 @@ class ColourPass:
             "scale": tuple((1.0 / (1.0 - lift)).tolist()),
             "picture_XYZ": 0,
             "code_table": 1,
+            "box": squeeze,
         }
         for name, value in uniforms.items():
             self._program[name].value = value  # type: ignore[union-attr]
@@ -50,13 +56,14 @@ class ColourPass:
 
         Its texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
         """
-        codes = self._context.texture(picture_XYZ.size, 4, dtype=dtype)
+        size_px = squeezed_size(picture_XYZ.size, self._squeeze)
+        codes = self._context.texture(size_px, 4, dtype=dtype)
         codes.filter = (moderngl.NEAREST, moderngl.NEAREST)
         target = self._context.framebuffer([codes])
         before = self._context.fbo
         try:
             target.use()
-            target.viewport = (0, 0, *picture_XYZ.size)
+            target.viewport = (0, 0, *size_px)
             self._context.disable(moderngl.BLEND)
             self._program["levels"].value = CODE_LEVELS if dtype == "f1" else 0.0  # type: ignore[union-attr]
             picture_XYZ.use(0)

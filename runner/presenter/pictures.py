@@ -58,14 +58,15 @@ class Pictures:
         load: Callable[[str], StereoImage],
         work: Work,
         budget_bytes: int,
+        squeeze: tuple[int, int] = (1, 1),
     ) -> None:
         self._context = context
         self._load = load
         self._work = work
-        left = ColourPass(context, models.left)
+        left = ColourPass(context, models.left, squeeze)
         self._passes: Mapping[Eye, ColourPass] = {
             "left": left,
-            "right": left if models.right is models.left else ColourPass(context, models.right),
+            "right": left if models.right is models.left else ColourPass(context, models.right, squeeze),
         }
         self._held: LeastRecent[str, PictureCodes] = LeastRecent(budget_bytes, lambda: work.add(evictions=1))
 

@@ -6,7 +6,6 @@ import time
 from collections.abc import Callable, Sequence
 
 import moderngl
-import numpy as np
 
 from devices.display_file import Eye, EyeModels
 from documents import Finding
@@ -16,7 +15,7 @@ from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.pictures import PictureCodes, Pictures
-from runner.presenter.rectangle import Rectangle
+from runner.presenter.placing import place_item
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
@@ -54,7 +53,7 @@ class Presenter:
         require(mode, surface)
         self.surface = surface
         self.mode = mode
-        self.areas: tuple[EyeArea, ...] = mode.areas(surface.size_px)
+        self.areas: tuple[EyeArea, ...] = mode.areas(surface.size_px, surface.position_px)
         if models.left is not models.right and any(len(area.eyes) > 1 for area in self.areas):
             raise PresentationError(
                 Finding(
@@ -64,13 +63,15 @@ class Presenter:
             )
         self._areas_by_buffer = _by_buffer(self.areas, stereo=surface.stereo)
         self._work = Work()
-        self._pictures = Pictures(surface.context, models, load, self._work, picture_budget_bytes)
-        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES)
+        squeeze = self.areas[0].squeeze
+        self._pictures = Pictures(surface.context, models, load, self._work, picture_budget_bytes, squeeze)
+        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze)
         self._painter = Painter(surface.context, surface.calls)
         self._swaps = SwapLog()
         self._scene: Scene | None = None
         self._onset_s = 0.0
         surface.on_damage = self.redraw
+        surface.on_move = self._moved
 
     @property
     def counters(self) -> Counters:
@@ -119,15 +120,22 @@ class Presenter:
         return captured
 
     def eye_view(self, eye: Eye) -> Codes:
-        """Return the codes (height, width, 3) of just ``eye``'s area in the current scene."""
+        """Return the codes (height, width, 3) of just ``eye``'s area in the current scene.
+
+        Of an area that is woven with the other eye's, the other's pixels are 0.
+        """
+        captured = self.capture()
         area = next(area for area in self.areas if eye in area.eyes)
         place = area.rectangle
-        codes = self.capture()[_CAPTURED[area.buffer][0]]
-        return np.ascontiguousarray(codes[place.top : place.top + place.height, place.left : place.left + place.width])
+        codes = captured[_CAPTURED[area.buffer][0]]
+        view = codes[place.top : place.top + place.height, place.left : place.left + place.width].copy()
+        if area.weave is not None:
+            view[~area.weave.mask(place.height, place.width)] = 0
+        return view
 
     def close(self) -> None:
         """Free what is held on the graphics card; the surface stays open."""
-        self.surface.on_damage = None
+        self.surface.on_damage = self.surface.on_move = None
         self._pictures.release()
         self._words.release()
         self._painter.release()
@@ -156,8 +164,16 @@ class Presenter:
                 )
             )
 
+    def _moved(self) -> None:
+        """Draw again if what each eye sees depends on where the window stands."""
+        areas = self.mode.areas(self.surface.size_px, self.surface.position_px)
+        if areas != self.areas:
+            self.redraw()
+
     def _draw(self, scene: Scene) -> None:
         pictures = self._ready(scene)
+        self.areas = self.mode.areas(self.surface.size_px, self.surface.position_px)
+        self._areas_by_buffer = _by_buffer(self.areas, stereo=self.surface.stereo)
         for buffer, areas in self._areas_by_buffer.items():
             target = self.surface.target(buffer)
             if not self._covered(areas, scene, pictures):
@@ -165,37 +181,34 @@ class Presenter:
             for area in areas:
                 for item in scene.items:
                     if isinstance(item, Picture):
-                        place, shown = self._place(area, item, pictures)
-                        self._painter.picture(target, pictures[item.stimulus].eye(area.eyes[0]), place, shown)
+                        codes = pictures[item.stimulus].eye(area.eyes[0])
+                        place, shown = place_item(area, codes.size, item.offset_px, item.aperture_px)
+                        self._painter.picture(target, codes, place, shown, area)
                     else:
                         self._draw_text(target, area, item)
         self._raise_gl_error()
 
     def _covered(self, areas: list[EyeArea], scene: Scene, pictures: dict[str, PictureCodes]) -> bool:
         """Whether pictures will cover every pixel of a buffer, so that clearing it would be work for nothing."""
-        covered_px = 0
+        covered_px = 0.0
         for area in areas:
-            places = (self._place(area, item, pictures)[1] for item in scene.items if isinstance(item, Picture))
-            if area.rectangle in places:
-                covered_px += area.rectangle.width * area.rectangle.height
+            shown = (
+                place_item(area, pictures[item.stimulus].eye(area.eyes[0]).size, item.offset_px, item.aperture_px)[1]
+                for item in scene.items
+                if isinstance(item, Picture)
+            )
+            if area.rectangle in shown:
+                covered_px += area.rectangle.width * area.rectangle.height * area.share
         width, height = self.surface.size_px
         return covered_px == width * height
-
-    def _place(self, area: EyeArea, item: Picture, pictures: dict[str, PictureCodes]) -> tuple[Rectangle, Rectangle]:
-        """Return where the whole picture stands, and what of it is seen."""
-        place = area.rectangle.centred(pictures[item.stimulus].eye(area.eyes[0]).size, item.offset_px)
-        shown = area.rectangle.intersection(place)
-        if item.aperture_px is not None:
-            shown = shown.intersection(area.rectangle.centred(item.aperture_px, item.offset_px))
-        return place, shown
 
     def _draw_text(self, target: moderngl.Framebuffer, area: EyeArea, item: Text) -> None:
         coverage = self._words.coverage(item)
         if coverage is None:
             return
-        place = area.rectangle.centred(coverage.texture.size, item.offset_px)
+        place, shown = place_item(area, coverage.texture.size, item.offset_px)
         ink = self._words.ink(area.eyes[0], item.luminance_share)
-        self._painter.words(target, coverage.texture, ink, place, area.rectangle.intersection(place))
+        self._painter.words(target, coverage.texture, ink, place, shown, area)
 
     def _swap(self) -> float:
         self.surface.swap()

@@ -40,6 +40,12 @@ class Rectangle:
             height,
         )
 
+    def mirrored_in(self, area: Rectangle, mirror: tuple[bool, bool]) -> Rectangle:
+        """Return where this rectangle is seen when ``area`` is mirrored (left to right, top to bottom)."""
+        left = 2 * area.left + area.width - self.left - self.width if mirror[0] else self.left
+        top = 2 * area.top + area.height - self.top - self.height if mirror[1] else self.top
+        return Rectangle(left, top, self.width, self.height)
+
     def intersection(self, other: Rectangle) -> Rectangle:
         """Return the pixels that lie in both; it may be empty."""
         left, top = max(self.left, other.left), max(self.top, other.top)

@@ -34,13 +34,30 @@ def ink_codes(model: DisplayModel, luminance_share: float) -> NDArray[np.uint8]:
     return np.asarray(np.floor(model.code(light) * 255.0 + 0.5), dtype=np.uint8)
 
 
+def squeezed(coverage: NDArray[np.uint8], squeeze: tuple[int, int]) -> NDArray[np.uint8]:
+    """Return the mean coverage of each box of ``squeeze`` pixels, across and down; beyond the edge there is none."""
+    across, down = squeeze
+    height, width = coverage.shape
+    padded = np.pad(coverage, ((0, -height % down), (0, -width % across))).astype(np.float64)
+    boxes = padded.reshape(padded.shape[0] // down, down, padded.shape[1] // across, across)
+    return np.asarray(np.floor(boxes.mean(axis=(1, 3)) + 0.5), dtype=np.uint8)
+
+
 class Words:
     """The textures of words, at zero parallax: both eyes share one coverage, each has its own ink."""
 
-    def __init__(self, context: moderngl.Context, models: EyeModels, work: Work, budget_bytes: int) -> None:
+    def __init__(
+        self,
+        context: moderngl.Context,
+        models: EyeModels,
+        work: Work,
+        budget_bytes: int,
+        squeeze: tuple[int, int] = (1, 1),
+    ) -> None:
         self._context = context
         self._models = models
         self._work = work
+        self._squeeze = squeeze
         self._sheets: LeastRecent[tuple[str, int, int], Sheet] = LeastRecent(budget_bytes)
         self._inks: LeastRecent[tuple[int, float], Sheet] = LeastRecent(1 << 20)
 
@@ -69,7 +86,7 @@ class Words:
     def _rasterise(self, words: str, height_px: int, width_px: int) -> Sheet:
         self._work.add(texts_rasterised=1)
         drawn = coverage(words, height_px, width_px)
-        return self._sheet(drawn if drawn is not None else np.zeros((1, 1), np.uint8), 1)
+        return self._sheet(squeezed(drawn, self._squeeze) if drawn is not None else np.zeros((1, 1), np.uint8), 1)
 
     def _sheet(self, pixels: NDArray[np.uint8], components: int) -> Sheet:
         height, width = pixels.shape[:2]

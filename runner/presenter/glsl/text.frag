@@ -3,12 +3,15 @@
 
 uniform sampler2D coverage;       // top row first
 uniform sampler2D ink;            // 256 codes, by coverage
-uniform ivec2 corner_px;          // the words' top left pixel, in window coordinates (y upwards)
+uniform ivec2 origin;             // texel = origin + direction · pixel (y upwards)
+uniform ivec2 direction;
 
 out vec4 pixel;
 
+void only_my_pixels();
+
 void main() {
-    ivec2 place = ivec2(gl_FragCoord.xy);
-    float share = texelFetch(coverage, ivec2(place.x - corner_px.x, corner_px.y - place.y), 0).r;
+    only_my_pixels();
+    float share = texelFetch(coverage, origin + direction * ivec2(gl_FragCoord.xy), 0).r;
     pixel = vec4(texelFetch(ink, ivec2(int(share * 255.0 + 0.5), 0), 0).rgb, share);
 }

@@ -18,6 +18,6 @@ class Flat:
         """Return None: every surface can."""
         return None
 
-    def areas(self, size_px: Size) -> tuple[EyeArea, ...]:
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return the whole surface, for both eyes."""
         return (EyeArea(("left", "right"), Rectangle(0, 0, *size_px)),)

@@ -3,33 +3,59 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import ClassVar, Protocol
+from typing import Protocol
 
 from devices.display_file import Eye
+from runner.presenter.modes.weave import Weave
 from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.surface import Buffer
 
 
 @dataclass(frozen=True, slots=True)
 class EyeArea:
-    """Pixels of one buffer, and the eyes that see them: one, or both where the two see the same pixels."""
+    """Pixels of one buffer, and the eyes that see them: one, or both where the two see the same pixels.
+
+    ``squeeze`` is how many pixels across and down of the eye's view share one pixel of ``rectangle``; ``weave`` says
+    which of the rectangle's pixels are this eye's, all of them if None. ``offset_px`` moves the view, in pixels of the
+    view; ``mirror`` reverses it, (left to right, top to bottom).
+    """
 
     eyes: tuple[Eye, ...]
     rectangle: Rectangle
     buffer: Buffer = Buffer.BACK
+    squeeze: tuple[int, int] = (1, 1)
+    weave: Weave | None = None
+    offset_px: tuple[int, int] = (0, 0)
+    mirror: tuple[bool, bool] = (False, False)
+
+    @property
+    def view_px(self) -> Size:
+        """Width and height of the eye's view, in pixels of the panel as the eye sees it."""
+        return self.rectangle.width * self.squeeze[0], self.rectangle.height * self.squeeze[1]
+
+    @property
+    def share(self) -> float:
+        """Share of the rectangle's pixels that are this eye's."""
+        return 1.0 if self.weave is None else 0.5
 
 
 class Mode(Protocol):
-    """One way to show two pictures. ``name`` is the mode's key in display files.
+    """One way to show two pictures.
 
-    ``needs_stereo`` says whether to ask the surface for a back buffer for each eye.
+    ``name`` is the mode's key in display files; ``needs_stereo`` says whether to ask the surface for a back buffer for
+    each eye.
     """
 
-    name: ClassVar[str]
-    needs_stereo: ClassVar[bool]
+    @property
+    def name(self) -> str:
+        """The registered name."""
+
+    @property
+    def needs_stereo(self) -> bool:
+        """Whether it needs a right back buffer."""
 
     def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
         """Say why a surface of ``size_px``, with a right back buffer or not, cannot show this mode; None if it can."""
 
-    def areas(self, size_px: Size) -> tuple[EyeArea, ...]:
-        """Return each eye's area of a surface of ``size_px``."""
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return each eye's area of a surface of ``size_px`` whose top left pixel is the panel's ``position_px``."""

@@ -19,7 +19,7 @@ class QuadBuffered:
         """Refuse a surface without a right back buffer."""
         return None if stereo else "the driver gives this surface no right back buffer (GL_STEREO is false)"
 
-    def areas(self, size_px: Size) -> tuple[EyeArea, ...]:
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return each eye's back buffer."""
         whole = Rectangle(0, 0, *size_px)
         return EyeArea(("left",), whole, Buffer.BACK_LEFT), EyeArea(("right",), whole, Buffer.BACK_RIGHT)

@@ -3,32 +3,53 @@
 from __future__ import annotations
 
 import difflib
+from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from documents import Finding
 from runner.presenter.errors import PresentationError
+from runner.presenter.modes.adjusted import Adjusted
 from runner.presenter.modes.flat import Flat
+from runner.presenter.modes.interleaved import Checkerboard, ColumnInterleaved, RowInterleaved
 from runner.presenter.modes.mode import Mode
+from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.quad_buffered import QuadBuffered
-from runner.presenter.modes.side_by_side import SideBySide
+from runner.presenter.modes.side_by_side import SideBySide, SideBySideHalf
+from runner.presenter.modes.top_bottom import TopBottom, TopBottomHalf
 from runner.presenter.surfaces.surface import Surface
 
-MODES = MappingProxyType({mode.name: mode for mode in (Flat, SideBySide, QuadBuffered)})
+MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(
+    {
+        mode.name: mode
+        for mode in (
+            Flat,
+            SideBySide,
+            SideBySideHalf,
+            TopBottom,
+            TopBottomHalf,
+            RowInterleaved,
+            ColumnInterleaved,
+            Checkerboard,
+            QuadBuffered,
+        )
+    }
+)
 
 
-def find_mode(name: str) -> Mode:
-    """Return the mode called ``name``.
+def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
+    """Return the mode called ``name``, adjusted by ``options``.
 
     Raises
     ------
     PresentationError
-        If there is no such mode, with the nearest name.
+        If there is no such mode, with the nearest name; or if it cannot be adjusted so.
     """
     if name not in MODES:
         near = difflib.get_close_matches(name, MODES, n=1)
         remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(MODES)
         raise PresentationError(Finding(f"there is no stereo mode '{name}'", remedy=remedy))
-    return MODES[name]()
+    mode = MODES[name]()
+    return Adjusted(mode, options) if options and options != ModeOptions() else mode
 
 
 def available(surface: Surface) -> dict[str, str | None]:

@@ -39,7 +39,9 @@ class EglSurface:
 
     def __init__(self, size_px: Size) -> None:
         self.size_px = size_px
+        self.position_px = (0, 0)
         self.on_damage: Callable[[], object] | None = None
+        self.on_move: Callable[[], object] | None = None
         try:
             self.context = moderngl.create_context(standalone=True, backend="egl")  # type: ignore[arg-type]
         except Exception as error:  # the loader raises bare Exceptions

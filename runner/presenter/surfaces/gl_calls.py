@@ -78,15 +78,26 @@ class GlCalls:
         return codes[::-1].copy()
 
     def copy(
-        self, source: moderngl.Framebuffer, target: moderngl.Framebuffer, place: Rectangle, shown: Rectangle
+        self,
+        source: moderngl.Framebuffer,
+        target: moderngl.Framebuffer,
+        place: Rectangle,
+        shown: Rectangle,
+        mirror: tuple[bool, bool] = (False, False),
     ) -> None:
         """Copy pixels 1:1 from ``source``, which stands at ``place``, into ``shown`` of ``target``.
 
-        ``target`` is bound for drawing. Both rectangles count from its top left corner; OpenGL counts from below.
+        ``target`` is bound for drawing. Both rectangles count from its top left corner; OpenGL counts from below. A
+        mirrored source stands in ``place`` reversed (left to right, top to bottom).
         """
         left, low = shown.left, target.height - shown.top - shown.height
         from_left, from_low = left - place.left, place.top + place.height - shown.top - shown.height
-        taken = from_left, from_low, from_left + shown.width, from_low + shown.height
+        to_left, to_low = from_left + shown.width, from_low + shown.height
+        if mirror[0]:
+            from_left, to_left = place.width - from_left, place.width - to_left
+        if mirror[1]:
+            from_low, to_low = place.height - from_low, place.height - to_low
+        taken = from_left, from_low, to_left, to_low
         given = left, low, left + shown.width, low + shown.height
         self._calls["glBindFramebuffer"](_READ_FRAMEBUFFER, source.glo)
         self._calls["glBlitFramebuffer"](*taken, *given, _COLOR_BUFFER_BIT, _NEAREST)

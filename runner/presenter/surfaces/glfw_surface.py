@@ -76,12 +76,15 @@ class GlfwSurface:
 
     def __init__(self, session: GlfwSession, window: Any, size_px: Size, *, vsync: bool) -> None:
         self.size_px = size_px
+        self.position_px = (0, 0)
         self.on_damage: Callable[[], object] | None = None
+        self.on_move: Callable[[], object] | None = None
         self.remarks: tuple[str, ...] = ()
         self._session = session
         self._window = window
         self._presses: deque[KeyPress] = deque()
         self._damaged = False
+        self._moved = False
         glfw.make_context_current(window)
         session.complaints.clear()
         glfw.swap_interval(1 if vsync else 0)
@@ -104,6 +107,7 @@ class GlfwSurface:
         self._check_size(glfw.get_framebuffer_size(window))
         glfw.set_key_callback(window, self._on_key)
         glfw.set_window_refresh_callback(window, self._on_refresh)
+        glfw.set_window_pos_callback(window, self._on_position)
 
     @property
     def facts(self) -> SurfaceFacts:
@@ -183,6 +187,10 @@ class GlfwSurface:
             )
 
     def _mend(self) -> None:
+        if self._moved:
+            self._moved = False
+            if self.on_move is not None:
+                self.on_move()
         if self._damaged:
             self._damaged = False
             if self.on_damage is not None:
@@ -195,3 +203,17 @@ class GlfwSurface:
 
     def _on_refresh(self, _window: Any) -> None:
         self._damaged = True
+
+    def _on_position(self, _window: Any, left: int, top: int) -> None:
+        self.position_px = on_its_panel((left, top))
+        self._moved = True
+
+
+def on_its_panel(corner_px: tuple[int, int]) -> tuple[int, int]:
+    """Return a place on the desktop as counted from the top left of the monitor that it stands on."""
+    for monitor in glfw.get_monitors() or ():
+        left, top = glfw.get_monitor_pos(monitor)
+        width, height = glfw.get_video_mode(monitor).size
+        if left <= corner_px[0] < left + width and top <= corner_px[1] < top + height:
+            return corner_px[0] - left, corner_px[1] - top
+    return corner_px

@@ -46,15 +46,18 @@ class SurfaceFacts:
 class Surface(Protocol):
     """A surface of ``size_px`` with 8 bits a channel; the context is current from opening to closing.
 
-    ``stereo`` says whether there is a right back buffer (GL_STEREO). ``on_damage`` is called while waiting for a
-    key if the window system has lost what was shown.
+    ``stereo`` says whether there is a right back buffer (GL_STEREO). ``position_px`` is the pixel of the panel, from
+    its top left, that the surface's own top left pixel stands on. ``on_damage`` is called while waiting for a key if
+    the window system has lost what was shown, ``on_move`` if the window has been moved.
     """
 
     size_px: Size
+    position_px: tuple[int, int]
     context: moderngl.Context
     calls: GlCalls
     stereo: bool
     on_damage: Callable[[], object] | None
+    on_move: Callable[[], object] | None
 
     @property
     def facts(self) -> SurfaceFacts:

@@ -10,7 +10,7 @@ import glfw
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.glfw_session import GlfwSession
-from runner.presenter.surfaces.glfw_surface import GlfwSurface, context_hints
+from runner.presenter.surfaces.glfw_surface import GlfwSurface, context_hints, on_its_panel
 
 _TITLE = "cyclopean"
 _SHOWN_WITHIN_S = 0.5
@@ -54,7 +54,8 @@ class WindowSurface(GlfwSurface):
         while not self._damaged and time.monotonic() < until_s:
             glfw.wait_events_timeout(0.02)
         glfw.poll_events()
-        self._damaged = False
+        self.position_px = on_its_panel(glfw.get_window_pos(self._window))
+        self._damaged = self._moved = False
 
 
 def _monitor(size_px: Size) -> Any:

@@ -72,7 +72,9 @@ def test_a_driver_without_a_call_is_named() -> None:
 
 def test_quad_buffered_is_refused_without_a_right_back_buffer_and_says_what_would_do() -> None:
     surface: Any = FakeSurface(stereo=GlCalls(FakeDriver(stereo=False).load).has_stereo())
-    with pytest.raises(PresentationError, match=r"GL_STEREO is false\) \(available here: flat, side-by-side\)"):
+    with pytest.raises(
+        PresentationError, match=r"GL_STEREO is false\) \(available here: flat, side-by-side, .*board\)"
+    ):
         require(find_mode("quad-buffered"), surface)
     surface = FakeSurface(stereo=GlCalls(FakeDriver(stereo=True).load).has_stereo())
     require(find_mode("quad-buffered"), surface)
@@ -94,7 +96,7 @@ def test_an_offscreen_surface_has_one_buffer(egl: EglSurface) -> None:
 def test_an_unknown_mode_is_answered_with_the_nearest() -> None:
     with pytest.raises(PresentationError, match="did you mean 'side-by-side'"):
         find_mode("side_by_side")
-    with pytest.raises(PresentationError, match="expected one of: flat, side-by-side, quad-buffered"):
+    with pytest.raises(PresentationError, match=r"expected one of: flat, side-by-side, .*quad-buffered"):
         find_mode("hologram")
 
 

@@ -1,0 +1,59 @@
+"""A mode adjusted to the rig: eyes swapped, views moved or mirrored. Any mode, by the same few lines."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+from devices.display_file import Eye
+from runner.presenter.modes.mode import EyeArea, Mode
+from runner.presenter.modes.options import ModeOptions, refuse_options
+from runner.presenter.rectangle import Size
+
+_OTHER: dict[Eye, Eye] = {"left": "right", "right": "left"}
+
+
+@dataclass(frozen=True, slots=True)
+class Adjusted:
+    """``mode`` with ``options``; it keeps the mode's name, because the light is the same.
+
+    Raises PresentationError if the mode shows both eyes the same pixels and the options would tell them apart.
+    """
+
+    mode: Mode
+    options: ModeOptions
+
+    def __post_init__(self) -> None:
+        options = self.options
+        alike = (options.left_offset_px, options.left_mirror) == (options.right_offset_px, options.right_mirror)
+        if not alike and any(len(area.eyes) > 1 for area in self.mode.areas((2, 2))):
+            why = "shows both eyes the same pixels: it cannot move or mirror one of them"
+            raise refuse_options(self.name, why, "give both eyes the same offset and mirror")
+
+    @property
+    def name(self) -> str:
+        """The mode's own name."""
+        return self.mode.name
+
+    @property
+    def needs_stereo(self) -> bool:
+        """Whether the mode needs a right back buffer."""
+        return self.mode.needs_stereo
+
+    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+        """Say why the mode cannot be shown, None if it can."""
+        return self.mode.unavailable(size_px, stereo=stereo)
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the mode's areas, adjusted."""
+        return tuple(self._adjust(area) for area in self.mode.areas(size_px, position_px))
+
+    def _adjust(self, area: EyeArea) -> EyeArea:
+        options = self.options
+        eyes = tuple(_OTHER[eye] for eye in area.eyes) if options.swap_eyes else area.eyes
+        left = eyes[0] == "left"
+        return replace(
+            area,
+            eyes=eyes,
+            offset_px=options.left_offset_px if left else options.right_offset_px,
+            mirror=options.left_mirror if left else options.right_mirror,
+        )

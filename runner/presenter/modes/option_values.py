@@ -1,0 +1,66 @@
+"""Reading options from a mapping, as a YAML file gives it."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Mapping
+from typing import Any, TypeAlias
+
+from documents import Finding
+from runner.presenter.errors import PresentationError
+
+Read: TypeAlias = Callable[[Any], Any]  # raises ValueError with what was expected
+
+
+def flag(value: Any) -> bool:
+    """Return ``value`` if it is true or false."""
+    if not isinstance(value, bool):
+        raise ValueError("expected true or false")
+    return value
+
+
+def pair_px(value: Any) -> tuple[int, int]:
+    """Return two whole numbers."""
+    whole = isinstance(value, list | tuple) and [type(part) for part in value] == [int, int]
+    if not whole:
+        raise ValueError("expected two whole numbers of pixels, such as [3, -2]")
+    return value[0], value[1]
+
+
+def one_of(choices: Mapping[str, Any]) -> Read:
+    """Return a reader of one of the names in ``choices``."""
+
+    def read(value: Any) -> Any:
+        if not isinstance(value, str) or value not in choices:
+            raise ValueError(_nearest(str(value), choices))
+        return choices[value]
+
+    return read
+
+
+def read_options(options: Mapping[str, Any], readers: Mapping[str, Read]) -> dict[str, Any]:
+    """Return the values of ``options`` by their ``readers``.
+
+    Raises
+    ------
+    PresentationError
+        With a finding for every fault.
+    """
+    values: dict[str, Any] = {}
+    findings: list[Finding] = []
+    for key, value in options.items():
+        if key not in readers:
+            findings.append(Finding(f"unknown mode option '{key}'", remedy=_nearest(str(key), readers)))
+            continue
+        try:
+            values[key] = readers[key](value)
+        except ValueError as error:
+            findings.append(Finding(f"the mode option '{key}' is {value!r}", remedy=str(error)))
+    if findings:
+        raise PresentationError(findings)
+    return values
+
+
+def _nearest(word: str, known: Mapping[str, Any]) -> str:
+    near = difflib.get_close_matches(word, known, n=1)
+    return f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(known)

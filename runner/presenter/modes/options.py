@@ -1,0 +1,56 @@
+"""Options of a mode that change where an eye's picture stands, not what light it is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any
+
+from documents import Finding
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.option_values import Read, flag, one_of, pair_px, read_options
+
+Mirror = tuple[bool, bool]
+MIRRORS: Mapping[str, Mirror] = MappingProxyType(
+    {"none": (False, False), "horizontal": (True, False), "vertical": (False, True), "both": (True, True)}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class ModeOptions:
+    """How a mode is adjusted to the rig; the default adjusts nothing.
+
+    ``swap_eyes`` gives each eye the other's place: crossed in place of parallel halves, the right eye on top, the left
+    eye on odd rows. The offsets, (right, down) in pixels of the eye's view, move all that the eye sees. A mirror is
+    (left to right, top to bottom).
+    """
+
+    swap_eyes: bool = False
+    left_offset_px: tuple[int, int] = (0, 0)
+    right_offset_px: tuple[int, int] = (0, 0)
+    left_mirror: Mirror = (False, False)
+    right_mirror: Mirror = (False, False)
+
+    @classmethod
+    def parse(cls, options: Mapping[str, Any]) -> ModeOptions:
+        """Return the options of a rig file's ``mode_options``; what is absent keeps its default.
+
+        Raises
+        ------
+        PresentationError
+            With a finding for each unknown key, with the nearest spelling, and each value that cannot be.
+        """
+        readers: dict[str, Read] = {
+            "swap_eyes": flag,
+            "left_offset_px": pair_px,
+            "right_offset_px": pair_px,
+            "left_mirror": one_of(MIRRORS),
+            "right_mirror": one_of(MIRRORS),
+        }
+        return cls(**read_options(options, readers))
+
+
+def refuse_options(mode: str, why: str, remedy: str) -> PresentationError:
+    """Return the error of a mode that cannot be adjusted as asked."""
+    return PresentationError(Finding(f"the mode '{mode}' {why}", remedy=remedy))

@@ -1,0 +1,256 @@
+"""Every mode's framebuffer against a float64 reference put together here, slowly and in plain NumPy."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.display import DisplayModel
+from devices.display_file import Eye, EyeModels
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces import Surface
+from runner.presenter.surfaces.egl import EglSurface
+from stimuli.stereo_image import StereoImage
+
+Floats = NDArray[np.float64]
+MakeModel = Callable[..., DisplayModel]
+Ramps = Callable[[DisplayModel], NDArray[np.float32]]
+Stereo = Callable[..., StereoImage]
+WIDTH, HEIGHT = 640, 480
+EYES: tuple[Eye, Eye] = ("left", "right")
+HALF_MODES = {"side-by-side-half": (2, 1), "top-bottom-half": (1, 2)}
+WOVEN = {"row-interleaved": (0, 1), "column-interleaved": (1, 0), "checkerboard": (1, 1)}
+PER_EYE = ("side-by-side", "top-bottom", *HALF_MODES, *WOVEN)
+
+
+def area_px(mode: str, size_px: tuple[int, int] = (WIDTH, HEIGHT)) -> tuple[int, int]:
+    """Width and height of each eye's area on the surface."""
+    across, down = (2 if mode.startswith("side") else 1), (2 if mode.startswith("top") else 1)
+    return size_px[0] // across, size_px[1] // down
+
+
+def averaged(XYZ: NDArray[np.float32], box: tuple[int, int]) -> Floats:
+    """Mean XYZ of each box; at an odd edge, the last box has fewer pixels."""
+    mean = XYZ.astype(np.float64)
+    for axis, length in ((1, box[0]), (0, box[1])):
+        if length == 2:
+            first, second = (np.take(mean, range(start, mean.shape[axis], 2), axis) for start in (0, 1))
+            missing = np.take(first, range(second.shape[axis], first.shape[axis]), axis)
+            mean = (first + np.concatenate([second, missing], axis)) / 2.0
+    return mean
+
+
+def view(
+    size_px: tuple[int, int], codes: Floats, offset_px: tuple[int, int] = (0, 0), aperture_px: Any = None
+) -> Floats:
+    """One eye's area of black with a picture in it: put on a sheet large enough for both, then cut out."""
+    width, height = size_px
+    rows, columns = codes.shape[:2]
+    margin = 1000
+    sheet = np.zeros((height + 2 * margin, width + 2 * margin, 3))
+    top, left = (height - rows) // 2 + offset_px[1] + margin, (width - columns) // 2 + offset_px[0] + margin
+    sheet[top : top + rows, left : left + columns] = codes
+    if aperture_px is not None:
+        x, y = (width - aperture_px[0]) // 2 + offset_px[0], (height - aperture_px[1]) // 2 + offset_px[1]
+        within = np.zeros(sheet.shape[:2], bool)
+        within[y + margin : y + margin + aperture_px[1], x + margin : x + margin + aperture_px[0]] = True
+        sheet[~within] = 0.0
+    return sheet[margin : margin + height, margin : margin + width]
+
+
+def compose(mode: str, views: dict[Eye, Floats], at: tuple[int, int] = (0, 0)) -> Floats:
+    """Both eyes' areas as the mode puts them on a surface that stands ``at`` a pixel of the panel."""
+    if mode.startswith("side-by-side"):
+        return np.concatenate([views["left"], views["right"]], axis=1)
+    if mode.startswith("top-bottom"):
+        return np.concatenate([views["left"], views["right"]], axis=0)
+    screen = views["left"].copy()
+    x, y = np.meshgrid(np.arange(screen.shape[1]) + at[0], np.arange(screen.shape[0]) + at[1])
+    odd = {"row-interleaved": y % 2 == 1, "column-interleaved": x % 2 == 1, "checkerboard": (x + y) % 2 == 1}[mode]
+    screen[odd] = views["right"][odd]
+    return screen
+
+
+def reference(mode: str, picture: StereoImage, models: EyeModels, at: tuple[int, int] = (0, 0), **place: Any) -> Floats:
+    """The whole frame in 8-bit codes, not rounded."""
+    box = HALF_MODES.get(mode, (1, 1))
+    views = {
+        eye: view(area_px(mode), models.eye(eye).code(averaged(picture.eye(eye), box)) * 255.0, **place) for eye in EYES
+    }
+    return compose(mode, views, at)
+
+
+def full_ramps(colour_ramps: Ramps, display: DisplayModel, size_px: tuple[int, int]) -> NDArray[np.float32]:
+    """The ramps, repeated until they fill ``size_px``."""
+    ramps = colour_ramps(display)
+    return np.tile(ramps, (-(-size_px[1] // 480), -(-size_px[0] // 320), 1))[: size_px[1], : size_px[0]]
+
+
+@pytest.mark.parametrize("mode", PER_EYE)
+def test_every_pixel_is_the_rounded_reference(
+    surface: Surface, mode: str, model: MakeModel, colour_ramps: Ramps
+) -> None:
+    models = EyeModels(model(2.4, 0.05, 0.003), model(2.8, 0.3, 0.01, -0.05))
+    width, height = area_px(mode)
+    across, down = HALF_MODES.get(mode, (1, 1))
+    size_px = width * across, height * down
+    picture = StereoImage(*(full_ramps(colour_ramps, models.eye(eye), size_px) for eye in EYES))
+    with Presenter(surface, find_mode(mode), models, lambda _: picture) as presenter:
+        presenter.show(Scene((Picture("ramps"),)))
+        shown = presenter.capture()["screen"]
+        work = presenter.counters
+    error = shown - reference(mode, picture, models)
+    assert np.abs(error).max() <= 0.501
+    assert np.abs(error.mean(axis=(0, 1))).max() < 0.1  # the ramps dwell at halfway codes, which round one way
+    assert (work.frames_drawn, work.uploads, work.colour_passes) == (1, 2, 2)
+
+
+@pytest.mark.parametrize("mode", PER_EYE)
+@pytest.mark.parametrize("size_px", [(81, 61), (700, 500), (1, 1)])
+def test_pictures_stand_where_the_reference_has_them(
+    egl: EglSurface, mode: str, size_px: tuple[int, int], random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    picture = random_stereo(size_px[1], size_px[0])
+    across, down = HALF_MODES.get(mode, (1, 1))
+    with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
+        for offset_px, aperture_px in (((0, 0), None), ((14, -30), None), ((-14, 6), (44, 20))):
+            presenter.show(Scene((Picture("a", offset_px, aperture_px),)))
+            on_signal = (offset_px[0] // across, offset_px[1] // down)
+            cut = aperture_px and (aperture_px[0] // across, aperture_px[1] // down)
+            expected = reference(mode, picture, same_models, offset_px=on_signal, aperture_px=cut)
+            assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
+
+
+@pytest.mark.parametrize("mode", WOVEN)
+@pytest.mark.parametrize("at", [(0, 0), (1, 0), (0, 1), (7, 12), (33, 5)])
+def test_parity_counts_from_the_panels_first_pixel(
+    egl: EglSurface, mode: str, at: tuple[int, int], random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    egl.position_px = at
+    picture = random_stereo(120, 160)
+    with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
+        presenter.show(Scene((Picture("a"),)))
+        assert np.abs(presenter.capture()["screen"] - reference(mode, picture, same_models, at)).max() <= 0.501
+
+
+@pytest.mark.parametrize("mode", PER_EYE)
+def test_swapped_eyes_are_swapped_views(
+    egl: EglSurface, mode: str, random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    picture = random_stereo(100, 90)
+    swapped = StereoImage(picture.right, picture.left)
+    crossed = find_mode(mode, ModeOptions(swap_eyes=True))
+    assert crossed.name == mode
+    with Presenter(egl, crossed, same_models, lambda _: picture) as presenter:
+        presenter.show(Scene((Picture("a", (3, 4)), Text("Which?", (0, 90), width_px=200))))
+        shown, seen = presenter.capture()["screen"], {eye: presenter.eye_view(eye) for eye in EYES}
+    with Presenter(egl, find_mode(mode), same_models, lambda _: swapped) as presenter:
+        presenter.show(Scene((Picture("a", (3, 4)), Text("Which?", (0, 90), width_px=200))))
+        np.testing.assert_array_equal(presenter.capture()["screen"], shown)
+        np.testing.assert_array_equal(presenter.eye_view("left"), seen["right"])
+        np.testing.assert_array_equal(presenter.eye_view("right"), seen["left"])
+
+
+@pytest.mark.parametrize("mode", PER_EYE)
+def test_each_eye_has_its_own_offset(egl: EglSurface, mode: str, random_stereo: Stereo, same_models: EyeModels) -> None:
+    picture = random_stereo(64, 80)
+    across, down = HALF_MODES.get(mode, (1, 1))
+    moved = find_mode(mode, ModeOptions(left_offset_px=(6, -4), right_offset_px=(-10, 12)))
+    with Presenter(egl, moved, same_models, lambda _: picture) as presenter:
+        presenter.show(Scene((Picture("a", (2, 2)),)))
+        shown = presenter.capture()["screen"]
+    offsets: dict[Eye, tuple[int, int]] = {"left": (8, -2), "right": (-8, 14)}
+    views: dict[Eye, Floats] = {}
+    for eye, offset in offsets.items():
+        codes = same_models.eye(eye).code(averaged(picture.eye(eye), (across, down))) * 255.0
+        views[eye] = view(area_px(mode), codes, (offset[0] // across, offset[1] // down))
+    assert np.abs(shown - compose(mode, views)).max() <= 0.501
+
+
+@pytest.mark.parametrize("mirror", [(True, False), (False, True), (True, True)])
+@pytest.mark.parametrize("mode", PER_EYE)
+def test_a_mirrored_eye_sees_its_view_reversed_and_the_other_as_it_was(
+    egl: EglSurface, mode: str, mirror: tuple[bool, bool], random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    picture = random_stereo(75, 101)
+    scene = Scene((Picture("a", (13, -8), (70, 60)), Text("Which one?", (-9, 50), width_px=240)))
+    flips = (slice(None, None, -1) if mirror[1] else slice(None), slice(None, None, -1) if mirror[0] else slice(None))
+    with Presenter(egl, find_mode(mode), same_models, lambda _: picture) as presenter:
+        presenter.show(scene)
+        plain = {eye: _whole_view(presenter, mode, eye) for eye in EYES}
+    haploscope = find_mode(mode, ModeOptions(right_mirror=mirror))
+    with Presenter(egl, haploscope, same_models, lambda _: picture) as presenter:
+        presenter.show(scene)
+        shown = presenter.capture()["screen"]
+    views: dict[Eye, Any] = {"left": plain["left"], "right": plain["right"][flips]}
+    np.testing.assert_array_equal(shown, compose(mode, views))
+
+
+def _whole_view(presenter: Presenter, mode: str, eye: Eye) -> NDArray[np.uint8]:
+    """One eye's view with every pixel of it: of a woven mode, drawn once on even pixels and once on odd ones."""
+    if mode not in WOVEN:
+        return presenter.eye_view(eye)
+    column_step, _ = WOVEN[mode]
+    first = presenter.eye_view(eye).copy()
+    presenter.surface.position_px = (1, 0) if column_step else (0, 1)
+    second = presenter.eye_view(eye)
+    presenter.surface.position_px = (0, 0)
+    return np.maximum(first, second)
+
+
+@pytest.mark.parametrize("mode", MODES)
+def test_words_have_no_parallax_in_any_mode(egl: EglSurface, mode: str, same_models: EyeModels) -> None:
+    if find_mode(mode).unavailable(egl.size_px, stereo=False):
+        pytest.skip("this surface has not what the mode needs; tests/quad has")
+    scene = Scene((Text("Which is closer?", (11, -40), 24, 260),))
+    with Presenter(egl, find_mode(mode), same_models, lambda name: pytest.fail(name)) as presenter:
+        presenter.show(scene)
+        left, right = (_whole_view(presenter, mode, eye) for eye in EYES)
+        np.testing.assert_array_equal(left, right)
+        rows, columns = np.nonzero(left.any(axis=2))
+        across, down = HALF_MODES.get(mode, (1, 1))
+        assert abs((columns.min() + columns.max()) / 2 - (left.shape[1] / 2 + 11 // across)) <= 2
+        assert abs((rows.min() + rows.max()) / 2 - (left.shape[0] / 2 - 40 // down)) <= 4
+        assert presenter.counters.texts_rasterised == 1
+
+
+@pytest.mark.parametrize("mode", [mode for mode in MODES if mode != "flat"])
+def test_ten_stimuli_need_fifteen_uploads_and_passes_and_a_draw_for_each_scene(
+    egl: EglSurface, mode: str, random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    if find_mode(mode).unavailable(egl.size_px, stereo=False):
+        pytest.skip("this surface has not what the mode needs")
+    pictures = {f"stereo {number}": random_stereo(30, 40, number) for number in range(5)}
+    pictures |= {f"flat {number}": StereoImage.flat(random_stereo(30, 40, 9 + number).left) for number in range(5)}
+    names = list(pictures)
+    with Presenter(egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
+        for first in range(10):
+            for second in range(first):
+                scene = Scene((Picture(names[first], (0, -60)), Picture(names[second], (0, 60))))
+                presenter.show(scene)
+                presenter.show(scene)
+        work = presenter.counters
+    assert (work.decodes, work.uploads) == (10, 15)
+    assert work.colour_passes <= 15
+    assert (work.frames_drawn, work.scenes_skipped, work.frames_redrawn) == (45, 45, 0)
+
+
+def test_black_stays_where_no_picture_is_after_a_scene_that_filled_the_screen(
+    egl: EglSurface, random_stereo: Stereo, same_models: EyeModels
+) -> None:
+    pictures = {"whole": random_stereo(480, 640), "part": random_stereo(479, 640)}
+    for mode in WOVEN:
+        with Presenter(egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
+            presenter.show(Scene((Picture("whole"),)))
+            assert presenter.capture()["screen"].any(axis=2).mean() > 0.99
+            presenter.show(Scene((Picture("part"),)))
+            presenter.show(Scene((Picture("part", (0, 1)),)))
+            expected = reference(mode, pictures["part"], same_models, offset_px=(0, 1))
+            assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
