@@ -64,14 +64,18 @@ class Presenter:
         self._areas_by_buffer = _by_buffer(self.areas, stereo=surface.stereo)
         self._work = Work()
         squeeze = self.areas[0].squeeze
-        self._pictures = Pictures(surface.context, models, load, self._work, picture_budget_bytes, squeeze)
+        self._pictures = Pictures(
+            surface.context, models, load, self._work, picture_budget_bytes, squeeze, decoded=surface.wake
+        )
         self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze)
         self._painter = Painter(surface.context, surface.calls)
         self._swaps = SwapLog()
         self._scene: Scene | None = None
+        self._upcoming: tuple[str, ...] = ()
         self._onset_s = 0.0
         surface.on_damage = self.redraw
         surface.on_move = self._moved
+        surface.on_wake = self._go_on
 
     @property
     def counters(self) -> Counters:
@@ -102,8 +106,18 @@ class Presenter:
             self._work.add(frames_redrawn=1)
 
     def prefetch(self, scene: Scene) -> None:
-        """Make the pictures and words of ``scene`` ready, keeping those of the current scene."""
-        self._ready(scene, keep=self._scene.stimuli if self._scene else ())
+        """Make the pictures and words of ``scene`` ready, keeping those of the current scene.
+
+        Before the first scene nobody waits, and all is done at once. Later, pictures are decoded in a thread of their
+        own and uploaded, a view at a time, between the events of a window; whatever is missing when the scene is shown
+        is done then. A picture that cannot be decoded is refused when it is shown.
+        """
+        if self._scene is None:
+            self._ready(scene)
+        else:
+            self._upcoming = scene.stimuli
+            self._pictures.start(scene.stimuli)
+            self._rasterise(scene)
         self._raise_gl_error()
 
     def capture(self) -> dict[str, Codes]:
@@ -135,7 +149,7 @@ class Presenter:
 
     def close(self) -> None:
         """Free what is held on the graphics card; the surface stays open."""
-        self.surface.on_damage = self.surface.on_move = None
+        self.surface.on_damage = self.surface.on_move = self.surface.on_wake = None
         self._pictures.release()
         self._words.release()
         self._painter.release()
@@ -150,10 +164,20 @@ class Presenter:
         pictures = {name: self._pictures.codes(name, keep=(*scene.stimuli, *keep)) for name in scene.stimuli}
         for name, codes in pictures.items():
             self._refuse_unequal(name, codes.left is codes.right)
+        self._rasterise(scene)
+        return pictures
+
+    def _rasterise(self, scene: Scene) -> None:
         for item in scene.items:
             if isinstance(item, Text):
                 self._words.coverage(item)
-        return pictures
+
+    def _go_on(self) -> None:
+        """Make one view ready of a picture that was decoded meanwhile, and come back if there are more."""
+        current = self._scene.stimuli if self._scene else ()
+        if self._pictures.step(keep=(*current, *self._upcoming)):
+            self.surface.wake()
+        self._raise_gl_error()
 
     def _refuse_unequal(self, stimulus: str, same: bool) -> None:
         if not same and any(len(area.eyes) > 1 for area in self.areas):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import resource
+import threading
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -150,6 +151,33 @@ def test_thousands_of_scenes_leave_no_objects_and_no_memory_behind(open_egl: Ope
         # Each text is new, and kept: 2500 of them are far below the 64 MB for words.
         assert objects_after == {**objects_before, "Texture": objects_before["Texture"] + 2500}
         assert memory_after - memory_before < 100_000  # kB
+
+
+def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
+    surface = open_egl((1920, 1080))
+    codes = np.random.default_rng(1).random((1333, 2000, 3))
+    picture = StereoImage.flat(MODEL.xyz(codes).astype(np.float32))
+    threads: set[str] = set()
+
+    def load(name: str) -> StereoImage:
+        threads.add(threading.current_thread().name)
+        return picture
+
+    with Presenter(surface, find_mode("flat"), BOTH, load, picture_budget_bytes=256 << 20) as presenter:
+        presenter.show(Scene())
+        memory_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        for number in range(400):
+            presenter.prefetch(Scene((Picture(str(number)),)))
+            presenter.show(Scene((Picture(str(number)),)))
+        memory_after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        work = presenter.counters
+        held = (256 << 20) // (4 * 2000 * 1333)
+        assert (work.frames_drawn, work.decodes, work.uploads, work.evictions) == (401, 400, 400, 400 - held)
+        top, left = (1333 - 1080) // 2 + 1, (2000 - 1920) // 2
+        expected = MODEL.code(picture.left[top : top + 1080, left : left + 1920]) * 255.0
+        assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
+    assert "decode_0" in threads
+    assert memory_after - memory_before < 500_000  # kB: the budget, a picture and its copy
 
 
 def test_opening_and_closing_many_surfaces_leaves_nothing_behind(open_egl: Open) -> None:

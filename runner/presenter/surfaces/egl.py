@@ -42,6 +42,7 @@ class EglSurface:
         self.position_px = (0, 0)
         self.on_damage: Callable[[], object] | None = None
         self.on_move: Callable[[], object] | None = None
+        self.on_wake: Callable[[], object] | None = None
         try:
             self.context = moderngl.create_context(standalone=True, backend="egl")  # type: ignore[arg-type]
         except Exception as error:  # the loader raises bare Exceptions
@@ -95,6 +96,9 @@ class EglSurface:
     def wait_key(self) -> KeyPress:
         """Raise WindowClosed: nobody can press a key here."""
         raise WindowClosed("an offscreen surface has no keys")
+
+    def wake(self) -> None:
+        """Do nothing: nobody sleeps here."""
 
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return none."""

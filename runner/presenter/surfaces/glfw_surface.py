@@ -79,12 +79,14 @@ class GlfwSurface:
         self.position_px = (0, 0)
         self.on_damage: Callable[[], object] | None = None
         self.on_move: Callable[[], object] | None = None
+        self.on_wake: Callable[[], object] | None = None
         self.remarks: tuple[str, ...] = ()
         self._session = session
         self._window = window
         self._presses: deque[KeyPress] = deque()
         self._damaged = False
         self._moved = False
+        self._woken = False
         glfw.make_context_current(window)
         session.complaints.clear()
         glfw.swap_interval(1 if vsync else 0)
@@ -151,7 +153,13 @@ class GlfwSurface:
                 raise WindowClosed("the window was closed")
             glfw.wait_events_timeout(_WAKE_S)
             self._mend()
+            self._serve()
         return self._presses.popleft()
+
+    def wake(self) -> None:
+        """Wake whoever sleeps in ``wait_key``, from any thread, to call ``on_wake``."""
+        self._woken = True
+        glfw.post_empty_event()
 
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return the presses that wait, without sleeping; raise WindowClosed once the window is closed."""
@@ -195,6 +203,13 @@ class GlfwSurface:
             self._damaged = False
             if self.on_damage is not None:
                 self.on_damage()
+
+    def _serve(self) -> None:
+        """Do what it was woken for, unless a key is waiting: that goes first."""
+        if self._woken and not self._presses:
+            self._woken = False
+            if self.on_wake is not None:
+                self.on_wake()
 
     def _on_key(self, _window: Any, key: int, scancode: int, action: int, _modifiers: int) -> None:
         now_s = time.monotonic()

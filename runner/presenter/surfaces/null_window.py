@@ -36,6 +36,9 @@ class NullWindowSurface(GlfwSurface):
         """Raise WindowClosed: nobody can press a key here."""
         raise WindowClosed("a window without a screen has no keys")
 
+    def wake(self) -> None:
+        """Do nothing: nobody sleeps here."""
+
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return none."""
         return ()

@@ -48,7 +48,8 @@ class Surface(Protocol):
 
     ``stereo`` says whether there is a right back buffer (GL_STEREO). ``position_px`` is the pixel of the panel, from
     its top left, that the surface's own top left pixel stands on. ``on_damage`` is called while waiting for a key if
-    the window system has lost what was shown, ``on_move`` if the window has been moved.
+    the window system has lost what was shown, ``on_move`` if the window has been moved, ``on_wake`` after
+    ``wake`` and before sleeping again.
     """
 
     size_px: Size
@@ -58,6 +59,7 @@ class Surface(Protocol):
     stereo: bool
     on_damage: Callable[[], object] | None
     on_move: Callable[[], object] | None
+    on_wake: Callable[[], object] | None
 
     @property
     def facts(self) -> SurfaceFacts:
@@ -74,6 +76,9 @@ class Surface(Protocol):
 
     def wait_key(self) -> KeyPress:
         """Sleep until a key is pressed and return it; raise WindowClosed if none can come any more."""
+
+    def wake(self) -> None:
+        """Wake whoever sleeps in ``wait_key``, from any thread, to call ``on_wake``; nobody does without a window."""
 
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return the presses that wait, without sleeping."""

@@ -1,0 +1,182 @@
+"""Pictures decoded in the background: never in the way, never twice, and their faults told where they are shown."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+import threading
+import time
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from devices.display_file import EyeModels
+from documents import Finding, InputError
+from runner.presenter.decoder import Decoder
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.window import WindowSurface
+from stimuli.stereo_image import StereoImage
+
+Stereo = Callable[..., StereoImage]
+
+
+def scene(name: str) -> Scene:
+    return Scene((Picture(name), Text(name, (0, 100))))
+
+
+class Slow:
+    """A source of pictures that waits until it is let go, and says who asked."""
+
+    def __init__(self, pictures: dict[str, StereoImage]) -> None:
+        self.pictures = pictures
+        self.let_go = threading.Event()
+        self.asked: list[tuple[str, str]] = []
+
+    def __call__(self, name: str) -> StereoImage:
+        self.asked.append((name, threading.current_thread().name))
+        assert self.let_go.wait(10.0)
+        return self.pictures[name]
+
+
+@pytest.fixture
+def slow(random_stereo: Stereo) -> Slow:
+    return Slow({name: random_stereo(20, 30, number) for number, name in enumerate("abcd")})
+
+
+def test_prefetching_does_not_wait_and_showing_does(egl: EglSurface, slow: Slow, same_models: EyeModels) -> None:
+    with Presenter(egl, find_mode("side-by-side"), same_models, slow) as presenter:
+        presenter.show(Scene())
+        presenter.prefetch(scene("a"))
+        assert presenter.counters.uploads == 0
+        threading.Timer(0.1, slow.let_go.set).start()
+        presenter.show(scene("a"))
+        assert slow.let_go.is_set()
+        assert slow.asked == [("a", "decode_0")]
+        work = presenter.counters
+        assert (work.decodes, work.uploads, work.colour_passes, work.texts_rasterised) == (1, 2, 2, 1)
+        codes = same_models.left.code(slow.pictures["a"].left) * 255.0
+        shown = presenter.eye_view("left")[230:250, 145:175]
+        assert np.abs(shown - codes).max() <= 0.501
+
+
+def test_what_was_prefetched_for_a_scene_that_never_came_is_given_up(
+    egl: EglSurface, slow: Slow, same_models: EyeModels
+) -> None:
+    with Presenter(egl, find_mode("side-by-side"), same_models, slow) as presenter:
+        presenter.show(Scene())
+        presenter.prefetch(scene("a"))
+        while not slow.asked:
+            time.sleep(0.001)
+        presenter.prefetch(scene("b"))
+        presenter.prefetch(scene("c"))
+        slow.let_go.set()
+        presenter.show(scene("d"))
+        presenter.show(scene("c"))
+    assert "b" not in {name for name, _ in slow.asked}
+    assert [name for name, _ in slow.asked].count("c") == 1
+
+
+def test_one_that_is_shown_before_its_turn_does_not_queue(egl: EglSurface, slow: Slow, same_models: EyeModels) -> None:
+    with Presenter(egl, find_mode("side-by-side"), same_models, slow) as presenter:
+        presenter.show(Scene())
+        presenter.prefetch(Scene((Picture("a"), Picture("b"))))
+        threading.Timer(0.1, slow.let_go.set).start()
+        presenter.show(scene("b"))
+        presenter.show(scene("a"))
+    assert sorted(slow.asked) == [("a", "decode_0"), ("b", "MainThread")]
+
+
+def test_a_fault_in_the_thread_is_told_where_the_picture_is_shown(
+    egl: EglSurface, same_models: EyeModels, random_stereo: Stereo
+) -> None:
+    fault = InputError(Finding("not a picture", "plate.exr", remedy="write it again"))
+    faults = [fault]
+
+    def load(name: str) -> StereoImage:
+        if faults:
+            raise faults.pop()
+        return random_stereo(20, 30)
+
+    with Presenter(egl, find_mode("side-by-side"), same_models, load) as presenter:
+        presenter.show(Scene())
+        presenter.prefetch(scene("a"))
+        with pytest.raises(InputError) as raised:
+            presenter.show(scene("a"))
+        assert raised.value is fault
+        presenter.show(scene("a"))  # mended meanwhile
+        assert presenter.counters.decodes == 1
+
+
+def test_nan_is_found_in_the_thread_too(egl: EglSurface, same_models: EyeModels, random_stereo: Stereo) -> None:
+    picture = random_stereo(20, 30)
+    picture.left[2, 3, 0] = np.nan
+    with Presenter(egl, find_mode("side-by-side"), same_models, lambda _: picture) as presenter:
+        presenter.show(Scene())
+        presenter.prefetch(scene("plate"))
+        with pytest.raises(InputError, match="'plate', left view: 1 pixels are NaN"):
+            presenter.show(scene("plate"))
+
+
+def test_closing_waits_for_what_is_under_way(egl: EglSurface, slow: Slow, same_models: EyeModels) -> None:
+    presenter = Presenter(egl, find_mode("side-by-side"), same_models, slow)
+    presenter.show(Scene())
+    presenter.prefetch(Scene((Picture("a"), Picture("b"))))
+    while not slow.asked:
+        time.sleep(0.001)
+    threading.Timer(0.2, slow.let_go.set).start()
+    presenter.close()
+    assert slow.let_go.is_set()
+    assert [name for name, _ in slow.asked] == ["a"]
+    assert not [thread for thread in threading.enumerate() if thread.name.startswith("decode")]
+
+
+def test_a_presenter_that_prefetches_nothing_starts_no_thread(
+    egl: EglSurface, same_models: EyeModels, random_stereo: Stereo
+) -> None:
+    with Presenter(egl, find_mode("side-by-side"), same_models, lambda _: random_stereo(20, 30)) as presenter:
+        presenter.prefetch(scene("a"))  # before the first scene: at once
+        assert presenter.counters.uploads == 2
+        presenter.show(scene("a"))
+        assert not [thread for thread in threading.enumerate() if thread.name.startswith("decode")]
+
+
+def test_taking_from_the_decoder_is_loading(slow: Slow) -> None:
+    told: list[str] = []
+    decoder = Decoder(slow, 1000, lambda: told.append(threading.current_thread().name))
+    slow.let_go.set()
+    assert decoder.ready() is None
+    decoder.start(["a", "b"])
+    assert decoder.take("b") is slow.pictures["b"]
+    assert decoder.take("a") is slow.pictures["a"]
+    assert decoder.take("c") is slow.pictures["c"]
+    decoder.close()
+    assert set(told) <= {"decode_0"}
+
+
+@pytest.mark.window
+def test_a_picture_is_uploaded_while_a_key_is_awaited(display: str, slow: Slow, same_models: EyeModels) -> None:
+    tool = shutil.which("xdotool")
+    if tool is None:
+        pytest.skip("xdotool is not installed (apt install xdotool)")
+    with (
+        WindowSurface((640, 480)) as window,
+        Presenter(window, find_mode("side-by-side"), same_models, slow) as presenter,
+    ):
+        presenter.show(Scene((Text("Which?"),)))
+        presenter.prefetch(Scene((Picture("a"), Picture("b"))))
+        threading.Timer(0.2, slow.let_go.set).start()
+        later = threading.Timer(1.2, lambda: subprocess.run([tool, "key", "x"], check=True, timeout=10))
+        later.start()
+        before_s = time.thread_time()
+        assert window.wait_key().key == "x"
+        assert time.thread_time() - before_s < 0.3
+        later.join()
+        ready = presenter.counters
+        assert (ready.decodes, ready.uploads, ready.colour_passes, ready.frames_drawn) == (2, 4, 4, 1)
+        presenter.show(Scene((Picture("a"), Picture("b"))))
+        assert presenter.counters.uploads == 4
+        assert {thread for _, thread in slow.asked} == {"decode_0"}
