@@ -145,6 +145,21 @@ def test_the_tables_pick_the_closed_form_s_codes(curve: ToneCurve, levels: int, 
     assert np.abs(closed - tabled).max() <= 1
 
 
+@pytest.mark.parametrize("gamma", [1.8, 2.2, 2.9])
+def test_a_code_table_too_coarse_for_codes_still_gives_the_right_neighbours(gamma: float) -> None:
+    """The code that the table gives may lie across a boundary; the light of the codes decides."""
+    model = _grey(ToneCurve(gamma=gamma))
+    rng = np.random.default_rng(11)
+    xyz = rng.uniform(0, 1, (20_000, 3)) ** 2 @ model.primaries_XYZ_cd_m2.T
+    thresholds = rng.uniform(0.0002, 0.9998, xyz.shape)
+    coarse = dither_tables(model, entries=48)
+    assert np.array_equal(coarse.lights, dither_tables(model).lights)
+    _, share = adjacent_codes(np.clip(model.linear(xyz), 0, 1), code_lights(model.curves[0]))
+    clear = np.abs(share - thresholds) > 2e-4
+    tabled = tabled_dither_codes(model, xyz, thresholds, coarse)
+    assert np.array_equal(tabled[clear], dither_codes(model, xyz, thresholds)[clear])
+
+
 def test_light_beyond_the_ends_takes_the_end(thesis: DisplayModel) -> None:
     beyond = np.array([[[0.0, 0, 0], [1e6, 1e6, 1e6]]])
     codes = dither_codes(thesis, beyond, np.full(3, 0.5))
