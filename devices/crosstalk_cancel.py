@@ -34,9 +34,10 @@ class CancelCost:
     """What one eye's picture keeps of the other's.
 
     ``negative``: pixels that would have needed a channel to give less light than it can. ``above_full``: pixels that
-    would have needed more, beyond what the gamut clip took. ``worst_residual_cd_m2``: the largest difference in X, Y or
-    Z from what the eye would see of the same picture, lifted as asked, without crosstalk. ``delta_e_00_*``: what the
-    eye sees against what was asked, gamut clip and lift included; Lab is relative to the eye's white.
+    would have needed more, beyond what the gamut clip took, for the lift or otherwise. ``worst_residual_cd_m2``: the
+    largest difference in X, Y or Z from what the eye would see of the same picture, lifted as asked, without crosstalk.
+    ``delta_e_00_*``: what the eye sees against what was asked, gamut clip and lift included; Lab is relative to the
+    eye's white.
     """
 
     pixels: int
@@ -99,7 +100,9 @@ def cancel_crosstalk(
     """
     if not 0.0 <= lift_share <= 1.0:
         raise DeviceError(f"the lift is {lift_share}; it must be a share of white in 0..1")
-    wanted_left, wanted_right = _wanted(models.left, left_XYZ, lift_share), _wanted(models.right, right_XYZ, lift_share)
+    lifted_left = _in_gamut(models.left, left_XYZ) + lift_share
+    lifted_right = _in_gamut(models.right, right_XYZ) + lift_share
+    wanted_left, wanted_right = _clip(models.left, lifted_left), _clip(models.right, lifted_right)
     mix = channel_crosstalk(models, crosstalk)
     left, right = mix.solve(wanted_left, wanted_right)
     needed_left = wanted_left - _clip(models.right, right) @ mix.left.T
@@ -110,8 +113,8 @@ def cancel_crosstalk(
         left,
         right,
         lift_share,
-        _cost(models.left, left_XYZ, wanted_left, needed_left, seen_left),
-        _cost(models.right, right_XYZ, wanted_right, needed_right, seen_right),
+        _cost(models.left, left_XYZ, lifted_left, needed_left, seen_left),
+        _cost(models.right, right_XYZ, lifted_right, needed_right, seen_right),
     )
 
 
@@ -127,7 +130,7 @@ def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, ri
         If a channel leaks more than it gives, so that adding light does not help.
     """
     mix = channel_crosstalk(models, crosstalk)
-    wanted = (_wanted(models.left, left_XYZ, 0.0), _wanted(models.right, right_XYZ, 0.0))
+    wanted = _in_gamut(models.left, left_XYZ), _in_gamut(models.right, right_XYZ)
     lift = 0.0
     for model, light, gain in zip(
         (models.left, models.right), mix.solve(*wanted), mix.solve(np.ones(3), np.ones(3)), strict=True
@@ -166,20 +169,20 @@ def _clip(model: DisplayModel, linear: Floats) -> Floats:
     return np.asarray(np.clip(linear, *_limits(model)))
 
 
-def _wanted(model: DisplayModel, xyz_cd_m2: ArrayLike, lift_share: float) -> Floats:
-    """Return the light that the eye would be shown without crosstalk: in gamut, lifted, in gamut still."""
+def _in_gamut(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
+    """Return the light that the eye would be shown without crosstalk."""
     xyz = np.asarray(xyz_cd_m2, dtype=np.float64)
     if not np.all(np.isfinite(xyz)):
         raise DeviceError(f"{np.count_nonzero(~np.isfinite(xyz))} values of the picture are not finite numbers")
-    return _clip(model, _clip(model, model.linear(xyz)) + lift_share)
+    return _clip(model, model.linear(xyz))
 
 
-def _cost(model: DisplayModel, asked_XYZ: ArrayLike, wanted: Floats, needed: Floats, seen: Floats) -> CancelCost:
+def _cost(model: DisplayModel, asked_XYZ: ArrayLike, lifted: Floats, needed: Floats, seen: Floats) -> CancelCost:
     lowest, highest = _limits(model)
     asked = np.asarray(asked_XYZ, dtype=np.float64).reshape(-1, 3)
     negative = (needed < lowest - GAMUT_TOLERANCE).any(axis=-1)
-    above = (needed > highest + GAMUT_TOLERANCE).any(axis=-1)
-    residual = (seen - wanted) @ model.primaries_XYZ_cd_m2.T
+    above = (np.maximum(needed, lifted) > highest + GAMUT_TOLERANCE).any(axis=-1)
+    residual = (seen - _clip(model, lifted)) @ model.primaries_XYZ_cd_m2.T
     white = model.white_XYZ_cd_m2
     shown = (model.black_XYZ_cd_m2 + seen @ model.primaries_XYZ_cd_m2.T).reshape(-1, 3)
     changed = np.abs(shown - asked).max(axis=1, initial=0.0) > 1e-9 * white[1]

@@ -364,6 +364,16 @@ def test_lifting_by_just_what_is_needed_leaves_nothing_to_clip() -> None:
         assert found == pytest.approx(model.black_XYZ_cd_m2 + in_gamut @ model.primaries_XYZ_cd_m2.T, abs=1e-9)
 
 
+def test_what_the_lift_pushes_beyond_white_is_counted() -> None:
+    models = _models()
+    left = np.linspace(0.5, 1.0, 11)[:, None] * (models.left.white_XYZ_cd_m2 - BLACKS["left"]) + BLACKS["left"]
+    right = np.linspace(0.5, 1.0, 11)[:, None] * (models.right.white_XYZ_cd_m2 - BLACKS["right"]) + BLACKS["right"]
+    assert cancel_crosstalk(models, LEAK, left, right).left.above_full == 0
+    lifted = cancel_crosstalk(models, LEAK, left, right, 0.12)
+    assert (lifted.left.above_full, lifted.right.above_full) == (3, 3)  # 0.9, 0.95 and 1
+    assert lifted.left.to_json()["percent_above_full"] == pytest.approx(27.2727)
+
+
 def test_pictures_that_need_no_lift_get_none() -> None:
     models = _models()
     assert needed_lift(models, LEAK, *_pictures(models, 0.1, 0.9)) == 0.0
