@@ -19,6 +19,7 @@ from devices.display import DisplayModel
 from devices.display_file import Eye, EyeModels, read_display
 from devices.dither import dither_codes, dither_thresholds
 from devices.errors import DeviceError
+from devices.gain_map import GainMap, Normalise
 from devices.tone_curve import ToneCurve
 
 ASUS = Path(__file__).parents[2] / "configs/displays/asus_vg248qe.yaml"
@@ -309,6 +310,21 @@ def test_the_loop_closes_in_the_mean_with_dithering() -> None:
         seen = [light.reshape(-1, 3).mean(axis=0) for light in seen_XYZ(models, LEAK, *codes)]
         assert _delta_e(models.left, left[i], seen[0]) <= 0.05
         assert _delta_e(models.right, right[i], seen[1]) <= 0.05
+
+
+@pytest.mark.parametrize("normalise", ["minimum", "centre"])
+def test_the_loop_closes_on_an_uneven_panel(normalise: Normalise) -> None:
+    """Divide by the gain, cancel, send: the panel dims what both eyes get, black included."""
+    models = _models()
+    gain_map = GainMap(np.array([[0.7, 0.9], [0.8, 1.1]]), (30, 40), "corners", normalise)
+    gain = gain_map.over(np.arange(30) + 0.5, np.arange(40) + 0.5)
+    asked = _pictures(models, 0.2, 0.5)
+    left, right = (gain_map.corrected(xyz, gain) for xyz in asked)
+    cancelled = cancel_crosstalk(models, LEAK, left, right)
+    assert (cancelled.left.negative, cancelled.right.above_full) == (0, 0)
+    seen = seen_XYZ(models, LEAK, *_codes(models, (cancelled.left_linear, cancelled.right_linear)))
+    for xyz, found in zip(asked, seen, strict=True):
+        assert np.abs(gain[..., None] * found - gain_map.delivered_share * xyz).max() < 1e-9
 
 
 def test_a_ghost_on_black_is_clipped_counted_and_costed() -> None:
