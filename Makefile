@@ -6,7 +6,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 BIN = $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: help env gl test-tools demo test check bench bench-psychopy stress test-quad clean
+.PHONY: help env gl test-tools demo test check bench bench-psychopy stress dither-mask test-quad clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
@@ -15,6 +15,7 @@ help:
 	@echo "make bench      run time against error, peers beside (writes benchmarks/out)"
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
 	@echo "make stress     slow sweeps to the edges"
+	@echo "make dither-mask     make the shipped dither mask again"
 	@echo "make test-quad STEREO_GL=DIR/lib   quad-buffered for real, on a GL with stereo visuals"
 
 env: $(VENV)/.installed
@@ -60,6 +61,9 @@ bench-psychopy: test-tools
 
 stress: gl
 	$(BIN)/python -m pytest -m stress tests/stress
+
+dither-mask: env
+	$(BIN)/python -m devices.dither_mask
 
 test-quad: test-tools
 	@test -n "$(STEREO_GL)" || { echo "name the folder of a GL with stereo visuals: make test-quad STEREO_GL=DIR/lib"; exit 1; }

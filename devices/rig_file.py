@@ -2,13 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from types import MappingProxyType
+from typing import Any, Literal
 
-from pydantic import BaseModel, ConfigDict, PositiveFloat
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 
+from devices.crosstalk import Crosstalk
 from devices.display_file import Display, EyeModels, read_display
+from devices.gain_map import GainMap
 from documents import Finding, InputError, load_document
 
 
@@ -23,6 +27,9 @@ class RigSpec(BaseModel):
     distance_mm: PositiveFloat
     interpupillary_distance_mm: PositiveFloat = 65.0
     glasses: str = ""
+    mode_options: dict[str, Any] = Field(default_factory=dict)
+    lift_black: bool = False
+    photodiode_verification: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -30,7 +37,9 @@ class Rig:
     """A display in a stereo mode at a viewing distance.
 
     ``characterised_as`` is the mode whose measurements serve: ``mode`` itself, unless an uncharacterised mode was
-    allowed.
+    allowed. ``mode_options`` are as the file has them; the presenter's modes know which there are. ``lift_black`` asks
+    for enough light in every picture that crosstalk can be cancelled to the last; ``photodiode_verification`` names a
+    record that onsets were checked with a photodiode.
     """
 
     file: str
@@ -41,6 +50,19 @@ class Rig:
     interpupillary_distance_mm: float
     glasses: str
     characterised_as: str
+    mode_options: Mapping[str, Any]
+    lift_black: bool
+    photodiode_verification: str
+
+    @property
+    def crosstalk(self) -> Crosstalk | None:
+        """The crosstalk that was measured in this mode, or None."""
+        return self.display.crosstalk(self.characterised_as)
+
+    @property
+    def gain_map(self) -> GainMap | None:
+        """How evenly the panel was measured to shine in this mode, or None."""
+        return self.display.gain_map(self.characterised_as)
 
     @property
     def is_characterised(self) -> bool:
@@ -89,4 +111,7 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         spec.interpupillary_distance_mm,
         spec.glasses,
         characterised_as,
+        MappingProxyType(spec.mode_options),
+        spec.lift_black,
+        spec.photodiode_verification,
     )

@@ -12,6 +12,7 @@ from devices.rig_file import read_rig
 from devices.viewing import pixels_per_degree, visual_angle_deg
 from documents import Finding
 from documents.yaml_source import read_yaml
+from runner.compensation import Compensation
 from runner.errors import SessionError
 from runner.header import describe_stimulus
 from runner.observers.simulated import read_observer
@@ -70,7 +71,13 @@ def _experiment(file: Path) -> Facts:
         )
     keys = dict(design.layout.keys)
     stimuli = build(design.recipe_file, pitch_mm)
-    clipping = {name: describe_stimulus(name, stimuli.load(name), {}, rig.models)["clipping"] for name in stimuli.names}
+    compensation = Compensation.of(rig, design.mode, (stimuli.load(name) for name in stimuli.names))
+    clipping = {
+        name: describe_stimulus(name, stimuli.load(name), {}, compensation, design.places_px)["clipping"]
+        for name in stimuli.names
+    }
+    if rig.gain_map:
+        remarks.append(f"the gain map costs {100 * rig.gain_map.luminance_lost:.1f} % of the luminance")
     aperture = design.layout.aperture_px
     small = [name for name in stimuli.names if _smaller(stimuli.entry(name)["size_px"], aperture)]
     if small:
@@ -82,6 +89,7 @@ def _experiment(file: Path) -> Facts:
         "trials": trials,
         "minutes_at_5_s": round(trials * _SECONDS_PER_TRIAL / 60, 1),
         "mode": rig.mode,
+        "crosstalk": "cancelled" if rig.crosstalk else "not measured",
         "picture_deg": angle,
         "pixels_per_degree": round(density, 2),
         "keys": {**keys, "space": "continue", "escape": "leave"},

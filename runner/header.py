@@ -7,7 +7,7 @@ import importlib.metadata
 import json
 import platform
 import subprocess
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
@@ -15,10 +15,11 @@ from typing import Any
 
 from analysis.records import Header
 from devices.clip_cost import clip_cost
-from devices.display_file import EyeModels
 from devices.rig_file import Rig
 from documents import Finding
+from runner.compensation import Compensation
 from runner.errors import SessionError
+from runner.presenter.scene import Offset
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet
 from stimuli.stereo_image import StereoImage
@@ -30,16 +31,22 @@ def _digest(value: object) -> str:
     return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
 
 
-def _display_digest(models: EyeModels) -> str:
-    numbers = [
+def _display_digest(rig: Rig) -> str:
+    models = rig.models
+    numbers: list[object] = [
         [model.black_XYZ_cd_m2.tolist(), model.primaries_XYZ_cd_m2.tolist(), [asdict(c) for c in model.curves]]
         for model in (models.left, models.right)
     ]
+    if rig.crosstalk:
+        numbers += [rig.crosstalk.left.tolist(), rig.crosstalk.right.tolist()]
+    if rig.gain_map:
+        numbers += [rig.gain_map.luminance.tolist(), rig.gain_map.positions, rig.gain_map.normalise]
     return _digest(numbers)
 
 
 def _rig_digest(rig: Rig) -> str:
-    return _digest([rig.mode, rig.distance_mm, rig.glasses, rig.display.panel.model_dump(mode="json")])
+    panel = rig.display.panel.model_dump(mode="json")
+    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.distance_mm, rig.glasses, panel])
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
@@ -47,7 +54,7 @@ def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
     return {
         "experiment": experiment.digest,
         "stimuli": stimuli.digest,
-        "display": _display_digest(experiment.rig.models),
+        "display": _display_digest(experiment.rig),
         "rig": _rig_digest(experiment.rig),
     }
 
@@ -71,13 +78,28 @@ def _commit() -> str | None:
 
 
 def describe_stimulus(
-    name: str, image: StereoImage, factors: Mapping[str, str | float], models: EyeModels
+    name: str,
+    image: StereoImage,
+    factors: Mapping[str, str | float],
+    compensation: Compensation,
+    places_px: Sequence[Offset],
 ) -> dict[str, Any]:
-    """Return a stimulus's name and factors, and what the gamut clip costs it in each eye."""
-    left = clip_cost(models.left, image.left)
-    same = image.is_flat and models.left is models.right
-    right = left if same else clip_cost(models.right, image.right)
-    clipping = {"left": left.to_json(), "right": right.to_json()}
+    """Return a stimulus's name and factors, and what the gamut clip and uncancelled crosstalk cost each eye.
+
+    Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``.
+    """
+    models = compensation.rig.models
+    costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
+    for place in places_px if compensation.depends_on_place else places_px[:1]:
+        evened = compensation.evened(image, place)
+        left = clip_cost(models.left, evened.left).to_json()
+        same = evened.is_flat and models.left is models.right
+        right = left if same else clip_cost(models.right, evened.right).to_json()
+        for eye, cost in (("left", left), ("right", right)):
+            costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
+    clipping: dict[str, Any] = dict(costs)
+    if compensation.rig.crosstalk is not None:
+        clipping["crosstalk"] = compensation.apply(image, places_px[0])[1]
     return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
 
 
@@ -116,6 +138,10 @@ def make_header(
             },
             "distance_mm": rig.distance_mm,
             "glasses": rig.glasses,
+            "mode_options": dict(rig.mode_options),
+            "crosstalk_cancelled": rig.crosstalk is not None,
+            "lift_black": rig.lift_black,
+            "gain_map_delivers": rig.gain_map.delivered_share if rig.gain_map else None,
         },
         analysis=experiment.spec.analysis.model_dump(mode="json"),
         hashes=hashes(experiment, stimuli),

@@ -10,9 +10,10 @@ from devices.clip_marks import clip_marks
 from devices.display_file import Eye, EyeModels
 from documents import Finding
 from runner.blocks.steps import Draft, Response
+from runner.compensation import Compensation
 from runner.errors import SessionError
+from runner.placed_presenter import ReadyPictures
 from runner.ports import Ask
-from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces import open_surface
 from runner.protocol.experiment import Experiment
@@ -65,11 +66,13 @@ def preview(
     blocks = experiment.blocks(observer)
     total = sum(block.trials for block in blocks)
     album = _Album(folder)
-    mode = find_mode(rig.mode)
+    mode = experiment.mode
+    images = (stimuli.load(name) for name in stimuli.names)
+    pictures = ReadyPictures(stimuli.load, Compensation.of(rig, mode, images))
     resolution = rig.display.panel.resolution_px
     with (
         open_surface(backend, resolution, stereo=mode.needs_stereo) as surface,
-        Presenter(surface, mode, rig.models, stimuli.load) as presenter,
+        Presenter(surface, mode, rig.models, pictures.load) as presenter,
         Presenter(surface, mode, rig.models, lambda name: _marked(stimuli.load(name), rig.models)) as marker,
     ):
         shown = 0
@@ -88,7 +91,7 @@ def preview(
                     progress("Previewing trials", shown, total)
                 else:
                     response = _answered(step)
-                    presenter.show(step.scene)
+                    presenter.show(pictures.placed(step.scene))
                     name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
                     album.add(name, presenter)
                     if clipping and step.scene.stimuli:

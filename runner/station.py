@@ -11,10 +11,11 @@ from types import TracebackType
 from typing import Any
 
 from analysis.records import Header, Trial
+from runner.compensation import Compensation
 from runner.header import check_unchanged, describe_stimulus, hashes, make_header
 from runner.observers.simulated import BradleyTerryObserver, ObserverSpec
+from runner.placed_presenter import PlacedPresenter, ReadyPictures
 from runner.ports import Observer
-from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import Surface, open_surface
@@ -40,6 +41,7 @@ class Station:
     results: Path
     surface: Surface
     presenter: Presenter
+    pictures: ReadyPictures
     descriptions: tuple[dict[str, Any], ...]
     remarks: tuple[str, ...]
     timing: dict[str, Any]
@@ -56,24 +58,30 @@ class Station:
             If the surface cannot be opened or cannot do the mode.
         """
         rig = experiment.rig
-        mode = find_mode(rig.mode)
-        load = functools.lru_cache(maxsize=1)(stimuli.load)
+        mode = experiment.mode
+        load = functools.lru_cache(maxsize=4)(stimuli.load)
+        compensation = Compensation.of(rig, mode, (load(name) for name in stimuli.names))
+        pictures = ReadyPictures(load, compensation)
         surface = open_surface(backend, rig.display.panel.resolution_px, stereo=mode.needs_stereo, windowed=windowed)
         try:
-            presenter = Presenter(surface, mode, rig.models, load)
+            presenter = Presenter(surface, mode, rig.models, pictures.load)
             descriptions = []
             for name in stimuli.names:
                 # Decoded once: described, then made ready to be shown.
-                descriptions.append(describe_stimulus(name, load(name), stimuli.factors(name), rig.models))
-                presenter.prefetch(Scene((Picture(name),)))
+                description = describe_stimulus(
+                    name, load(name), stimuli.factors(name), compensation, experiment.places_px
+                )
+                descriptions.append(description)
+                for place in experiment.places_px if compensation.depends_on_place else ((0, 0),):
+                    presenter.prefetch(pictures.placed(Scene((Picture(name, place),))))
         except BaseException:
             surface.close()
             raise
-        timing = timing_facts(presenter, _TIMED_S)
+        timing = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
         remarks = surface.facts.remarks
         if not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
-        return cls(experiment, stimuli, results, surface, presenter, tuple(descriptions), remarks, timing)
+        return cls(experiment, stimuli, results, surface, presenter, pictures, tuple(descriptions), remarks, timing)
 
     def __enter__(self) -> Station:
         return self
@@ -114,7 +122,7 @@ class Station:
         with recorder:
             Session(
                 self.experiment.blocks(observer),
-                self.presenter,
+                PlacedPresenter(self.presenter, self.pictures),
                 answers,
                 recorder,
                 clip_costs=costs,

@@ -32,12 +32,12 @@ def swap_intervals(
     return IntervalSummary.of([1000.0 * (after - before) for before, after in pairwise(times)])
 
 
-def timing_facts(presenter: Presenter, seconds: float) -> dict[str, Any]:
-    """Return what a session's record says of timing, measured on black frames.
+def timing_facts(presenter: Presenter, seconds: float, verification: str = "") -> dict[str, Any]:
+    """Return what a session's record says of timing, measured on black frames; ``verification`` is the rig's.
 
     On a surface without a screen there is nothing to measure.
     """
-    facts: dict[str, Any] = {"compositor": compositor(), "verification": NOT_VERIFIED}
+    facts: dict[str, Any] = {"compositor": compositor(), "verification": verification or NOT_VERIFIED}
     if presenter.surface.facts.vsync:
         presenter.show(Scene())
         facts["swap_intervals"] = asdict(swap_intervals(presenter.redraw, seconds))

@@ -17,7 +17,10 @@ from runner.blocks.message import Message
 from runner.blocks.steps import Block
 from runner.errors import SessionError
 from runner.layout import pair_layout
+from runner.presenter.modes.mode import Mode
+from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
+from runner.presenter.scene import Offset
 from runner.protocol.schema import AllPairsSpec, ExperimentSpec
 from stimuli.names import stimulus_names
 from stimuli.recipe import read_recipe
@@ -36,6 +39,16 @@ class Experiment:
     stimulus_names: tuple[str, ...]
     area_px: tuple[int, int]
     layout: PairLayout
+
+    @property
+    def mode(self) -> Mode:
+        """The stereo mode, adjusted as the rig says."""
+        return find_mode(self.rig.mode, ModeOptions.parse(self.rig.mode_options))
+
+    @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Where pictures are shown, as offsets from the middle of each eye's view."""
+        return self.layout.first_px, self.layout.second_px
 
     @property
     def digest(self) -> str:
@@ -111,7 +124,8 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
     try:
         rig_file = _existing(file.parent / spec.rig, "rig", spec.rig, source)
         rig = read_rig(rig_file, mode, allow_uncharacterised=allow_uncharacterised)
-        area_px = find_mode(rig.mode).areas(rig.display.panel.resolution_px)[0].rectangle.size_px
+        mode_options = ModeOptions.parse(rig.mode_options)
+        area_px = find_mode(rig.mode, mode_options).areas(rig.display.panel.resolution_px)[0].view_px
     except InputError as error:
         findings += _placed(error, source, ("rig",))
     if rig and area_px:

@@ -1,0 +1,54 @@
+"""A presenter whose pictures are made ready for the place at which a scene shows them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from runner.compensation import Compensation
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Offset, Picture, Scene
+from stimuli.stereo_image import StereoImage
+
+Load = Callable[[str], StereoImage]
+
+
+class ReadyPictures:
+    """Loads pictures through a compensation, by names that hold their place where it matters."""
+
+    def __init__(self, load: Load, compensation: Compensation) -> None:
+        self._load = load
+        self._compensation = compensation
+        self._places: dict[str, tuple[str, Offset]] = {}
+
+    def load(self, name: str) -> StereoImage:
+        """Return the picture of a name that `placed` gave, ready to be sent."""
+        stimulus, offset_px = self._places.get(name, (name, (0, 0)))
+        return self._compensation.apply(self._load(stimulus), offset_px)[0]
+
+    def placed(self, scene: Scene) -> Scene:
+        """Return ``scene`` with each picture named by its place too; as it is where the place does not matter."""
+        if not self._compensation.depends_on_place:
+            return scene
+        return Scene(tuple(self._placed(item) if isinstance(item, Picture) else item for item in scene.items))
+
+    def _placed(self, picture: Picture) -> Picture:
+        name = f"{picture.stimulus} at {picture.offset_px[0]},{picture.offset_px[1]}"
+        self._places[name] = picture.stimulus, picture.offset_px
+        return replace(picture, stimulus=name)
+
+
+class PlacedPresenter:
+    """Shows scenes on ``presenter``, whose ``load`` must be that of ``pictures``."""
+
+    def __init__(self, presenter: Presenter, pictures: ReadyPictures) -> None:
+        self._presenter = presenter
+        self._pictures = pictures
+
+    def show(self, scene: Scene) -> float:
+        """Show ``scene`` and return its onset."""
+        return self._presenter.show(self._pictures.placed(scene))
+
+    def prefetch(self, scene: Scene) -> None:
+        """Make ready what ``scene`` will need."""
+        self._presenter.prefetch(self._pictures.placed(scene))
