@@ -115,14 +115,17 @@ def test_picture(display: DisplayModel) -> NDArray[np.float32]:
     return np.concatenate(parts).reshape(height, width, 3).astype(np.float32)
 
 
+def _in_singles(text: str) -> str:
+    return text.replace("dmat3", "mat3").replace("dvec3", "vec3").replace("double(", "float(")
+
+
 class Pass:
     """A variant compiled for a display, like runner.presenter.colour_pass.ColourPass."""
 
     def __init__(self, context: moderngl.Context, variant: Variant, display: DisplayModel) -> None:
-        fragment_name, fragment = shader_file("colour_pass.frag")
+        parts = [variant.inverse, shader_file("encode.glsl"), shader_file("colour_pass.frag")]
         if not variant.doubles:
-            fragment = fragment.replace("dmat3", "mat3").replace("dvec3", "vec3")
-        parts = [variant.inverse, (fragment_name, fragment)]
+            parts = [(name, _in_singles(text)) for name, text in parts]
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=variant.doubles)
         self._area = context.vertex_array(self._program, [])
         self._table: moderngl.Texture | None = None

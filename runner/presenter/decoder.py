@@ -19,7 +19,8 @@ class Decoder:
     """Loads pictures by name and checks them, one after another in one thread; ``take`` waits for the one it needs.
 
     ``load`` and the check run in that thread, and what they raise is raised again by ``take``. ``finished`` is called
-    in that thread after each picture. At most the pictures of the last ``start`` wait, beside one that was under way.
+    after each picture, from whichever thread. At most the pictures of the last ``start`` wait, beside one that was
+    under way.
     """
 
     def __init__(

@@ -2,49 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Generator, Mapping
-from dataclasses import dataclass
-from typing import Any, TypeAlias
+from collections.abc import Callable, Collection
 
 import moderngl
 import numpy as np
 
-from devices.display_file import Eye, EyeModels
-from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.counters import Work
-from runner.presenter.decoder import EYES, Decoder
+from runner.presenter.decoder import Decoder
 from runner.presenter.least_recent import LeastRecent
-from stimuli.stereo_image import StereoImage
-
-Making: TypeAlias = Generator[None, None, "PictureCodes"]
-BYTES_PER_PIXEL = 4  # 8-bit codes, four components
-
-
-@dataclass(frozen=True, slots=True)
-class PictureCodes:
-    """Each eye's codes of one picture; the same framebuffer where the codes are the same."""
-
-    left: moderngl.Framebuffer
-    right: moderngl.Framebuffer
-
-    def eye(self, eye: Eye) -> moderngl.Framebuffer:
-        """Return ``eye``'s framebuffer, bottom row first."""
-        return self.left if eye == "left" else self.right
-
-    @property
-    def framebuffers(self) -> tuple[moderngl.Framebuffer, ...]:
-        """The framebuffers, each once."""
-        return (self.left,) if self.left is self.right else (self.left, self.right)
-
-    @property
-    def size_bytes(self) -> int:
-        """Bytes held on the graphics card."""
-        return sum(BYTES_PER_PIXEL * codes.width * codes.height for codes in self.framebuffers)
-
-    def release(self) -> None:
-        """Free the framebuffers."""
-        for codes in self.framebuffers:
-            release_codes(codes)
+from runner.presenter.view_codes import Making, PictureCodes, ViewCodes
+from stimuli.stereo_image import StereoImage, XYZImage
 
 
 class Pictures:
@@ -57,21 +24,16 @@ class Pictures:
     def __init__(
         self,
         context: moderngl.Context,
-        models: EyeModels,
+        views: ViewCodes,
         load: Callable[[str], StereoImage],
         work: Work,
         budget_bytes: int,
-        squeeze: tuple[int, int] = (1, 1),
         decoded: Callable[[], None] = lambda: None,
     ) -> None:
         self._context = context
         self._work = work
         self._decoder = Decoder(load, int(context.info["GL_MAX_TEXTURE_SIZE"]), decoded)
-        left = ColourPass(context, models.left, squeeze)
-        self._passes: Mapping[Eye, ColourPass] = {
-            "left": left,
-            "right": left if models.right is models.left else ColourPass(context, models.right, squeeze),
-        }
+        self._views = views
         self._held: LeastRecent[str, PictureCodes] = LeastRecent(budget_bytes, lambda: work.add(evictions=1))
         self._making: tuple[str, Making] | None = None
 
@@ -119,8 +81,7 @@ class Pictures:
             self._making[1].close()
             self._making = None
         self._held.clear()
-        for colour_pass in set(self._passes.values()):
-            colour_pass.release()
+        self._views.release()
 
     def _finish(self, stimulus: str) -> PictureCodes:
         """Make the codes of ``stimulus`` to the end, from wherever they are."""
@@ -136,39 +97,10 @@ class Pictures:
                 return made.value  # type: ignore[no-any-return]
 
     def _make(self, image: StereoImage) -> Making:
-        """Upload and transform a view at each step."""
         self._work.add(decodes=1)
-        made: dict[tuple[int, int], moderngl.Framebuffer] = {}
-        try:
-            for number, view in enumerate([image.left] if image.is_flat else [image.left, image.right]):
-                if number:
-                    yield
-                self._add_view(view, image, made)
-        except BaseException:
-            for codes in made.values():
-                release_codes(codes)
-            raise
-        left, right = (made[id(image.eye(eye)), id(self._passes[eye])] for eye in EYES)
-        return PictureCodes(left, right)
+        return self._views.make(image, self._upload)
 
-    def _add_view(
-        self,
-        view: np.ndarray[Any, np.dtype[Any]],
-        image: StereoImage,
-        made: dict[tuple[int, int], moderngl.Framebuffer],
-    ) -> None:
-        """Upload ``view`` and add its codes for each eye that sees it to ``made``, by view and colour pass."""
-        uploaded = self._upload(view)
-        try:
-            for eye in EYES:
-                key = id(view), id(self._passes[eye])
-                if image.eye(eye) is view and key not in made:
-                    made[key] = self._passes[eye].run(uploaded)
-                    self._work.add(colour_passes=1, pixels_shaded=uploaded.width * uploaded.height)
-        finally:
-            uploaded.release()
-
-    def _upload(self, view: np.ndarray[Any, np.dtype[Any]]) -> moderngl.Texture:
+    def _upload(self, view: XYZImage) -> moderngl.Texture:
         half = view.dtype == np.float16
         data = np.ascontiguousarray(view, dtype=np.float16 if half else np.float32)
         height, width, _ = data.shape

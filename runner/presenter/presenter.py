@@ -14,12 +14,13 @@ from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
-from runner.presenter.pictures import PictureCodes, Pictures
+from runner.presenter.pictures import Pictures
 from runner.presenter.placing import place_item
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.timing import SwapLog
+from runner.presenter.view_codes import CodesPerEye, MixedCodes, PictureCodes, ViewCodes
 from runner.presenter.words import Words
 from stimuli.stereo_image import StereoImage
 
@@ -54,7 +55,9 @@ class Presenter:
         self.surface = surface
         self.mode = mode
         self.areas: tuple[EyeArea, ...] = mode.areas(surface.size_px, surface.position_px)
-        if models.left is not models.right and any(len(area.eyes) > 1 for area in self.areas):
+        mixture = mode.mixture(models)
+        shared = mixture is None and any(len(area.eyes) > 1 for area in self.areas)
+        if shared and models.left is not models.right:
             raise PresentationError(
                 Finding(
                     f"the mode '{mode.name}' shows both eyes the same pixels, but was characterised per eye",
@@ -64,10 +67,13 @@ class Presenter:
         self._areas_by_buffer = _by_buffer(self.areas, stereo=surface.stereo)
         self._work = Work()
         squeeze = self.areas[0].squeeze
-        self._pictures = Pictures(
-            surface.context, models, load, self._work, picture_budget_bytes, squeeze, decoded=surface.wake
-        )
-        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze)
+        views: ViewCodes
+        if mixture is None:
+            views = CodesPerEye(surface.context, models, squeeze, self._work)
+        else:
+            views = MixedCodes(surface.context, mixture, self._work)
+        self._pictures = Pictures(surface.context, views, load, self._work, picture_budget_bytes, decoded=surface.wake)
+        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture)
         self._painter = Painter(surface.context, surface.calls)
         self._swaps = SwapLog()
         self._scene: Scene | None = None

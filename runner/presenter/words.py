@@ -13,6 +13,7 @@ from devices.display_file import Eye, EyeModels
 from runner.presenter.counters import Work
 from runner.presenter.least_recent import LeastRecent
 from runner.presenter.lettering import coverage
+from runner.presenter.modes.mixture import Mixture
 from runner.presenter.scene import Text
 
 
@@ -34,6 +35,13 @@ def ink_codes(model: DisplayModel, luminance_share: float) -> NDArray[np.uint8]:
     return np.asarray(np.floor(model.code(light) * 255.0 + 0.5), dtype=np.uint8)
 
 
+def mixed_ink_codes(mixture: Mixture, models: EyeModels, luminance_share: float) -> NDArray[np.uint8]:
+    """Return codes (256, 3) as `ink_codes`, for an ink that both eyes see in one picture."""
+    light = np.linspace(0.0, luminance_share, 256)[:, np.newaxis]
+    codes = mixture.code(light * models.left.white_XYZ_cd_m2, light * models.right.white_XYZ_cd_m2)
+    return np.asarray(np.floor(codes * 255.0 + 0.5), dtype=np.uint8)
+
+
 def squeezed(coverage: NDArray[np.uint8], squeeze: tuple[int, int]) -> NDArray[np.uint8]:
     """Return the mean coverage of each box of ``squeeze`` pixels, across and down; beyond the edge there is none."""
     across, down = squeeze
@@ -53,9 +61,11 @@ class Words:
         work: Work,
         budget_bytes: int,
         squeeze: tuple[int, int] = (1, 1),
+        mixture: Mixture | None = None,
     ) -> None:
         self._context = context
         self._models = models
+        self._mixture = mixture
         self._work = work
         self._squeeze = squeeze
         self._sheets: LeastRecent[tuple[str, int, int], Sheet] = LeastRecent(budget_bytes)
@@ -74,7 +84,7 @@ class Words:
         """Return the ramp of ink of ``luminance_share`` for ``eye``, 256 texels wide."""
         model = self._models.eye(eye)
         key = id(model), luminance_share
-        sheet = self._inks.get(key, lambda: self._sheet(ink_codes(model, luminance_share)[np.newaxis], 3))
+        sheet = self._inks.get(key, lambda: self._sheet(self._ink_codes(model, luminance_share)[np.newaxis], 3))
         self._inks.trim({key})
         return sheet.texture
 
@@ -82,6 +92,11 @@ class Words:
         """Free everything."""
         self._sheets.clear()
         self._inks.clear()
+
+    def _ink_codes(self, model: DisplayModel, luminance_share: float) -> NDArray[np.uint8]:
+        if self._mixture is None:
+            return ink_codes(model, luminance_share)
+        return mixed_ink_codes(self._mixture, self._models, luminance_share)
 
     def _rasterise(self, words: str, height_px: int, width_px: int) -> Sheet:
         self._work.add(texts_rasterised=1)

@@ -8,14 +8,11 @@
 uniform sampler2D picture_XYZ;    // float32 or float16, cd/m², top row first
 uniform dmat3 linear_from_XYZ;
 uniform dvec3 black_XYZ;
-uniform dvec3 lift;
-uniform dvec3 scale;              // 1 / (1 - lift)
 uniform ivec2 box;                // pixels of the picture, across and down, that share one of the codes
-uniform float levels;             // 255 rounds to codes of 8 bits; 0 leaves them as they are
 
 out vec4 codes;
 
-float code_of_light(int channel, float light);
+vec4 codes_of_linear(dvec3 asked);
 
 void main() {
     ivec2 size = textureSize(picture_XYZ, 0);
@@ -30,9 +27,5 @@ void main() {
         }
     }
     XYZ /= double((end.x - first.x) * (end.y - first.y));
-    dvec3 linear = clamp(linear_from_XYZ * (XYZ - black_XYZ), dvec3(0.0), dvec3(1.0));
-    vec3 light = vec3(max((linear - lift) * scale, dvec3(0.0)));
-    vec3 code = vec3(code_of_light(0, light.r), code_of_light(1, light.g), code_of_light(2, light.b));
-    code = clamp(code, 0.0, 1.0);
-    codes = vec4(levels > 0.0 ? floor(code * levels + 0.5) / levels : code, 1.0);
+    codes = codes_of_linear(linear_from_XYZ * (XYZ - black_XYZ));
 }

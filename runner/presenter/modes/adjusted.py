@@ -4,7 +4,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from devices.display_file import Eye
+from devices.display_file import Eye, EyeModels
+from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions, refuse_options
 from runner.presenter.rectangle import Size
@@ -13,7 +14,7 @@ _OTHER: dict[Eye, Eye] = {"left": "right", "right": "left"}
 
 
 @dataclass(frozen=True, slots=True)
-class Adjusted:
+class Adjusted(Mode):
     """``mode`` with ``options``; it keeps the mode's name, because the light is the same.
 
     Raises PresentationError if the mode shows both eyes the same pixels and the options would tell them apart.
@@ -46,6 +47,13 @@ class Adjusted:
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return the mode's areas, adjusted."""
         return tuple(self._adjust(area) for area in self.mode.areas(size_px, position_px))
+
+    def mixture(self, models: EyeModels) -> Mixture | None:
+        """Return how the views make one picture, each lens before the other eye if they are swapped."""
+        if not self.options.swap_eyes:
+            return self.mode.mixture(models)
+        mixture = self.mode.mixture(EyeModels(models.right, models.left))
+        return mixture.swapped() if mixture else None
 
     def _adjust(self, area: EyeArea) -> EyeArea:
         options = self.options

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from runner.presenter.modes.mode import EyeArea
+from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.rectangle import Rectangle, Size
 
 
-class Flat:
+class Flat(Mode):
     """One area for both eyes. It shows flat pictures only: a picture of two views has no place in it."""
 
     name: ClassVar[str] = "flat"

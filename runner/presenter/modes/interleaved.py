@@ -9,12 +9,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from runner.presenter.modes.mode import EyeArea
+from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.weave import Weave
 from runner.presenter.rectangle import Rectangle, Size
 
 
-class _Interleaved:
+class _Interleaved(Mode):
     """What the three have in common; ``left`` are the left eye's pixels of the panel."""
 
     name: ClassVar[str]

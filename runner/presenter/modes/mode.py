@@ -5,7 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from devices.display_file import Eye
+from devices.display_file import Eye, EyeModels
+from runner.presenter.modes.filters import Filters
+from runner.presenter.modes.mixture import Mixture
+from runner.presenter.modes.options import refuse_options
 from runner.presenter.modes.weave import Weave
 from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.surface import Buffer
@@ -59,3 +62,11 @@ class Mode(Protocol):
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return each eye's area of a surface of ``size_px`` whose top left pixel is the panel's ``position_px``."""
+
+    def mixture(self, models: EyeModels) -> Mixture | None:
+        """Return how the views of both eyes make one picture; None where each eye has pixels of its own."""
+        return None
+
+    def with_filters(self, filters: Filters) -> Mode:
+        """Return the mode with ``filters`` before the eyes; raise PresentationError if it has no use for them."""
+        raise refuse_options(self.name, "has no filters", "leave the options of filters out")

@@ -1,4 +1,4 @@
-"""Options of a mode that change where an eye's picture stands, not what light it is."""
+"""Options of a mode: where an eye's picture stands, and what an anaglyph's filters pass."""
 
 from __future__ import annotations
 
@@ -9,12 +9,15 @@ from typing import Any
 
 from documents import Finding
 from runner.presenter.errors import PresentationError
+from runner.presenter.modes.filters import Filters, read_filter
 from runner.presenter.modes.option_values import Read, flag, one_of, pair_px, read_options
 
 Mirror = tuple[bool, bool]
 MIRRORS: Mapping[str, Mirror] = MappingProxyType(
     {"none": (False, False), "horizontal": (True, False), "vertical": (False, True), "both": (True, True)}
 )
+SPLITS: Mapping[str, bool] = MappingProxyType({"least-squares": False, "channels": True})
+_FILTERS = MappingProxyType({"left_filter": "left", "right_filter": "right", "anaglyph": "split_channels"})
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,7 +26,7 @@ class ModeOptions:
 
     ``swap_eyes`` gives each eye the other's place: crossed in place of parallel halves, the right eye on top, the left
     eye on odd rows. The offsets, (right, down) in pixels of the eye's view, move all that the eye sees. A mirror is
-    (left to right, top to bottom).
+    (left to right, top to bottom). ``filters`` are those of an anaglyph.
     """
 
     swap_eyes: bool = False
@@ -31,6 +34,7 @@ class ModeOptions:
     right_offset_px: tuple[int, int] = (0, 0)
     left_mirror: Mirror = (False, False)
     right_mirror: Mirror = (False, False)
+    filters: Filters | None = None
 
     @classmethod
     def parse(cls, options: Mapping[str, Any]) -> ModeOptions:
@@ -47,8 +51,13 @@ class ModeOptions:
             "right_offset_px": pair_px,
             "left_mirror": one_of(MIRRORS),
             "right_mirror": one_of(MIRRORS),
+            "left_filter": read_filter,
+            "right_filter": read_filter,
+            "anaglyph": one_of(SPLITS),
         }
-        return cls(**read_options(options, readers))
+        values = read_options(options, readers)
+        filters = {_FILTERS[key]: values.pop(key) for key in _FILTERS if key in values}
+        return cls(**values, filters=Filters(**filters) if filters else None)
 
 
 def refuse_options(mode: str, why: str, remedy: str) -> PresentationError:

@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from runner.presenter.modes.mode import EyeArea
+from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.surface import Buffer
 
 
-class QuadBuffered:
+class QuadBuffered(Mode):
     """The whole surface for each eye, drawn to GL_BACK_LEFT and GL_BACK_RIGHT."""
 
     name: ClassVar[str] = "quad-buffered"

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from documents import Finding
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.adjusted import Adjusted
+from runner.presenter.modes.anaglyph import AnaglyphAmberBlue, AnaglyphGreenMagenta, AnaglyphRedCyan
 from runner.presenter.modes.flat import Flat
 from runner.presenter.modes.interleaved import Checkerboard, ColumnInterleaved, RowInterleaved
 from runner.presenter.modes.mode import Mode
@@ -30,6 +31,9 @@ MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(
             RowInterleaved,
             ColumnInterleaved,
             Checkerboard,
+            AnaglyphRedCyan,
+            AnaglyphGreenMagenta,
+            AnaglyphAmberBlue,
             QuadBuffered,
         )
     }
@@ -49,7 +53,9 @@ def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
         remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(MODES)
         raise PresentationError(Finding(f"there is no stereo mode '{name}'", remedy=remedy))
     mode = MODES[name]()
-    return Adjusted(mode, options) if options and options != ModeOptions() else mode
+    if options is None or options == ModeOptions():
+        return mode
+    return Adjusted(mode.with_filters(options.filters) if options.filters else mode, options)
 
 
 def available(surface: Surface) -> dict[str, str | None]:

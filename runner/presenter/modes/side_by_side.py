@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from runner.presenter.modes.mode import EyeArea
+from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.rectangle import Rectangle, Size
 
 
-class SideBySide:
+class SideBySide(Mode):
     """Two halves of equal size; of an odd width, the column in the middle stays black."""
 
     name: ClassVar[str] = "side-by-side"

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from runner.presenter.modes.mode import EyeArea
+from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.rectangle import Rectangle, Size
 
 
-class TopBottom:
+class TopBottom(Mode):
     """Two halves of equal size; of an odd height, the row in the middle stays black."""
 
     name: ClassVar[str] = "top-bottom"

@@ -73,7 +73,7 @@ def test_a_driver_without_a_call_is_named() -> None:
 def test_quad_buffered_is_refused_without_a_right_back_buffer_and_says_what_would_do() -> None:
     surface: Any = FakeSurface(stereo=GlCalls(FakeDriver(stereo=False).load).has_stereo())
     with pytest.raises(
-        PresentationError, match=r"GL_STEREO is false\) \(available here: flat, side-by-side, .*board\)"
+        PresentationError, match=r"GL_STEREO is false\) \(available here: flat, side-by-side, .*checkerboard, "
     ):
         require(find_mode("quad-buffered"), surface)
     surface = FakeSurface(stereo=GlCalls(FakeDriver(stereo=True).load).has_stereo())

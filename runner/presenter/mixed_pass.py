@@ -1,0 +1,38 @@
+"""The colour pass of both views at once: two pictures in XYZ to the codes of one, as a mixture says."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import moderngl
+
+from runner.presenter.code_pass import CodePass, by_columns
+from runner.presenter.modes.mixture import Mixture
+
+
+class MixedPass:
+    """The colour pass for one mixture."""
+
+    def __init__(self, context: moderngl.Context, mixture: Mixture) -> None:
+        self._pass = CodePass(
+            context,
+            "mixed_pass.frag",
+            mixture.curves,
+            ["left_XYZ", "right_XYZ"],
+            {
+                "linear_from_left": by_columns(mixture.left),
+                "linear_from_right": by_columns(mixture.right),
+                "left_black": tuple(mixture.left_black_XYZ_cd_m2.tolist()),
+                "right_black": tuple(mixture.right_black_XYZ_cd_m2.tolist()),
+            },
+        )
+
+    def run(
+        self, left_XYZ: moderngl.Texture, right_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1"
+    ) -> moderngl.Framebuffer:
+        """Return a new framebuffer of codes of two views of one size; bottom row first."""
+        return self._pass.draw([left_XYZ, right_XYZ], left_XYZ.size, dtype)
+
+    def release(self) -> None:
+        """Free the program and its table."""
+        self._pass.release()

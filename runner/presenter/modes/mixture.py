@@ -1,0 +1,97 @@
+"""Two views in one picture: each channel's light from the XYZ that both eyes should see (Dubois 2001).
+
+An eye behind a filter F sees F · M · linear of a display with primaries M. What both eyes see is the stack of the two,
+R · linear with R of shape (6, 3), and what they should see is a stack of two XYZ. No three channels can do that, so the
+least-squares light is taken, (RᵀR)⁻¹Rᵀ times the wanted, and each channel is scaled so that the display's white, asked
+for in both eyes, is full drive: filters take light, and what is left of white is the new white.
+
+E. Dubois (2001), "A projection method to generate anaglyph stereo images", Proc. IEEE ICASSP 3, 1661-1664.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.display_file import EyeModels
+from devices.tone_curve import ToneCurve
+from runner.presenter.errors import PresentationError
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Mixture:
+    """linear = ``left`` · (XYZ of the left view − its black) + ``right`` · (that of the right view − its black).
+
+    ``left`` and ``right``: shape (3, 3), in 1/(cd/m²); the blacks: shape (3,), in cd/m².
+    """
+
+    left: Floats
+    right: Floats
+    left_black_XYZ_cd_m2: Floats
+    right_black_XYZ_cd_m2: Floats
+    curves: tuple[ToneCurve, ToneCurve, ToneCurve]
+
+    def swapped(self) -> Mixture:
+        """Return the mixture with the two views exchanged."""
+        return Mixture(self.right, self.left, self.right_black_XYZ_cd_m2, self.left_black_XYZ_cd_m2, self.curves)
+
+    def code(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> Floats:
+        """Return device codes in 0..1, shape (..., 3), for XYZ in cd/m² of both views, shape (..., 3) each."""
+        left = np.asarray(left_XYZ_cd_m2, dtype=np.float64) - self.left_black_XYZ_cd_m2
+        right = np.asarray(right_XYZ_cd_m2, dtype=np.float64) - self.right_black_XYZ_cd_m2
+        linear = np.clip(left @ self.left.T + right @ self.right.T, 0.0, 1.0)
+        return np.stack([curve.code(linear[..., i]) for i, curve in enumerate(self.curves)], axis=-1)
+
+
+def least_squares(models: EyeModels, left_filter: ArrayLike | None, right_filter: ArrayLike | None) -> Mixture:
+    """Return the projection for ``models`` seen through filters.
+
+    A filter is a matrix (3, 3) on XYZ, or (3,), the share of each channel's light that it passes. None means that the
+    model was measured through it.
+
+    Raises
+    ------
+    PresentationError
+        If the filters leave a channel that neither eye sees, or need negative light for white.
+    """
+    seen = [_filtered(models.left.primaries_XYZ_cd_m2, left_filter)]
+    seen.append(_filtered(models.right.primaries_XYZ_cd_m2, right_filter))
+    stacked = np.concatenate(seen)
+    if np.linalg.matrix_rank(stacked) < 3:
+        raise PresentationError("the filters leave a channel that neither eye can see")
+    projection = np.linalg.pinv(stacked)
+    white = [model.primaries_XYZ_cd_m2.sum(axis=1) for model in (models.left, models.right)]
+    full = projection @ np.concatenate(white)
+    if np.any(full <= 0.0):
+        raise PresentationError("these filters need negative light to make white")
+    scaled = projection / full[:, np.newaxis]
+    return _mixture(models, scaled[:, :3], scaled[:, 3:])
+
+
+def channel_split(models: EyeModels, left_channels: tuple[bool, bool, bool]) -> Mixture:
+    """Return each channel from one eye's view alone: those of ``left_channels`` from the left, the others right."""
+    owned = np.array(left_channels)[:, np.newaxis]
+    return _mixture(
+        models,
+        np.where(owned, models.left.linear_from_XYZ, 0.0),
+        np.where(owned, 0.0, models.right.linear_from_XYZ),
+    )
+
+
+def _filtered(primaries: Floats, through: ArrayLike | None) -> Floats:
+    if through is None:
+        return primaries
+    given = np.asarray(through, dtype=np.float64)
+    return primaries * given if given.shape == (3,) else np.asarray(given @ primaries)
+
+
+def _mixture(models: EyeModels, left: Floats, right: Floats) -> Mixture:
+    """Take each channel's curve from the eye that sees more of its light; the panel has but one."""
+    more_left = models.left.primaries_XYZ_cd_m2[1] >= models.right.primaries_XYZ_cd_m2[1]
+    red, green, blue = ((models.left if more_left[channel] else models.right).curves[channel] for channel in range(3))
+    blacks = models.left.black_XYZ_cd_m2, models.right.black_XYZ_cd_m2
+    return Mixture(left, right, *blacks, (red, green, blue))

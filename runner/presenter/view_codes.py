@@ -1,0 +1,137 @@
+"""From a picture's views to the codes that each eye is shown, one view at a step."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator
+from dataclasses import dataclass
+from typing import Protocol, TypeAlias
+
+import moderngl
+
+from devices.display_file import Eye, EyeModels
+from runner.presenter.code_pass import release_codes
+from runner.presenter.colour_pass import ColourPass
+from runner.presenter.counters import Work
+from runner.presenter.decoder import EYES
+from runner.presenter.mixed_pass import MixedPass
+from runner.presenter.modes.mixture import Mixture
+from stimuli.stereo_image import StereoImage, XYZImage
+
+BYTES_PER_PIXEL = 4  # 8-bit codes, four components
+Upload: TypeAlias = Callable[[XYZImage], moderngl.Texture]
+
+
+@dataclass(frozen=True, slots=True)
+class PictureCodes:
+    """Each eye's codes of one picture; the same framebuffer where the codes are the same."""
+
+    left: moderngl.Framebuffer
+    right: moderngl.Framebuffer
+
+    def eye(self, eye: Eye) -> moderngl.Framebuffer:
+        """Return ``eye``'s framebuffer, bottom row first."""
+        return self.left if eye == "left" else self.right
+
+    @property
+    def framebuffers(self) -> tuple[moderngl.Framebuffer, ...]:
+        """The framebuffers, each once."""
+        return (self.left,) if self.left is self.right else (self.left, self.right)
+
+    @property
+    def size_bytes(self) -> int:
+        """Bytes held on the graphics card."""
+        return sum(BYTES_PER_PIXEL * codes.width * codes.height for codes in self.framebuffers)
+
+    def release(self) -> None:
+        """Free the framebuffers."""
+        for codes in self.framebuffers:
+            release_codes(codes)
+
+
+Making: TypeAlias = Generator[None, None, PictureCodes]
+
+
+class ViewCodes(Protocol):
+    """A way to make the codes of a picture."""
+
+    def make(self, image: StereoImage, upload: Upload) -> Making:
+        """Upload and transform the views, pausing between them."""
+
+    def release(self) -> None:
+        """Free the programs."""
+
+
+class CodesPerEye:
+    """Each eye's view through the display model of that eye."""
+
+    def __init__(self, context: moderngl.Context, models: EyeModels, squeeze: tuple[int, int], work: Work) -> None:
+        left = ColourPass(context, models.left, squeeze)
+        same = models.right is models.left
+        self._passes = {"left": left, "right": left if same else ColourPass(context, models.right, squeeze)}
+        self._work = work
+
+    def make(self, image: StereoImage, upload: Upload) -> Making:
+        """Upload and transform one view at a step; a flat picture is one upload."""
+        made: dict[tuple[int, int], moderngl.Framebuffer] = {}
+        try:
+            for number, view in enumerate([image.left] if image.is_flat else [image.left, image.right]):
+                if number:
+                    yield
+                self._add(view, image, upload, made)
+        except BaseException:
+            for codes in made.values():
+                release_codes(codes)
+            raise
+        left, right = (made[id(image.eye(eye)), id(self._passes[eye])] for eye in EYES)
+        return PictureCodes(left, right)
+
+    def release(self) -> None:
+        """Free the programs."""
+        for colour_pass in set(self._passes.values()):
+            colour_pass.release()
+
+    def _add(
+        self,
+        view: XYZImage,
+        image: StereoImage,
+        upload: Upload,
+        made: dict[tuple[int, int], moderngl.Framebuffer],
+    ) -> None:
+        """Upload ``view`` and add its codes for each eye that sees it to ``made``, by view and colour pass."""
+        uploaded = upload(view)
+        try:
+            for eye in EYES:
+                key = id(view), id(self._passes[eye])
+                if image.eye(eye) is view and key not in made:
+                    made[key] = self._passes[eye].run(uploaded)
+                    self._work.add(colour_passes=1, pixels_shaded=uploaded.width * uploaded.height)
+        finally:
+            uploaded.release()
+
+
+class MixedCodes:
+    """Both views in one picture."""
+
+    def __init__(self, context: moderngl.Context, mixture: Mixture, work: Work) -> None:
+        self._pass = MixedPass(context, mixture)
+        self._work = work
+
+    def make(self, image: StereoImage, upload: Upload) -> Making:
+        """Upload one view at a step, then transform both."""
+        left = upload(image.left)
+        right = left
+        try:
+            if not image.is_flat:
+                yield
+                right = upload(image.right)
+            codes = self._pass.run(left, right)
+            self._work.add(colour_passes=1, pixels_shaded=left.width * left.height)
+        finally:
+            left.release()
+            if right is not left:
+                right.release()
+        return PictureCodes(codes, codes)
+
+    def release(self) -> None:
+        """Free the program."""
+        self._pass.release()
