@@ -88,7 +88,7 @@ def describe_stimulus(
 
     Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``.
     """
-    models = compensation.rig.models
+    models = compensation.models
     costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
     for place in places_px if compensation.depends_on_place else places_px[:1]:
         evened = compensation.evened(image, place)
@@ -98,7 +98,7 @@ def describe_stimulus(
         for eye, cost in (("left", left), ("right", right)):
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
     clipping: dict[str, Any] = dict(costs)
-    if compensation.rig.crosstalk is not None:
+    if compensation.crosstalk is not None:
         clipping["crosstalk"] = compensation.apply(image, places_px[0])[1]
     return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
 

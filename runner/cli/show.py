@@ -34,6 +34,13 @@ _EYES: tuple[Eye, Eye] = ("left", "right")
 @click.option("--white-luminance", type=float, metavar="CD_M2", help="The luminance of the value 1.")
 @click.option("--clip-negative", is_flag=True, help="Set XYZ below 0 to 0 instead of refusing it.")
 @click.option("--flat", is_flag=True, help="Show the centre view to both eyes.")
+@click.option(
+    "--mode-option",
+    "mode_options",
+    multiple=True,
+    metavar="KEY=VALUE",
+    help="An option of the mode, as in a rig file: swap_eyes=true.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print what was shown as JSON.")
 def command(
     file: Path,
@@ -47,17 +54,21 @@ def command(
     white_luminance: float | None,
     clip_negative: bool,
     flat: bool,
+    mode_options: tuple[str, ...],
     as_json: bool,
 ) -> None:
     """Show one stereo image with the display's response undone.
 
     FILE is an OpenEXR picture; it stands at 1:1 in the middle of each eye's area until Escape is pressed. The
-    shares of pixels that the display cannot show are printed for each eye.
+    shares of pixels that the display cannot show are printed for each eye. Crosstalk and a gain map of the display
+    file are compensated. Where both eyes see the same pixels, the flat version is shown.
     """
     from devices.display_file import read_display
     from runner.cli.main import WorkError
+    from runner.compensation import Compensation
     from runner.ports import WindowClosed
     from runner.presenter.errors import GraphicsError
+    from runner.presenter.modes.options import ModeOptions
     from runner.presenter.modes.registry import find_mode
     from runner.presenter.presenter import Presenter
     from runner.presenter.scene import Picture, Scene
@@ -71,14 +82,20 @@ def command(
         check_screenshot_path(screenshot)
     display = read_display(display_file)
     models = display.models(mode)
-    stereo_mode = find_mode(mode)
+    stereo_mode = find_mode(mode, ModeOptions.parse(dict(map(_option, mode_options))))
+    areas = stereo_mode.areas(display.panel.resolution_px)
+    alike = stereo_mode.mixture(models) is None and any(len(area.eyes) > 1 for area in areas)
     image = read_exr(
         file,
         colour_space,
-        flat=flat,
+        flat=flat or alike,
         white_luminance_cd_m2=white_luminance,
         negative="clip" if clip_negative else "refuse",
     )
+    compensation = Compensation(
+        models, stereo_mode, display.panel.resolution_px, display.crosstalk(mode), display.gain_map(mode)
+    )
+    sent, _ = compensation.apply(image)
     try:
         with (
             open_surface(
@@ -87,7 +104,7 @@ def command(
                 stereo=stereo_mode.needs_stereo,
                 windowed=windowed,
             ) as surface,
-            Presenter(surface, stereo_mode, models, lambda _: image) as presenter,
+            Presenter(surface, stereo_mode, models, lambda _: sent) as presenter,
         ):
             for remark in surface.facts.remarks:
                 click.echo(f"warning: {remark}", err=True)
@@ -105,10 +122,27 @@ def command(
             click.echo(json.dumps(asdict(shown), indent=1) if as_json else _in_words(shown))
             while screenshot is None and surface.wait_key().key != "escape":
                 pass
+            work = presenter.counters
+            if work.frames_alternated:
+                seen = f"{work.frames_alternated} frames in turn, {work.frames_missed} refreshes missed"
+                click.echo(seen, err=as_json)
     except WindowClosed:
         pass
     except GraphicsError as error:
         raise WorkError(str(error)) from error
+
+
+def _option(text: str) -> tuple[str, object]:
+    """Return the key and value of ``KEY=VALUE``, the value as YAML reads it."""
+    import yaml
+
+    from runner.presenter.errors import PresentationError
+
+    key, equals, value = text.partition("=")
+    try:
+        return key.strip(), yaml.safe_load(value) if equals else None
+    except yaml.YAMLError as error:
+        raise PresentationError(f"the mode option '{text}' cannot be read: {error}".splitlines()[0]) from None
 
 
 @dataclass(frozen=True, slots=True)

@@ -136,7 +136,22 @@ def test_a_window_waits_for_escape(show: Run, picture: Path, display: str) -> No
     assert "left eye" in out
 
 
+def test_options_of_the_mode_are_as_in_a_rig_file(show: Run, picture: Path, tmp_path: Path) -> None:
+    common = [picture, "--display", ASUS, "--mode", "side-by-side", "--headless", "--screenshot"]
+    assert show(*common, "plain.png").returncode == 0
+    options = ["--mode-option", "swap_eyes=true", "--mode-option", "left_offset_px=[0, 7]"]
+    done = show(*common, "moved.png", *options)
+    assert done.returncode == 0, done.stderr
+    plain, moved = codes(tmp_path / "plain.png"), codes(tmp_path / "moved.png")
+    np.testing.assert_array_equal(moved[:, :960], plain[:, 960:])
+    np.testing.assert_array_equal(moved[7:, 960:], plain[:-7, :960])
+
+
 REFUSED = [
+    pytest.param(
+        ["plate.exr", "--mode", "side-by-side", "--mode-option", "swap=1"], "did you mean 'swap_eyes'", id="option"
+    ),
+    pytest.param(["plate.exr", "--mode", "side-by-side", "--mode-option", "swap_eyes=["], "cannot be read", id="YAML"),
     pytest.param(["plate.exr", "--mode", "anaglyph"], "not characterised in the mode 'anaglyph'", id="absent mode"),
     pytest.param(["plate.exr", "--mode", "quad-buffered"], "GL_STEREO is false", id="no stereo"),
     pytest.param(["absent.exr", "--mode", "side-by-side"], "absent.exr", id="no file"),
@@ -192,3 +207,32 @@ def test_real_pictures_are_shown(show: Run, tmp_path: Path, name: str, options: 
     place = (960 - image.width_px) // 2, (1080 - image.height_px) // 2
     shown = screen[place[1] : place[1] + image.height_px, place[0] : place[0] + image.width_px]
     assert np.abs(shown - model.code(image.left) * 255.0).max() <= 0.501
+
+
+def test_a_leaking_display_s_crosstalk_is_cancelled(show: Run, tmp_path: Path) -> None:
+    """The screenshot's codes, through the display model and the leak, are what was asked."""
+    from devices.crosstalk_cancel import seen_XYZ
+
+    display = tmp_path / "leaky.yaml"
+    display.write_text(
+        "schema_version: 1\npanel: {resolution_px: [64, 32], pixel_pitch_mm: 0.3}\nmodes:\n  side-by-side:\n"
+        "    black_XYZ_cd_m2: [0, 0, 0]\n"
+        "    primaries_XYZ_cd_m2: {red: [10.8, 5.6, 0.5], green: [9.7, 18.6, 1.6], blue: [5.7, 2.2, 29.2]}\n"
+        "    curve: {kind: gamma, red: {gamma: 2.2}, green: {gamma: 2.2}, blue: {gamma: 2.2}}\n"
+        "    crosstalk:\n      left: [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 0.05]]\n"
+        "      right: [[0.03, 0, 0], [0, 0.03, 0], [0, 0, 0.03]]\n"
+    )
+    file, picture = tmp_path / "picture.exr", tmp_path / "shown.png"
+    loaded = read_display(display)
+    models = loaded.models("side-by-side")
+    shares = np.linspace(0.3, 0.8, 32, dtype=np.float32)[None, :, None] * np.ones((32, 1, 1), np.float32)
+    white = models.left.white_XYZ_cd_m2.astype(np.float32)
+    write_exr(file, StereoImage(shares * white, shares[:, ::-1] * white))
+    result = show(file, "--display", display, "--mode", "side-by-side", "--headless", "--screenshot", picture)
+    assert result.returncode == 0, result.stderr
+    codes = np.asarray(Image.open(picture)) / 255
+    seen = seen_XYZ(models, loaded.crosstalk("side-by-side"), codes[:, :32], codes[:, 32:])
+    for light, asked in zip(seen, (shares * white, shares[:, ::-1] * white), strict=True):
+        assert np.abs(light / asked - 1).max() < 0.02
+    uncancelled = seen_XYZ(models, loaded.crosstalk("side-by-side"), models.left.code(shares * white), codes[:, 32:])
+    assert np.abs(uncancelled[0] / (shares * white) - 1).max() > 0.04
