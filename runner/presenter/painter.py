@@ -75,6 +75,12 @@ class Painter:
         self._text_area.render(moderngl.TRIANGLE_STRIP, vertices=4)
         self._context.disable(moderngl.BLEND)
 
+    def fill(self, target: moderngl.Framebuffer, place: Rectangle, codes: tuple[float, float, float]) -> None:
+        """Fill ``place`` with codes in 0..1, as they are."""
+        low = target.height - place.top - place.height
+        if not place.is_empty:
+            target.clear(*codes, 1.0, viewport=(place.left, low, place.width, place.height))
+
     def release(self) -> None:
         """Free the programs."""
         for held in (self._text_area, self._picture_area, self._text, self._picture):

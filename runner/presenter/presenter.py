@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-
-import moderngl
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
 
 from devices.display_file import Eye, EyeModels
 from documents import Finding
 from runner.presenter.counters import Counters, Work
+from runner.presenter.drawing import Drawing, Patch
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.pictures import Pictures
-from runner.presenter.placing import place_item
-from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.scene import Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
-from runner.presenter.timing import SwapLog
+from runner.presenter.timing import SwapLog, missed_frames
 from runner.presenter.view_codes import CodesPerEye, MixedCodes, PictureCodes, ViewCodes
 from runner.presenter.words import Words
 from stimuli.stereo_image import StereoImage
@@ -27,7 +26,9 @@ from stimuli.stereo_image import StereoImage
 PICTURE_BUDGET_BYTES = 2 << 30
 TEXT_BUDGET_BYTES = 64 << 20
 
-_CAPTURED = {Buffer.BACK: ("screen", None), Buffer.BACK_LEFT: ("left", "left"), Buffer.BACK_RIGHT: ("right", "right")}
+_EYES: Mapping[Buffer, Eye | None] = MappingProxyType(
+    {Buffer.BACK: None, Buffer.BACK_LEFT: "left", Buffer.BACK_RIGHT: "right"}
+)
 
 
 class Presenter:
@@ -64,7 +65,6 @@ class Presenter:
                     remedy="characterise it once, for both eyes",
                 )
             )
-        self._areas_by_buffer = _by_buffer(self.areas, stereo=surface.stereo)
         self._work = Work()
         squeeze = self.areas[0].squeeze
         views: ViewCodes
@@ -75,13 +75,18 @@ class Presenter:
         self._pictures = Pictures(surface.context, views, load, self._work, picture_budget_bytes, decoded=surface.wake)
         self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture)
         self._painter = Painter(surface.context, surface.calls)
+        self._drawing = Drawing(surface, self._painter, self._words)
         self._swaps = SwapLog()
         self._scene: Scene | None = None
         self._upcoming: tuple[str, ...] = ()
-        self._onset_s = 0.0
+        self._lit = False
+        self._turns = 1 + max(area.turn for area in self.areas)
+        self._turn = self._turns - 1
+        self._onset_s = self._swapped_s = 0.0
         surface.on_damage = self.redraw
         surface.on_move = self._moved
         surface.on_wake = self._go_on
+        surface.on_frame = self._alternate if self._turns > 1 else None
 
     @property
     def counters(self) -> Counters:
@@ -98,8 +103,8 @@ class Presenter:
         if scene == self._scene:
             self._work.add(scenes_skipped=1)
             return self._onset_s
-        self._draw(scene)
-        self._onset_s = self._swap()
+        self._lit = not self._lit
+        self._onset_s = self._next_frame(scene)
         self._scene = scene
         self._work.add(frames_drawn=1)
         return self._onset_s
@@ -107,8 +112,7 @@ class Presenter:
     def redraw(self) -> None:
         """Draw the current scene again, as when the window system has lost it; the onset stays."""
         if self._scene is not None:
-            self._draw(self._scene)
-            self._swap()
+            self._next_frame(self._scene)
             self._work.add(frames_redrawn=1)
 
     def prefetch(self, scene: Scene) -> None:
@@ -129,14 +133,15 @@ class Presenter:
     def capture(self) -> dict[str, Codes]:
         """Draw the current scene and return the codes (height, width, 3) of each buffer, top row first.
 
-        The keys are ``screen``, or ``left`` and ``right`` in a mode with a buffer for each eye. Read from the back
-        buffers, before any swap.
+        The keys are ``screen``, or ``left`` and ``right`` in a mode with a buffer or a frame for each eye. Read from
+        the back buffers, before any swap.
         """
-        self._draw(self._scene or Scene())
         captured = {}
-        for buffer in dict.fromkeys(area.buffer for area in self.areas):
-            name, eye = _CAPTURED[buffer]
-            captured[name] = self.surface.read(eye)  # type: ignore[arg-type]
+        for turn in range(self._turns):
+            self._draw(self._scene or Scene(), turn)
+            for area in self.areas:
+                if area.turn == turn and self._picture_of(area) not in captured:
+                    captured[self._picture_of(area)] = self.surface.read(_EYES[area.buffer])
         return captured
 
     def eye_view(self, eye: Eye) -> Codes:
@@ -147,7 +152,7 @@ class Presenter:
         captured = self.capture()
         area = next(area for area in self.areas if eye in area.eyes)
         place = area.rectangle
-        codes = captured[_CAPTURED[area.buffer][0]]
+        codes = captured[self._picture_of(area)]
         view = codes[place.top : place.top + place.height, place.left : place.left + place.width].copy()
         if area.weave is not None:
             view[~area.weave.mask(place.height, place.width)] = 0
@@ -155,7 +160,8 @@ class Presenter:
 
     def close(self) -> None:
         """Free what is held on the graphics card; the surface stays open."""
-        self.surface.on_damage = self.surface.on_move = self.surface.on_wake = None
+        surface = self.surface
+        surface.on_damage = surface.on_move = surface.on_wake = surface.on_frame = None
         self._pictures.release()
         self._words.release()
         self._painter.release()
@@ -185,6 +191,12 @@ class Presenter:
             self.surface.wake()
         self._raise_gl_error()
 
+    def _picture_of(self, area: EyeArea) -> str:
+        """Return the name of the captured picture that holds ``area``."""
+        if self._turns > 1:
+            return area.eyes[0]
+        return _EYES[area.buffer] or "screen"
+
     def _refuse_unequal(self, stimulus: str, same: bool) -> None:
         if not same and any(len(area.eyes) > 1 for area in self.areas):
             raise PresentationError(
@@ -200,66 +212,36 @@ class Presenter:
         if areas != self.areas:
             self.redraw()
 
-    def _draw(self, scene: Scene) -> None:
+    def _draw(self, scene: Scene, turn: int = 0) -> None:
         pictures = self._ready(scene)
         self.areas = self.mode.areas(self.surface.size_px, self.surface.position_px)
-        self._areas_by_buffer = _by_buffer(self.areas, stereo=self.surface.stereo)
-        for buffer, areas in self._areas_by_buffer.items():
-            target = self.surface.target(buffer)
-            if not self._covered(areas, scene, pictures):
-                target.clear(viewport=(0, 0, *self.surface.size_px))
-            for area in areas:
-                for item in scene.items:
-                    if isinstance(item, Picture):
-                        codes = pictures[item.stimulus].eye(area.eyes[0])
-                        place, shown = place_item(area, codes.size, item.offset_px, item.aperture_px)
-                        self._painter.picture(target, codes, place, shown, area)
-                    else:
-                        self._draw_text(target, area, item)
+        square = self.mode.patch(self.surface.size_px)
+        patch = Patch(square, self._lit) if square else None
+        self._drawing.frame(scene, [area for area in self.areas if area.turn == turn], pictures, patch)
         self._raise_gl_error()
 
-    def _covered(self, areas: list[EyeArea], scene: Scene, pictures: dict[str, PictureCodes]) -> bool:
-        """Whether pictures will cover every pixel of a buffer, so that clearing it would be work for nothing."""
-        covered_px = 0.0
-        for area in areas:
-            shown = (
-                place_item(area, pictures[item.stimulus].eye(area.eyes[0]).size, item.offset_px, item.aperture_px)[1]
-                for item in scene.items
-                if isinstance(item, Picture)
-            )
-            if area.rectangle in shown:
-                covered_px += area.rectangle.width * area.rectangle.height * area.share
-        width, height = self.surface.size_px
-        return covered_px == width * height
+    def _next_frame(self, scene: Scene) -> float:
+        """Draw and show ``scene`` for the eye whose turn it is, where they take turns; return the time of the swap."""
+        self._turn = (self._turn + 1) % self._turns
+        self._draw(scene, self._turn)
+        return self._swap()
 
-    def _draw_text(self, target: moderngl.Framebuffer, area: EyeArea, item: Text) -> None:
-        coverage = self._words.coverage(item)
-        if coverage is None:
-            return
-        place, shown = place_item(area, coverage.texture.size, item.offset_px)
-        ink = self._words.ink(area.eyes[0], item.luminance_share)
-        self._painter.words(target, coverage.texture, ink, place, shown, area)
+    def _alternate(self) -> None:
+        """Show the current scene to the next eye."""
+        if self._scene is not None:
+            self._next_frame(self._scene)
+            self._work.add(frames_alternated=1)
 
     def _swap(self) -> float:
         self.surface.swap()
         now_s = time.monotonic()
+        if self._turns > 1 and self._swapped_s:
+            self._work.add(frames_missed=missed_frames(now_s - self._swapped_s, self.surface.facts.refresh_hz))
         self._swaps.add(now_s)
+        self._swapped_s = now_s
         return now_s
 
     def _raise_gl_error(self) -> None:
         error = self.surface.context.error
         if error != "GL_NO_ERROR":
             raise GraphicsError(f"the graphics driver reports {error} ({self.surface.facts.renderer})")
-
-
-def _by_buffer(areas: Sequence[EyeArea], *, stereo: bool) -> dict[Buffer, list[EyeArea]]:
-    """Return the areas to draw in each buffer; on a stereo surface, the one back buffer is both of them.
-
-    GL_BACK should mean both to the driver too, but Mesa sends a shader's output to the left one only.
-    """
-    grouped: dict[Buffer, list[EyeArea]] = {}
-    for area in areas:
-        both = stereo and area.buffer is Buffer.BACK
-        for buffer in (Buffer.BACK_LEFT, Buffer.BACK_RIGHT) if both else (area.buffer,):
-            grouped.setdefault(buffer, []).append(area)
-    return grouped

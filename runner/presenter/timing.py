@@ -46,6 +46,12 @@ class IntervalSummary:
         )
 
 
+def missed_frames(interval_s: float, refresh_hz: float | None) -> int:
+    """Return how many refreshes passed without a new frame between two swaps ``interval_s`` apart; 0 if unknown."""
+    periods = interval_s * (refresh_hz or 0.0)
+    return round(periods) - 1 if periods > _MISSED_FROM else 0
+
+
 class SwapLog:
     """The times of the last few thousand swaps, in seconds of ``time.monotonic``."""
 

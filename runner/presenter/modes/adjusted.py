@@ -8,7 +8,7 @@ from devices.display_file import Eye, EyeModels
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions, refuse_options
-from runner.presenter.rectangle import Size
+from runner.presenter.rectangle import Rectangle, Size
 
 _OTHER: dict[Eye, Eye] = {"left": "right", "right": "left"}
 
@@ -25,8 +25,13 @@ class Adjusted(Mode):
 
     def __post_init__(self) -> None:
         options = self.options
+        areas = self.mode.areas((2, 2))
+        frames = {(area.buffer, area.turn) for area in areas}
+        if options.sync_line and len(frames) < 2:
+            why = "shows both eyes in one frame, and a sync line tells frames apart"
+            raise refuse_options(self.name, why, "leave 'sync_line' out")
         alike = (options.left_offset_px, options.left_mirror) == (options.right_offset_px, options.right_mirror)
-        if not alike and any(len(area.eyes) > 1 for area in self.mode.areas((2, 2))):
+        if not alike and any(len(area.eyes) > 1 for area in areas):
             why = "shows both eyes the same pixels: it cannot move or mirror one of them"
             raise refuse_options(self.name, why, "give both eyes the same offset and mirror")
 
@@ -55,13 +60,24 @@ class Adjusted(Mode):
         mixture = self.mode.mixture(EyeModels(models.right, models.left))
         return mixture.swapped() if mixture else None
 
+    def patch(self, size_px: Size) -> Rectangle | None:
+        """Return the photodiode's square."""
+        corner = self.options.photodiode_corner
+        if corner is None:
+            return None
+        side = min(self.options.photodiode_size_px, *size_px)
+        return Rectangle((size_px[0] - side) * corner[0], (size_px[1] - side) * corner[1], side, side)
+
     def _adjust(self, area: EyeArea) -> EyeArea:
         options = self.options
         eyes = tuple(_OTHER[eye] for eye in area.eyes) if options.swap_eyes else area.eyes
         left = eyes[0] == "left"
+        whole = area.rectangle
+        line = Rectangle(whole.left, whole.top + whole.height - 1, whole.width * (1 if left else 3) // 4, 1)
         return replace(
             area,
             eyes=eyes,
             offset_px=options.left_offset_px if left else options.right_offset_px,
             mirror=options.left_mirror if left else options.right_mirror,
+            sync_line=line if options.sync_line else None,
         )

@@ -20,7 +20,8 @@ class EyeArea:
 
     ``squeeze`` is how many pixels across and down of the eye's view share one pixel of ``rectangle``; ``weave`` says
     which of the rectangle's pixels are this eye's, all of them if None. ``offset_px`` moves the view, in pixels of the
-    view; ``mirror`` reverses it, (left to right, top to bottom).
+    view; ``mirror`` reverses it, (left to right, top to bottom). ``turn`` is the frame that it is drawn in, where the
+    eyes are shown in turn; ``sync_line`` is what is blue of the row that tells whose frame it is.
     """
 
     eyes: tuple[Eye, ...]
@@ -30,6 +31,8 @@ class EyeArea:
     weave: Weave | None = None
     offset_px: tuple[int, int] = (0, 0)
     mirror: tuple[bool, bool] = (False, False)
+    turn: int = 0
+    sync_line: Rectangle | None = None
 
     @property
     def view_px(self) -> Size:
@@ -62,6 +65,10 @@ class Mode(Protocol):
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return each eye's area of a surface of ``size_px`` whose top left pixel is the panel's ``position_px``."""
+
+    def patch(self, size_px: Size) -> Rectangle | None:
+        """Return the photodiode's square on a surface of ``size_px``, None if there is none."""
+        return None
 
     def mixture(self, models: EyeModels) -> Mixture | None:
         """Return how the views of both eyes make one picture; None where each eye has pixels of its own."""

@@ -27,6 +27,13 @@ def pair_px(value: Any) -> tuple[int, int]:
     return value[0], value[1]
 
 
+def positive_px(value: Any) -> int:
+    """Return a whole number above 0."""
+    if type(value) is not int or value < 1:
+        raise ValueError("expected a whole number of pixels above 0")
+    return value
+
+
 def one_of(choices: Mapping[str, Any]) -> Read:
     """Return a reader of one of the names in ``choices``."""
 

@@ -1,4 +1,4 @@
-"""Options of a mode: where an eye's picture stands, and what an anaglyph's filters pass."""
+"""Options of a mode: where an eye's picture stands, what an anaglyph's filters pass, marks for instruments."""
 
 from __future__ import annotations
 
@@ -10,11 +10,19 @@ from typing import Any
 from documents import Finding
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.filters import Filters, read_filter
-from runner.presenter.modes.option_values import Read, flag, one_of, pair_px, read_options
+from runner.presenter.modes.option_values import Read, flag, one_of, pair_px, positive_px, read_options
 
 Mirror = tuple[bool, bool]
 MIRRORS: Mapping[str, Mirror] = MappingProxyType(
     {"none": (False, False), "horizontal": (True, False), "vertical": (False, True), "both": (True, True)}
+)
+CORNERS: Mapping[str, tuple[bool, bool]] = MappingProxyType(
+    {
+        "top-left": (False, False),
+        "top-right": (True, False),
+        "bottom-left": (False, True),
+        "bottom-right": (True, True),
+    }
 )
 SPLITS: Mapping[str, bool] = MappingProxyType({"least-squares": False, "channels": True})
 _FILTERS = MappingProxyType({"left_filter": "left", "right_filter": "right", "anaglyph": "split_channels"})
@@ -26,7 +34,9 @@ class ModeOptions:
 
     ``swap_eyes`` gives each eye the other's place: crossed in place of parallel halves, the right eye on top, the left
     eye on odd rows. The offsets, (right, down) in pixels of the eye's view, move all that the eye sees. A mirror is
-    (left to right, top to bottom). ``filters`` are those of an anaglyph.
+    (left to right, top to bottom). ``filters`` are those of an anaglyph. ``sync_line`` marks the lowest row of each
+    eye's frame: blue for a quarter of its width is the left eye's, for three quarters the right eye's. A photodiode's
+    square stands in a corner, (right, bottom), and is white and black in turn with each new scene.
     """
 
     swap_eyes: bool = False
@@ -35,6 +45,9 @@ class ModeOptions:
     left_mirror: Mirror = (False, False)
     right_mirror: Mirror = (False, False)
     filters: Filters | None = None
+    sync_line: bool = False
+    photodiode_corner: tuple[bool, bool] | None = None
+    photodiode_size_px: int = 60
 
     @classmethod
     def parse(cls, options: Mapping[str, Any]) -> ModeOptions:
@@ -51,6 +64,9 @@ class ModeOptions:
             "right_offset_px": pair_px,
             "left_mirror": one_of(MIRRORS),
             "right_mirror": one_of(MIRRORS),
+            "sync_line": flag,
+            "photodiode_corner": one_of(CORNERS),
+            "photodiode_size_px": positive_px,
             "left_filter": read_filter,
             "right_filter": read_filter,
             "anaglyph": one_of(SPLITS),

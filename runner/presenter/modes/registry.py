@@ -11,6 +11,7 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.modes.adjusted import Adjusted
 from runner.presenter.modes.anaglyph import AnaglyphAmberBlue, AnaglyphGreenMagenta, AnaglyphRedCyan
 from runner.presenter.modes.flat import Flat
+from runner.presenter.modes.frame_sequential import FrameSequential
 from runner.presenter.modes.interleaved import Checkerboard, ColumnInterleaved, RowInterleaved
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
@@ -35,6 +36,7 @@ MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(
             AnaglyphGreenMagenta,
             AnaglyphAmberBlue,
             QuadBuffered,
+            FrameSequential,
         )
     }
 )

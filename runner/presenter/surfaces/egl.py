@@ -43,6 +43,7 @@ class EglSurface:
         self.on_damage: Callable[[], object] | None = None
         self.on_move: Callable[[], object] | None = None
         self.on_wake: Callable[[], object] | None = None
+        self.on_frame: Callable[[], object] | None = None
         try:
             self.context = moderngl.create_context(standalone=True, backend="egl")  # type: ignore[arg-type]
         except Exception as error:  # the loader raises bare Exceptions

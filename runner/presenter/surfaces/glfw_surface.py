@@ -23,6 +23,7 @@ from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9
+_REFRESH_HZ = 60.0  # where no monitor tells
 _WAKE_S = 0.25  # how soon Ctrl-C is noticed while asleep; four wakings a second cost nothing
 
 
@@ -80,6 +81,9 @@ class GlfwSurface:
         self.on_damage: Callable[[], object] | None = None
         self.on_move: Callable[[], object] | None = None
         self.on_wake: Callable[[], object] | None = None
+        self.on_frame: Callable[[], object] | None = None
+        self.refresh_hz: float | None = None
+        self._frame_due_s = 0.0
         self.remarks: tuple[str, ...] = ()
         self._session = session
         self._window = window
@@ -125,6 +129,7 @@ class GlfwSurface:
             stereo=self.stereo,
             vsync=self._vsync,
             remarks=self.remarks,
+            refresh_hz=self.refresh_hz,
         )
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
@@ -151,7 +156,10 @@ class GlfwSurface:
         while not self._presses:
             if glfw.window_should_close(self._window):
                 raise WindowClosed("the window was closed")
-            glfw.wait_events_timeout(_WAKE_S)
+            if self.on_frame is None:
+                glfw.wait_events_timeout(_WAKE_S)
+            else:
+                self._next_frame(self.on_frame)
             self._mend()
             self._serve()
         return self._presses.popleft()
@@ -203,6 +211,28 @@ class GlfwSurface:
             self._damaged = False
             if self.on_damage is not None:
                 self.on_damage()
+
+    def _next_frame(self, draw: Callable[[], object]) -> None:
+        """Sleep until the next frame is due or something happens; draw the frame if it is due.
+
+        Where the swap waits for the screen, it paces the frames, and drawing begins a quarter of a refresh after it.
+        Where it does not, the clock does.
+        """
+        period_s = 1.0 / (self.refresh_hz or _REFRESH_HZ)
+        wait_s = self._frame_due_s - time.monotonic()
+        if wait_s > 0.0:
+            glfw.wait_events_timeout(wait_s)
+        else:
+            glfw.poll_events()
+        begun_s = time.monotonic()
+        if self._presses or begun_s < self._frame_due_s:
+            return
+        draw()
+        now_s = time.monotonic()
+        if now_s - begun_s > period_s / 4.0:
+            self._frame_due_s = now_s + period_s / 4.0
+        else:
+            self._frame_due_s = max(self._frame_due_s + period_s, now_s)
 
     def _serve(self) -> None:
         """Do what it was woken for, unless a key is waiting: that goes first."""

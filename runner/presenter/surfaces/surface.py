@@ -41,6 +41,7 @@ class SurfaceFacts:
     stereo: bool
     vsync: bool
     remarks: tuple[str, ...] = ()
+    refresh_hz: float | None = None
 
 
 class Surface(Protocol):
@@ -49,7 +50,7 @@ class Surface(Protocol):
     ``stereo`` says whether there is a right back buffer (GL_STEREO). ``position_px`` is the pixel of the panel, from
     its top left, that the surface's own top left pixel stands on. ``on_damage`` is called while waiting for a key if
     the window system has lost what was shown, ``on_move`` if the window has been moved, ``on_wake`` after
-    ``wake`` and before sleeping again.
+    ``wake`` and before sleeping again. With ``on_frame``, a window calls it for every refresh while waiting for a key.
     """
 
     size_px: Size
@@ -60,6 +61,7 @@ class Surface(Protocol):
     on_damage: Callable[[], object] | None
     on_move: Callable[[], object] | None
     on_wake: Callable[[], object] | None
+    on_frame: Callable[[], object] | None
 
     @property
     def facts(self) -> SurfaceFacts:

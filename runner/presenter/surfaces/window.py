@@ -42,6 +42,7 @@ class WindowSurface(GlfwSurface):
             glfw.show_window(window)
             glfw.focus_window(window)
             session.complaints.clear()
+            self.refresh_hz = _refresh_hz(monitor)
             self._settle()
             self._check_size(glfw.get_framebuffer_size(window))
         except BaseException:
@@ -62,6 +63,12 @@ def _monitor(size_px: Size) -> Any:
     """Return the first monitor whose mode has ``size_px``, or None."""
     modes = ((monitor, glfw.get_video_mode(monitor)) for monitor in glfw.get_monitors())
     return next((monitor for monitor, mode in modes if tuple(mode.size) == tuple(size_px)), None)
+
+
+def _refresh_hz(monitor: Any) -> float | None:
+    """Return what the monitor, or the first one, says of its refresh; None if it says nothing."""
+    mode = glfw.get_video_mode(monitor or glfw.get_primary_monitor())
+    return float(mode.refresh_rate) or None if mode else None
 
 
 def _create(size_px: Size, monitor: Any, *, stereo: bool) -> Any:

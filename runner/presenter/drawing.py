@@ -1,0 +1,96 @@
+"""Drawing one frame of a scene: each eye's area of each buffer, then the marks for instruments."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import moderngl
+
+from runner.presenter.modes.mode import EyeArea
+from runner.presenter.painter import Painter
+from runner.presenter.placing import place_item
+from runner.presenter.rectangle import Rectangle
+from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces.surface import Buffer, Surface
+from runner.presenter.view_codes import PictureCodes
+from runner.presenter.words import Words
+
+BLACK = (0.0, 0.0, 0.0)
+WHITE = (1.0, 1.0, 1.0)
+BLUE = (0.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True, slots=True)
+class Patch:
+    """A photodiode's square, white or black."""
+
+    place: Rectangle
+    lit: bool
+
+
+@dataclass(frozen=True, slots=True)
+class Drawing:
+    """Draws with ``painter`` and ``words`` on ``surface``."""
+
+    surface: Surface
+    painter: Painter
+    words: Words
+
+    def frame(
+        self, scene: Scene, areas: Sequence[EyeArea], pictures: Mapping[str, PictureCodes], patch: Patch | None
+    ) -> None:
+        """Draw ``scene`` in ``areas``, all of one frame."""
+        for buffer, own in _by_buffer(areas, stereo=self.surface.stereo).items():
+            target = self.surface.target(buffer)
+            if not self._covered(own, scene, pictures):
+                target.clear(viewport=(0, 0, *self.surface.size_px))
+            for area in own:
+                for item in scene.items:
+                    if isinstance(item, Picture):
+                        codes = pictures[item.stimulus].eye(area.eyes[0])
+                        place, shown = place_item(area, codes.size, item.offset_px, item.aperture_px)
+                        self.painter.picture(target, codes, place, shown, area)
+                    else:
+                        self._text(target, area, item)
+                if area.sync_line is not None:
+                    line = Rectangle(0, area.sync_line.top, target.width, area.sync_line.height)
+                    self.painter.fill(target, line, BLACK)
+                    self.painter.fill(target, area.sync_line, BLUE)
+            if patch is not None:
+                self.painter.fill(target, patch.place, WHITE if patch.lit else BLACK)
+
+    def _covered(self, areas: Sequence[EyeArea], scene: Scene, pictures: Mapping[str, PictureCodes]) -> bool:
+        """Whether pictures will cover every pixel of a buffer, so that clearing it would be work for nothing."""
+        covered_px = 0.0
+        for area in areas:
+            shown = (
+                place_item(area, pictures[item.stimulus].eye(area.eyes[0]).size, item.offset_px, item.aperture_px)[1]
+                for item in scene.items
+                if isinstance(item, Picture)
+            )
+            if area.rectangle in shown:
+                covered_px += area.rectangle.width * area.rectangle.height * area.share
+        width, height = self.surface.size_px
+        return covered_px == width * height
+
+    def _text(self, target: moderngl.Framebuffer, area: EyeArea, item: Text) -> None:
+        coverage = self.words.coverage(item)
+        if coverage is None:
+            return
+        place, shown = place_item(area, coverage.texture.size, item.offset_px)
+        ink = self.words.ink(area.eyes[0], item.luminance_share)
+        self.painter.words(target, coverage.texture, ink, place, shown, area)
+
+
+def _by_buffer(areas: Sequence[EyeArea], *, stereo: bool) -> dict[Buffer, list[EyeArea]]:
+    """Return the areas to draw in each buffer; on a stereo surface, the one back buffer is both of them.
+
+    GL_BACK should mean both to the driver too, but Mesa sends a shader's output to the left one only.
+    """
+    grouped: dict[Buffer, list[EyeArea]] = {}
+    for area in areas:
+        both = stereo and area.buffer is Buffer.BACK
+        for buffer in (Buffer.BACK_LEFT, Buffer.BACK_RIGHT) if both else (area.buffer,):
+            grouped.setdefault(buffer, []).append(area)
+    return grouped

@@ -1,0 +1,106 @@
+"""Marks for instruments: a photodiode's square, and the line that tells whose frame it is."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+
+from devices.display_file import EyeModels
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.rectangle import Rectangle
+from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.surface import Buffer
+from stimuli.stereo_image import StereoImage
+
+CORNERS = {
+    "top-left": (slice(0, 30), slice(0, 30)),
+    "top-right": (slice(0, 30), slice(-30, None)),
+    "bottom-left": (slice(-30, None), slice(0, 30)),
+    "bottom-right": (slice(-30, None), slice(-30, None)),
+}
+
+
+@pytest.mark.parametrize("corner", CORNERS)
+@pytest.mark.parametrize("mode", [name for name in MODES if name not in ("quad-buffered", "flat", "dual-window")])
+def test_the_square_turns_with_each_new_scene_and_covers_nothing_else(
+    egl: EglSurface,
+    mode: str,
+    corner: str,
+    random_stereo: Callable[..., StereoImage],
+    same_models: EyeModels,
+) -> None:
+    pictures = {name: random_stereo(480, 640, seed) for seed, name in enumerate("ab")}
+    marked = find_mode(mode, ModeOptions.parse({"photodiode_corner": corner, "photodiode_size_px": 30}))
+    with Presenter(egl, find_mode(mode), same_models, pictures.__getitem__) as presenter:
+        presenter.show(Scene((Picture("a"),)))
+        plain = presenter.capture()
+    with Presenter(egl, marked, same_models, pictures.__getitem__) as presenter:
+        levels = []
+        for name in "abbab":
+            presenter.show(Scene((Picture(name),)))
+            presenter.redraw()
+            captured = presenter.capture()
+            for key, codes in captured.items():
+                square = codes[CORNERS[corner]]
+                assert square.min() == square.max()
+                if name == "a":
+                    without = plain[key].copy()
+                    without[CORNERS[corner]] = square
+                    np.testing.assert_array_equal(codes, without)
+            levels.append(int(square[0, 0, 0]))
+    assert levels == [255, 0, 0, 255, 0]
+
+
+def test_a_square_larger_than_the_surface_is_the_surface() -> None:
+    mode = find_mode("flat", ModeOptions(photodiode_corner=(True, True), photodiode_size_px=500))
+    assert mode.patch((40, 30)) == Rectangle(10, 0, 30, 30)
+    assert find_mode("flat").patch((40, 30)) is None
+
+
+@pytest.mark.parametrize("swapped", [False, True])
+def test_the_line_tells_whose_frame_it_is(
+    egl: EglSurface, swapped: bool, random_stereo: Callable[..., StereoImage], same_models: EyeModels
+) -> None:
+    picture = random_stereo(480, 640)
+    mode = find_mode("frame-sequential", ModeOptions(sync_line=True, swap_eyes=swapped))
+    with Presenter(egl, mode, same_models, lambda _: picture) as presenter:
+        presenter.show(Scene((Picture("a"), Text("Which?"))))
+        captured = presenter.capture()
+    for eye, blue_px in (("left", 160), ("right", 480)):
+        row = captured[eye][-1]
+        assert (row[:blue_px] == (0, 0, 255)).all()
+        assert not row[blue_px:].any()
+        assert captured[eye][-2].any(axis=1).all()
+
+
+def test_quad_buffered_has_a_line_in_each_eyes_buffer() -> None:
+    left, right = find_mode("quad-buffered", ModeOptions(sync_line=True)).areas((1920, 1080))
+    assert (left.buffer, left.sync_line) == (Buffer.BACK_LEFT, Rectangle(0, 1079, 480, 1))
+    assert (right.buffer, right.sync_line) == (Buffer.BACK_RIGHT, Rectangle(0, 1079, 1440, 1))
+
+
+@pytest.mark.parametrize("mode", ["flat", "side-by-side", "row-interleaved", "anaglyph-red-cyan"])
+def test_a_line_has_no_place_where_both_eyes_share_a_frame(mode: str) -> None:
+    with pytest.raises(PresentationError, match=f"'{mode}' shows both eyes in one frame"):
+        find_mode(mode, ModeOptions(sync_line=True))
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"photodiode_corner": "top left"}, "did you mean 'top-left'"),
+        ({"photodiode_size_px": 0}, "expected a whole number of pixels above 0"),
+        ({"photodiode_size_px": True}, "expected a whole number of pixels above 0"),
+        ({"sync_line": 1}, "expected true or false"),
+    ],
+)
+def test_wrong_marks_are_refused(options: dict[str, Any], said: str) -> None:
+    with pytest.raises(PresentationError, match=said):
+        ModeOptions.parse(options)
