@@ -102,6 +102,7 @@ def command(
                 backend if headless else "window",
                 display.panel.resolution_px,
                 stereo=stereo_mode.needs_stereo,
+                windows=stereo_mode.windows,
                 windowed=windowed,
             ) as surface,
             Presenter(surface, stereo_mode, models, lambda _: sent) as presenter,

@@ -45,9 +45,14 @@ class Adjusted(Mode):
         """Whether the mode needs a right back buffer."""
         return self.mode.needs_stereo
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+    @property
+    def windows(self) -> int:
+        """How many windows the mode needs."""
+        return self.mode.windows
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Say why the mode cannot be shown, None if it can."""
-        return self.mode.unavailable(size_px, stereo=stereo)
+        return self.mode.unavailable(size_px, stereo=stereo, windows=windows)
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return the mode's areas, adjusted."""

@@ -31,7 +31,7 @@ class _Anaglyph(Mode):
     left_passes: ClassVar[tuple[float, float, float]]
     right_passes: ClassVar[tuple[float, float, float]]
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Return None: every surface can."""
         return None
 

@@ -14,7 +14,7 @@ class Flat(Mode):
     name: ClassVar[str] = "flat"
     needs_stereo: ClassVar[bool] = False
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Return None: every surface can."""
         return None
 

@@ -19,7 +19,7 @@ class FrameSequential(Mode):
     name: ClassVar[str] = "frame-sequential"
     needs_stereo: ClassVar[bool] = False
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Return None: every surface can."""
         return None
 

@@ -21,7 +21,7 @@ class _Interleaved(Mode):
     left: ClassVar[Weave]
     needs_stereo: ClassVar[bool] = False
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Refuse a surface that has not a pixel for each eye."""
         width, height = size_px
         across, down = self.left.column_step, self.left.row_step

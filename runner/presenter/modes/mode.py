@@ -60,8 +60,16 @@ class Mode(Protocol):
     def needs_stereo(self) -> bool:
         """Whether it needs a right back buffer."""
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
-        """Say why a surface of ``size_px``, with a right back buffer or not, cannot show this mode; None if it can."""
+    @property
+    def windows(self) -> int:
+        """How many windows it needs."""
+        return 1
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
+        """Say why a surface of ``size_px``, with a right back buffer or not, cannot show this mode; None if it can.
+
+        ``windows`` is how many windows the surface has.
+        """
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return each eye's area of a surface of ``size_px`` whose top left pixel is the panel's ``position_px``."""

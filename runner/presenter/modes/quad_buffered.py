@@ -15,7 +15,7 @@ class QuadBuffered(Mode):
     name: ClassVar[str] = "quad-buffered"
     needs_stereo: ClassVar[bool] = True
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Refuse a surface without a right back buffer."""
         return None if stereo else "the driver gives this surface no right back buffer (GL_STEREO is false)"
 

@@ -10,6 +10,7 @@ from documents import Finding
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.adjusted import Adjusted
 from runner.presenter.modes.anaglyph import AnaglyphAmberBlue, AnaglyphGreenMagenta, AnaglyphRedCyan
+from runner.presenter.modes.dual_window import DualWindow
 from runner.presenter.modes.flat import Flat
 from runner.presenter.modes.frame_sequential import FrameSequential
 from runner.presenter.modes.interleaved import Checkerboard, ColumnInterleaved, RowInterleaved
@@ -37,6 +38,7 @@ MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(
             AnaglyphAmberBlue,
             QuadBuffered,
             FrameSequential,
+            DualWindow,
         )
     }
 )
@@ -62,14 +64,18 @@ def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
 
 def available(surface: Surface) -> dict[str, str | None]:
     """Return, for each mode, None if ``surface`` can show it, else the reason why not."""
-    return {name: mode().unavailable(surface.size_px, stereo=surface.stereo) for name, mode in MODES.items()}
+    return {name: _reason(mode(), surface) for name, mode in MODES.items()}
 
 
 def require(mode: Mode, surface: Surface) -> None:
     """Raise PresentationError if ``surface`` cannot show ``mode``, saying why and which modes it can show."""
-    reason = mode.unavailable(surface.size_px, stereo=surface.stereo)
+    reason = _reason(mode, surface)
     if reason is not None:
         others = ", ".join(name for name, why in available(surface).items() if why is None)
         raise PresentationError(
             Finding(f"the mode '{mode.name}' cannot be shown: {reason}", remedy=f"available here: {others or 'none'}")
         )
+
+
+def _reason(mode: Mode, surface: Surface) -> str | None:
+    return mode.unavailable(surface.size_px, stereo=surface.stereo, windows=surface.windows)

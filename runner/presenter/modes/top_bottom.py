@@ -15,7 +15,7 @@ class TopBottom(Mode):
     needs_stereo: ClassVar[bool] = False
     squeeze: ClassVar[tuple[int, int]] = (1, 1)
 
-    def unavailable(self, size_px: Size, *, stereo: bool) -> str | None:
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
         """Refuse a surface too low to halve."""
         return None if size_px[1] >= 2 else f"a surface {size_px[1]} px high has no two halves"
 

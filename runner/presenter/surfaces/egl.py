@@ -33,12 +33,13 @@ def _leave_thread() -> None:
 
 
 class EglSurface:
-    """A framebuffer of 8 bits a channel on an EGL context of its own. It has no keys."""
+    """A framebuffer of 8 bits a channel on an EGL context of its own, two in place of two windows. It has no keys."""
 
     stereo = False
 
-    def __init__(self, size_px: Size) -> None:
+    def __init__(self, size_px: Size, windows: int = 1) -> None:
         self.size_px = size_px
+        self.windows = windows
         self.position_px = (0, 0)
         self.on_damage: Callable[[], object] | None = None
         self.on_move: Callable[[], object] | None = None
@@ -60,6 +61,10 @@ class EglSurface:
         self.context.disable_direct(_GL_DITHER)
         self._colour = self.context.renderbuffer(size_px, 4)
         self._framebuffer = self.context.framebuffer([self._colour])
+        self._framebuffers = {Buffer.BACK: self._framebuffer}
+        if windows == 2:
+            self._second = self.context.framebuffer([self.context.renderbuffer(size_px, 4)])
+            self._framebuffers |= {Buffer.BACK_LEFT: self._framebuffer, Buffer.BACK_RIGHT: self._second}
         self._framebuffer.use()
 
     @property
@@ -79,9 +84,9 @@ class EglSurface:
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
         """Bind the framebuffer and return it."""
-        self._only(buffer)
-        self._framebuffer.use()
-        return self._framebuffer
+        framebuffer = self._of(buffer)
+        framebuffer.use()
+        return framebuffer
 
     def swap(self) -> None:
         """Wait until the graphics card is done."""
@@ -89,9 +94,9 @@ class EglSurface:
 
     def read(self, eye: Eye | None = None) -> Codes:
         """Return the codes (height, width, 3), top row first."""
-        self._only(Buffer.of(eye))
+        framebuffer = self._of(Buffer.of(eye))
         width, height = self.size_px
-        data = self._framebuffer.read(components=3, alignment=1)
+        data = framebuffer.read(components=3, alignment=1)
         return np.frombuffer(data, dtype=np.uint8).reshape(height, width, 3)[::-1].copy()
 
     def wait_key(self) -> KeyPress:
@@ -118,7 +123,7 @@ class EglSurface:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    @staticmethod
-    def _only(buffer: Buffer) -> None:
-        if buffer is not Buffer.BACK:
+    def _of(self, buffer: Buffer) -> moderngl.Framebuffer:
+        if buffer not in self._framebuffers:
             raise PresentationError(f"an EGL surface has no buffer '{buffer.value}': it is not stereo")
+        return self._framebuffers[buffer]

@@ -24,23 +24,25 @@ from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9
 _REFRESH_HZ = 60.0  # where no monitor tells
+_SHOWN_WITHIN_S = 0.5
 _WAKE_S = 0.25  # how soon Ctrl-C is noticed while asleep; four wakings a second cost nothing
 
 
-class _Loader:
+class ContextLoader:
     """The window's own loader, as moderngl takes it; moderngl's would look for another libGL."""
 
     def load_opengl_function(self, name: str) -> int:
+        """Return a function's address."""
         return function_address(name)
 
-    def __enter__(self) -> _Loader:
+    def __enter__(self) -> ContextLoader:
         return self
 
     def __exit__(self, *_: object) -> None:
         pass
 
     def release(self) -> None:
-        pass
+        """Do nothing: it holds nothing."""
 
 
 def function_address(name: str) -> int:
@@ -74,6 +76,7 @@ class GlfwSurface:
     """A surface on a glfw window; a subclass opens the window and says what sort it is."""
 
     backend: str
+    windows = 1
 
     def __init__(self, session: GlfwSession, window: Any, size_px: Size, *, vsync: bool) -> None:
         self.size_px = size_px
@@ -97,7 +100,7 @@ class GlfwSurface:
         self._vsync = vsync and not session.complaints
         session.complaints.clear()
         try:
-            self.context = moderngl.create_context(context=_Loader())  # type: ignore[arg-type]
+            self.context = moderngl.create_context(context=ContextLoader())  # type: ignore[arg-type]
         except Exception as error:  # the loader raises bare Exceptions
             raise GraphicsError(f"the window gives no OpenGL 3.3 context: {error}") from error
         self.calls = GlCalls(function_address)
@@ -154,7 +157,7 @@ class GlfwSurface:
     def wait_key(self) -> KeyPress:
         """Sleep in the event queue until a key is pressed; raise WindowClosed once the window is closed."""
         while not self._presses:
-            if glfw.window_should_close(self._window):
+            if self._closed():
                 raise WindowClosed("the window was closed")
             if self.on_frame is None:
                 glfw.wait_events_timeout(_WAKE_S)
@@ -173,7 +176,7 @@ class GlfwSurface:
         """Return the presses that wait, without sleeping; raise WindowClosed once the window is closed."""
         glfw.poll_events()
         self._mend()
-        if glfw.window_should_close(self._window):
+        if self._closed():
             raise WindowClosed("the window was closed")
         presses = tuple(self._presses)
         self._presses.clear()
@@ -201,6 +204,18 @@ class GlfwSurface:
                 f"the window system gives {actual_px[0]} × {actual_px[1]} px in place of "
                 f"{self.size_px[0]} × {self.size_px[1]} (set the screen to the panel's resolution, without scaling)"
             )
+
+    def _closed(self) -> bool:
+        return bool(glfw.window_should_close(self._window))
+
+    def _settle(self) -> None:
+        """Wait for the window to appear, so that its appearing does not count as damage later."""
+        until_s = time.monotonic() + _SHOWN_WITHIN_S
+        while not self._damaged and time.monotonic() < until_s:
+            glfw.wait_events_timeout(0.02)
+        glfw.poll_events()
+        self.position_px = on_its_panel(glfw.get_window_pos(self._window))
+        self._damaged = self._moved = False
 
     def _mend(self) -> None:
         if self._moved:

@@ -12,17 +12,21 @@ from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Surface
 
 
-def _egl(size_px: Size, stereo: bool, windowed: bool) -> Surface:
-    return EglSurface(size_px)
+def _egl(size_px: Size, stereo: bool, windowed: bool, windows: int) -> Surface:
+    return EglSurface(size_px, windows)
 
 
-def _window(size_px: Size, stereo: bool, windowed: bool) -> Surface:
+def _window(size_px: Size, stereo: bool, windowed: bool, windows: int) -> Surface:
+    if windows == 2:
+        from runner.presenter.surfaces.dual_window import DualWindowSurface
+
+        return DualWindowSurface(size_px, windowed=windowed)
     from runner.presenter.surfaces.window import WindowSurface
 
     return WindowSurface(size_px, stereo=stereo, windowed=windowed)
 
 
-def _null(size_px: Size, stereo: bool, windowed: bool) -> Surface:
+def _null(size_px: Size, stereo: bool, windowed: bool, windows: int) -> Surface:
     from runner.presenter.surfaces.null_window import NullWindowSurface
 
     return NullWindowSurface(size_px)
@@ -31,11 +35,13 @@ def _null(size_px: Size, stereo: bool, windowed: bool) -> Surface:
 BACKENDS = MappingProxyType({"egl": _egl, "null": _null, "window": _window})
 
 
-def open_surface(backend: str, size_px: Size, *, stereo: bool = False, windowed: bool = False) -> Surface:
+def open_surface(
+    backend: str, size_px: Size, *, stereo: bool = False, windowed: bool = False, windows: int = 1
+) -> Surface:
     """Open a surface of ``size_px``: ``egl`` (offscreen), ``null`` (a window without a screen) or ``window``.
 
     ``stereo`` asks for a right back buffer; whether there is one, the surface's ``stereo`` says. ``windowed`` keeps
-    a window from filling the screen.
+    a window from filling the screen. Two ``windows`` are one for each eye, and two offscreen pictures with ``egl``.
 
     Raises
     ------
@@ -46,4 +52,4 @@ def open_surface(backend: str, size_px: Size, *, stereo: bool = False, windowed:
         near = difflib.get_close_matches(backend, BACKENDS, n=1)
         remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(BACKENDS)
         raise PresentationError(Finding(f"there is no backend '{backend}'", remedy=remedy))
-    return BACKENDS[backend](size_px, stereo, windowed)
+    return BACKENDS[backend](size_px, stereo, windowed, windows)

@@ -47,7 +47,8 @@ class SurfaceFacts:
 class Surface(Protocol):
     """A surface of ``size_px`` with 8 bits a channel; the context is current from opening to closing.
 
-    ``stereo`` says whether there is a right back buffer (GL_STEREO). ``position_px`` is the pixel of the panel, from
+    ``stereo`` says whether there is a right back buffer (GL_STEREO); with two ``windows``, each eye's buffer is a
+    window. ``position_px`` is the pixel of the panel, from
     its top left, that the surface's own top left pixel stands on. ``on_damage`` is called while waiting for a key if
     the window system has lost what was shown, ``on_move`` if the window has been moved, ``on_wake`` after
     ``wake`` and before sleeping again. With ``on_frame``, a window calls it for every refresh while waiting for a key.
@@ -58,6 +59,7 @@ class Surface(Protocol):
     context: moderngl.Context
     calls: GlCalls
     stereo: bool
+    windows: int
     on_damage: Callable[[], object] | None
     on_move: Callable[[], object] | None
     on_wake: Callable[[], object] | None

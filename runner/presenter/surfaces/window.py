@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import time
 from typing import Any
 
 import glfw
@@ -10,10 +9,9 @@ import glfw
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.glfw_session import GlfwSession
-from runner.presenter.surfaces.glfw_surface import GlfwSurface, context_hints, on_its_panel
+from runner.presenter.surfaces.glfw_surface import GlfwSurface, context_hints
 
 _TITLE = "cyclopean"
-_SHOWN_WITHIN_S = 0.5
 
 
 class WindowSurface(GlfwSurface):
@@ -48,15 +46,6 @@ class WindowSurface(GlfwSurface):
         except BaseException:
             session.close()
             raise
-
-    def _settle(self) -> None:
-        """Wait for the window to appear, so that its appearing does not count as damage later."""
-        until_s = time.monotonic() + _SHOWN_WITHIN_S
-        while not self._damaged and time.monotonic() < until_s:
-            glfw.wait_events_timeout(0.02)
-        glfw.poll_events()
-        self.position_px = on_its_panel(glfw.get_window_pos(self._window))
-        self._damaged = self._moved = False
 
 
 def _monitor(size_px: Size) -> Any:

@@ -53,6 +53,7 @@ class FakeSurface:
 
     stereo: bool
     size_px: tuple[int, int] = (1920, 1080)
+    windows: int = 1
 
 
 @pytest.mark.parametrize("stereo", [True, False])
@@ -78,7 +79,10 @@ def test_quad_buffered_is_refused_without_a_right_back_buffer_and_says_what_woul
         require(find_mode("quad-buffered"), surface)
     surface = FakeSurface(stereo=GlCalls(FakeDriver(stereo=True).load).has_stereo())
     require(find_mode("quad-buffered"), surface)
-    assert available(surface) == dict.fromkeys(MODES)
+    reasons = available(surface)
+    assert {name for name, reason in reasons.items() if reason} == {"dual-window"}
+    surface = FakeSurface(stereo=False, windows=2)
+    assert {name for name, reason in available(surface).items() if reason} == {"quad-buffered"}
 
 
 def test_the_presenter_refuses_it_before_anything_is_made(egl: EglSurface, same_models: EyeModels) -> None:

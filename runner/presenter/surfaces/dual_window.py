@@ -1,0 +1,138 @@
+"""Two windows, one for each eye, on two monitors of one size; the right one shows what the left one's context drew."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import glfw
+import moderngl
+
+from devices.display_file import Eye
+from runner.presenter.errors import PresentationError
+from runner.presenter.rectangle import Rectangle, Size
+from runner.presenter.surfaces import gl_calls
+from runner.presenter.surfaces.gl_calls import Codes, GlCalls
+from runner.presenter.surfaces.glfw_session import GlfwSession
+from runner.presenter.surfaces.glfw_surface import ContextLoader, GlfwSurface, context_hints, function_address
+from runner.presenter.surfaces.surface import Buffer
+
+_TITLES = ("cyclopean left", "cyclopean right")
+
+
+class DualWindowSurface(GlfwSurface):
+    """A window for each eye: the left eye's on the monitor that stands further left.
+
+    Both contexts share their textures. All is drawn in the left window's context, the right eye's frame to a texture
+    that the right window then copies. Only the left window waits for its screen, so that two screens that are out of
+    step do not wait for one another. ``windowed`` puts two windows side by side on one screen.
+
+    Raises PresentationError where fewer than two monitors have the panel's resolution.
+    """
+
+    backend = "window"
+    windows = 2
+
+    def __init__(self, size_px: Size, *, windowed: bool = False) -> None:
+        session = GlfwSession()
+        try:
+            monitors: Sequence[Any] = (None, None) if windowed else _two_monitors(size_px)
+            first = _create(size_px, monitors[0], _TITLES[0], None)
+            second = first and _create(size_px, monitors[1], _TITLES[1], first)
+            if not second:
+                raise PresentationError(f"two windows could not be opened: {session.why()}")
+            super().__init__(session, first, size_px, vsync=True)
+            self._right = self.context.framebuffer([self.context.texture(size_px, 4)])
+            self._second = _RightWindow(second, self._right, size_px)
+            glfw.make_context_current(first)
+            glfw.set_key_callback(second, self._on_key)
+            glfw.set_window_refresh_callback(second, self._on_refresh)
+            for window, left_px in ((first, 0), (second, size_px[0])):
+                if windowed:
+                    glfw.set_window_pos(window, left_px, 0)
+                glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)
+                glfw.show_window(window)
+            glfw.focus_window(first)
+            session.complaints.clear()
+            self._settle()
+            self._check_size(glfw.get_framebuffer_size(second))
+        except BaseException:
+            session.close()
+            raise
+
+    def target(self, buffer: Buffer) -> moderngl.Framebuffer:
+        """Bind what ``buffer`` is drawn to: the left window, or the texture of the right one."""
+        if buffer is not Buffer.BACK_RIGHT:
+            return super().target(Buffer.BACK)
+        self._right.use()
+        return self._right
+
+    def swap(self) -> None:
+        """Show both windows, the right one first, and wait until the graphics card has done so."""
+        self.context.finish()
+        self._second.show()
+        glfw.make_context_current(self._window)
+        super().swap()
+
+    def read(self, eye: Eye | None = None) -> Codes:
+        """Return the codes (height, width, 3) of ``eye``'s frame, top row first."""
+        if eye != "right":
+            return super().read(None)
+        self._right.use()
+        return self.calls.read_from(gl_calls.COLOUR_ATTACHMENT, self.size_px)
+
+    def close(self) -> None:
+        """Destroy both windows."""
+        self._second.release()
+        glfw.make_context_current(self._window)
+        super().close()
+
+    def _closed(self) -> bool:
+        return super()._closed() or bool(glfw.window_should_close(self._second.window))
+
+
+class _RightWindow:
+    """The second window's own context; it can see the first one's textures but not its framebuffers."""
+
+    def __init__(self, window: Any, drawn: moderngl.Framebuffer, size_px: Size) -> None:
+        self.window = window
+        self._whole = Rectangle(0, 0, *size_px)
+        glfw.make_context_current(window)
+        glfw.swap_interval(0)
+        self._context = moderngl.create_context(context=ContextLoader())  # type: ignore[arg-type]
+        self._calls = GlCalls(function_address)
+        shared = drawn.color_attachments[0].glo
+        self._drawn = self._context.framebuffer([self._context.external_texture(shared, size_px, 4, 0, "f1")])
+        self._screen = self._context.detect_framebuffer(0)
+
+    def show(self) -> None:
+        """Copy what was drawn and show it."""
+        glfw.make_context_current(self.window)
+        self._screen.use()
+        self._calls.draw_to(gl_calls.BACK)
+        self._calls.copy(self._drawn, self._screen, self._whole, self._whole)
+        glfw.swap_buffers(self.window)
+        self._context.finish()
+
+    def release(self) -> None:
+        """Free the context's objects."""
+        glfw.make_context_current(self.window)
+        self._context.release()
+
+
+def _two_monitors(size_px: Size) -> Sequence[Any]:
+    fitting = [one for one in glfw.get_monitors() if tuple(glfw.get_video_mode(one).size) == tuple(size_px)]
+    if len(fitting) < 2:
+        sizes = [tuple(glfw.get_video_mode(one).size) for one in glfw.get_monitors()]
+        screens = " and ".join(f"{width} × {height}" for width, height in sizes) or "none"
+        raise PresentationError(
+            f"a window for each eye needs two monitors of {size_px[0]} × {size_px[1]} px (there: {screens})"
+        )
+    return sorted(fitting, key=lambda one: tuple(glfw.get_monitor_pos(one)))[:2]
+
+
+def _create(size_px: Size, monitor: Any, title: str, shared: Any) -> Any:
+    glfw.default_window_hints()
+    for hint, value in {**context_hints(), glfw.VISIBLE: glfw.FALSE}.items():
+        glfw.window_hint(hint, value)
+    return glfw.create_window(*size_px, title, monitor, shared)
