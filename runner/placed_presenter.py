@@ -6,6 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 
 from runner.compensation import Compensation
+from runner.pace import Pace
+from runner.ports import Holding
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Offset, Picture, Scene
 from stimuli.stereo_image import StereoImage
@@ -39,11 +41,12 @@ class ReadyPictures:
 
 
 class PlacedPresenter:
-    """Shows scenes on ``presenter``, whose ``load`` must be that of ``pictures``."""
+    """Shows scenes on ``presenter``, whose ``load`` must be that of ``pictures``; timed ones at ``pace``."""
 
-    def __init__(self, presenter: Presenter, pictures: ReadyPictures) -> None:
+    def __init__(self, presenter: Presenter, pictures: ReadyPictures, pace: Pace) -> None:
         self._presenter = presenter
         self._pictures = pictures
+        self._pace = pace
 
     def show(self, scene: Scene) -> float:
         """Show ``scene`` and return its onset."""
@@ -52,3 +55,11 @@ class PlacedPresenter:
     def prefetch(self, scene: Scene) -> None:
         """Make ready what ``scene`` will need."""
         self._presenter.prefetch(self._pictures.placed(scene))
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        """Show ``scene`` for the whole frames nearest to ``seconds``: drawn once, slept through, keys let go."""
+        frames = self._pace.frames(seconds)
+        onset_s = self.show(scene)
+        self._pace.wait(onset_s, frames)
+        self._presenter.surface.poll_keys()
+        return Holding(onset_s, frames, self._pace.period_s)

@@ -90,7 +90,7 @@ def preview(
                     shown += bool(step.data)
                     progress("Previewing trials", shown, total)
                 else:
-                    response = _answered(step)
+                    response = _answered(step) if isinstance(step, Ask) else None
                     presenter.show(pictures.placed(step.scene))
                     name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
                     album.add(name, presenter)

@@ -15,9 +15,9 @@ from typing import Any, Protocol
 
 from analysis.records import Trial
 from documents import Finding
-from runner.blocks.steps import Block, Draft, Response
+from runner.blocks.steps import Block, Draft, Hold, Response
 from runner.errors import SessionError
-from runner.ports import Ask, Observer, Presenter
+from runner.ports import Ask, Holding, Observer, Presenter
 from runner.presenter.scene import Scene, Text
 
 LEAVE = Ask(
@@ -70,6 +70,8 @@ class Session:
     _past: deque[Trial] = field(init=False)
     _past_events: deque[tuple[str, float]] = field(init=False, default_factory=deque)
     _events: list[tuple[str, float]] = field(init=False, default_factory=list)
+    _holding: tuple[str, Holding] | None = field(init=False, default=None)
+    _timed: list[dict[str, Any]] = field(init=False, default_factory=list)
 
     def run(self) -> None:
         """Run to the end and say so in the record.
@@ -100,10 +102,12 @@ class Session:
                 step = steps.send(response)
             except StopIteration:
                 return
+            response = None
             if isinstance(step, Draft):
                 self._record(number, trial, step)
                 trial += 1
-                response = None
+            elif isinstance(step, Hold):
+                self._hold(step)
             else:
                 response = self._respond(step)
 
@@ -117,9 +121,32 @@ class Session:
         self._events.append((key, time_s))
         return Response(key, ask.keys[key], time_s)
 
+    def _hold(self, step: Hold) -> None:
+        if self._past:
+            return  # the log holds the trial: nobody need look at it again
+        holding = self.presenter.hold(step.scene, step.seconds)
+        self._end_holding(holding.onset_s)
+        self._holding = step.what, holding
+
+    def _end_holding(self, next_onset_s: float) -> None:
+        if self._holding is None:
+            return
+        what, holding = self._holding
+        self._holding = None
+        self._timed.append(
+            {
+                "what": what,
+                "frames": holding.frames,
+                "asked_ms": round(1000 * holding.frames * holding.period_s, 3),
+                "shown_ms": round(1000 * (next_onset_s - holding.onset_s), 3),
+                "missed_frames": holding.missed(next_onset_s),
+            }
+        )
+
     def _live(self, ask: Ask) -> tuple[str, float]:
         while True:
             onset_s = self.presenter.show(ask.scene)
+            self._end_holding(onset_s)
             if ask.upcoming:
                 self.presenter.prefetch(ask.upcoming)
             press = self.observer.respond(ask, onset_s)
@@ -134,8 +161,10 @@ class Session:
         data = {**draft.data, **self.marks}
         if draft.stimuli and self.clip_costs:
             data["clipping"] = {name: self.clip_costs[name] for name in draft.stimuli}
+        if self._timed:
+            data["timed"] = self._timed
         trial = Trial(block, number, draft.kind, tuple(self._events), draft.response_time_s, self.utc(), data)
-        self._events = []
+        self._events, self._timed = [], []
         if self._past:
             self._compare(self._past.popleft(), trial)
             self._load_past_events()
@@ -145,7 +174,7 @@ class Session:
 
     def _compare(self, logged: Trial, replayed: Trial) -> None:
         def identity(trial: Trial) -> tuple[Any, ...]:
-            data = {key: value for key, value in trial.data.items() if key != "clipping"}
+            data = {key: value for key, value in trial.data.items() if key not in ("clipping", "timed")}
             return (trial.block, trial.trial, trial.kind, data)
 
         if identity(logged) != identity(replayed):

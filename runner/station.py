@@ -14,6 +14,7 @@ from analysis.records import Header, Trial
 from runner.compensation import Compensation
 from runner.header import check_unchanged, describe_stimulus, hashes, make_header
 from runner.observers.simulated import BradleyTerryObserver, ObserverSpec
+from runner.pace import Pace
 from runner.placed_presenter import PlacedPresenter, ReadyPictures
 from runner.ports import Observer
 from runner.presenter.presenter import Presenter
@@ -122,7 +123,7 @@ class Station:
         with recorder:
             Session(
                 self.experiment.blocks(observer),
-                PlacedPresenter(self.presenter, self.pictures),
+                PlacedPresenter(self.presenter, self.pictures, self._pace(instantly=simulated)),
                 answers,
                 recorder,
                 clip_costs=costs,
@@ -131,6 +132,11 @@ class Station:
                 on_trial=on_trial,
             ).run()
         return recorder.folder
+
+    def _pace(self, *, instantly: bool) -> Pace:
+        refresh_hz = self.surface.facts.refresh_hz or self.experiment.rig.display.panel.refresh_hz
+        measured_ms = self.timing.get("swap_intervals", {}).get("median_ms", 0.0)
+        return Pace(1.0 / refresh_hz, swaps_wait=measured_ms > 500.0 / refresh_hz, instantly=instantly)
 
     def _begin(self, observer: str, simulated: bool) -> Recorder:
         header = self._header(observer, new_label(), simulated)

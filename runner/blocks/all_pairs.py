@@ -7,9 +7,11 @@ from typing import Literal
 
 from runner.blocks.message import page
 from runner.blocks.pair_order import pair_order
-from runner.blocks.steps import Draft, Steps, answer
+from runner.blocks.steps import Draft, Hold, Steps, answer
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Picture, Scene, Text
+
+FIXATION = Scene((Text("+", height_px=48),))
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,7 +39,11 @@ class PairLayout:
 
 @dataclass(frozen=True, slots=True)
 class AllPairs:
-    """The thesis's second experiment (Section 4.5.2): all pairs, one answer each, a break now and then."""
+    """The thesis's second experiment (Section 4.5.2): all pairs, one answer each, a break now and then.
+
+    In seconds, to the nearest frame: ``fixation_s`` shows a cross before each pair, ``exposure_s`` takes the pair away
+    again and leaves the question (None: it stays until answered), ``blank_s`` is black between two trials.
+    """
 
     stimuli: tuple[str, ...]
     question: str
@@ -47,6 +53,9 @@ class AllPairs:
     flip_sides: bool = False
     repeats: int = 1
     break_every: int | None = None
+    fixation_s: float = 0.0
+    exposure_s: float | None = None
+    blank_s: float = 0.0
 
     @property
     def trials(self) -> int:
@@ -63,7 +72,15 @@ class AllPairs:
                 yield Ask(page(words).scene, page(words).keys, upcoming=self.scene(first, second))
             following = pairs[number + 1] if number + 1 < len(pairs) else None
             upcoming = self.scene(*following) if following else None
-            response = answer((yield Ask(self.scene(first, second), self.layout.keys, upcoming)))
+            if self.blank_s and number:
+                yield Hold("blank", Scene(), self.blank_s)
+            if self.fixation_s:
+                yield Hold("fixation", FIXATION, self.fixation_s)
+            scene = self.scene(first, second)
+            if self.exposure_s:
+                yield Hold("pair", scene, self.exposure_s)
+                scene = Scene(scene.items[-1:])  # the question stays
+            response = answer((yield Ask(scene, self.layout.keys, upcoming, about=(first, second))))
             chosen, rejected = (first, second) if response.meaning == "first" else (second, first)
             yield Draft(
                 "all_pairs",

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from typing import Any, Protocol, TypeAlias
 
 from runner.ports import Ask
+from runner.presenter.scene import Scene
 
 
 @dataclass(frozen=True, slots=True)
@@ -16,6 +17,15 @@ class Response:
     key: str
     meaning: str
     time_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A scene to be shown for ``seconds``, to the nearest whole frame; ``what`` names it in the record."""
+
+    what: str
+    scene: Scene
+    seconds: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,8 +41,9 @@ class Draft:
     response_time_s: float = 0.0
 
 
-# A block yields an Ask and is sent its Response, or yields a Draft and is sent None once that is on disk.
-Steps: TypeAlias = Generator[Ask | Draft, Response | None, None]
+# A block yields an Ask and is sent its Response, yields a Hold and is sent None when it is time for the next scene, or
+# yields a Draft and is sent None once that is on disk.
+Steps: TypeAlias = Generator[Ask | Hold | Draft, Response | None, None]
 
 
 class Block(Protocol):

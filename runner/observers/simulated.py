@@ -65,7 +65,7 @@ class BradleyTerryObserver:
         time_s = onset_s + self.median_response_time_s * self.rng.lognormvariate(0.0, 0.4)
         meanings = {meaning: key for key, meaning in ask.keys.items()}
         if {"first", "second"} <= meanings.keys():
-            first, second = ask.scene.stimuli
+            first, second = ask.about
             share = self.scores[first] / (self.scores[first] + self.scores[second])
             return KeyPress(meanings["first" if self.rng.random() < share else "second"], time_s)
         return KeyPress(next(iter(ask.keys)), time_s)

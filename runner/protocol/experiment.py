@@ -77,6 +77,9 @@ class Experiment:
                         flip_sides=bool(number % 2),
                         repeats=spec.repeats,
                         break_every=spec.break_every,
+                        fixation_s=spec.fixation_s,
+                        exposure_s=spec.exposure_s,
+                        blank_s=spec.blank_s,
                     )
                 )
             else:

@@ -35,13 +35,20 @@ class BreakSpec(_Strict):
 
 
 class AllPairsSpec(_Strict):
-    """Every two of the stimuli together, one answer each."""
+    """Every two of the stimuli together, one answer each.
+
+    Times are in seconds, to the nearest frame: a fixation cross before each pair, a limited exposure of the pair (it
+    stays until answered if left out), black between trials.
+    """
 
     kind: Literal["all_pairs"]
     stimuli: Literal["all"] | Annotated[list[str], Field(min_length=2)] = "all"
     sides: Literal["counterbalanced"] = "counterbalanced"
     repeats: PositiveInt = 1
     break_every: PositiveInt | None = None
+    fixation_s: Annotated[float, Field(ge=0, le=60)] = 0.0
+    exposure_s: Annotated[float, Field(gt=0, le=600)] | None = None
+    blank_s: Annotated[float, Field(ge=0, le=60)] = 0.0
 
 
 BlockSpec = Annotated[InstructionsSpec | BreakSpec | AllPairsSpec, Field(discriminator="kind")]

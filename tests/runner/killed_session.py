@@ -17,7 +17,7 @@ from analysis.records import FILE_NAME, Header
 from runner.blocks.all_pairs import AllPairs, PairLayout
 from runner.blocks.message import Message
 from runner.observers.simulated import BradleyTerryObserver
-from runner.ports import Ask, KeyPress
+from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
 from runner.recorder import Recorder
 from runner.session import Session
@@ -39,6 +39,9 @@ class _Screen:
 
     def prefetch(self, scene: Scene) -> None:
         pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), 1, seconds)
 
 
 class _Slow(BradleyTerryObserver):

@@ -15,7 +15,7 @@ from runner.blocks.steps import Block
 from runner.errors import SessionError
 from runner.observers.keyboard import Keyboard
 from runner.observers.simulated import BradleyTerryObserver
-from runner.ports import Ask, KeyPress
+from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
 from runner.session import LEAVE, Left, Session
 
@@ -41,6 +41,9 @@ class Screen:
 
     def prefetch(self, scene: Scene) -> None:
         self.prefetched.append(scene)
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), round(seconds * 2), 0.5)
 
 
 @dataclass
@@ -190,3 +193,32 @@ def test_simulated_answers_follow_the_law() -> None:
     _run(Session((block,), Screen(), observer, paper))
     share = sum(trial.data["chosen"] == "a" for trial in paper.trials) / 4000
     assert share == pytest.approx(0.75, abs=0.025)
+
+
+def test_timed_scenes_are_recorded_with_the_frames_that_were_missed() -> None:
+    """The screen of these tests shows a scene a second, with frames of half a second."""
+    screen, paper = Screen(), Paper()
+    block = AllPairs(("a", "b", "c"), "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5, blank_s=2.0)
+    _run(Session((block,), screen, _simulated(), paper))
+    first, second, _third = (trial.data["timed"] for trial in paper.trials)
+    assert [(held["what"], held["frames"], held["missed_frames"]) for held in first] == [
+        ("fixation", 2, 0),
+        ("pair", 1, 1),
+    ]
+    assert [held["what"] for held in second] == ["blank", "fixation", "pair"]
+    assert second[0] == {"what": "blank", "frames": 4, "asked_ms": 2000.0, "shown_ms": 1000.0, "missed_frames": 0}
+    # After the exposure the question stands alone.
+    assert [bool(scene.stimuli) for scene in screen.shown[:3]] == [False, True, False]
+    assert len(screen.shown[2].items) == 1
+
+
+def test_a_timed_session_resumes_without_showing_what_was_answered() -> None:
+    def block() -> AllPairs:
+        return AllPairs(NAMES, "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5)
+
+    whole = Paper()
+    _run(Session((block(),), Screen(), _simulated(), whole))
+    screen, rest = Screen(), Paper()
+    _run(Session((block(),), screen, _simulated(), rest, logged=whole.trials[:7]))
+    assert len(rest.trials) == 3
+    assert len(screen.shown) == 3 * 3

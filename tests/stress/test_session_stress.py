@@ -16,6 +16,7 @@ from documents.yaml_source import parse_yaml
 from runner.blocks.all_pairs import AllPairs, PairLayout
 from runner.blocks.pair_order import pair_order
 from runner.observers.simulated import BradleyTerryObserver
+from runner.ports import Holding
 from runner.presenter.scene import Scene
 from runner.recorder import Recorder
 from runner.session import Session
@@ -33,6 +34,9 @@ class _Nothing:
 
     def prefetch(self, scene: Scene) -> None:
         pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), 1, seconds)
 
     def append(self, trial: Trial) -> None:
         self.trials += 1
