@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import sys
 from dataclasses import asdict
+from typing import Any
 
 import numpy as np
 from numpy.lib.npyio import NpzFile
@@ -17,6 +18,7 @@ from numpy.lib.npyio import NpzFile
 from devices.display import DisplayModel
 from devices.display_file import EyeModels
 from devices.tone_curve import ToneCurve
+from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
@@ -44,17 +46,25 @@ def main(input_file: str, output_file: str) -> None:
             eyes = presenter.capture()
             presenter.show(words)
             captions = presenter.capture()
-        with Presenter(surface, find_mode("side-by-side"), models, lambda _: picture) as presenter:
+        both: dict[str, Any] = {}
+        for name in ("side-by-side", "row-interleaved", "checkerboard"):
+            with Presenter(surface, find_mode(name), models, lambda _: picture) as presenter:
+                presenter.show(Scene((Picture("ramps"), Text("Which is closer?"))))
+                presenter.capture()
+                both[f"both_{name}"] = np.stack([surface.read("left"), surface.read("right")])
+        swapped = find_mode("quad-buffered", ModeOptions(swap_eyes=True, sync_line=True))
+        with Presenter(surface, swapped, models, lambda _: picture) as presenter:
             presenter.show(Scene((Picture("ramps"),)))
-            presenter.capture()
-            both = np.stack([surface.read("left"), surface.read("right")])
+            crossed = presenter.capture()
     np.savez(
         output_file,
         left=eyes["left"],
         right=eyes["right"],
         words_left=captions["left"],
         words_right=captions["right"],
-        side_by_side=both,
+        swapped_left=crossed["left"],
+        swapped_right=crossed["right"],
+        **both,
         facts=facts,
     )
 

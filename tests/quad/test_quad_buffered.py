@@ -131,8 +131,21 @@ def test_words_stand_at_the_same_place_in_both_buffers(drawn: dict[str, NDArray[
     assert (full_left & full_right).sum() > 0.9 * full_left.sum()
 
 
-def test_a_mode_with_one_picture_on_the_screen_draws_it_to_both_buffers(drawn: dict[str, NDArray[np.uint8]]) -> None:
-    left, right = drawn["side_by_side"]
+def test_swapped_eyes_and_their_lines_are_in_the_other_buffers(
+    drawn: dict[str, NDArray[np.uint8]], models: dict[str, DisplayModel], views: dict[str, NDArray[np.float32]]
+) -> None:
+    for buffer, eye, blue_px in (("swapped_left", "right", 240), ("swapped_right", "left", 80)):
+        error = drawn[buffer] - models[eye].code(views[eye]) * 255.0
+        assert np.abs(error[:-1]).max() <= 0.501
+        assert (drawn[buffer][-1, :blue_px] == (0, 0, 255)).all()
+        assert not drawn[buffer][-1, blue_px:].any()
+
+
+@pytest.mark.parametrize("mode", ["side-by-side", "row-interleaved", "checkerboard"])
+def test_a_mode_with_one_picture_on_the_screen_draws_it_to_both_buffers(
+    mode: str, drawn: dict[str, NDArray[np.uint8]]
+) -> None:
+    left, right = drawn[f"both_{mode}"]
     assert left.any()
     np.testing.assert_array_equal(left, right)
 

@@ -193,13 +193,17 @@ def test_opening_and_closing_many_surfaces_leaves_nothing_behind(open_egl: Open)
     assert memory_after - memory_before < 200_000  # kB
 
 
-def test_a_presenter_gives_back_every_object(open_egl: Open) -> None:
+@pytest.mark.parametrize(
+    "mode", ["side-by-side", "top-bottom-half", "checkerboard", "anaglyph-red-cyan", "frame-sequential"]
+)
+def test_a_presenter_gives_back_every_object(open_egl: Open, mode: str) -> None:
     surface = open_egl((200, 100))
     picture = random_picture(50, 50)
     objects_before = live_objects(surface)
     for number in range(30):
-        with Presenter(surface, find_mode("side-by-side"), BOTH, lambda _: picture) as presenter:
+        with Presenter(surface, find_mode(mode), BOTH, lambda _: picture) as presenter:
             presenter.show(Scene((Picture("a"), Text(f"{number}"))))
+            presenter.prefetch(Scene((Picture("b"), Picture("c"))))
             during = live_objects(surface)
     assert during["Texture"] > objects_before["Texture"]
     objects_after = live_objects(surface)
