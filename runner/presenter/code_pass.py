@@ -10,12 +10,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.code_table import curve_table
+from devices.display_file import Eye
 from devices.tone_curve import ToneCurve
+from documents import Finding
+from runner.presenter.dithering import Dithering
+from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
 from runner.presenter.shaders import compile_program, shader_file
 
 CODE_LEVELS = 255.0
-Uniform = int | tuple[int, ...] | tuple[float, ...]
+Uniform = int | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...]
 
 
 def by_columns(matrix: NDArray[np.float64]) -> tuple[float, ...]:
@@ -31,7 +35,10 @@ def release_codes(codes: moderngl.Framebuffer) -> None:
 
 
 class CodePass:
-    """A fragment shader that ends in codes. Its textures of XYZ are units 0 and up, the tables the unit after them."""
+    """A fragment shader that ends in codes, rounded or dithered: two programs, so that neither does the other's work.
+
+    Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` says whose dither mask to read.
+    """
 
     def __init__(
         self,
@@ -40,31 +47,39 @@ class CodePass:
         curves: Sequence[ToneCurve],
         textures: Sequence[str],
         uniforms: Mapping[str, Uniform],
+        dithering: Dithering | None = None,
+        eye: Eye = "left",
     ) -> None:
         self._context = context
-        parts = [shader_file("table_fourth_root.glsl"), shader_file("encode.glsl"), shader_file(shader)]
+        self._dithering = dithering
+        encoder = "encode.glsl" if dithering is None else "dither.glsl"
+        parts = [shader_file(name) for name in ("table_fourth_root.glsl", encoder, shader)]
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
         self._area = context.vertex_array(self._program, [])
-        tables = np.stack([curve_table(curve) for curve in curves]).astype(np.float32)
-        self._table = context.texture((tables.shape[1], len(tables)), 1, tables.tobytes(), dtype="f4")
-        self._table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        tables = {"code_table": _code_table(context, curves)}
         lift = np.array([curve.lift for curve in curves])
-        common: dict[str, Uniform] = {
-            "lift": tuple(lift.tolist()),
-            "scale": tuple((1.0 / (1.0 - lift)).tolist()),
-            "code_table": len(textures),
-        }
-        units = {name: unit for unit, name in enumerate(textures)}
+        common: dict[str, Uniform] = {"lift": tuple(lift.tolist()), "scale": tuple((1.0 / (1.0 - lift)).tolist())}
+        if dithering is not None:
+            tables |= dithering.textures(context, curves)
+            common["mask_shifts_px"] = dithering.shifts_px(eye)
+        self._tables = tuple(tables.values())
+        units = {name: unit for unit, name in enumerate([*textures, *tables])}
         for name, value in {**common, **units, **uniforms}.items():
-            self._program[name].value = value  # type: ignore[union-attr]
+            self._set(name, value)
 
     def draw(
         self, textures: Sequence[moderngl.Texture], size_px: Size, dtype: Literal["f1", "f4"]
     ) -> moderngl.Framebuffer:
-        """Return a new framebuffer of codes: ``f1`` rounded to 8 bits, ``f4`` as computed.
+        """Return a new framebuffer of codes: ``f1`` of 8 bits, ``f4`` as computed, dithered ones in steps of 1/levels.
 
         Its texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
+
+        Raises
+        ------
+        PresentationError
+            If codes dithered to other than 8 bits are to be held in 8.
         """
+        self._refuse_other_levels(dtype)
         codes = self._context.texture(size_px, 4, dtype=dtype)
         codes.filter = (moderngl.NEAREST, moderngl.NEAREST)
         target = self._context.framebuffer([codes])
@@ -73,8 +88,11 @@ class CodePass:
             target.use()
             target.viewport = (0, 0, *size_px)
             self._context.disable(moderngl.BLEND)
-            self._program["levels"].value = CODE_LEVELS if dtype == "f1" else 0.0  # type: ignore[union-attr]
-            for unit, texture in enumerate([*textures, self._table]):
+            if self._dithering is None:
+                self._set("levels", CODE_LEVELS if dtype == "f1" else 0.0)
+            else:
+                self._set("height_px", size_px[1])
+            for unit, texture in enumerate([*textures, *self._tables]):
                 texture.use(unit)
             self._area.render(moderngl.TRIANGLE_STRIP, vertices=4)
         finally:
@@ -82,6 +100,27 @@ class CodePass:
         return target
 
     def release(self) -> None:
-        """Free the program and its table."""
-        for held in (self._area, self._program, self._table):
-            held.release()
+        """Free the program and its tables."""
+        self._area.release()
+        self._program.release()
+        for table in self._tables:
+            table.release()
+
+    def _set(self, name: str, value: Uniform | float) -> None:
+        self._program[name].value = value  # type: ignore[union-attr]
+
+    def _refuse_other_levels(self, dtype: Literal["f1", "f4"]) -> None:
+        if dtype == "f1" and self._dithering is not None and self._dithering.levels != CODE_LEVELS:
+            raise PresentationError(
+                Finding(
+                    f"codes dithered to 0..{self._dithering.levels} cannot be held in 8 bits",
+                    remedy="dither to 255 levels, or draw to floats ('f4')",
+                )
+            )
+
+
+def _code_table(context: moderngl.Context, curves: Sequence[ToneCurve]) -> moderngl.Texture:
+    tables = np.stack([curve_table(curve) for curve in curves]).astype(np.float32)
+    table = context.texture((tables.shape[1], len(tables)), 1, tables.tobytes(), dtype="f4")
+    table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return table

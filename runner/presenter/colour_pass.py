@@ -7,7 +7,9 @@ from typing import Literal
 import moderngl
 
 from devices.display import DisplayModel
+from devices.display_file import Eye
 from runner.presenter.code_pass import CODE_LEVELS, CodePass, by_columns, release_codes
+from runner.presenter.dithering import Dithering
 from runner.presenter.placing import squeezed_size
 
 __all__ = ["CODE_LEVELS", "ColourPass", "release_codes"]
@@ -17,9 +19,17 @@ class ColourPass:
     """The colour pass for one display model (linear = M⁻¹(XYZ − black), then a table per channel).
 
     ``squeeze`` is how many pixels of the picture, across and down, share one pixel of the codes: their XYZ is averaged.
+    With ``dithering``, codes are dithered by the masks of ``eye``; without, they are rounded.
     """
 
-    def __init__(self, context: moderngl.Context, model: DisplayModel, squeeze: tuple[int, int] = (1, 1)) -> None:
+    def __init__(
+        self,
+        context: moderngl.Context,
+        model: DisplayModel,
+        squeeze: tuple[int, int] = (1, 1),
+        dithering: Dithering | None = None,
+        eye: Eye = "left",
+    ) -> None:
         self._squeeze = squeeze
         self._pass = CodePass(
             context,
@@ -31,15 +41,23 @@ class ColourPass:
                 "black_XYZ": tuple(model.black_XYZ_cd_m2.tolist()),
                 "box": squeeze,
             },
+            dithering,
+            eye,
         )
 
     def run(self, picture_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1") -> moderngl.Framebuffer:
-        """Return a new framebuffer of the picture's codes: ``f1`` rounded to 8 bits, ``f4`` as computed.
+        """Return a new framebuffer of the picture's codes: ``f1`` of 8 bits, ``f4`` as computed.
 
-        Its texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
+        Dithered codes are those of `devices.dither.tabled_dither_codes`, k/levels in ``f4`` too. The framebuffer's
+        texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
+
+        Raises
+        ------
+        PresentationError
+            If codes dithered to other than 8 bits are to be held in 8.
         """
         return self._pass.draw([picture_XYZ], squeezed_size(picture_XYZ.size, self._squeeze), dtype)
 
     def release(self) -> None:
-        """Free the program and its table."""
+        """Free the program and its tables."""
         self._pass.release()

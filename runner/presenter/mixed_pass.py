@@ -7,13 +7,18 @@ from typing import Literal
 import moderngl
 
 from runner.presenter.code_pass import CodePass, by_columns
+from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mixture import Mixture
 
 
 class MixedPass:
-    """The colour pass for one mixture."""
+    """The colour pass for one mixture.
 
-    def __init__(self, context: moderngl.Context, mixture: Mixture) -> None:
+    With ``dithering``, codes are dithered. The eyes see different channels of one picture, and each channel has a piece
+    of the mask for itself, so that the eyes' grain is unrelated whichever masks are asked for.
+    """
+
+    def __init__(self, context: moderngl.Context, mixture: Mixture, dithering: Dithering | None = None) -> None:
         self._pass = CodePass(
             context,
             "mixed_pass.frag",
@@ -25,14 +30,21 @@ class MixedPass:
                 "left_black": tuple(mixture.left_black_XYZ_cd_m2.tolist()),
                 "right_black": tuple(mixture.right_black_XYZ_cd_m2.tolist()),
             },
+            dithering,
         )
 
     def run(
         self, left_XYZ: moderngl.Texture, right_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1"
     ) -> moderngl.Framebuffer:
-        """Return a new framebuffer of codes of two views of one size; bottom row first."""
+        """Return a new framebuffer of codes of two views of one size; bottom row first.
+
+        Raises
+        ------
+        PresentationError
+            If codes dithered to other than 8 bits are to be held in 8.
+        """
         return self._pass.draw([left_XYZ, right_XYZ], left_XYZ.size, dtype)
 
     def release(self) -> None:
-        """Free the program and its table."""
+        """Free the program and its tables."""
         self._pass.release()

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from devices.code_table import code_tables, table_codes
 from devices.display import DisplayModel
 from runner.presenter.colour_pass import ColourPass, release_codes
+from runner.presenter.dithering import Dithering
 from runner.presenter.surfaces.egl import EglSurface
 
 # Of one 8-bit code. Where a channel's light is zero but for the last bit of a double (1e-17), the two differ by
@@ -49,3 +50,27 @@ def test_the_shader_computes_what_its_twin_computes(
     release_codes(computed)
     uploaded.release()
     colour_pass.release()
+
+
+@pytest.mark.parametrize("gamma", [1.6, 2.8])
+def test_without_dithering_codes_are_rounded_and_nothing_else(
+    egl: EglSurface,
+    model: Callable[..., DisplayModel],
+    colour_ramps: Callable[[DisplayModel], NDArray[np.float32]],
+    gamma: float,
+) -> None:
+    """Bit for bit what the same pass computes before rounding; a dithered pass is another program and differs."""
+    display = model(gamma, 0.1)
+    XYZ = colour_ramps(display)
+    height, width, _ = XYZ.shape
+    uploaded = egl.context.texture((width, height), 3, XYZ.tobytes(), alignment=1, dtype="f4")
+    plain = ColourPass(egl.context, display)
+    computed = np.frombuffer(plain.run(uploaded, dtype="f4").read(components=3, dtype="f4"), np.float32)
+    rounded = np.frombuffer(plain.run(uploaded).read(components=3, alignment=1), np.uint8)
+    assert np.array_equal(rounded, np.floor(computed * np.float32(255.0) + np.float32(0.5)))
+    dithered = ColourPass(egl.context, display, dithering=Dithering())
+    codes = np.frombuffer(dithered.run(uploaded).read(components=3, alignment=1), np.uint8)
+    assert np.count_nonzero(codes != rounded) > 0.05 * codes.size
+    # Either side of the light, so at most one code from the nearest; a pass before and after leaves the other alone.
+    assert np.abs(codes.astype(int) - rounded).max() == 1
+    assert np.array_equal(np.frombuffer(plain.run(uploaded).read(components=3, alignment=1), np.uint8), rounded)

@@ -1,0 +1,79 @@
+"""Dithering in a colour pass: which masks and how many codes, and the textures that `dither.glsl` reads.
+
+What it computes, and why, is said in `devices.dither`, whose `tabled_dither_codes` is the shader's twin.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import get_args
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.display_file import Eye
+from devices.dither import LEVELS_8_BITS, Masks, code_lights, mask_shifts_px
+from devices.dither_mask import load_mask
+from devices.tone_curve import ToneCurve
+from documents import Finding
+from runner.presenter.errors import PresentationError
+
+# 12 bits. A wider table need not fit into a texture of every driver.
+MOST_LEVELS = 4095
+
+
+@dataclass(frozen=True, slots=True)
+class Dithering:
+    """How codes are dithered.
+
+    ``masks``: ``shared`` reads the same mask for both eyes, ``independent`` another for each. ``levels`` is the highest
+    code, in 1..4095: 255 for 8 bits.
+
+    Raises
+    ------
+    PresentationError
+        If there are no such masks, or levels is out of range.
+    """
+
+    masks: Masks = "shared"
+    levels: int = LEVELS_8_BITS
+
+    def __post_init__(self) -> None:
+        if self.masks not in get_args(Masks):
+            remedy = "choose one of " + ", ".join(f"'{name}'" for name in get_args(Masks))
+            raise PresentationError(Finding(f"there are no dither masks '{self.masks}'", remedy=remedy))
+        if not 1 <= self.levels <= MOST_LEVELS:
+            remedy = f"give one in 1..{MOST_LEVELS}: 255 for 8 bits, 1023 for 10"
+            raise PresentationError(Finding(f"the highest code to dither to is {self.levels}", remedy=remedy))
+
+    @property
+    def differs_by_eye(self) -> bool:
+        """Whether the codes of one picture differ between the eyes, although their display models are the same."""
+        return self.masks == "independent"
+
+    def shifts_px(self, eye: Eye) -> tuple[tuple[int, int], ...]:
+        """Return how far into the mask red, green and blue of ``eye`` start, (x, y) each."""
+        return tuple((int(x_px), int(y_px)) for x_px, y_px in mask_shifts_px(eye, self.masks))
+
+    def textures(self, context: moderngl.Context, curves: Sequence[ToneCurve]) -> dict[str, moderngl.Texture]:
+        """Return new textures by the names that the shader has for them: the light of the codes, and the mask."""
+        lights = light_table(curves, self.levels)
+        mask = load_mask()
+        made = {
+            "code_lights": context.texture((lights.shape[1], len(lights)), 1, lights.tobytes(), dtype="f4"),
+            "dither_mask": context.texture(mask.shape, 1, mask.tobytes(), alignment=1, dtype="u2"),
+        }
+        for texture in made.values():
+            texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        return made
+
+
+def light_table(curves: Sequence[ToneCurve], levels: int) -> NDArray[np.float32]:
+    """Return the light of codes 0..levels of each curve, shape (curves, levels + 1): lift taken off, full light 1.
+
+    It is what `devices.dither.dither_tables` holds of a display model, for curves that belong to none.
+    """
+    lights = [np.maximum(code_lights(curve, levels) - curve.lift, 0.0) / (1.0 - curve.lift) for curve in curves]
+    return np.stack(lights).astype(np.float32)

@@ -1,0 +1,274 @@
+"""Dithered codes on the graphics card: the twin's, code for code; the mean light kept; exact codes left alone."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Literal
+
+import moderngl
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import DisplayModel
+from devices.display_file import Eye, EyeModels, read_display
+from devices.dither import Masks, dither_tables, dither_thresholds, tabled_dither_codes
+from runner.presenter.colour_pass import ColourPass
+from runner.presenter.dithering import Dithering, light_table
+from runner.presenter.errors import PresentationError
+from runner.presenter.mixed_pass import MixedPass
+from runner.presenter.modes.mixture import channel_split
+from runner.presenter.surfaces.egl import EglSurface
+
+Codes = NDArray[np.int64]
+Floats = NDArray[np.float64]
+Views = NDArray[np.float32]
+
+ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
+FULL = 243  # beyond it green has all its light
+TILES = 16, 16  # of one mask period each
+# The gap between a code's share of the light and the mask's threshold, below which float32 may tip the choice.
+TIE = 1e-6
+EYES: tuple[Eye, ...] = ("left", "right")
+READ_BY: tuple[tuple[Eye, Masks], ...] = (("left", "shared"), ("left", "independent"), ("right", "independent"))
+EIGHT_BITS: tuple[Literal["f1", "f4"], ...] = ("f1", "f4")
+
+
+@pytest.fixture(scope="module")
+def thesis() -> DisplayModel:
+    return read_display(ASUS).models("side-by-side").left
+
+
+def upload(context: moderngl.Context, XYZ: Views) -> moderngl.Texture:
+    height, width, _ = XYZ.shape
+    return context.texture((width, height), 3, np.ascontiguousarray(XYZ), alignment=1, dtype="f4")
+
+
+def read(codes: moderngl.Framebuffer, dtype: Literal["f1", "f4"], levels: int) -> Codes:
+    """Whole codes 0..levels, top row first; each float must be one."""
+    data = codes.read(components=3, dtype=dtype, alignment=1)
+    shape = codes.height, codes.width, 3
+    if dtype == "f1":
+        bytes_up = np.frombuffer(data, np.uint8).reshape(shape)
+        return np.asarray(bytes_up[::-1], dtype=np.int64)
+    shares = np.frombuffer(data, np.float32).reshape(shape)[::-1]
+    whole = np.asarray(np.rint(shares * np.float32(levels)), dtype=np.int64)
+    assert np.array_equal(shares, whole.astype(np.float32) / np.float32(levels))
+    return whole
+
+
+def dithered(
+    egl: EglSurface,
+    model: DisplayModel,
+    XYZ: Views,
+    dithering: Dithering | None = None,
+    *,
+    eye: Eye = "left",
+    dtype: Literal["f1", "f4"] = "f1",
+    **options: Any,
+) -> Codes:
+    dithering = dithering or Dithering()
+    colour_pass = ColourPass(egl.context, model, dithering=dithering, eye=eye, **options)
+    return read(colour_pass.run(upload(egl.context, XYZ), dtype), dtype, dithering.levels)
+
+
+def ties(
+    model: DisplayModel, XYZ: NDArray[Any], thresholds: Floats, shown: Codes, twin: Codes, levels: int
+) -> tuple[int, int]:
+    """Count codes where the two differ, and those among them where the share is within TIE of the threshold."""
+    lights = light_table(model.curves, levels).astype(np.float64)
+    lift = np.array([curve.lift for curve in model.curves])
+    linear = np.clip(model.linear(XYZ), 0.0, 1.0)
+    light = np.maximum((linear - lift) / (1.0 - lift), 0.0).astype(np.float32).astype(np.float64)
+    rows, columns, channels = np.nonzero(shown != twin)
+    lower = np.minimum(shown, twin)[rows, columns, channels]
+    low, high = lights[channels, lower], lights[channels, lower + 1]
+    gap = (light[rows, columns, channels] - low) / (high - low) - thresholds[rows, columns, channels]
+    return len(rows), int(np.count_nonzero(np.abs(gap) <= TIE))
+
+
+def tiles(colours: Floats) -> Views:
+    """A picture of constant patches, a mask period each, for at most 256 colours (n, 3); the rest is black."""
+    down, across = TILES
+    filled = np.zeros((down * across, 3))
+    filled[: len(colours)] = colours
+    return np.repeat(np.repeat(filled.reshape(down, across, 3), 64, axis=0), 64, axis=1).astype(np.float32)
+
+
+def patches(codes: Codes, count: int) -> Codes:
+    """The codes of each patch, shape (count, 4096, 3)."""
+    down, across = TILES
+    return codes.reshape(down, 64, across, 64, 3).swapaxes(1, 2).reshape(down * across, 4096, 3)[:count]
+
+
+@pytest.mark.parametrize("levels", [255, 1023])
+@pytest.mark.parametrize(
+    "display",
+    [
+        pytest.param({"gamma": 1.6}, id="gamma 1.6"),
+        pytest.param({"gamma": 2.2, "black": 0.25, "lift": 2.0**-8}, id="gamma 2.2, black, lift"),
+        pytest.param({"gamma": 2.8, "black": 0.3, "lift": 0.01, "offset": -0.05}, id="gamma 2.8, black, lift, offset"),
+    ],
+)
+def test_the_framebuffer_holds_the_twin_s_codes(
+    egl: EglSurface,
+    model: Callable[..., DisplayModel],
+    colour_ramps: Callable[[DisplayModel], Views],
+    display: dict[str, float],
+    levels: int,
+) -> None:
+    made = model(**display)
+    XYZ = colour_ramps(made)[:, :307]  # no whole number of mask periods
+    height, width, _ = XYZ.shape
+    tables = dither_tables(made, levels)
+    for eye, masks in READ_BY:
+        thresholds = dither_thresholds(height, width, eye, masks)
+        twin = tabled_dither_codes(made, XYZ, thresholds, tables)
+        for dtype in EIGHT_BITS if levels == 255 else EIGHT_BITS[1:]:
+            shown = dithered(egl, made, XYZ, Dithering(masks, levels), eye=eye, dtype=dtype)
+            different, tied = ties(made, XYZ, thresholds, shown, twin, levels)
+            assert different == tied
+            assert different <= 2  # of 442 080; llvmpipe has none
+        assert np.ptp(twin) > 0.9 * levels
+
+
+@pytest.mark.parametrize("gamma", [2.9, 8.0])
+def test_the_light_of_codes_decides_where_the_code_table_errs(
+    egl: EglSurface, model: Callable[..., DisplayModel], gamma: float
+) -> None:
+    """At 12 bits and hardly any light, the table puts codes across a boundary: above it at gamma 2.9, below it at 8."""
+    made = model(gamma)
+    light = np.geomspace(1e-9, 1e-6, 512 * 512)
+    XYZ = (light[:, None] * made.white_XYZ_cd_m2).reshape(512, 512, 3).astype(np.float32)
+    thresholds = dither_thresholds(512, 512)
+    twin = tabled_dither_codes(made, XYZ, thresholds, dither_tables(made, 4095))
+    shown = dithered(egl, made, XYZ, Dithering(levels=4095), dtype="f4")
+    different, tied = ties(made, XYZ, thresholds, shown, twin, 4095)
+    assert different == tied <= 4
+
+
+@pytest.mark.parametrize(("levels", "dtype"), [(255, "f1"), (255, "f4"), (1023, "f4")])
+def test_the_mean_over_a_mask_period_is_the_light_that_was_asked(
+    egl: EglSurface, thesis: DisplayModel, levels: int, dtype: Literal["f1", "f4"]
+) -> None:
+    rng = np.random.default_rng(6)
+    greys = np.concatenate([np.arange(0, 8, 0.125), np.geomspace(8, FULL, 60)])
+    random = [rng.uniform(0, 30, (60, 3)), rng.uniform(0, FULL, (60, 3))]
+    codes = np.concatenate([np.repeat(greys[:, None], 3, axis=1), *random])
+    asked = thesis.xyz(codes / 255)
+    shown = dithered(egl, thesis, tiles(asked), Dithering(levels=levels), dtype=dtype)
+    mean = thesis.xyz(patches(shown, len(asked)) / levels).mean(axis=1)
+    white = thesis.white_XYZ_cd_m2
+    assert delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(mean, white)).max() <= 0.05
+    lit = asked[:, 1] > 0
+    assert np.array_equal(mean[~lit, 1], np.zeros(np.count_nonzero(~lit)))
+    bias = np.abs(mean[lit, 1] / asked[lit, 1] - 1)
+    lowest = codes[lit].min(axis=1)
+    assert bias[lowest >= 4].max() <= 0.001
+    assert bias[lowest >= 1.5].max() <= 0.005
+
+
+def test_rounding_does_not_keep_the_mean(egl: EglSurface, thesis: DisplayModel) -> None:
+    """What the limits above are worth: without dithering the same patches miss them by far."""
+    asked = thesis.xyz(np.full((1, 3), 4.5) / 255)
+    rounded = read(ColourPass(egl.context, thesis).run(upload(egl.context, tiles(asked))), "f1", 255)
+    mean = thesis.xyz(patches(rounded, 1) / 255).mean(axis=1)
+    assert abs(mean[0, 1] / asked[0, 1] - 1) > 0.05
+
+
+def test_an_exact_code_is_that_code_at_every_pixel(egl: EglSurface, thesis: DisplayModel) -> None:
+    """Red and blue take all 256 codes, green those below its full light, in unrelated order."""
+    rng = np.random.default_rng(9)
+    green = np.arange(256) % (FULL + 1)
+    codes = np.stack([rng.permutation(256), rng.permutation(green), rng.permutation(256)], axis=1)
+    for eye in EYES:
+        shown = dithered(egl, thesis, tiles(thesis.xyz(codes / 255)), Dithering("independent"), eye=eye)
+        assert np.array_equal(patches(shown, 256), np.repeat(codes[:, None], 4096, axis=1))
+
+
+def test_light_beyond_the_ends_takes_the_end(egl: EglSurface, thesis: DisplayModel) -> None:
+    shown = patches(dithered(egl, thesis, tiles(np.array([[-1.0, -1, -1], [1e4, 1e4, 1e4]]))), 2)
+    assert shown[0].max() == 0
+    assert np.all(shown[1][:, [0, 2]] == 255)
+    # Green has all its light between codes 243 and 244, and is dithered between them.
+    assert set(np.unique(shown[1][:, 1])) == {243, 244}
+
+
+@pytest.mark.parametrize(("masks", "same"), [("shared", True), ("independent", False)])
+def test_a_flat_picture_is_the_same_for_both_eyes_if_they_share_masks(
+    egl: EglSurface, thesis: DisplayModel, random_XYZ: Callable[..., Views], masks: Masks, same: bool
+) -> None:
+    XYZ = random_XYZ(90, 150)
+    left, right = (dithered(egl, thesis, XYZ, Dithering(masks), eye=eye) for eye in EYES)
+    assert np.array_equal(left, right) == same
+    assert np.abs(left - right).max() <= 1
+    assert Dithering(masks).differs_by_eye == (not same)
+
+
+@pytest.mark.parametrize("squeeze", [(2, 1), (1, 2)])
+def test_a_squeezed_view_is_dithered_on_the_signal_s_pixels(
+    egl: EglSurface,
+    model: Callable[..., DisplayModel],
+    random_XYZ: Callable[..., Views],
+    squeeze: tuple[int, int],
+) -> None:
+    across, down = squeeze
+    XYZ = random_XYZ(96, 140).astype(np.float64)
+    height, width = 96 // down, 140 // across
+    halves = XYZ.reshape(height, down, width, across, 3).mean(axis=(1, 3))
+    thresholds = dither_thresholds(height, width)
+    twin = tabled_dither_codes(model(), halves, thresholds, dither_tables(model()))
+    shown = dithered(egl, model(), XYZ.astype(np.float32), squeeze=squeeze)
+    different, tied = ties(model(), halves, thresholds, shown, twin, 255)
+    assert different == tied <= 1
+
+
+def test_a_mixture_of_both_views_is_dithered(
+    egl: EglSurface, model: Callable[..., DisplayModel], random_XYZ: Callable[..., Views]
+) -> None:
+    left_model, right_model = model(2.2, 0.1), model(2.4, 0.1)
+    mixture = channel_split(EyeModels(left_model, right_model), (True, False, False))
+    left, right = random_XYZ(100, 130, 1) + np.float32(0.1), random_XYZ(100, 130, 2) + np.float32(0.1)
+    mixed_pass = MixedPass(egl.context, mixture, Dithering())
+    shown = read(mixed_pass.run(upload(egl.context, left), upload(egl.context, right)), "f1", 255)
+    # A display whose XYZ is its linear light.
+    plain = DisplayModel(np.zeros(3), np.eye(3), mixture.curves)
+    linear = (left - mixture.left_black_XYZ_cd_m2) @ mixture.left.T
+    linear += (right - mixture.right_black_XYZ_cd_m2) @ mixture.right.T
+    thresholds = dither_thresholds(100, 130)
+    twin = tabled_dither_codes(plain, linear, thresholds, dither_tables(plain))
+    different, tied = ties(plain, linear, thresholds, shown, twin, 255)
+    assert different == tied <= 1
+    rounded = MixedPass(egl.context, mixture)
+    plain_codes = read(rounded.run(upload(egl.context, left), upload(egl.context, right)), "f1", 255)
+    assert np.abs(shown - plain_codes).max() == 1
+
+
+def test_other_levels_do_not_fit_into_eight_bits(egl: EglSurface, thesis: DisplayModel) -> None:
+    with pytest.raises(PresentationError, match=r"codes dithered to 0\.\.1023 cannot be held in 8 bits"):
+        dithered(egl, thesis, tiles(np.zeros((1, 3))), Dithering(levels=1023))
+
+
+@pytest.mark.parametrize("levels", [0, 4096])
+def test_levels_beyond_twelve_bits_are_refused(levels: int) -> None:
+    with pytest.raises(PresentationError, match=f"the highest code to dither to is {levels}"):
+        Dithering(levels=levels)
+
+
+def test_unknown_masks_are_refused() -> None:
+    with pytest.raises(PresentationError, match=r"no dither masks 'both' .*'shared', 'independent'"):
+        Dithering("both")  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("levels", [1, 255, 4095])
+def test_the_light_of_codes_is_the_reference_s(model: Callable[..., DisplayModel], levels: int) -> None:
+    display = model(2.4, 0.1, 0.003, -0.02)
+    assert np.array_equal(light_table(display.curves, levels), dither_tables(display, levels).lights)
+
+
+def test_the_largest_table_is_right_to_its_last_code(egl: EglSurface, model: Callable[..., DisplayModel]) -> None:
+    display = model(2.2)
+    XYZ = np.broadcast_to(display.white_XYZ_cd_m2, (4, 4, 3)).astype(np.float32) * np.float32(1.001)
+    assert np.all(dithered(egl, display, XYZ, Dithering(levels=4095), dtype="f4") == 4095)
