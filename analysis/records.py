@@ -1,7 +1,8 @@
 """The record of a session: one JSON object a line, in `session.jsonl`.
 
 The first line is the header (``"record": "session"``), then one line per trial (``"record": "trial"``) in the
-order in which they were answered, and an end line (``"record": "end"``) once the session is complete. The reader
+order in which they were answered, and an end line (``"record": "end"``) once the session is complete, with the work
+that was done (frames drawn, missed, pictures uploaded). The reader
 defines the contract, so it stands here; the runner writes it.
 """
 

@@ -29,6 +29,7 @@ class RigSpec(BaseModel):
     glasses: str = ""
     mode_options: dict[str, Any] = Field(default_factory=dict)
     lift_black: bool = False
+    dither: Literal["none", "shared", "independent"] = "none"
     photodiode_verification: str = ""
 
 
@@ -38,7 +39,8 @@ class Rig:
 
     ``characterised_as`` is the mode whose measurements serve: ``mode`` itself, unless an uncharacterised mode was
     allowed. ``mode_options`` are as the file has them; the presenter's modes know which there are. ``lift_black`` asks
-    for enough light in every picture that crosstalk can be cancelled to the last; ``photodiode_verification`` names a
+    for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
+    dithered, and whether the eyes share the mask; ``photodiode_verification`` names a
     record that onsets were checked with a photodiode.
     """
 
@@ -52,6 +54,7 @@ class Rig:
     characterised_as: str
     mode_options: Mapping[str, Any]
     lift_black: bool
+    dither: Literal["none", "shared", "independent"]
     photodiode_verification: str
 
     @property
@@ -113,5 +116,6 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         characterised_as,
         MappingProxyType(spec.mode_options),
         spec.lift_black,
+        spec.dither,
         spec.photodiode_verification,
     )

@@ -12,7 +12,7 @@ from typing import Any
 
 from runner.header import software
 from runner.presenter.compositor import compositor
-from runner.presenter.modes.registry import available
+from runner.presenter.modes.registry import MODES, available
 from runner.presenter.surfaces.open import BACKENDS, open_surface
 from runner.presenter.surfaces.surface import Buffer
 from runner.timing_record import explain, swap_intervals
@@ -83,4 +83,10 @@ def _surface(backend: str) -> dict[str, Any]:
                 modes = available(surface)
         except Exception as error:
             modes["quad-buffered"] = str(error)
+    for name in [name for name, make in MODES.items() if make().windows > 1]:
+        try:
+            with open_surface(backend, _SIZE_PX, windows=MODES[name]().windows, windowed=True) as surface:
+                modes[name] = available(surface)[name]
+        except Exception as error:
+            modes[name] = str(error)
     return {"problem": None, "facts": facts, "modes": modes}

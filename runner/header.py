@@ -46,7 +46,7 @@ def _display_digest(rig: Rig) -> str:
 
 def _rig_digest(rig: Rig) -> str:
     panel = rig.display.panel.model_dump(mode="json")
-    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.distance_mm, rig.glasses, panel])
+    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, rig.distance_mm, rig.glasses, panel])
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
@@ -141,6 +141,7 @@ def make_header(
             "mode_options": dict(rig.mode_options),
             "crosstalk_cancelled": rig.crosstalk is not None,
             "lift_black": rig.lift_black,
+            "dither": rig.dither,
             "gain_map_delivers": rig.gain_map.delivered_share if rig.gain_map else None,
         },
         analysis=experiment.spec.analysis.model_dump(mode="json"),

@@ -30,11 +30,20 @@ class Pace:
         frames: int,
         clock: Callable[[], float] = time.monotonic,
         sleep: Callable[[float], None] = time.sleep,
+        each_frame: Callable[[], object] | None = None,
     ) -> None:
-        """Sleep until the scene after one shown at ``onset_s`` for ``frames`` frames must be drawn."""
+        """Sleep until the scene after one shown at ``onset_s`` for ``frames`` frames must be drawn.
+
+        ``each_frame``, where a mode has something to draw at every refresh, is called in place of sleeping.
+        """
         if self.instantly:
             return
         early = 0.5 if self.swaps_wait else 0.0
-        left_s = onset_s + (frames - early) * self.period_s - clock()
+        until_s = onset_s + (frames - early) * self.period_s
+        while each_frame is not None and clock() < until_s - self.period_s:
+            each_frame()
+            if not self.swaps_wait:
+                sleep(self.period_s)
+        left_s = until_s - clock()
         if left_s > 0:
             sleep(left_s)

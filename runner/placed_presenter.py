@@ -60,6 +60,6 @@ class PlacedPresenter:
         """Show ``scene`` for the whole frames nearest to ``seconds``: drawn once, slept through, keys let go."""
         frames = self._pace.frames(seconds)
         onset_s = self.show(scene)
-        self._pace.wait(onset_s, frames)
+        self._pace.wait(onset_s, frames, each_frame=self._presenter.surface.on_frame)
         self._presenter.surface.poll_keys()
         return Holding(onset_s, frames, self._pace.period_s)

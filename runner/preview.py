@@ -71,8 +71,8 @@ def preview(
     pictures = ReadyPictures(stimuli.load, Compensation.of(rig, mode, images))
     resolution = rig.display.panel.resolution_px
     with (
-        open_surface(backend, resolution, stereo=mode.needs_stereo) as surface,
-        Presenter(surface, mode, rig.models, pictures.load) as presenter,
+        open_surface(backend, resolution, stereo=mode.needs_stereo, windows=mode.windows) as surface,
+        Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering) as presenter,
         Presenter(surface, mode, rig.models, lambda name: _marked(stimuli.load(name), rig.models)) as marker,
     ):
         shown = 0

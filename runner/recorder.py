@@ -81,9 +81,9 @@ class Recorder:
         """Record an answer; it is on disk when this returns."""
         _write(self._stream, trial.to_json())
 
-    def end(self) -> None:
-        """Record that the session is complete."""
-        _write(self._stream, {"record": "end"})
+    def end(self, facts: Mapping[str, Any]) -> None:
+        """Record that the session is complete, and ``facts`` of how it went."""
+        _write(self._stream, {"record": "end", **facts})
 
     def close(self) -> None:
         """Close the log and let others have it."""

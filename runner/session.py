@@ -38,8 +38,8 @@ class Sink(Protocol):
     def append(self, trial: Trial) -> None:
         """Make the trial permanent before returning."""
 
-    def end(self) -> None:
-        """Note that the session is complete."""
+    def end(self, facts: Mapping[str, Any]) -> None:
+        """Note that the session is complete, and ``facts`` of how it went."""
 
 
 class Left(Exception):
@@ -55,7 +55,8 @@ class Session:
     """One observer's way through the blocks.
 
     ``clip_costs`` gives, per stimulus, what the trial's record says of the gamut clip; ``marks`` stand in every trial's
-    record; ``logged`` is what an interrupted session already holds; ``on_trial`` hears of each trial, also if replayed.
+    record; ``logged`` is what an interrupted session already holds; ``on_trial`` hears of each trial, also if replayed;
+    ``closing_facts`` is asked at the end for what the record should say of the whole.
     """
 
     blocks: Sequence[Block]
@@ -66,6 +67,7 @@ class Session:
     marks: Mapping[str, Any] = field(default_factory=dict)
     logged: Sequence[Trial] = ()
     on_trial: Callable[[Trial], None] = lambda trial: None
+    closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = _now
     _past: deque[Trial] = field(init=False)
     _past_events: deque[tuple[str, float]] = field(init=False, default_factory=deque)
@@ -91,7 +93,7 @@ class Session:
             self._run_block(number, block)
         if self._past:
             raise SessionError(f"the log holds {len(self._past)} more trials than the experiment has")
-        self.sink.end()
+        self.sink.end(self.closing_facts())
 
     def _run_block(self, number: int, block: Block) -> None:
         steps = block.steps()

@@ -63,9 +63,15 @@ class Station:
         load = functools.lru_cache(maxsize=4)(stimuli.load)
         compensation = Compensation.of(rig, mode, (load(name) for name in stimuli.names))
         pictures = ReadyPictures(load, compensation)
-        surface = open_surface(backend, rig.display.panel.resolution_px, stereo=mode.needs_stereo, windowed=windowed)
+        surface = open_surface(
+            backend,
+            rig.display.panel.resolution_px,
+            stereo=mode.needs_stereo,
+            windowed=windowed,
+            windows=mode.windows,
+        )
         try:
-            presenter = Presenter(surface, mode, rig.models, pictures.load)
+            presenter = Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering)
             descriptions = []
             for name in stimuli.names:
                 # Decoded once: described, then made ready to be shown.
@@ -130,6 +136,7 @@ class Station:
                 marks={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
                 logged=logged,
                 on_trial=on_trial,
+                closing_facts=lambda: {"work": asdict(self.presenter.counters)},
             ).run()
         return recorder.folder
 

@@ -9,6 +9,7 @@ from types import MappingProxyType
 from devices.display_file import Eye, EyeModels
 from documents import Finding
 from runner.presenter.counters import Counters, Work
+from runner.presenter.dithering import Dithering
 from runner.presenter.drawing import Drawing, Patch
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.mode import EyeArea, Mode
@@ -35,7 +36,8 @@ class Presenter:
     """Shows scenes on ``surface`` in ``mode``, each eye through its display model.
 
     ``load`` returns the picture of a stimulus by name; it is called once per picture for as long as the
-    picture's codes stay within ``picture_budget_bytes``.
+    picture's codes stay within ``picture_budget_bytes``. With ``dithering`` a picture's codes keep the mean light
+    between two codes.
 
     Raises
     ------
@@ -51,6 +53,7 @@ class Presenter:
         load: Callable[[str], StereoImage],
         *,
         picture_budget_bytes: int = PICTURE_BUDGET_BYTES,
+        dithering: Dithering | None = None,
     ) -> None:
         require(mode, surface)
         self.surface = surface
@@ -65,13 +68,20 @@ class Presenter:
                     remedy="characterise it once, for both eyes",
                 )
             )
+        if shared and dithering is not None and dithering.differs_by_eye:
+            raise PresentationError(
+                Finding(
+                    f"the mode '{mode.name}' shows both eyes the same pixels, so their dither masks cannot differ",
+                    remedy="dither with shared masks",
+                )
+            )
         self._work = Work()
         squeeze = self.areas[0].squeeze
         views: ViewCodes
         if mixture is None:
-            views = CodesPerEye(surface.context, models, squeeze, self._work)
+            views = CodesPerEye(surface.context, models, squeeze, self._work, dithering)
         else:
-            views = MixedCodes(surface.context, mixture, self._work)
+            views = MixedCodes(surface.context, mixture, self._work, dithering)
         self._pictures = Pictures(surface.context, views, load, self._work, picture_budget_bytes, decoded=surface.wake)
         self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture)
         self._painter = Painter(surface.context, surface.calls)

@@ -13,6 +13,7 @@ from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.counters import Work
 from runner.presenter.decoder import EYES
+from runner.presenter.dithering import Dithering
 from runner.presenter.mixed_pass import MixedPass
 from runner.presenter.modes.mixture import Mixture
 from stimuli.stereo_image import StereoImage, XYZImage
@@ -64,10 +65,18 @@ class ViewCodes(Protocol):
 class CodesPerEye:
     """Each eye's view through the display model of that eye."""
 
-    def __init__(self, context: moderngl.Context, models: EyeModels, squeeze: tuple[int, int], work: Work) -> None:
-        left = ColourPass(context, models.left, squeeze)
-        same = models.right is models.left
-        self._passes = {"left": left, "right": left if same else ColourPass(context, models.right, squeeze)}
+    def __init__(
+        self,
+        context: moderngl.Context,
+        models: EyeModels,
+        squeeze: tuple[int, int],
+        work: Work,
+        dithering: Dithering | None = None,
+    ) -> None:
+        left = ColourPass(context, models.left, squeeze, dithering, "left")
+        same = models.right is models.left and not (dithering is not None and dithering.differs_by_eye)
+        right = left if same else ColourPass(context, models.right, squeeze, dithering, "right")
+        self._passes = {"left": left, "right": right}
         self._work = work
 
     def make(self, image: StereoImage, upload: Upload) -> Making:
@@ -112,8 +121,10 @@ class CodesPerEye:
 class MixedCodes:
     """Both views in one picture."""
 
-    def __init__(self, context: moderngl.Context, mixture: Mixture, work: Work) -> None:
-        self._pass = MixedPass(context, mixture)
+    def __init__(
+        self, context: moderngl.Context, mixture: Mixture, work: Work, dithering: Dithering | None = None
+    ) -> None:
+        self._pass = MixedPass(context, mixture, dithering)
         self._work = work
 
     def make(self, image: StereoImage, upload: Upload) -> Making:

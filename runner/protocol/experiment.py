@@ -17,6 +17,7 @@ from runner.blocks.message import Message
 from runner.blocks.steps import Block
 from runner.errors import SessionError
 from runner.layout import pair_layout
+from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
@@ -44,6 +45,11 @@ class Experiment:
     def mode(self) -> Mode:
         """The stereo mode, adjusted as the rig says."""
         return find_mode(self.rig.mode, ModeOptions.parse(self.rig.mode_options))
+
+    @property
+    def dithering(self) -> Dithering | None:
+        """How pictures are dithered, None if they are rounded."""
+        return None if self.rig.dither == "none" else Dithering(self.rig.dither)
 
     @property
     def places_px(self) -> tuple[Offset, ...]:

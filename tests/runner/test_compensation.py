@@ -201,3 +201,29 @@ def test_the_ledger_counts_where_the_panel_is_too_dim(inside: Study) -> None:
     dim = GAIN.replace("[0.9, 1.0, 0.95]", "[0.4, 1.0, 0.5]")
     inside.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{dim}")
     assert clipped() > 0.0
+
+
+def test_dithering_of_the_rig_reaches_the_screen_and_keeps_the_mean_light(study: Study) -> None:
+    from stimuli.exr import write_exr
+    from stimuli.stereo_image import StereoImage
+
+    model = read_rig(study.folder / "rig.yaml").models.left
+    between = model.xyz(np.full(3, 20.4 / 255))  # between two codes
+    for name in ("one", "two", "three", "four"):
+        flat = np.broadcast_to(between, (40, 80, 3)).astype(np.float32)
+        write_exr(study.folder / f"{name}.exr", StereoImage.flat(np.ascontiguousarray(flat)))
+
+    def shown(folder: str) -> np.ndarray:
+        output = study.folder / folder
+        words = ["preview", str(study.experiment), "-o", str(output)]
+        result = CliRunner().invoke(group, words, catch_exceptions=False)
+        assert result.exit_code == 0, result.output
+        codes = np.asarray(Image.open(output / "block-02_screen-001_left.png"))
+        return codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
+
+    assert set(np.unique(shown("rounded"))) == {20}
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ndither: shared\n")
+    dithered = shown("dithered")
+    assert set(np.unique(dithered)) == {20, 21}
+    mean = model.xyz(dithered / 255).mean(axis=(0, 1))
+    assert np.abs(mean / between - 1).max() < 0.002

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from typing import Any
 
 import pytest
 
@@ -58,7 +59,7 @@ class Paper:
         self.before_append()
         self.trials.append(trial)
 
-    def end(self) -> None:
+    def end(self, facts: Mapping[str, Any]) -> None:
         self.ended = True
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -252,3 +253,16 @@ def test_timed_scenes_in_a_real_window(person: Person) -> None:
         # A virtual screen does not pace the swaps and this machine is shared: late is counted, early would be a fault.
         assert held["shown_ms"] >= held["asked_ms"] - 1.0
         assert held["missed_frames"] == max(0, round(held["shown_ms"] / (1000 / 60)) - held["frames"])
+
+
+def test_ctrl_c_wakes_the_sleeping_session_and_keeps_everything(person: Person) -> None:
+    person.sit_down()
+    page = person.look()
+    person.press("space")
+    person.until(lambda: np.any(person.look() != page), "the first pair")
+    _answer(person, "Up")
+    time.sleep(0.5)
+    assert person.process is not None
+    person.process.send_signal(signal.SIGINT)
+    assert "Stopped (interrupted) after 1 of 6 answers, all saved" in person.leave()
+    assert person.answers() == 1

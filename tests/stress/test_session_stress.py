@@ -5,8 +5,10 @@ from __future__ import annotations
 import random
 import time
 import tracemalloc
+from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -41,7 +43,7 @@ class _Nothing:
     def append(self, trial: Trial) -> None:
         self.trials += 1
 
-    def end(self) -> None:
+    def end(self, facts: Mapping[str, Any]) -> None:
         pass
 
 

@@ -7,6 +7,7 @@ from typing import Any
 import glfw
 
 from runner.presenter.errors import PresentationError
+from runner.presenter.surfaces.signal_wake import SignalWake
 
 
 class GlfwSession:
@@ -26,6 +27,7 @@ class GlfwSession:
             raise PresentationError(
                 f"no window can be opened: {why} (set DISPLAY to a running display, or use an offscreen backend)"
             )
+        self._signals = SignalWake(glfw.post_empty_event)
 
     @property
     def display_server(self) -> str:
@@ -47,6 +49,7 @@ class GlfwSession:
 
     def close(self) -> None:
         """Destroy every window and give glfw back."""
+        self._signals.close()
         glfw.terminate()
         glfw.set_error_callback(self._callback_before)  # type: ignore[arg-type] # None clears it
 

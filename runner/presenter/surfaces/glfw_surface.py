@@ -25,7 +25,6 @@ _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9
 _REFRESH_HZ = 60.0  # where no monitor tells
 _SHOWN_WITHIN_S = 0.5
-_WAKE_S = 0.25  # how soon Ctrl-C is noticed while asleep; four wakings a second cost nothing
 
 
 class ContextLoader:
@@ -160,7 +159,7 @@ class GlfwSurface:
             if self._closed():
                 raise WindowClosed("the window was closed")
             if self.on_frame is None:
-                glfw.wait_events_timeout(_WAKE_S)
+                glfw.wait_events()
             else:
                 self._next_frame(self.on_frame)
             self._mend()

@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 import pytest
@@ -81,7 +82,7 @@ def make_presenter(egl: EglSurface, same_models: EyeModels) -> Iterator[Callable
         pictures: dict[str, StereoImage],
         mode: str = "side-by-side",
         models: EyeModels | None = None,
-        **options: int,
+        **options: Any,
     ) -> Presenter:
         made.append(Presenter(egl, find_mode(mode), models or same_models, pictures.__getitem__, **options))
         return made[-1]
