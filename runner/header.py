@@ -86,15 +86,23 @@ def describe_stimulus(
 ) -> dict[str, Any]:
     """Return a stimulus's name and factors, and what the gamut clip and uncancelled crosstalk cost each eye.
 
-    Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``.
+    Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``. Where a mode mixes
+    both views into one picture, that picture is what is clipped, for both eyes alike; what an eye then makes of it
+    through its filter is not part of the cost.
     """
     models = compensation.models
+    mixture = compensation.mode.mixture(models)
     costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
     for place in places_px if compensation.depends_on_place else places_px[:1]:
         evened = compensation.evened(image, place)
-        left = clip_cost(models.left, evened.left).to_json()
-        same = evened.is_flat and models.left is models.right
-        right = left if same else clip_cost(models.right, evened.right).to_json()
+        if mixture is not None:
+            # One picture for both eyes: what its channels are asked for, as the display's own light.
+            mixed = mixture.light(evened.left, evened.right) @ models.left.primaries_XYZ_cd_m2.T
+            left = right = clip_cost(models.left, mixed + models.left.black_XYZ_cd_m2).to_json()
+        else:
+            left = clip_cost(models.left, evened.left).to_json()
+            same = evened.is_flat and models.left is models.right
+            right = left if same else clip_cost(models.right, evened.right).to_json()
         for eye, cost in (("left", left), ("right", right)):
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
     clipping: dict[str, Any] = dict(costs)

@@ -203,6 +203,24 @@ def test_the_ledger_counts_where_the_panel_is_too_dim(inside: Study) -> None:
     assert clipped() > 0.0
 
 
+def test_the_ledger_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:
+    from runner.presenter.modes.registry import find_mode
+
+    study.edit("display.yaml", "  quad-buffered: {same_as", "  anaglyph-red-cyan: {same_as")
+    study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
+    result = CliRunner().invoke(group, ["check", str(study.experiment), "--json"], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.output)[0]["clipped_percent"]["one"]
+    rig = read_rig(study.folder / "rig.yaml")
+    mixture = find_mode("anaglyph-red-cyan").mixture(rig.models)
+    assert mixture is not None
+    image = read_exr(study.folder / "one.exr")
+    light = mixture.light(image.left, image.right)
+    outside = ((light < -1e-6) | (light > 1 + 1e-6)).any(axis=-1)
+    assert told == [pytest.approx(100 * outside.mean(), abs=1e-3)] * 2
+    assert 0 < outside.mean() < 1
+
+
 def test_dithering_of_the_rig_reaches_the_screen_and_keeps_the_mean_light(study: Study) -> None:
     from stimuli.exr import write_exr
     from stimuli.stereo_image import StereoImage

@@ -39,11 +39,15 @@ class Mixture:
         """Return the mixture with the two views exchanged."""
         return Mixture(self.right, self.left, self.right_black_XYZ_cd_m2, self.left_black_XYZ_cd_m2, self.curves)
 
-    def code(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> Floats:
-        """Return device codes in 0..1, shape (..., 3), for XYZ in cd/m² of both views, shape (..., 3) each."""
+    def light(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> Floats:
+        """Return each channel's linear light, unclipped, shape (..., 3), for XYZ in cd/m² of both views."""
         left = np.asarray(left_XYZ_cd_m2, dtype=np.float64) - self.left_black_XYZ_cd_m2
         right = np.asarray(right_XYZ_cd_m2, dtype=np.float64) - self.right_black_XYZ_cd_m2
-        linear = np.clip(left @ self.left.T + right @ self.right.T, 0.0, 1.0)
+        return np.asarray(left @ self.left.T + right @ self.right.T)
+
+    def code(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> Floats:
+        """Return device codes in 0..1, shape (..., 3), for XYZ in cd/m² of both views, shape (..., 3) each."""
+        linear = np.clip(self.light(left_XYZ_cd_m2, right_XYZ_cd_m2), 0.0, 1.0)
         return np.stack([curve.code(linear[..., i]) for i, curve in enumerate(self.curves)], axis=-1)
 
 
