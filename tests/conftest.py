@@ -5,11 +5,17 @@ from __future__ import annotations
 import os
 import shutil
 import subprocess
-from collections.abc import Iterator
+import sys
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from analysis.records import SessionLog, read_session, session_files
 
 
 @pytest.fixture(scope="session")
@@ -109,3 +115,112 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     scores = "".join(f"  {name}: {{score: {index + 1}}}\n" for index, name in enumerate(names))
     (tmp_path / "observers.yaml").write_text(f"schema_version: 1\nkind: bradley_terry\nstimuli:\n{scores}")
     return Study(tmp_path)
+
+
+class Person:
+    """Someone at the keyboard of the display ``screen``."""
+
+    def __init__(self, screen: str, study: Study) -> None:
+        self.screen = screen
+        self.study = study
+        self.process: subprocess.Popen[str] | None = None
+
+    def sit_down(self, *more: str) -> None:
+        """Start the session and wait for its window to have drawn."""
+        code = "from runner.cli.main import main; main()"
+        command = [sys.executable, "-c", code, "run", str(self.study.experiment), "--observer", "07"]
+        environment = {**os.environ, "DISPLAY": self.screen}
+        environment.pop("WAYLAND_DISPLAY", None)
+        self.process = subprocess.Popen(
+            [*command, "--results", str(self.study.results), *more],
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            text=True,
+            env=environment,
+        )
+        self.until(lambda: np.any(self.look()), "the window to draw something")
+
+    def press(self, *keys: str) -> None:
+        """Press keys one after the other."""
+        for key in keys:
+            self._xdotool("key", key)
+            time.sleep(0.05)
+
+    def answer(self, *keys: str) -> None:
+        """Answer pairs, each pressed once the one before is on disk and the next is on the screen."""
+        for key in keys:
+            before, seen = self.answers(), self.look()
+            self.press(key)
+            self.until(partial(self._answered_more_than, before), f"the answer '{key}' to be on disk")
+            self.until(partial(self._sees_other_than, seen), "the next screen", within_s=5)
+
+    def window(self, *words: str) -> None:
+        """Do something to the session's window with xdotool: windowmove 10 10, windowminimize, ..."""
+        window = self._xdotool("search", "--name", "^cyclopean$").split()[-1]
+        self._xdotool(words[0], window, *words[1:])
+
+    def _answered_more_than(self, answers: int) -> bool:
+        return self.answers() > answers
+
+    def _sees_other_than(self, seen: np.ndarray) -> bool:
+        return bool(np.any(self.look() != seen))
+
+    def close_the_window(self) -> None:
+        """Ask the window to close, as a window manager does."""
+        self.window("windowclose")
+
+    def look(self) -> np.ndarray:
+        """Return what is on the screen, (height, width, 3)."""
+        from PIL import ImageGrab
+
+        return np.asarray(ImageGrab.grab(xdisplay=self.screen).convert("RGB"))
+
+    def log(self) -> SessionLog:
+        """Return the session's log."""
+        (file,) = session_files(self.study.results)
+        return read_session(file)
+
+    def answers(self) -> int:
+        """Return how many pairs are on disk."""
+        files = list(session_files(self.study.results)) if self.study.results.exists() else []
+        return sum(trial.kind == "all_pairs" for file in files for trial in read_session(file).trials)
+
+    def until(self, come_true: Callable[[], object], what: str, within_s: float = 30.0) -> None:
+        """Wait for something to come true."""
+        end = time.monotonic() + within_s
+        while time.monotonic() < end:
+            if come_true():
+                return
+            if self.process is not None and self.process.poll() is not None:
+                break
+            time.sleep(0.02)
+        if come_true():
+            return
+        told = self.leave()
+        pytest.fail(f"waited in vain for {what}; the program said: {told}")
+
+    def leave(self) -> str:
+        """Wait for the program to end and return what it said."""
+        assert self.process is not None
+        try:
+            told, _ = self.process.communicate(timeout=20)
+        except subprocess.TimeoutExpired:
+            self.process.kill()
+            told, _ = self.process.communicate()
+        return told
+
+    def _xdotool(self, *words: str) -> str:
+        environment = {**os.environ, "DISPLAY": self.screen}
+        return subprocess.run(["xdotool", *words], env=environment, check=True, capture_output=True, text=True).stdout
+
+
+@pytest.fixture
+def person(xvfb: str, study: Study) -> Iterator[Person]:
+    """Someone who can sit down to the study."""
+    if shutil.which("xdotool") is None:
+        pytest.skip("xdotool is not installed (package xdotool)")
+    someone = Person(xvfb, study)
+    yield someone
+    if someone.process is not None and someone.process.poll() is None:
+        someone.process.kill()
+        someone.process.communicate()
