@@ -153,3 +153,11 @@ def surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
         pytest.skip(str(error))
     with opened:
         yield opened
+
+
+@pytest.fixture
+def x_screen(display: str) -> Callable[[], NDArray[np.uint8]]:
+    """What the X server's screen shows when it is called, (height, width, 3)."""
+    from PIL import ImageGrab
+
+    return lambda: np.asarray(ImageGrab.grab(xdisplay=display).convert("RGB"))

@@ -26,19 +26,14 @@ WIDTH, HEIGHT = 320, 240
 SCENE = Scene((Picture("a"), Text("Which is closer?", (0, 60), width_px=200)))
 
 
-def x_screen() -> NDArray[np.uint8]:
-    """What the X server shows, 640 × 480."""
-    tool = shutil.which("import")
-    if tool is None:
-        pytest.skip("ImageMagick is not installed (apt install imagemagick)")
-    shot = subprocess.run([tool, "-window", "root", "-depth", "8", "rgb:-"], capture_output=True, check=True)
-    return np.frombuffer(shot.stdout, np.uint8).reshape(480, 640, 3)
-
-
 @pytest.mark.window
 @pytest.mark.parametrize("swapped", [False, True])
 def test_each_window_shows_its_eyes_rounded_reference(
-    display: str, swapped: bool, model: Callable[..., DisplayModel], random_stereo: Stereo
+    display: str,
+    swapped: bool,
+    model: Callable[..., DisplayModel],
+    random_stereo: Stereo,
+    x_screen: Callable[[], NDArray[np.uint8]],
 ) -> None:
     models = EyeModels(model(2.4, 0.05), model(1.9, 0.2))
     picture = random_stereo(HEIGHT, WIDTH)

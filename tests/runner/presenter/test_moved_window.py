@@ -24,15 +24,6 @@ WIDTH, HEIGHT = 200, 150
 WEAVES = {"row-interleaved": (0, 1), "column-interleaved": (1, 0), "checkerboard": (1, 1)}
 
 
-def x_screen() -> NDArray[np.uint8]:
-    """What the X server shows, 640 × 480."""
-    tool = shutil.which("import")
-    if tool is None:
-        pytest.skip("ImageMagick is not installed (apt install imagemagick)")
-    shot = subprocess.run([tool, "-window", "root", "-depth", "8", "rgb:-"], capture_output=True, check=True)
-    return np.frombuffer(shot.stdout, np.uint8).reshape(480, 640, 3)
-
-
 def move(window: WindowSurface, left: int, top: int) -> None:
     """Move the window as a person would, and let it hear of it."""
     import glfw
@@ -52,7 +43,11 @@ def move(window: WindowSurface, left: int, top: int) -> None:
 
 @pytest.mark.parametrize("mode", WEAVES)
 def test_a_moved_window_is_drawn_again_with_the_right_parity(
-    display: str, mode: str, random_stereo: Callable[..., StereoImage], same_models: EyeModels
+    display: str,
+    mode: str,
+    random_stereo: Callable[..., StereoImage],
+    same_models: EyeModels,
+    x_screen: Callable[[], NDArray[np.uint8]],
 ) -> None:
     picture = random_stereo(HEIGHT, WIDTH)
     codes = {eye: same_models.left.code(picture.eye(eye)) * 255.0 for eye in ("left", "right")}

@@ -9,7 +9,9 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 
+import numpy as np
 import pytest
+from numpy.typing import NDArray
 
 from devices.display_file import EyeModels
 from runner.ports import WindowClosed
@@ -112,17 +114,13 @@ def test_what_another_window_covered_is_drawn_again(
         assert presenter.counters.frames_drawn == 1
 
 
-def test_the_screen_shows_what_was_drawn(window: WindowSurface, display: str, same_models: EyeModels) -> None:
+def test_the_screen_shows_what_was_drawn(
+    window: WindowSurface, x_screen: Callable[[], NDArray[np.uint8]], same_models: EyeModels
+) -> None:
     """The pixels of the X server's root window are the captured codes: nothing between changes them."""
-    import numpy as np
-
-    tool = shutil.which("import")
-    if tool is None:
-        pytest.skip("ImageMagick is not installed (apt install imagemagick)")
     with Presenter(window, find_mode("side-by-side"), same_models, lambda name: pytest.fail(name)) as presenter:
         presenter.show(Scene((Text("Which image is closer to the reference plate?", width_px=200),)))
-        shot = subprocess.run([tool, "-window", "root", "-depth", "8", "rgb:-"], capture_output=True, check=True)
-        screen = np.frombuffer(shot.stdout, np.uint8).reshape(480, 640, 3)
+        screen = x_screen()
         assert screen.any()
         np.testing.assert_array_equal(screen, presenter.capture()["screen"])
 
