@@ -80,7 +80,8 @@ class Station:
                 )
                 descriptions.append(description)
                 for place in experiment.places_px if compensation.depends_on_place else ((0, 0),):
-                    presenter.prefetch(pictures.placed(Scene((Picture(name, place),))))
+                    if not presenter.counters.evictions:  # more than fits is made ready when its trial comes near
+                        presenter.prefetch(pictures.placed(Scene((Picture(name, place),))))
         except BaseException:
             surface.close()
             raise
