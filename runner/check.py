@@ -71,9 +71,10 @@ def _experiment(file: Path) -> Facts:
         )
     keys = dict(design.layout.keys)
     stimuli = build(design.recipe_file, pitch_mm)
-    compensation = Compensation.of(rig, design.mode, (stimuli.load(name) for name in stimuli.names))
+    load = design.shown(stimuli.load)
+    compensation = Compensation.of(rig, design.mode, (load(name) for name in stimuli.names))
     clipping = {
-        name: describe_stimulus(name, stimuli.load(name), {}, compensation, design.places_px)["clipping"]
+        name: describe_stimulus(name, load(name), {}, compensation, design.places_px)["clipping"]
         for name in stimuli.names
     }
     if rig.gain_map:

@@ -67,13 +67,14 @@ def preview(
     total = sum(block.trials for block in blocks)
     album = _Album(folder)
     mode = experiment.mode
-    images = (stimuli.load(name) for name in stimuli.names)
-    pictures = ReadyPictures(stimuli.load, Compensation.of(rig, mode, images))
+    load = experiment.shown(stimuli.load)
+    images = (load(name) for name in stimuli.names)
+    pictures = ReadyPictures(load, Compensation.of(rig, mode, images))
     resolution = rig.display.panel.resolution_px
     with (
         open_surface(backend, resolution, stereo=mode.needs_stereo, windows=mode.windows) as surface,
         Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering) as presenter,
-        Presenter(surface, mode, rig.models, lambda name: _marked(stimuli.load(name), rig.models)) as marker,
+        Presenter(surface, mode, rig.models, lambda name: _marked(load(name), rig.models)) as marker,
     ):
         shown = 0
         for number, block in enumerate(blocks):

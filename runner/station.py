@@ -60,7 +60,7 @@ class Station:
         """
         rig = experiment.rig
         mode = experiment.mode
-        load = functools.lru_cache(maxsize=4)(stimuli.load)
+        load = functools.lru_cache(maxsize=4)(experiment.shown(stimuli.load))
         compensation = Compensation.of(rig, mode, (load(name) for name in stimuli.names))
         pictures = ReadyPictures(load, compensation)
         surface = open_surface(

@@ -5,13 +5,14 @@ from __future__ import annotations
 import difflib
 import hashlib
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from devices.rig_file import Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.yaml_source import Path_, YamlSource
+from runner.aperture import through_aperture
 from runner.blocks.all_pairs import AllPairs, PairLayout
 from runner.blocks.message import Message
 from runner.blocks.steps import Block
@@ -25,6 +26,7 @@ from runner.presenter.scene import Offset
 from runner.protocol.schema import AllPairsSpec, ExperimentSpec
 from stimuli.names import stimulus_names
 from stimuli.recipe import read_recipe
+from stimuli.stereo_image import StereoImage
 
 _BIDS_LABEL = re.compile(r"[A-Za-z0-9]+")
 
@@ -45,6 +47,11 @@ class Experiment:
     def mode(self) -> Mode:
         """The stereo mode, adjusted as the rig says."""
         return find_mode(self.rig.mode, ModeOptions.parse(self.rig.mode_options))
+
+    def shown(self, load: Callable[[str], StereoImage]) -> Callable[[str], StereoImage]:
+        """Return ``load`` with its pictures cropped to what the layout's aperture shows of them."""
+        area = self.mode.areas(self.rig.display.panel.resolution_px)[0]
+        return through_aperture(load, self.layout.aperture_px, area)
 
     @property
     def dithering(self) -> Dithering | None:

@@ -1,0 +1,74 @@
+"""A crop to the aperture changes no pixel on the screen and saves the work for the rest."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from devices.display import DisplayModel
+from devices.display_file import EyeModels
+from devices.tone_curve import ToneCurve
+from runner.aperture import through_aperture
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.mode import EyeArea
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.rectangle import Rectangle
+from runner.presenter.scene import Picture, Scene
+from runner.presenter.surfaces import open_surface
+from stimuli.stereo_image import StereoImage
+
+SIZES = st.tuples(st.integers(1, 40), st.integers(1, 40))
+
+
+@given(view=SIZES, size=SIZES, aperture=SIZES)
+def test_what_is_seen_through_the_aperture_stays_in_its_place(
+    view: tuple[int, int], size: tuple[int, int], aperture: tuple[int, int]
+) -> None:
+    width, height = size
+    values = np.arange(width * height * 3, dtype=np.float32).reshape(height, width, 3)
+    area = EyeArea(("left",), Rectangle(0, 0, *view))
+    cropped = through_aperture(lambda _: StereoImage.flat(values), aperture, area)("a")
+    assert cropped.is_flat
+    assert (cropped.width_px, cropped.height_px) == (min(width, aperture[0]), min(height, aperture[1]))
+
+    def drawn(image: np.ndarray) -> np.ndarray:
+        screen = np.full((view[1], view[0], 3), -1.0, dtype=np.float32)
+        place = area.rectangle.centred((image.shape[1], image.shape[0]))
+        shown = area.rectangle.intersection(place).intersection(area.rectangle.centred(aperture))
+        if not shown.is_empty:
+            top, left = shown.top - place.top, shown.left - place.left
+            screen[shown.top : shown.top + shown.height, shown.left : shown.left + shown.width] = image[
+                top : top + shown.height, left : left + shown.width
+            ]
+        return screen
+
+    assert np.array_equal(drawn(cropped.left), drawn(values))
+
+
+def test_the_framebuffer_is_the_same_and_fewer_pixels_are_shaded() -> None:
+    curve = ToneCurve(gamma=2.2)
+    model = DisplayModel(np.zeros(3), np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]]), (curve, curve, curve))
+    rng = np.random.default_rng(0)
+    left, right = (model.xyz(rng.random((101, 147, 3))).astype(np.float32) for _ in range(2))
+    image = StereoImage(left, right)
+    scene = Scene((Picture("a", (3, -5), (60, 40)),))
+    mode = find_mode("side-by-side")
+    area = mode.areas((401, 200))[0]
+    captured, shaded = [], []
+    try:
+        for load in (lambda _: image, through_aperture(lambda _: image, (60, 40), area)):
+            with (
+                open_surface("egl", (401, 200)) as surface,
+                Presenter(surface, mode, EyeModels(model, model), load) as presenter,
+            ):
+                presenter.show(scene)
+                captured.append(presenter.capture()["screen"])
+                shaded.append(presenter.counters.pixels_shaded)
+    except PresentationError as error:
+        pytest.skip(str(error))
+    assert np.array_equal(captured[0], captured[1])
+    assert captured[0].any()
+    assert shaded == [2 * 101 * 147, 2 * 60 * 40]
