@@ -41,6 +41,13 @@ _EYES: tuple[Eye, Eye] = ("left", "right")
     metavar="KEY=VALUE",
     help="An option of the mode, as in a rig file: swap_eyes=true.",
 )
+@click.option(
+    "--bits",
+    type=click.Choice(["8", "10"]),
+    default="8",
+    show_default=True,
+    help="Bits of a channel's codes; 10 where the driver gives them.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print what was shown as JSON.")
 def command(
     file: Path,
@@ -55,6 +62,7 @@ def command(
     clip_negative: bool,
     flat: bool,
     mode_options: tuple[str, ...],
+    bits: str,
     as_json: bool,
 ) -> None:
     """Show one stereo image with the display's response undone.
@@ -62,6 +70,7 @@ def command(
     FILE is an OpenEXR picture; it stands at 1:1 in the middle of each eye's area until Escape is pressed. The
     shares of pixels that the display cannot show are printed for each eye. Crosstalk and a gain map of the display
     file are compensated. Where both eyes see the same pixels, the flat version is shown.
+    Of a screenshot of 10 bits, the upper 10 of each 16-bit value are the code.
     """
     from devices.display_file import read_display
     from runner.cli.main import WorkError
@@ -104,9 +113,13 @@ def command(
                 stereo=stereo_mode.needs_stereo,
                 windows=stereo_mode.windows,
                 windowed=windowed,
+                bits=10 if bits == "10" else 8,
             ) as surface,
             Presenter(surface, stereo_mode, models, lambda _: sent) as presenter,
         ):
+            if display.panel.bits < surface.facts.bits == 10:
+                told = f"codes have {surface.facts.bits} bits, and the panel has {display.panel.bits}"
+                click.echo(f"warning: {told} ({display_file})", err=True)
             for remark in surface.facts.remarks:
                 click.echo(f"warning: {remark}", err=True)
             presenter.show(Scene((Picture(str(file)),)))

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.code_table import curve_table
+from devices.code_table import ENTRIES, curve_table
 from devices.display_file import Eye
 from devices.tone_curve import ToneCurve
 from documents import Finding
+from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
 from runner.presenter.shaders import compile_program, shader_file
 
-CODE_LEVELS = 255.0
 Uniform = int | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...]
 
 
@@ -38,6 +37,7 @@ class CodePass:
     """A fragment shader that ends in codes, rounded or dithered: two programs, so that neither does the other's work.
 
     Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` says whose dither mask to read.
+    Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
     """
 
     def __init__(
@@ -49,14 +49,20 @@ class CodePass:
         uniforms: Mapping[str, Uniform],
         dithering: Dithering | None = None,
         eye: Eye = "left",
+        bits: Bits = 8,
     ) -> None:
         self._context = context
+        if dithering is not None and dithering.levels is None:
+            dithering = dithering.on_surface(bits)
         self._dithering = dithering
+        self._format = CODE_FORMATS[bits]
         encoder = "encode.glsl" if dithering is None else "dither.glsl"
         parts = [shader_file(name) for name in ("table_fourth_root.glsl", encoder, shader)]
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
         self._area = context.vertex_array(self._program, [])
-        tables = {"code_table": _code_table(context, curves)}
+        # Where dithered, the light of the codes decides, and not the table.
+        entries = 2 * ENTRIES if bits == 10 and dithering is None else ENTRIES
+        tables = {"code_table": _code_table(context, curves, entries)}
         lift = np.array([curve.lift for curve in curves])
         common: dict[str, Uniform] = {"lift": tuple(lift.tolist()), "scale": tuple((1.0 / (1.0 - lift)).tolist())}
         if dithering is not None:
@@ -68,20 +74,27 @@ class CodePass:
             self._set(name, value)
 
     def draw(
-        self, textures: Sequence[moderngl.Texture], size_px: Size, dtype: Literal["f1", "f4"]
+        self, textures: Sequence[moderngl.Texture], size_px: Size, dtype: CodeFormat | None
     ) -> moderngl.Framebuffer:
-        """Return a new framebuffer of codes: ``f1`` of 8 bits, ``f4`` as computed, dithered ones in steps of 1/levels.
+        """Return a new framebuffer of codes.
+
+        ``f1`` has codes of 8 bits, ``rgb10_a2`` of 10, ``f4`` as computed, dithered ones in steps of 1/levels; None is
+        the format of the pass's bits.
 
         Its texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
 
         Raises
         ------
         PresentationError
-            If codes dithered to other than 8 bits are to be held in 8.
+            If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
         """
-        self._refuse_other_levels(dtype)
-        codes = self._context.texture(size_px, 4, dtype=dtype)
-        codes.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        bits = BITS.get(dtype or self._format)
+        if bits is None:
+            codes = self._context.texture(size_px, 4, dtype="f4")
+            codes.filter = (moderngl.NEAREST, moderngl.NEAREST)
+        else:
+            self._refuse_other_levels(bits)
+            codes = code_texture(self._context, size_px, bits)
         target = self._context.framebuffer([codes])
         before = self._context.fbo
         try:
@@ -89,7 +102,7 @@ class CodePass:
             target.viewport = (0, 0, *size_px)
             self._context.disable(moderngl.BLEND)
             if self._dithering is None:
-                self._set("levels", CODE_LEVELS if dtype == "f1" else 0.0)
+                self._set("levels", float(highest_code(bits)) if bits else 0.0)
             else:
                 self._set("height_px", size_px[1])
             for unit, texture in enumerate([*textures, *self._tables]):
@@ -109,18 +122,18 @@ class CodePass:
     def _set(self, name: str, value: Uniform | float) -> None:
         self._program[name].value = value  # type: ignore[union-attr]
 
-    def _refuse_other_levels(self, dtype: Literal["f1", "f4"]) -> None:
-        if dtype == "f1" and self._dithering is not None and self._dithering.levels != CODE_LEVELS:
+    def _refuse_other_levels(self, bits: Bits) -> None:
+        if self._dithering is not None and self._dithering.highest_code != highest_code(bits):
             raise PresentationError(
                 Finding(
-                    f"codes dithered to 0..{self._dithering.levels} cannot be held in 8 bits",
-                    remedy="dither to 255 levels, or draw to floats ('f4')",
+                    f"codes dithered to 0..{self._dithering.highest_code} cannot be held in {bits} bits",
+                    remedy=f"dither to {highest_code(bits)} levels, or draw to floats ('f4')",
                 )
             )
 
 
-def _code_table(context: moderngl.Context, curves: Sequence[ToneCurve]) -> moderngl.Texture:
-    tables = np.stack([curve_table(curve) for curve in curves]).astype(np.float32)
+def _code_table(context: moderngl.Context, curves: Sequence[ToneCurve], entries: int) -> moderngl.Texture:
+    tables = np.stack([curve_table(curve, entries) for curve in curves]).astype(np.float32)
     table = context.texture((tables.shape[1], len(tables)), 1, tables.tobytes(), dtype="f4")
     table.filter = (moderngl.NEAREST, moderngl.NEAREST)
     return table

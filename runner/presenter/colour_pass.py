@@ -2,24 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import moderngl
 
 from devices.display import DisplayModel
 from devices.display_file import Eye
-from runner.presenter.code_pass import CODE_LEVELS, CodePass, by_columns, release_codes
+from runner.presenter.code_pass import CodePass, by_columns, release_codes
+from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
 from runner.presenter.placing import squeezed_size
 
-__all__ = ["CODE_LEVELS", "ColourPass", "release_codes"]
+__all__ = ["ColourPass", "release_codes"]
 
 
 class ColourPass:
     """The colour pass for one display model (linear = M⁻¹(XYZ − black), then a table per channel).
 
     ``squeeze`` is how many pixels of the picture, across and down, share one pixel of the codes: their XYZ is averaged.
-    With ``dithering``, codes are dithered by the masks of ``eye``; without, they are rounded.
+    With ``dithering``, codes are dithered by the masks of ``eye``; without, they are rounded. Codes have
+    ``bits``, 8 or 10.
     """
 
     def __init__(
@@ -29,6 +29,7 @@ class ColourPass:
         squeeze: tuple[int, int] = (1, 1),
         dithering: Dithering | None = None,
         eye: Eye = "left",
+        bits: Bits = 8,
     ) -> None:
         self._squeeze = squeeze
         self._pass = CodePass(
@@ -43,10 +44,13 @@ class ColourPass:
             },
             dithering,
             eye,
+            bits,
         )
 
-    def run(self, picture_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1") -> moderngl.Framebuffer:
-        """Return a new framebuffer of the picture's codes: ``f1`` of 8 bits, ``f4`` as computed.
+    def run(self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None) -> moderngl.Framebuffer:
+        """Return a new framebuffer of the picture's codes: of the pass's bits, or as ``dtype`` says.
+
+        ``f1`` has codes of 8 bits, ``rgb10_a2`` of 10, ``f4`` as computed.
 
         Dithered codes are those of `devices.dither.tabled_dither_codes`, k/levels in ``f4`` too. The framebuffer's
         texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
@@ -54,7 +58,7 @@ class ColourPass:
         Raises
         ------
         PresentationError
-            If codes dithered to other than 8 bits are to be held in 8.
+            If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
         """
         return self._pass.draw([picture_XYZ], squeezed_size(picture_XYZ.size, self._squeeze), dtype)
 

@@ -6,7 +6,7 @@ What it computes, and why, is said in `devices.dither`, whose `tabled_dither_cod
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import get_args
 
 import moderngl
@@ -18,6 +18,7 @@ from devices.dither import LEVELS_8_BITS, Masks, code_lights, mask_shifts_px
 from devices.dither_mask import load_mask
 from devices.tone_curve import ToneCurve
 from documents import Finding
+from runner.presenter.depth import Bits, highest_code
 from runner.presenter.errors import PresentationError
 
 # 12 bits. A wider table need not fit into a texture of every driver.
@@ -29,7 +30,7 @@ class Dithering:
     """How codes are dithered.
 
     ``masks``: ``shared`` reads the same mask for both eyes, ``independent`` another for each. ``levels`` is the highest
-    code, in 1..4095: 255 for 8 bits.
+    code, in 1..4095: 255 for 8 bits, 1023 for 10; None is that of the surface or colour pass.
 
     Raises
     ------
@@ -38,15 +39,38 @@ class Dithering:
     """
 
     masks: Masks = "shared"
-    levels: int = LEVELS_8_BITS
+    levels: int | None = None
 
     def __post_init__(self) -> None:
         if self.masks not in get_args(Masks):
             remedy = "choose one of " + ", ".join(f"'{name}'" for name in get_args(Masks))
             raise PresentationError(Finding(f"there are no dither masks '{self.masks}'", remedy=remedy))
-        if not 1 <= self.levels <= MOST_LEVELS:
+        if not 1 <= self.highest_code <= MOST_LEVELS:
             remedy = f"give one in 1..{MOST_LEVELS}: 255 for 8 bits, 1023 for 10"
             raise PresentationError(Finding(f"the highest code to dither to is {self.levels}", remedy=remedy))
+
+    @property
+    def highest_code(self) -> int:
+        """The code of full drive that is dithered to."""
+        return LEVELS_8_BITS if self.levels is None else self.levels
+
+    def on_surface(self, bits: Bits) -> Dithering:
+        """Return the dithering to the codes of a surface of ``bits``.
+
+        Raises
+        ------
+        PresentationError
+            If other levels were asked for.
+        """
+        surface = highest_code(bits)
+        if self.levels not in (None, surface):
+            raise PresentationError(
+                Finding(
+                    f"codes dithered to 0..{self.levels} cannot be shown: the surface has {bits} bits, 0..{surface}",
+                    remedy="leave the levels out, or open a surface of the bits that have them",
+                )
+            )
+        return replace(self, levels=surface)
 
     @property
     def differs_by_eye(self) -> bool:
@@ -59,7 +83,7 @@ class Dithering:
 
     def textures(self, context: moderngl.Context, curves: Sequence[ToneCurve]) -> dict[str, moderngl.Texture]:
         """Return new textures by the names that the shader has for them: the light of the codes, and the mask."""
-        lights = light_table(curves, self.levels)
+        lights = light_table(curves, self.highest_code)
         mask = load_mask()
         made = {
             "code_lights": context.texture((lights.shape[1], len(lights)), 1, lights.tobytes(), dtype="f4"),

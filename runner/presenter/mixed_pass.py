@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from typing import Literal
-
 import moderngl
 
 from runner.presenter.code_pass import CodePass, by_columns
+from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mixture import Mixture
 
 
 class MixedPass:
-    """The colour pass for one mixture.
+    """The colour pass for one mixture, to codes of ``bits``.
 
     With ``dithering``, codes are dithered. The eyes see different channels of one picture, and each channel has a piece
     of the mask for itself, so that the eyes' grain is unrelated whichever masks are asked for.
     """
 
-    def __init__(self, context: moderngl.Context, mixture: Mixture, dithering: Dithering | None = None) -> None:
+    def __init__(
+        self, context: moderngl.Context, mixture: Mixture, dithering: Dithering | None = None, bits: Bits = 8
+    ) -> None:
         self._pass = CodePass(
             context,
             "mixed_pass.frag",
@@ -31,17 +32,18 @@ class MixedPass:
                 "right_black": tuple(mixture.right_black_XYZ_cd_m2.tolist()),
             },
             dithering,
+            bits=bits,
         )
 
     def run(
-        self, left_XYZ: moderngl.Texture, right_XYZ: moderngl.Texture, dtype: Literal["f1", "f4"] = "f1"
+        self, left_XYZ: moderngl.Texture, right_XYZ: moderngl.Texture, dtype: CodeFormat | None = None
     ) -> moderngl.Framebuffer:
-        """Return a new framebuffer of codes of two views of one size; bottom row first.
+        """Return a new framebuffer of codes of two views of one size, in formats as `ColourPass.run`; bottom row first.
 
         Raises
         ------
         PresentationError
-            If codes dithered to other than 8 bits are to be held in 8.
+            If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
         """
         return self._pass.draw([left_XYZ, right_XYZ], left_XYZ.size, dtype)
 

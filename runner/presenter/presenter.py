@@ -37,12 +37,13 @@ class Presenter:
 
     ``load`` returns the picture of a stimulus by name; it is called once per picture for as long as the
     picture's codes stay within ``picture_budget_bytes``. With ``dithering`` a picture's codes keep the mean light
-    between two codes.
+    between two codes. Codes have the surface's ``bits``.
 
     Raises
     ------
     PresentationError
-        If the surface cannot show the mode, or the mode shows both eyes the same pixels while the models differ.
+        If the surface cannot show the mode, the mode shows both eyes the same pixels while the models differ, or the
+        dithering is to other levels than the surface has.
     """
 
     def __init__(
@@ -76,14 +77,16 @@ class Presenter:
                 )
             )
         self._work = Work()
+        bits = surface.bits
+        dithering = dithering and dithering.on_surface(bits)
         squeeze = self.areas[0].squeeze
         views: ViewCodes
         if mixture is None:
-            views = CodesPerEye(surface.context, models, squeeze, self._work, dithering)
+            views = CodesPerEye(surface.context, models, squeeze, self._work, dithering, bits)
         else:
-            views = MixedCodes(surface.context, mixture, self._work, dithering)
+            views = MixedCodes(surface.context, mixture, self._work, dithering, bits)
         self._pictures = Pictures(surface.context, views, load, self._work, picture_budget_bytes, decoded=surface.wake)
-        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture)
+        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits)
         self._painter = Painter(surface.context, surface.calls)
         self._drawing = Drawing(surface, self._painter, self._words)
         self._swaps = SwapLog()
@@ -143,8 +146,9 @@ class Presenter:
     def capture(self) -> dict[str, Codes]:
         """Draw the current scene and return the codes (height, width, 3) of each buffer, top row first.
 
-        The keys are ``screen``, or ``left`` and ``right`` in a mode with a buffer or a frame for each eye. Read from
-        the back buffers, before any swap.
+        They are uint8 in 0..255 on a surface of 8 bits, uint16 in 0..1023 on one of 10. The keys are ``screen``, or
+        ``left`` and ``right`` in a mode with a buffer or a frame for each eye. Read from the back buffers, before any
+        swap.
         """
         captured = {}
         for turn in range(self._turns):

@@ -1,4 +1,9 @@
-"""Writing captured codes as PNG: the numbers of the framebuffer, with no colour space claimed for them."""
+"""Writing captured codes as PNG: the numbers of the framebuffer, with no colour space claimed for them.
+
+A PNG of codes of 8 bits holds the codes. A PNG has no 10 bits, so that codes of 10 bits are held in 16, the upper 10 of
+which are the code and the lower 6 its own upper 6 again (PNG specification, left bit replication): value >> 6 is the
+code, and full drive is 65535 as in any other picture.
+"""
 
 from __future__ import annotations
 
@@ -7,6 +12,8 @@ import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
+import numpy as np
+from numpy.typing import NDArray
 from PIL import Image
 
 from documents import Finding
@@ -30,7 +37,7 @@ def check_screenshot_path(path: Path) -> None:
 
 
 def write_screenshot(captured: Mapping[str, Codes], path: Path) -> list[Path]:
-    """Write each buffer of ``captured`` (uint8, height, width, 3) and return the files.
+    """Write each buffer of ``captured`` (height, width, 3; uint8, or uint16 of 10 bits) and return the files.
 
     Every file is complete before any of them gets its name.
     """
@@ -38,7 +45,29 @@ def write_screenshot(captured: Mapping[str, Codes], path: Path) -> list[Path]:
     files = screenshot_files(captured, path)
     with tempfile.TemporaryDirectory(dir=path.parent, prefix=".screenshot-") as folder:
         for name, codes in captured.items():
-            Image.fromarray(codes).save(Path(folder) / f"{name}.png", format="PNG")
+            _write(codes, Path(folder) / f"{name}.png")
         for name, file in files.items():
             (Path(folder) / f"{name}.png").replace(file)
     return list(files.values())
+
+
+def sixteen_bits(codes: NDArray[np.uint16]) -> NDArray[np.uint16]:
+    """Return codes 0..1023 as 16-bit values 0..65535; ``>> 6`` gives the codes back."""
+    return np.asarray((codes << 6) | (codes >> 4), dtype=np.uint16)
+
+
+def _write(codes: Codes, file: Path) -> None:
+    if codes.dtype == np.uint8:
+        Image.fromarray(codes).save(file, format="PNG")
+        return
+    import OpenImageIO as oiio  # Pillow writes no colour of 16 bits
+
+    height, width, channels = codes.shape
+    spec = oiio.ImageSpec(width, height, channels, "uint16")
+    spec.attribute("oiio:ColorSpace", "data")  # without it, the file would claim sRGB
+    output = oiio.ImageOutput.create(str(file))
+    if output is None or not output.open(str(file), spec):
+        raise PresentationError(Finding(f"a PNG of 16 bits cannot be written: {oiio.geterror()}", str(file)))
+    written = output.write_image(sixteen_bits(codes.astype(np.uint16)))
+    if not (output.close() and written):
+        raise PresentationError(Finding(f"a PNG of 16 bits cannot be written: {output.geterror()}", str(file)))

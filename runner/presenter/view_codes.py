@@ -13,12 +13,13 @@ from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.counters import Work
 from runner.presenter.decoder import EYES
+from runner.presenter.depth import Bits
 from runner.presenter.dithering import Dithering
 from runner.presenter.mixed_pass import MixedPass
 from runner.presenter.modes.mixture import Mixture
 from stimuli.stereo_image import StereoImage, XYZImage
 
-BYTES_PER_PIXEL = 4  # 8-bit codes, four components
+BYTES_PER_PIXEL = 4  # RGBA8 or RGB10_A2
 Upload: TypeAlias = Callable[[XYZImage], moderngl.Texture]
 
 
@@ -63,7 +64,7 @@ class ViewCodes(Protocol):
 
 
 class CodesPerEye:
-    """Each eye's view through the display model of that eye."""
+    """Each eye's view through the display model of that eye, as codes of ``bits``."""
 
     def __init__(
         self,
@@ -72,10 +73,11 @@ class CodesPerEye:
         squeeze: tuple[int, int],
         work: Work,
         dithering: Dithering | None = None,
+        bits: Bits = 8,
     ) -> None:
-        left = ColourPass(context, models.left, squeeze, dithering, "left")
+        left = ColourPass(context, models.left, squeeze, dithering, "left", bits)
         same = models.right is models.left and not (dithering is not None and dithering.differs_by_eye)
-        right = left if same else ColourPass(context, models.right, squeeze, dithering, "right")
+        right = left if same else ColourPass(context, models.right, squeeze, dithering, "right", bits)
         self._passes = {"left": left, "right": right}
         self._work = work
 
@@ -119,12 +121,17 @@ class CodesPerEye:
 
 
 class MixedCodes:
-    """Both views in one picture."""
+    """Both views in one picture of codes of ``bits``."""
 
     def __init__(
-        self, context: moderngl.Context, mixture: Mixture, work: Work, dithering: Dithering | None = None
+        self,
+        context: moderngl.Context,
+        mixture: Mixture,
+        work: Work,
+        dithering: Dithering | None = None,
+        bits: Bits = 8,
     ) -> None:
-        self._pass = MixedPass(context, mixture, dithering)
+        self._pass = MixedPass(context, mixture, dithering, bits)
         self._work = work
 
     def make(self, image: StereoImage, upload: Upload) -> Making:

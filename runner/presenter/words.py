@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import moderngl
 import numpy as np
@@ -11,10 +12,12 @@ from numpy.typing import NDArray
 from devices.display import DisplayModel
 from devices.display_file import Eye, EyeModels
 from runner.presenter.counters import Work
+from runner.presenter.depth import Bits, highest_code
 from runner.presenter.least_recent import LeastRecent
 from runner.presenter.lettering import coverage
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.scene import Text
+from runner.presenter.surfaces.gl_calls import Codes
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,17 +32,25 @@ class Sheet:
         self.texture.release()
 
 
-def ink_codes(model: DisplayModel, luminance_share: float) -> NDArray[np.uint8]:
-    """Return codes (256, 3) of 0 to 255 parts of an ink at ``luminance_share`` of the display's white."""
+def ink_codes(model: DisplayModel, luminance_share: float, bits: Bits = 8) -> Codes:
+    """Return codes (256, 3) of 0 to 255 parts of an ink at ``luminance_share`` of the display's white.
+
+    They are uint8 in 0..255 with 8 bits, uint16 in 0..1023 with 10.
+    """
     light = np.linspace(0.0, luminance_share, 256)[:, np.newaxis] * model.white_XYZ_cd_m2
-    return np.asarray(np.floor(model.code(light) * 255.0 + 0.5), dtype=np.uint8)
+    return _rounded(model.code(light), bits)
 
 
-def mixed_ink_codes(mixture: Mixture, models: EyeModels, luminance_share: float) -> NDArray[np.uint8]:
+def mixed_ink_codes(mixture: Mixture, models: EyeModels, luminance_share: float, bits: Bits = 8) -> Codes:
     """Return codes (256, 3) as `ink_codes`, for an ink that both eyes see in one picture."""
     light = np.linspace(0.0, luminance_share, 256)[:, np.newaxis]
     codes = mixture.code(light * models.left.white_XYZ_cd_m2, light * models.right.white_XYZ_cd_m2)
-    return np.asarray(np.floor(codes * 255.0 + 0.5), dtype=np.uint8)
+    return _rounded(codes, bits)
+
+
+def _rounded(shares: NDArray[np.float64], bits: Bits) -> Codes:
+    codes = np.floor(shares * highest_code(bits) + 0.5)
+    return codes.astype(np.uint16) if bits == 10 else codes.astype(np.uint8)
 
 
 def squeezed(coverage: NDArray[np.uint8], squeeze: tuple[int, int]) -> NDArray[np.uint8]:
@@ -62,12 +73,14 @@ class Words:
         budget_bytes: int,
         squeeze: tuple[int, int] = (1, 1),
         mixture: Mixture | None = None,
+        bits: Bits = 8,
     ) -> None:
         self._context = context
         self._models = models
         self._mixture = mixture
         self._work = work
         self._squeeze = squeeze
+        self._bits = bits
         self._sheets: LeastRecent[tuple[str, int, int], Sheet] = LeastRecent(budget_bytes)
         self._inks: LeastRecent[tuple[int, float], Sheet] = LeastRecent(1 << 20)
 
@@ -84,7 +97,7 @@ class Words:
         """Return the ramp of ink of ``luminance_share`` for ``eye``, 256 texels wide."""
         model = self._models.eye(eye)
         key = id(model), luminance_share
-        sheet = self._inks.get(key, lambda: self._sheet(self._ink_codes(model, luminance_share)[np.newaxis], 3))
+        sheet = self._inks.get(key, lambda: self._ramp(self._ink_codes(model, luminance_share)))
         self._inks.trim({key})
         return sheet.texture
 
@@ -93,18 +106,24 @@ class Words:
         self._sheets.clear()
         self._inks.clear()
 
-    def _ink_codes(self, model: DisplayModel, luminance_share: float) -> NDArray[np.uint8]:
+    def _ink_codes(self, model: DisplayModel, luminance_share: float) -> Codes:
         if self._mixture is None:
-            return ink_codes(model, luminance_share)
-        return mixed_ink_codes(self._mixture, self._models, luminance_share)
+            return ink_codes(model, luminance_share, self._bits)
+        return mixed_ink_codes(self._mixture, self._models, luminance_share, self._bits)
 
     def _rasterise(self, words: str, height_px: int, width_px: int) -> Sheet:
         self._work.add(texts_rasterised=1)
         drawn = coverage(words, height_px, width_px)
         return self._sheet(squeezed(drawn, self._squeeze) if drawn is not None else np.zeros((1, 1), np.uint8), 1)
 
-    def _sheet(self, pixels: NDArray[np.uint8], components: int) -> Sheet:
+    def _ramp(self, codes: Codes) -> Sheet:
+        """Return the codes as a texture: bytes where 8 bits hold them, else floats, as 10 bits are blended from."""
+        if codes.dtype == np.uint8:
+            return self._sheet(codes[np.newaxis], 3)
+        return self._sheet((codes / highest_code(self._bits)).astype(np.float32)[np.newaxis], 3, "f4")
+
+    def _sheet(self, pixels: NDArray[Any], components: int, dtype: str = "f1") -> Sheet:
         height, width = pixels.shape[:2]
-        texture = self._context.texture((width, height), components, pixels.tobytes(), alignment=1)
+        texture = self._context.texture((width, height), components, pixels.tobytes(), alignment=1, dtype=dtype)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return Sheet(texture, pixels.nbytes)

@@ -9,6 +9,7 @@ import glfw
 import moderngl
 
 from devices.display_file import Eye
+from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces import gl_calls
@@ -33,17 +34,21 @@ class DualWindowSurface(GlfwSurface):
     backend = "window"
     windows = 2
 
-    def __init__(self, size_px: Size, *, windowed: bool = False) -> None:
+    def __init__(self, size_px: Size, *, windowed: bool = False, bits: Bits = 8) -> None:
         session = GlfwSession()
         try:
             monitors: Sequence[Any] = (None, None) if windowed else _two_monitors(size_px)
-            first = _create(size_px, monitors[0], _TITLES[0], None)
-            second = first and _create(size_px, monitors[1], _TITLES[1], first)
+            first = _create(size_px, monitors[0], _TITLES[0], None, bits)
+            second = first and _create(size_px, monitors[1], _TITLES[1], first, bits)
             if not second:
                 raise PresentationError(f"two windows could not be opened: {session.why()}")
-            super().__init__(session, first, size_px, vsync=True)
-            self._right = self.context.framebuffer([self.context.texture(size_px, 4)])
+            super().__init__(session, first, size_px, vsync=True, bits=bits)
+            self._right = self.context.framebuffer([code_texture(self.context, size_px, self.bits)])
             self._second = _RightWindow(second, self._right, size_px)
+            if (found := given_bits(bits, self._second.bits)) != (self.bits, self.remarks):
+                raise PresentationError(
+                    f"the right window has {found[0]} bits a channel and the left one {self.bits} (ask for 8)"
+                )
             glfw.make_context_current(first)
             glfw.set_key_callback(second, self._on_key)
             glfw.set_window_refresh_callback(second, self._on_refresh)
@@ -79,7 +84,7 @@ class DualWindowSurface(GlfwSurface):
         if eye != "right":
             return super().read(None)
         self._right.use()
-        return self.calls.read_from(gl_calls.COLOUR_ATTACHMENT, self.size_px)
+        return self.calls.read_from(gl_calls.COLOUR_ATTACHMENT, self.size_px, self.bits)
 
     def close(self) -> None:
         """Destroy both windows."""
@@ -104,6 +109,8 @@ class _RightWindow:
         shared = drawn.color_attachments[0].glo
         self._drawn = self._context.framebuffer([self._context.external_texture(shared, size_px, 4, 0, "f1")])
         self._screen = self._context.detect_framebuffer(0)
+        self._screen.use()
+        self.bits = self._calls.bits(gl_calls.BACK_LEFT)
 
     def show(self) -> None:
         """Copy what was drawn and show it."""
@@ -131,8 +138,8 @@ def _two_monitors(size_px: Size) -> Sequence[Any]:
     return sorted(fitting, key=lambda one: tuple(glfw.get_monitor_pos(one)))[:2]
 
 
-def _create(size_px: Size, monitor: Any, title: str, shared: Any) -> Any:
+def _create(size_px: Size, monitor: Any, title: str, shared: Any, bits: Bits) -> Any:
     glfw.default_window_hints()
-    for hint, value in {**context_hints(), glfw.VISIBLE: glfw.FALSE}.items():
+    for hint, value in {**context_hints(bits), glfw.VISIBLE: glfw.FALSE}.items():
         glfw.window_hint(hint, value)
     return glfw.create_window(*size_px, title, monitor, shared)

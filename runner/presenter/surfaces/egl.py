@@ -11,8 +11,10 @@ import numpy as np
 
 from devices.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
+from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
+from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
@@ -33,11 +35,14 @@ def _leave_thread() -> None:
 
 
 class EglSurface:
-    """A framebuffer of 8 bits a channel on an EGL context of its own, two in place of two windows. It has no keys."""
+    """A framebuffer on an EGL context of its own, two in place of two windows. It has no keys.
+
+    ``bits`` asks for codes of 8 bits a channel or 10; what there is, its ``bits`` and ``facts`` say.
+    """
 
     stereo = False
 
-    def __init__(self, size_px: Size, windows: int = 1) -> None:
+    def __init__(self, size_px: Size, windows: int = 1, bits: Bits = 8) -> None:
         self.size_px = size_px
         self.windows = windows
         self.position_px = (0, 0)
@@ -59,11 +64,17 @@ class EglSurface:
             )
         self.calls = GlCalls(_function_address)
         self.context.disable_direct(_GL_DITHER)
-        self._colour = self.context.renderbuffer(size_px, 4)
+        self._colour = _attachment(self.context, size_px, bits)
         self._framebuffer = self.context.framebuffer([self._colour])
+        self._framebuffer.use()
+        try:
+            self.bits, self._remarks = given_bits(bits, self.calls.bits(gl_calls.COLOUR_ATTACHMENT))
+        except PresentationError:
+            self.close()
+            raise
         self._framebuffers = {Buffer.BACK: self._framebuffer}
         if windows == 2:
-            self._second = self.context.framebuffer([self.context.renderbuffer(size_px, 4)])
+            self._second = self.context.framebuffer([_attachment(self.context, size_px, bits)])
             self._framebuffers |= {Buffer.BACK_LEFT: self._framebuffer, Buffer.BACK_RIGHT: self._second}
         self._framebuffer.use()
 
@@ -80,6 +91,8 @@ class EglSurface:
             size_px=self.size_px,
             stereo=False,
             vsync=False,
+            remarks=self._remarks,
+            bits=self.bits,
         )
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
@@ -95,6 +108,9 @@ class EglSurface:
     def read(self, eye: Eye | None = None) -> Codes:
         """Return the codes (height, width, 3), top row first."""
         framebuffer = self._of(Buffer.of(eye))
+        if self.bits == 10:
+            framebuffer.use()
+            return self.calls.read_from(gl_calls.COLOUR_ATTACHMENT, self.size_px, 10)
         width, height = self.size_px
         data = framebuffer.read(components=3, alignment=1)
         return np.frombuffer(data, dtype=np.uint8).reshape(height, width, 3)[::-1].copy()
@@ -127,3 +143,7 @@ class EglSurface:
         if buffer not in self._framebuffers:
             raise PresentationError(f"an EGL surface has no buffer '{buffer.value}': it is not stereo")
         return self._framebuffers[buffer]
+
+
+def _attachment(context: moderngl.Context, size_px: Size, bits: Bits) -> moderngl.Texture | moderngl.Renderbuffer:
+    return code_texture(context, size_px, 10) if bits == 10 else context.renderbuffer(size_px, 4)

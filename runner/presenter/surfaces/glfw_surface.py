@@ -13,6 +13,7 @@ import moderngl
 
 from devices.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
+from runner.presenter.depth import Bits, given_bits
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
@@ -52,15 +53,19 @@ def function_address(name: str) -> int:
     return int(address or 0)
 
 
-def context_hints() -> dict[int, int]:
-    """Return the window hints that every window needs: OpenGL 3.3 core, 8 bits a channel, no smoothing."""
+def context_hints(bits: Bits = 8) -> dict[int, int]:
+    """Return the window hints that every window needs: OpenGL 3.3 core, ``bits`` a channel, no smoothing.
+
+    The driver gives the nearest that it has, so that the window must be asked afterwards what it got.
+    """
     return {
         glfw.CONTEXT_VERSION_MAJOR: 3,
         glfw.CONTEXT_VERSION_MINOR: 3,
         glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
-        glfw.RED_BITS: 8,
-        glfw.GREEN_BITS: 8,
-        glfw.BLUE_BITS: 8,
+        glfw.RED_BITS: bits,
+        glfw.GREEN_BITS: bits,
+        glfw.BLUE_BITS: bits,
+        **({glfw.ALPHA_BITS: 2} if bits == 10 else {}),
         glfw.DEPTH_BITS: 0,
         glfw.STENCIL_BITS: 0,
         glfw.SAMPLES: 0,
@@ -77,7 +82,7 @@ class GlfwSurface:
     backend: str
     windows = 1
 
-    def __init__(self, session: GlfwSession, window: Any, size_px: Size, *, vsync: bool) -> None:
+    def __init__(self, session: GlfwSession, window: Any, size_px: Size, *, vsync: bool, bits: Bits = 8) -> None:
         self.size_px = size_px
         self.position_px = (0, 0)
         self.on_damage: Callable[[], object] | None = None
@@ -86,7 +91,6 @@ class GlfwSurface:
         self.on_frame: Callable[[], object] | None = None
         self.refresh_hz: float | None = None
         self._frame_due_s = 0.0
-        self.remarks: tuple[str, ...] = ()
         self._session = session
         self._window = window
         self._presses: deque[KeyPress] = deque()
@@ -112,6 +116,13 @@ class GlfwSurface:
         for capability in (_GL_DITHER, _GL_FRAMEBUFFER_SRGB):
             self.context.disable_direct(capability)
         self._framebuffer = self.context.detect_framebuffer(0)
+        self._framebuffer.use()
+        left = gl_calls.BACK_LEFT if back == gl_calls.BACK else gl_calls.FRONT_LEFT
+        self.remarks: tuple[str, ...]
+        found = self.calls.bits(left)
+        if found == 0:
+            _ = self.context.error  # asking it forgets that the question was an error
+        self.bits, self.remarks = given_bits(bits, found)
         self._check_size(glfw.get_framebuffer_size(window))
         glfw.set_key_callback(window, self._on_key)
         glfw.set_window_refresh_callback(window, self._on_refresh)
@@ -132,6 +143,7 @@ class GlfwSurface:
             vsync=self._vsync,
             remarks=self.remarks,
             refresh_hz=self.refresh_hz,
+            bits=self.bits,
         )
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
@@ -151,7 +163,7 @@ class GlfwSurface:
         """Return the codes (height, width, 3) of the back buffer, or of ``eye``'s, top row first."""
         name = self._buffer(Buffer.of(eye))
         self._framebuffer.use()
-        return self.calls.read_from(name, self.size_px)
+        return self.calls.read_from(name, self.size_px, self.bits)
 
     def wait_key(self) -> KeyPress:
         """Sleep in the event queue until a key is pressed; raise WindowClosed once the window is closed."""

@@ -11,6 +11,7 @@ import moderngl
 
 from devices.display_file import Eye
 from runner.ports import KeyPress
+from runner.presenter.depth import Bits
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 
@@ -30,7 +31,7 @@ class Buffer(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SurfaceFacts:
-    """What a record must say of how it was shown: plain words and numbers."""
+    """What a record must say of how it was shown: plain words and numbers; ``bits`` is what a channel's codes have."""
 
     backend: str
     display_server: str
@@ -42,10 +43,11 @@ class SurfaceFacts:
     vsync: bool
     remarks: tuple[str, ...] = ()
     refresh_hz: float | None = None
+    bits: Bits = 8
 
 
 class Surface(Protocol):
-    """A surface of ``size_px`` with 8 bits a channel; the context is current from opening to closing.
+    """A surface of ``size_px`` with codes of ``bits`` a channel; the context is current from opening to closing.
 
     ``stereo`` says whether there is a right back buffer (GL_STEREO); with two ``windows``, each eye's buffer is a
     window. ``position_px`` is the pixel of the panel, from
@@ -60,6 +62,7 @@ class Surface(Protocol):
     calls: GlCalls
     stereo: bool
     windows: int
+    bits: Bits
     on_damage: Callable[[], object] | None
     on_move: Callable[[], object] | None
     on_wake: Callable[[], object] | None
@@ -76,7 +79,10 @@ class Surface(Protocol):
         """Show what was drawn and return once the graphics card is done."""
 
     def read(self, eye: Eye | None = None) -> Codes:
-        """Return the codes (height, width, 3) of the back buffer, or of ``eye``'s, top row first."""
+        """Return the codes (height, width, 3) of the back buffer, or of ``eye``'s, top row first.
+
+        They are uint8 in 0..255 with 8 bits, uint16 in 0..1023 with 10.
+        """
 
     def wait_key(self) -> KeyPress:
         """Sleep until a key is pressed and return it; raise WindowClosed if none can come any more."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import glfw
 
+from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.glfw_session import GlfwSession
@@ -19,23 +20,26 @@ class WindowSurface(GlfwSurface):
 
     Where no monitor has that resolution, or ``windowed`` is true, it is an undecorated window at the top left of
     the screen, and a remark says so. ``stereo`` asks for left and right buffers; if the driver has none, the window
-    opens without them and its ``stereo`` is false.
+    opens without them and its ``stereo`` is false. ``bits`` asks for codes of 8 bits a channel or 10; if the driver has
+    not 10, the window opens with 8, and a remark says so.
     """
 
     backend = "window"
 
-    def __init__(self, size_px: Size, *, stereo: bool = False, windowed: bool = False) -> None:
+    def __init__(self, size_px: Size, *, stereo: bool = False, windowed: bool = False, bits: Bits = 8) -> None:
         session = GlfwSession()
         try:
             monitor = None if windowed else _monitor(size_px)
-            window = _create(size_px, monitor, stereo=stereo) or (stereo and _create(size_px, monitor, stereo=False))
+            window = _create(size_px, monitor, bits, stereo=stereo)
+            if stereo and not window:
+                window = _create(size_px, monitor, bits, stereo=False)
             if not window:
                 raise PresentationError(f"the window could not be opened: {session.why()}")
-            super().__init__(session, window, size_px, vsync=True)
+            super().__init__(session, window, size_px, vsync=True, bits=bits)
             if monitor is None:
                 glfw.set_window_pos(window, 0, 0)
             if monitor is None and not windowed:
-                self.remarks = (_not_full_screen(size_px),)
+                self.remarks += (_not_full_screen(size_px),)
             glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)
             glfw.show_window(window)
             glfw.focus_window(window)
@@ -60,9 +64,9 @@ def _refresh_hz(monitor: Any) -> float | None:
     return float(mode.refresh_rate) or None if mode else None
 
 
-def _create(size_px: Size, monitor: Any, *, stereo: bool) -> Any:
+def _create(size_px: Size, monitor: Any, bits: Bits, *, stereo: bool) -> Any:
     glfw.default_window_hints()
-    hints = {**context_hints(), glfw.STEREO: int(stereo), glfw.VISIBLE: glfw.FALSE}
+    hints = {**context_hints(bits), glfw.STEREO: int(stereo), glfw.VISIBLE: glfw.FALSE}
     if monitor is not None:
         hints[glfw.REFRESH_RATE] = glfw.get_video_mode(monitor).refresh_rate
     for hint, value in hints.items():

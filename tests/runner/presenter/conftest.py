@@ -113,14 +113,12 @@ def _colour_ramps(model: DisplayModel) -> NDArray[np.float32]:
     return np.concatenate([*parts, in_gamut, beyond, halfway]).reshape(rows, columns, 3).astype(np.float32)
 
 
-@pytest.fixture(scope="session")
-def xvfb_display() -> Iterator[str]:
-    """A display of 640 × 480 on an X server of its own."""
+def _x_server(depth: int) -> Iterator[str]:
     server = shutil.which("Xvfb")
     if server is None:
         pytest.skip("Xvfb is not installed (apt install xvfb)")
     reading, writing = os.pipe()
-    command = [server, "-displayfd", str(writing), "-screen", "0", "640x480x24", "-nolisten", "tcp", "-noreset"]
+    command = [server, "-displayfd", str(writing), "-screen", "0", f"640x480x{depth}", "-nolisten", "tcp", "-noreset"]
     with subprocess.Popen(command, pass_fds=[writing], stderr=subprocess.DEVNULL) as process:
         os.close(writing)
         with os.fdopen(reading) as numbers:
@@ -131,13 +129,52 @@ def xvfb_display() -> Iterator[str]:
         process.terminate()
 
 
+@pytest.fixture(scope="session")
+def xvfb_display() -> Iterator[str]:
+    """A display of 640 × 480 on an X server of its own."""
+    yield from _x_server(24)
+
+
+@pytest.fixture(scope="session")
+def xvfb_deep_display() -> Iterator[str]:
+    """A display of 640 × 480 with 10 bits a channel on an X server of its own."""
+    yield from _x_server(30)
+
+
+def _use_display(name: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.setenv("DISPLAY", name)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("XDG_SESSION_TYPE", "x11")
+    return name
+
+
 @pytest.fixture
 def display(xvfb_display: str, monkeypatch: pytest.MonkeyPatch) -> str:
     """The display, set for this process."""
-    monkeypatch.setenv("DISPLAY", xvfb_display)
-    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
-    monkeypatch.setenv("XDG_SESSION_TYPE", "x11")
-    return xvfb_display
+    return _use_display(xvfb_display, monkeypatch)
+
+
+@pytest.fixture
+def deep_display(xvfb_deep_display: str, monkeypatch: pytest.MonkeyPatch) -> str:
+    """The display of 10 bits a channel, set for this process."""
+    return _use_display(xvfb_deep_display, monkeypatch)
+
+
+@pytest.fixture(params=["egl", "window"])
+def deep_surface(request: pytest.FixtureRequest) -> Iterator[Surface]:
+    """A surface of 640 × 480 with codes of 10 bits, of each backend that can have them."""
+    if request.param == "window":
+        request.getfixturevalue("deep_display")
+    try:
+        opened = open_surface(request.param, (640, 480), bits=10)
+    except PresentationError as error:
+        if request.param == "window":
+            raise  # there is a display: it must open
+        pytest.skip(str(error))
+    with opened:
+        if opened.bits != 10:
+            pytest.skip("; ".join(opened.facts.remarks))
+        yield opened
 
 
 @pytest.fixture(params=["egl", "null", "window"])

@@ -17,6 +17,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.gl_calls import Codes
 from stimuli.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
@@ -193,7 +194,7 @@ def test_a_mirrored_eye_sees_its_view_reversed_and_the_other_as_it_was(
     np.testing.assert_array_equal(shown, compose(mode, views))
 
 
-def _whole_view(presenter: Presenter, mode: str, eye: Eye) -> NDArray[np.uint8]:
+def _whole_view(presenter: Presenter, mode: str, eye: Eye) -> Codes:
     """One eye's view with every pixel of it: of a woven mode, drawn once on even pixels and once on odd ones."""
     if mode not in WOVEN:
         return presenter.eye_view(eye)

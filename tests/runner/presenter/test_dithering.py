@@ -71,7 +71,7 @@ def dithered(
 ) -> Codes:
     dithering = dithering or Dithering()
     colour_pass = ColourPass(egl.context, model, dithering=dithering, eye=eye, **options)
-    return read(colour_pass.run(upload(egl.context, XYZ), dtype), dtype, dithering.levels)
+    return read(colour_pass.run(upload(egl.context, XYZ), dtype), dtype, dithering.highest_code)
 
 
 def ties(

@@ -22,6 +22,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.window import WindowSurface
 from runner.presenter.timing import missed_frames
 from stimuli.stereo_image import StereoImage
@@ -30,7 +31,7 @@ Stereo = Callable[..., StereoImage]
 SCENE = Scene((Picture("a"),))
 
 
-def on_screen(surface: Surface) -> NDArray[np.uint8]:
+def on_screen(surface: Surface) -> Codes:
     """What was last drawn, offscreen: there, a swap changes nothing."""
     return surface.read()
 

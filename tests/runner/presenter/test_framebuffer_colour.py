@@ -14,6 +14,7 @@ from runner.presenter.modes.registry import available, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import Surface
+from runner.presenter.surfaces.gl_calls import Codes
 from stimuli.stereo_image import StereoImage
 
 MakeModel = Callable[..., DisplayModel]
@@ -31,8 +32,9 @@ DISPLAYS = [
 IN_GAMUT_ROWS = slice(300, 360)  # random codes; the ramps dwell at black, and halfway codes all round one way
 
 
-def assert_rounded(codes: NDArray[np.uint8], reference: NDArray[np.float64]) -> None:
+def assert_rounded(codes: Codes, reference: NDArray[np.float64]) -> None:
     """Every code within 0.501 of the reference, and the random ones no more than chance to either side."""
+    assert codes.dtype == np.uint8
     error = codes - reference
     assert np.abs(error).max() <= 0.501
     assert np.abs(error[IN_GAMUT_ROWS].reshape(-1, 3).mean(axis=0)).max() < 0.02

@@ -15,6 +15,7 @@ from devices.display_file import EyeModels
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces.gl_calls import Codes
 from stimuli.stereo_image import StereoImage
 
 Make = Callable[..., Presenter]
@@ -26,7 +27,7 @@ def expected(model: DisplayModel, XYZ: NDArray[np.float32]) -> NDArray[np.float6
     return model.code(XYZ.astype(np.float64)) * 255.0
 
 
-def assert_codes(codes: NDArray[np.uint8], reference: NDArray[np.float64]) -> None:
+def assert_codes(codes: Codes, reference: NDArray[np.float64]) -> None:
     error = codes.astype(np.float64) - reference
     assert np.abs(error).max() <= 0.501
     assert abs(error.mean()) < 0.01

@@ -95,6 +95,21 @@ def test_the_screenshot_holds_the_framebuffers_codes(show: Run, picture: Path, t
     assert "right eye: " in done.stdout
 
 
+def test_ten_bits_are_shown_where_they_are_asked_for(show: Run, picture: Path, tmp_path: Path) -> None:
+    import OpenImageIO as oiio
+
+    common = [picture, "--display", ASUS, "--mode", "side-by-side", "--headless", "--bits", "10", "--json"]
+    done = show(*common, "--screenshot", "out.png")
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["surface"]["bits"] == 10
+    assert "warning: codes have 10 bits, and the panel has 8" in done.stderr
+    screen = np.asarray(oiio.ImageBuf(str(tmp_path / "out.png")).get_pixels(oiio.UINT16)) >> 6
+    model = read_display(ASUS).models("side-by-side").left
+    top, left = (1080 - 301) // 2, (960 - 405) // 2
+    shown = screen[top : top + 301, left : left + 405]
+    assert np.abs(shown - model.code(read_exr(picture).left) * 1023.0).max() <= 0.501
+
+
 def test_json_tells_the_clipping_of_each_eye(show: Run, tmp_path: Path) -> None:
     model = read_display(ASUS).models("side-by-side").left
     left = np.broadcast_to(model.white_XYZ_cd_m2 * 0.4, (10, 10, 3)).astype(np.float32)

@@ -1,0 +1,311 @@
+"""Codes of 10 bits: offscreen, and in a window on an X server whose screen has them."""
+
+from __future__ import annotations
+
+import shutil
+import subprocess
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import DisplayModel
+from devices.display_file import Eye, EyeModels, read_display
+from devices.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from runner.presenter.dithering import Dithering
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.surface import Buffer
+from runner.presenter.words import ink_codes
+from stimuli.stereo_image import StereoImage
+
+Floats = NDArray[np.float64]
+MakeModel = Callable[..., DisplayModel]
+Ramps = Callable[[DisplayModel], NDArray[np.float32]]
+Stereo = Callable[..., StereoImage]
+
+ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
+EYES: tuple[Eye, ...] = ("left", "right")
+SCENE = Scene((Picture("a"),))
+FULL_CODE = 1023
+DISPLAYS = [
+    pytest.param({"gamma": 1.6}, id="gamma 1.6"),
+    pytest.param({"gamma": 2.4, "black": 0.05, "lift": 0.003}, id="gamma 2.4, black, lift"),
+    pytest.param({"gamma": 2.8}, id="gamma 2.8"),
+]
+
+
+@pytest.fixture
+def deep_egl() -> Iterator[EglSurface]:
+    """An offscreen surface of 640 × 480 with codes of 10 bits."""
+    try:
+        surface = EglSurface((640, 480), bits=10)
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with surface:
+        if surface.bits != 10:
+            pytest.skip("; ".join(surface.facts.remarks))
+        yield surface
+
+
+def x_screen() -> NDArray[np.int64]:
+    """The codes that the X server shows, 640 × 480, from 16 bits that ImageMagick scales them to."""
+    tool = shutil.which("import")
+    if tool is None:
+        pytest.skip("ImageMagick is not installed (apt install imagemagick)")
+    command = [tool, "-window", "root", "-depth", "16", "-endian", "LSB", "rgb:-"]
+    shot = subprocess.run(command, capture_output=True, check=True, timeout=20)
+    values = np.frombuffer(shot.stdout, "<u2").reshape(480, 640, 3)
+    return np.asarray(np.rint(values / 65535 * FULL_CODE), dtype=np.int64)
+
+
+def assert_rounded(codes: NDArray[np.uint8] | NDArray[np.uint16], reference: Floats) -> None:
+    """Every code is of 10 bits and within 0.501 of the reference, which more than 8 bits are needed for."""
+    assert codes.dtype == np.uint16
+    assert codes.max() <= FULL_CODE
+    assert np.abs(codes - reference).max() <= 0.501
+    assert len(np.unique(codes)) > 900
+
+
+@pytest.mark.parametrize("display_parameters", DISPLAYS)
+def test_every_pixel_is_the_rounded_reference(
+    deep_surface: Surface, display_parameters: dict[str, float], model: MakeModel, colour_ramps: Ramps
+) -> None:
+    """Flat, side by side and woven: 1e-7 cd/m² to above white, in the gamut and out of it."""
+    left, right = model(**display_parameters), model(2.1, black=0.1)
+    picture = StereoImage(colour_ramps(left), colour_ramps(right))
+    models = EyeModels(left, right)
+    with Presenter(deep_surface, find_mode("side-by-side"), models, lambda _: picture) as presenter:
+        presenter.show(SCENE)
+        for eye in EYES:
+            assert_rounded(presenter.eye_view(eye), models.eye(eye).code(picture.eye(eye)) * FULL_CODE)
+    flat = StereoImage.flat(np.concatenate([picture.left, picture.right], axis=1))
+    with Presenter(deep_surface, find_mode("flat"), EyeModels(left, left), lambda _: flat) as presenter:
+        presenter.show(SCENE)
+        assert_rounded(presenter.capture()["screen"], left.code(flat.left) * FULL_CODE)
+    wide = StereoImage(*(np.tile(picture.eye(eye), (1, 2, 1)) for eye in EYES))
+    odd = np.add.outer(np.arange(480), np.arange(640))[..., np.newaxis] % 2 == 1
+    with Presenter(deep_surface, find_mode("checkerboard"), models, lambda _: wide) as presenter:
+        presenter.show(SCENE)
+        woven = np.where(odd, right.code(wide.right), left.code(wide.left)) * FULL_CODE
+        assert_rounded(presenter.capture()["screen"], woven)
+
+
+def test_a_mixture_of_both_views_is_the_rounded_reference(
+    deep_surface: Surface, same_models: EyeModels, random_stereo: Stereo
+) -> None:
+    mode = find_mode("anaglyph-red-cyan")
+    picture = random_stereo(480, 640)
+    mixture = mode.mixture(same_models)
+    assert mixture is not None
+    with Presenter(deep_surface, mode, same_models, lambda _: picture) as presenter:
+        presenter.show(SCENE)
+        assert_rounded(presenter.capture()["screen"], mixture.code(picture.left, picture.right) * FULL_CODE)
+
+
+def test_ten_bits_cost_a_quarter_of_what_eight_cost(deep_surface: Surface) -> None:
+    """The thesis's display, the colours that 8 bits are tried with: mean ΔE00 at most 0.04."""
+    models = read_display(ASUS).models("side-by-side")
+    codes = np.random.default_rng(7).uniform(0.02, 0.93, (480, 320, 3))
+    asked = models.left.xyz(codes).astype(np.float32)
+    with Presenter(deep_surface, find_mode("side-by-side"), models, lambda _: StereoImage.flat(asked)) as presenter:
+        presenter.show(SCENE)
+        shown = models.left.xyz(presenter.eye_view("left") / FULL_CODE)
+    white = models.left.white_XYZ_cd_m2
+    difference = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(shown, white))
+    assert 0.005 < difference.mean() <= 0.04  # rounding cannot be avoided
+    assert np.percentile(difference, 95) <= 0.09
+
+
+@pytest.mark.parametrize("masks", ["shared", "independent"])
+def test_dithered_codes_are_the_twin_s(
+    deep_surface: Surface, masks: str, model: MakeModel, colour_ramps: Ramps
+) -> None:
+    display = model(2.2, 0.25, 2.0**-8)
+    picture = StereoImage.flat(colour_ramps(display))
+    models = EyeModels(display, display)
+    tables = dither_tables(display, FULL_CODE)
+    dithering = Dithering(masks)  # type: ignore[arg-type]
+    with Presenter(
+        deep_surface, find_mode("side-by-side"), models, lambda _: picture, dithering=dithering
+    ) as presenter:
+        presenter.show(SCENE)
+        for eye in EYES:
+            thresholds = dither_thresholds(480, 320, eye, dithering.masks)
+            twin = tabled_dither_codes(display, picture.left, thresholds, tables)
+            shown = presenter.eye_view(eye)
+            assert shown.dtype == np.uint16
+            assert np.count_nonzero(shown != twin) <= 2  # of 460 800, where float32 ties; llvmpipe has none
+            assert np.abs(shown.astype(int) - twin).max() <= 1
+            rounded = np.floor(display.code(picture.left) * FULL_CODE + 0.5)
+            assert np.count_nonzero(shown != rounded) > 0.05 * shown.size
+
+
+def test_full_ink_is_the_asked_share_of_white_through_each_eyes_model(deep_surface: Surface, model: MakeModel) -> None:
+    models = EyeModels(model(1.8, black=0.05), model(2.6, black=0.1))
+    with Presenter(deep_surface, find_mode("side-by-side"), models, lambda name: pytest.fail(name)) as presenter:
+        presenter.show(Scene((Text("████", height_px=60, luminance_share=0.3),)))
+        for eye in EYES:
+            display = models.eye(eye)
+            brightest = presenter.eye_view(eye).reshape(-1, 3).max(axis=0)
+            expected = display.code(0.3 * display.white_XYZ_cd_m2) * FULL_CODE
+            assert np.abs(brightest - expected).max() <= 0.501
+
+
+def test_words_on_black_are_their_ink(deep_surface: Surface, model: MakeModel) -> None:
+    """Every pixel of smooth letters is a code of the ramp, none lost to blending."""
+    display = model(2.2)
+    models = EyeModels(display, display)
+    with Presenter(deep_surface, find_mode("flat"), models, lambda name: pytest.fail(name)) as presenter:
+        presenter.show(Scene((Text("Which is closer?", height_px=40, luminance_share=0.5),)))
+        shown = presenter.capture()["screen"].reshape(-1, 3)
+    ramp = {tuple(code) for code in ink_codes(display, 0.5, 10).tolist()}
+    assert {tuple(code) for code in np.unique(shown, axis=0).tolist()} <= ramp
+    assert len(np.unique(shown, axis=0)) > 50
+
+
+def test_the_instruments_square_is_full_drive(
+    deep_surface: Surface, same_models: EyeModels, random_stereo: Stereo
+) -> None:
+    picture = random_stereo(480, 640)
+    mode = find_mode("row-interleaved", ModeOptions.parse({"photodiode_corner": "top-left", "photodiode_size_px": 30}))
+    with Presenter(deep_surface, mode, same_models, lambda _: picture) as presenter:
+        presenter.show(SCENE)
+        assert np.all(presenter.capture()["screen"][:30, :30] == FULL_CODE)
+
+
+def test_the_facts_tell_the_bits(deep_surface: Surface) -> None:
+    assert deep_surface.facts.bits == deep_surface.bits == 10
+    assert deep_surface.facts.remarks == ()
+
+
+def test_the_surface_reads_all_1024_codes(deep_egl: EglSurface) -> None:
+    """Codes put there by clearing rows, and not by a colour pass."""
+    target = deep_egl.target(Buffer.BACK)
+    for first in (0, 480, 544):
+        codes = np.arange(480) + first
+        for row, code in enumerate(codes / FULL_CODE):
+            target.clear(code, 1.0 - code, 0.5, viewport=(0, 479 - row, 640, 1))
+        read = deep_egl.read()
+        assert np.array_equal(read[..., 0], np.broadcast_to(codes[:, np.newaxis], (480, 640)))
+        assert np.array_equal(read[..., 1], FULL_CODE - read[..., 0])
+
+
+@pytest.mark.window
+def test_a_screen_without_ten_bits_gets_eight_and_a_remark(
+    display: str, same_models: EyeModels, random_stereo: Stereo
+) -> None:
+    picture = random_stereo(480, 320)
+    with open_surface("window", (640, 480), bits=10) as surface:
+        assert surface.bits == surface.facts.bits == 8
+        assert surface.facts.remarks == ("10 bits a channel were asked for, and the driver gives 8: codes have 8 bits",)
+        with Presenter(surface, find_mode("side-by-side"), same_models, lambda _: picture) as presenter:
+            presenter.show(SCENE)
+            view = presenter.eye_view("left")
+    assert view.dtype == np.uint8
+    assert np.abs(view - same_models.left.code(picture.left) * 255.0).max() <= 0.501
+
+
+def test_a_window_without_a_screen_has_eight_and_a_remark() -> None:
+    try:
+        surface = open_surface("null", (64, 48), bits=10)
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with surface:
+        assert surface.facts.bits == 8
+        assert "10 bits a channel were asked for" in surface.facts.remarks[0]
+        assert surface.read().dtype == np.uint8
+
+
+@pytest.mark.window
+def test_eight_bits_on_a_screen_of_ten_are_the_same_codes(
+    deep_display: str, same_models: EyeModels, random_stereo: Stereo
+) -> None:
+    picture = random_stereo(480, 320)
+    shown = []
+    for backend in ("window", "egl"):
+        with (
+            open_surface(backend, (640, 480)) as surface,
+            Presenter(surface, find_mode("side-by-side"), same_models, lambda _: picture) as presenter,
+        ):
+            assert surface.facts.bits == 8
+            presenter.show(Scene((Picture("a"), Text("Which is closer?"))))
+            shown.append(presenter.capture()["screen"])
+    assert shown[0].dtype == np.uint8
+    np.testing.assert_array_equal(shown[0], shown[1])
+
+
+@pytest.mark.window
+def test_each_of_two_windows_has_ten_bits(deep_display: str, model: MakeModel, random_stereo: Stereo) -> None:
+    models = EyeModels(model(2.4, 0.05), model(1.9, 0.2))
+    picture = random_stereo(240, 320)
+    with (
+        open_surface("window", (320, 240), windowed=True, windows=2, bits=10) as surface,
+        Presenter(surface, find_mode("dual-window"), models, lambda _: picture) as presenter,
+    ):
+        if surface.bits != 10:
+            pytest.skip("; ".join(surface.facts.remarks))
+        presenter.show(SCENE)
+        on_screen = x_screen()
+        captured = presenter.capture()
+    np.testing.assert_array_equal(on_screen[:240], np.hstack([captured["left"], captured["right"]]))
+    for eye in EYES:
+        assert_rounded(captured[eye], models.eye(eye).code(picture.eye(eye)) * FULL_CODE)
+
+
+@pytest.mark.window
+def test_the_screen_shows_the_ten_bits_that_were_drawn(
+    deep_display: str, same_models: EyeModels, random_stereo: Stereo
+) -> None:
+    picture = random_stereo(480, 320)
+    with (
+        open_surface("window", (640, 480), bits=10) as surface,
+        Presenter(surface, find_mode("side-by-side"), same_models, lambda _: picture) as presenter,
+    ):
+        if surface.bits != 10:
+            pytest.skip("; ".join(surface.facts.remarks))
+        presenter.show(Scene((Picture("a"), Text("Which is closer?"))))
+        on_screen = x_screen()
+        np.testing.assert_array_equal(on_screen, presenter.capture()["screen"])
+    assert len(np.unique(on_screen)) > 900
+
+
+def test_two_offscreen_pictures_have_ten_bits(model: MakeModel, random_stereo: Stereo) -> None:
+    models = EyeModels(model(2.4, 0.05), model(1.9, 0.2))
+    picture = random_stereo(240, 320)
+    with (
+        open_surface("egl", (320, 240), windows=2, bits=10) as surface,
+        Presenter(surface, find_mode("dual-window"), models, lambda _: picture) as presenter,
+    ):
+        presenter.show(SCENE)
+        captured = presenter.capture()
+    for eye in EYES:
+        assert_rounded(captured[eye], models.eye(eye).code(picture.eye(eye)) * FULL_CODE)
+
+
+@pytest.mark.parametrize("levels", [255, 4095])
+def test_dithering_to_other_levels_than_the_surface_s_is_refused(
+    deep_egl: EglSurface, same_models: EyeModels, levels: int
+) -> None:
+    said = rf"dithered to 0\.\.{levels} cannot be shown: the surface has 10 bits, 0\.\.1023"
+    with pytest.raises(PresentationError, match=said):
+        Presenter(
+            deep_egl, find_mode("flat"), same_models, lambda name: pytest.fail(name), dithering=Dithering(levels=levels)
+        )
+
+
+@pytest.mark.parametrize("backend", ["egl", "null"])
+def test_other_depths_are_refused_and_leave_nothing_open(backend: str) -> None:
+    for _ in range(2):
+        with pytest.raises(
+            PresentationError, match=r"codes of 12 bits cannot be shown \(ask for 8 or 10\)|OSMesa gives|EGL gives"
+        ):
+            open_surface(backend, (64, 48), bits=12)  # type: ignore[arg-type]
