@@ -1,8 +1,8 @@
-"""Dithering to 8 bits: run time on one picture against the error of the mean light, other ways in the same run.
+"""Dithering to 8 bits, in the colour pass to 10 too: run time on one picture against the error of the mean light.
 
-The error is the largest bias of luminance, relative, over greys from code 1.5 to full light: mean over one period of
-the mask against what was asked. Times are for a 512 × 512 picture: of NumPy, and of the colour pass on the EGL driver
-that this machine gives, from XYZ on the graphics card to codes there.
+The error is the largest bias of luminance, relative, over greys from code 1.5 of 8 bits to full light: mean over one
+period of the mask against what was asked. Times are for a 512 × 512 picture: of NumPy, and of the colour pass on the
+EGL driver that this machine gives, from XYZ on the graphics card to codes there.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from devices.display import DisplayModel
 from devices.display_file import read_display
 from devices.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
 from runner.presenter.colour_pass import ColourPass, release_codes
+from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.surfaces import Surface, open_surface
 
@@ -46,12 +47,15 @@ def ways(model: DisplayModel) -> dict[tuple[str, str], Dither]:
     return found
 
 
-def errors(model: DisplayModel, dither: Dither) -> tuple[float, float]:
-    """Return the largest relative bias of luminance and the largest ΔE00 of mean XYZ."""
+def errors(model: DisplayModel, dither: Dither, levels: int = 255) -> tuple[float, float]:
+    """Return the largest relative bias of luminance and the largest ΔE00 of mean XYZ, of codes 0..levels.
+
+    The greys asked for are the same, whatever the levels.
+    """
     codes = np.concatenate([np.arange(1.5, 16, 0.125), np.geomspace(16, FULL, 150)])
     asked = model.xyz(np.repeat(codes[:, None], 3, axis=1) / 255)
     period = dither_thresholds(64, 64)
-    shown = np.array([model.xyz(dither(np.broadcast_to(xyz, period.shape), period) / 255) for xyz in asked])
+    shown = np.array([model.xyz(dither(np.broadcast_to(xyz, period.shape), period) / levels) for xyz in asked])
     mean = shown.reshape(len(asked), -1, 3).mean(axis=1)
     white = model.white_XYZ_cd_m2
     difference = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(mean, white))
@@ -63,35 +67,50 @@ def upload(context: Context, xyz: Floats) -> Texture:
     return context.texture(xyz.shape[1::-1], 3, xyz.astype(np.float32).tobytes(), alignment=1, dtype="f4")
 
 
-def drawn(context: Context, colour_pass: ColourPass, xyz: Floats) -> NDArray[np.int64]:
-    """Return what the colour pass makes of XYZ (height, width, 3)."""
+def drawn(context: Context, colour_pass: ColourPass, xyz: Floats, levels: int) -> NDArray[np.int64]:
+    """Return what the colour pass makes of XYZ (height, width, 3): codes 0..levels."""
     picture = upload(context, xyz)
     codes = colour_pass.run(picture)
-    shown = np.frombuffer(codes.read(components=3, alignment=1), np.uint8).reshape(xyz.shape)[::-1]
+    shown = np.frombuffer(codes.read(components=3, dtype="f4"), np.float32).reshape(xyz.shape)[::-1]
     release_codes(codes)
     picture.release()
-    return shown.astype(np.int64)
+    return np.rint(shown * levels).astype(np.int64)
 
 
 def pass_rows(surface: Surface, model: DisplayModel, picture: Floats) -> list[Row]:
     """Time the colour pass with and without dithering, in turn, so that other work slows both alike."""
     context = surface.context
     uploaded = upload(context, picture)
-    passes = {"rounded": ColourPass(context, model), "dithered": ColourPass(context, model, dithering=Dithering())}
+    bits: tuple[Bits, ...] = (8, 10)
+    passes = {
+        (name, depth): ColourPass(context, model, dithering=dithering, bits=depth)
+        for depth in bits
+        for name, dithering in (("rounded", None), ("dithered", Dithering()))
+    }
 
     def once(colour_pass: ColourPass) -> None:
         release_codes(colour_pass.run(uploaded))
         context.finish()
 
-    slower = times_faster(lambda: once(passes["rounded"]), lambda: once(passes["dithered"]), rounds=25)
     rows: list[Row] = []
-    for name, colour_pass in passes.items():
-        bias, difference = errors(model, lambda xyz, _, colour_pass=colour_pass: drawn(context, colour_pass, xyz))
+    for (name, depth), colour_pass in passes.items():
+        levels = highest_code(depth)
+        dither: Dither = lambda xyz, _, made=colour_pass, top=levels: drawn(context, made, xyz, top)  # noqa: E731
+        bias, difference = errors(model, dither, levels)
         note = f"ΔE00 of the mean at most {difference:.2g}; {surface.facts.renderer}"
-        if name == "dithered":
-            note += f"; {slower:.2f} × the rounded pass"
+        if (name, depth) != ("rounded", 8):
+            slower = times_faster(lambda: once(passes["rounded", 8]), lambda made=colour_pass: once(made), rounds=25)
+            note += f"; {slower:.2f} × the pass rounded to 8 bits"
         taken = seconds(lambda colour_pass=colour_pass: once(colour_pass))
-        rows.append({"series": "colour pass", "parameter": name, "seconds": taken, "error": bias, "note": note})
+        rows.append(
+            {
+                "series": "colour pass",
+                "parameter": f"{name}, {depth} bits",
+                "seconds": taken,
+                "error": bias,
+                "note": note,
+            }
+        )
     return rows
 
 
