@@ -50,7 +50,7 @@ class _Slow(BradleyTerryObserver):
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
         if ask.scene.stimuli:
             tell("asked", *ask.scene.stimuli)
-        time.sleep(self.rng.uniform(0.0, 0.004))
+        time.sleep(self.rng.uniform(0.0, 0.006))
         return super().respond(ask, onset_s)
 
 

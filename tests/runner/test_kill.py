@@ -41,11 +41,11 @@ def test_killed_at_random_moments(tmp_path: Path, seed: int) -> None:
     for _ in range(60):
         process = _start(folder)
         assert process.stdout is not None
-        # Wait until the process is at work, then for a random moment of it.
-        first_line = process.stdout.readline()
-        time.sleep(rng.uniform(0.0, 0.04))
+        # Wait until it has asked a few times, then for a random moment of the next trial.
+        heard = "".join(process.stdout.readline() for _ in range(rng.randint(1, 5)))
+        time.sleep(rng.uniform(0.0, 0.006))
         process.send_signal(signal.SIGKILL)
-        told = first_line + process.stdout.read()
+        told = heard + process.stdout.read()
         process.wait()
         process.stdout.close()
         log = read_session(folder / FILE_NAME)
