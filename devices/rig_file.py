@@ -58,6 +58,11 @@ class Rig:
     photodiode_verification: str
 
     @property
+    def output_bits(self) -> Literal[8, 10]:
+        """How many bits a channel to ask the graphics driver for: 10 for a panel that has them."""
+        return 10 if self.display.panel.bits >= 10 else 8
+
+    @property
     def crosstalk(self) -> Crosstalk | None:
         """The crosstalk that was measured in this mode, or None."""
         return self.display.crosstalk(self.characterised_as)

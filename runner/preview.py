@@ -15,6 +15,7 @@ from runner.errors import SessionError
 from runner.placed_presenter import ReadyPictures
 from runner.ports import Ask
 from runner.presenter.presenter import Presenter
+from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces import open_surface
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet
@@ -31,12 +32,8 @@ class _Album:
     files: list[Path] = field(default_factory=list)
 
     def add(self, name: str, presenter: Presenter) -> None:
-        from PIL import Image
-
         for eye in EYES:
-            file = self.folder / f"{name}_{eye}.png"
-            Image.fromarray(presenter.eye_view(eye)).save(file)
-            self.files.append(file)
+            self.files += write_screenshot({"screen": presenter.eye_view(eye)}, self.folder / f"{name}_{eye}.png")
 
 
 def preview(
@@ -72,7 +69,9 @@ def preview(
     pictures = ReadyPictures(load, Compensation.of(rig, mode, images))
     resolution = rig.display.panel.resolution_px
     with (
-        open_surface(backend, resolution, stereo=mode.needs_stereo, windows=mode.windows) as surface,
+        open_surface(
+            backend, resolution, stereo=mode.needs_stereo, windows=mode.windows, bits=rig.output_bits
+        ) as surface,
         Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering) as presenter,
         Presenter(surface, mode, rig.models, lambda name: _marked(load(name), rig.models)) as marker,
     ):

@@ -69,6 +69,7 @@ class Station:
             stereo=mode.needs_stereo,
             windowed=windowed,
             windows=mode.windows,
+            bits=rig.output_bits,
         )
         try:
             presenter = Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering)

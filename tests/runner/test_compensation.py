@@ -203,6 +203,28 @@ def test_the_ledger_counts_where_the_panel_is_too_dim(inside: Study) -> None:
     assert clipped() > 0.0
 
 
+def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
+    import OpenImageIO as oiio
+
+    study.edit("display.yaml", "pixel_pitch_mm: 0.25}", "pixel_pitch_mm: 0.25, bits: 10}")
+    output = study.folder / "preview"
+    words = ["preview", str(study.experiment), "-o", str(output)]
+    result = CliRunner().invoke(group, words, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    codes = oiio.ImageBuf(str(output / "block-02_screen-001_left.png")).get_pixels("uint16") >> 6
+    shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
+    steps = read_experiment(study.experiment).blocks("01")[1].steps()
+    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]
+    model = read_rig(study.folder / "rig.yaml").models.left
+    reference = model.code(read_exr(study.folder / f"{first}.exr").left) * 1023
+    assert np.abs(shown - reference).max() <= 0.501
+    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results]
+    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    (file,) = session_files(study.results)
+    assert read_session(file).header.presentation["bits"] == 10
+
+
 def test_the_ledger_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:
     from runner.presenter.modes.registry import find_mode
 
