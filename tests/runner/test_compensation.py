@@ -211,7 +211,8 @@ def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
     words = ["preview", str(study.experiment), "-o", str(output)]
     result = CliRunner().invoke(group, words, catch_exceptions=False)
     assert result.exit_code == 0, result.output
-    codes = oiio.ImageBuf(str(output / "block-02_screen-001_left.png")).get_pixels("uint16") >> 6
+    png = oiio.ImageBuf(str(output / "block-02_screen-001_left.png"))
+    codes = np.asarray(png.get_pixels("uint16")) >> 6
     shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
     steps = read_experiment(study.experiment).blocks("01")[1].steps()
     (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]
