@@ -6,6 +6,7 @@ import ctypes
 import resource
 import threading
 from collections.abc import Callable, Iterator
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -153,6 +154,11 @@ def test_thousands_of_scenes_leave_no_objects_and_no_memory_behind(open_egl: Ope
         assert memory_after - memory_before < 100_000  # kB
 
 
+def _resident_bytes() -> int:
+    """Return what this process holds in memory now (Linux)."""
+    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+
+
 def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
     surface = open_egl((1920, 1080))
     codes = np.random.default_rng(1).random((1333, 2000, 3))
@@ -165,11 +171,13 @@ def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
 
     with Presenter(surface, find_mode("flat"), BOTH, load, picture_budget_bytes=256 << 20) as presenter:
         presenter.show(Scene())
-        memory_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        full_bytes = 0
         for number in range(400):
             presenter.prefetch(Scene((Picture(str(number)),)))
             presenter.show(Scene((Picture(str(number)),)))
-        memory_after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+            if number == 100:  # the budget has been full for long
+                full_bytes = _resident_bytes()
+        grown_bytes = _resident_bytes() - full_bytes
         work = presenter.counters
         held = (256 << 20) // (4 * 2000 * 1333)
         assert (work.frames_drawn, work.decodes, work.uploads, work.evictions) == (401, 400, 400, 400 - held)
@@ -177,7 +185,8 @@ def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
         expected = MODEL.code(picture.left[top : top + 1080, left : left + 1920]) * 255.0
         assert np.abs(presenter.capture()["screen"] - expected).max() <= 0.501
     assert "decode_0" in threads
-    assert memory_after - memory_before < 500_000  # kB: the budget, a picture and its copy
+    # 299 pictures more would be 3.2 GB of codes if any were kept; the driver frees what it held when it pleases.
+    assert grown_bytes < 100e6
 
 
 def test_opening_and_closing_many_surfaces_leaves_nothing_behind(open_egl: Open) -> None:
