@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from runner.placed_presenter import ReadyPictures
 from runner.ports import Ask
 from runner.presenter.presenter import Presenter
 from runner.presenter.screenshot import write_screenshot
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces import Surface, open_surface
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet
 from stimuli.stereo_image import StereoImage
@@ -68,12 +69,16 @@ def preview(
     images = (load(name) for name in stimuli.names)
     pictures = ReadyPictures(load, Compensation.of(rig, mode, images))
     resolution = rig.display.panel.resolution_px
+
+    def marking(surface: Surface) -> Presenter:
+        return Presenter(surface, mode, rig.models, lambda name: _marked(load(name), rig.models))
+
     with (
         open_surface(
             backend, resolution, stereo=mode.needs_stereo, windows=mode.windows, bits=rig.output_bits
         ) as surface,
         Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering) as presenter,
-        Presenter(surface, mode, rig.models, lambda name: _marked(load(name), rig.models)) as marker,
+        marking(surface) if clipping else nullcontext() as marker,
     ):
         shown = 0
         for number, block in enumerate(blocks):
@@ -94,7 +99,7 @@ def preview(
                     presenter.show(pictures.placed(step.scene))
                     name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
                     album.add(name, presenter)
-                    if clipping and step.scene.stimuli:
+                    if marker is not None and step.scene.stimuli:
                         marker.show(step.scene)
                         album.add(f"{name}_clipping", marker)
                     screen += 1
