@@ -2,8 +2,10 @@
 
 The first line is the header (``"record": "session"``), then one line per trial (``"record": "trial"``) in the
 order in which they were answered, and an end line (``"record": "end"``) once the session is complete, with the work
-that was done (frames drawn, missed, pictures uploaded). The reader
-defines the contract, so it stands here; the runner writes it.
+that was done (frames drawn, missed, pictures uploaded). Between them may stand notes (``"record": "note"``), marks of
+trials that are to be asked again (``"record": "mark"``), and a line for each time the session was taken up again
+(``"record": "resume"``). A trial that was asked again stands there once more with a higher ``attempt``, and the last
+attempt counts. The reader defines the contract, so it stands here; the runner writes it.
 """
 
 from __future__ import annotations
@@ -62,6 +64,7 @@ class Trial:
     as ``[key, seconds since the scene's onset]``, from which a session is replayed. ``data`` is what the block's kind
     records; for ``all_pairs``: ``first`` and ``second`` (stimulus names), ``answer`` (``first`` or ``second``),
     ``chosen``, ``rejected``, ``first_position``, and per role and eye what the gamut clip cost (``clipping``).
+    ``attempt`` counts from 0 how often the trial had been answered before.
     """
 
     block: int
@@ -71,6 +74,12 @@ class Trial:
     response_time_s: float
     utc: str
     data: Json = field(default_factory=dict)
+    attempt: int = 0
+
+    @property
+    def place(self) -> tuple[int, int]:
+        """Block and trial: what every attempt at it shares."""
+        return self.block, self.trial
 
     def to_json(self) -> dict[str, Any]:
         """Return the trial as a line's object."""
@@ -79,17 +88,63 @@ class Trial:
         return {"record": "trial", **line, **data}
 
 
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What someone (``by``: ``observer`` or ``experimenter``) wrote down after so many trials of a block."""
+
+    text: str
+    by: str
+    block: int
+    trial: int
+    utc: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the note as a line's object."""
+        return {"record": "note", **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class Mark:
+    """A wish (``by`` whom) that a trial be asked once more."""
+
+    block: int
+    trial: int
+    by: str
+    utc: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the mark as a line's object."""
+        return {"record": "mark", **asdict(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class Resumption:
+    """A session taken up again; ``accepted_changes`` maps what had changed meanwhile to its SHA-256 before and now."""
+
+    utc: str
+    accepted_changes: Json = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the resumption as a line's object."""
+        return {"record": "resume", **asdict(self)}
+
+
 _TRIAL_KEYS = ("block", "trial", "kind", "events", "response_time_s", "utc")
 
 
 def _trial(line: dict[str, Any]) -> Trial:
-    data = {key: value for key, value in line.items() if key not in (*_TRIAL_KEYS, "record")}
+    data = {key: value for key, value in line.items() if key not in (*_TRIAL_KEYS, "attempt", "record")}
     known = {key: line[key] for key in _TRIAL_KEYS if key != "events"}
-    return Trial(events=tuple((str(key), float(seconds)) for key, seconds in line["events"]), data=data, **known)
+    events = tuple((str(key), float(seconds)) for key, seconds in line["events"])
+    return Trial(events=events, data=data, attempt=int(line.get("attempt", 0)), **known)
+
+
+def _without_record(line: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in line.items() if key != "record"}
 
 
 def _header(line: dict[str, Any]) -> Header:
-    known = {key: value for key, value in line.items() if key != "record"}
+    known = _without_record(line)
     for key in ("stimuli", "remarks"):
         known[key] = tuple(known.get(key, ()))
     return Header(**known)
@@ -97,13 +152,40 @@ def _header(line: dict[str, Any]) -> Header:
 
 @dataclass(frozen=True, slots=True)
 class SessionLog:
-    """A session's log, read."""
+    """A session's log, read; ``answers`` holds every attempt in the order in which they were given."""
 
     file: Path
     header: Header
-    trials: tuple[Trial, ...]
+    answers: tuple[Trial, ...]
     complete: bool
     torn_tail: bytes = b""
+    notes: tuple[Note, ...] = ()
+    marks: tuple[Mark, ...] = ()
+    resumptions: tuple[Resumption, ...] = ()
+
+    @property
+    def trials(self) -> tuple[Trial, ...]:
+        """What counts: each trial's last attempt, in the order in which the trials were first answered."""
+        last: dict[tuple[int, int], Trial] = {}
+        for answer in self.answers:
+            last[answer.place] = answer
+        return tuple(last.values())
+
+    @property
+    def first_attempts(self) -> tuple[Trial, ...]:
+        """Each trial as it was answered first, from which a session is replayed."""
+        return tuple(answer for answer in self.answers if answer.attempt == 0)
+
+    @property
+    def pending(self) -> tuple[tuple[int, int], ...]:
+        """Block and trial of each mark that no further attempt has met, in the order in which they were made."""
+        attempts: dict[tuple[int, int], int] = {}
+        for answer in self.answers:
+            attempts[answer.place] = answer.attempt
+        wishes: dict[tuple[int, int], int] = {}
+        for mark in self.marks:
+            wishes[mark.block, mark.trial] = wishes.get((mark.block, mark.trial), 0) + 1
+        return tuple(place for place, wished in wishes.items() if attempts.get(place, wished) < wished)
 
 
 def session_files(folder: Path) -> Iterator[Path]:
@@ -134,8 +216,17 @@ def read_session(file: Path) -> SessionLog:
     if not tail_is_open:
         lines.pop()
     header: Header | None = None
-    trials: list[Trial] = []
+    answers: list[Trial] = []
+    notes: list[Note] = []
+    marks: list[Mark] = []
+    resumptions: list[Resumption] = []
     complete = False
+
+    def log(torn_tail: bytes = b"") -> SessionLog:
+        assert header is not None
+        kept = tuple(notes), tuple(marks), tuple(resumptions)
+        return SessionLog(file, header, tuple(answers), complete, torn_tail, *kept)
+
     for number, raw in enumerate(lines, start=1):
         try:
             line = json.loads(raw)
@@ -143,15 +234,21 @@ def read_session(file: Path) -> SessionLog:
             if kind == "session":
                 header = _header(line)
             elif kind == "trial":
-                trials.append(_trial(line))
+                answers.append(_trial(line))
+            elif kind == "note":
+                notes.append(Note(**_without_record(line)))
+            elif kind == "mark":
+                marks.append(Mark(**_without_record(line)))
+            elif kind == "resume":
+                resumptions.append(Resumption(**_without_record(line)))
             elif kind == "end":
                 complete = True
         except (ValueError, KeyError, TypeError) as error:
             if number == len(lines) and tail_is_open and header:
-                return SessionLog(file, header, tuple(trials), complete, torn_tail=raw)
+                return log(torn_tail=raw)
             raise ResultsError(
                 Finding(f"this line is no session record: {error}", str(file), number, 1, "restore the file")
             ) from error
     if header is None:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1))
-    return SessionLog(file, header, tuple(trials), complete)
+    return log()

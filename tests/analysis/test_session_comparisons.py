@@ -34,7 +34,7 @@ def test_stimuli_that_no_pair_shows_are_no_items(make_session: Maker) -> None:
 def test_other_kinds_of_trials_are_passed_over(make_session: Maker) -> None:
     session = make_session(names="ab", answers=[("a", "b")])
     question = Trial(2, 0, "questionnaire", (), 1.0, "2026", {"text": "fine"})
-    assert from_sessions([replace(session, trials=(*session.trials, question))]).wins.sum() == 1
+    assert from_sessions([replace(session, answers=(*session.trials, question))]).wins.sum() == 1
 
 
 def test_the_share_of_the_first_position_counts_answers(make_session: Maker) -> None:
@@ -74,4 +74,4 @@ def test_an_answer_without_its_winner_is_refused(make_session: Maker) -> None:
     session = make_session(names="ab", answers=[("a", "b")])
     damaged = replace(session.trials[0], data={"first": "a"})
     with pytest.raises(ResultsError, match="chosen"):
-        from_sessions([replace(session, trials=(damaged,))])
+        from_sessions([replace(session, answers=(damaged,))])
