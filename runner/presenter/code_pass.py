@@ -12,13 +12,12 @@ from devices.code_table import ENTRIES, curve_table
 from devices.display_file import Eye
 from devices.tone_curve import ToneCurve
 from documents import Finding
+from runner.presenter.bands import InBands, bands, to_the_end
 from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Size
-from runner.presenter.shaders import compile_program, shader_file
-
-Uniform = int | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...]
+from runner.presenter.shaders import Uniform, compile_program, set_uniform, shader_file
 
 
 def by_columns(matrix: NDArray[np.float64]) -> tuple[float, ...]:
@@ -71,15 +70,25 @@ class CodePass:
         self._tables = tuple(tables.values())
         units = {name: unit for unit, name in enumerate([*textures, *tables])}
         for name, value in {**common, **units, **uniforms}.items():
-            self._set(name, value)
+            set_uniform(self._program, name, value)
 
     def draw(
         self, textures: Sequence[moderngl.Texture], size_px: Size, dtype: CodeFormat | None
     ) -> moderngl.Framebuffer:
-        """Return a new framebuffer of codes.
+        """Return a new framebuffer of codes, as `drawing` ends in."""
+        return to_the_end(self.drawing(textures, size_px, dtype))
+
+    def drawing(
+        self,
+        textures: Sequence[moderngl.Texture],
+        size_px: Size,
+        dtype: CodeFormat | None,
+        band_px: int | None = None,
+    ) -> InBands[moderngl.Framebuffer]:
+        """Draw a new framebuffer of codes, in bands of about ``band_px`` pixels; all at once if None.
 
         ``f1`` has codes of 8 bits, ``rgb10_a2`` of 10, ``f4`` as computed, dithered ones in steps of 1/levels; None is
-        the format of the pass's bits.
+        the format of the pass's bits. Bands change no code: a pixel does not know which it is in.
 
         Its texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
 
@@ -96,20 +105,14 @@ class CodePass:
             self._refuse_other_levels(bits)
             codes = code_texture(self._context, size_px, bits)
         target = self._context.framebuffer([codes])
-        before = self._context.fbo
         try:
-            target.use()
-            target.viewport = (0, 0, *size_px)
-            self._context.disable(moderngl.BLEND)
-            if self._dithering is None:
-                self._set("levels", float(highest_code(bits)) if bits else 0.0)
-            else:
-                self._set("height_px", size_px[1])
-            for unit, texture in enumerate([*textures, *self._tables]):
-                texture.use(unit)
-            self._area.render(moderngl.TRIANGLE_STRIP, vertices=4)
-        finally:
-            before.use()
+            for first, rows in bands(size_px, band_px):
+                if first:
+                    yield
+                self._draw_band(target, textures, first, rows, bits)
+        except BaseException:
+            release_codes(target)
+            raise
         return target
 
     def release(self) -> None:
@@ -119,8 +122,32 @@ class CodePass:
         for table in self._tables:
             table.release()
 
-    def _set(self, name: str, value: Uniform | float) -> None:
-        self._program[name].value = value  # type: ignore[union-attr]
+    def _draw_band(
+        self,
+        target: moderngl.Framebuffer,
+        textures: Sequence[moderngl.Texture],
+        first: int,
+        rows: int,
+        bits: Bits | None,
+    ) -> None:
+        """Draw ``rows`` rows from ``first``, from below; all is set anew, as frames may have been drawn since the last.
+
+        The viewport chooses the rows: gl_FragCoord counts from the corner of the framebuffer all the same.
+        """
+        before = self._context.fbo
+        try:
+            target.use()
+            target.viewport = (0, first, target.width, rows)
+            self._context.disable(moderngl.BLEND)
+            if self._dithering is None:
+                set_uniform(self._program, "levels", float(highest_code(bits)) if bits else 0.0)
+            else:
+                set_uniform(self._program, "height_px", target.height)
+            for unit, texture in enumerate([*textures, *self._tables]):
+                texture.use(unit)
+            self._area.render(moderngl.TRIANGLE_STRIP, vertices=4)
+        finally:
+            before.use()
 
     def _refuse_other_levels(self, bits: Bits) -> None:
         if self._dithering is not None and self._dithering.highest_code != highest_code(bits):

@@ -6,6 +6,7 @@ import moderngl
 
 from devices.display import DisplayModel
 from devices.display_file import Eye
+from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns, release_codes
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
@@ -60,7 +61,15 @@ class ColourPass:
         PresentationError
             If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
         """
-        return self._pass.draw([picture_XYZ], squeezed_size(picture_XYZ.size, self._squeeze), dtype)
+        return to_the_end(self.running(picture_XYZ, dtype))
+
+    def running(
+        self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None, band_px: int | None = None
+    ) -> InBands[moderngl.Framebuffer]:
+        """Do as `run`, in bands of about ``band_px`` pixels of the picture."""
+        across, down = self._squeeze
+        band_codes = None if band_px is None else band_px // (across * down)
+        return self._pass.drawing([picture_XYZ], squeezed_size(picture_XYZ.size, self._squeeze), dtype, band_codes)
 
     def release(self) -> None:
         """Free the program and its tables."""

@@ -10,17 +10,18 @@ import numpy as np
 from devices.display_file import Eye
 from documents import Finding
 from runner.presenter.errors import PresentationError
+from runner.presenter.uploading import as_uploaded
 from stimuli.stereo_image import StereoImage
 
 EYES: tuple[Eye, Eye] = ("left", "right")
 
 
 class Decoder:
-    """Loads pictures by name and checks them, one after another in one thread; ``take`` waits for the one it needs.
+    """Loads pictures by name, checks them and makes them ready to upload, one after another in one thread.
 
-    ``load`` and the check run in that thread, and what they raise is raised again by ``take``. ``finished`` is called
-    after each picture, from whichever thread. At most the pictures of the last ``start`` wait, beside one that was
-    under way.
+    ``take`` waits for the one it needs. ``load`` and the rest run in that thread, and what they raise is raised again
+    by ``take``. ``finished`` is called after each picture, from whichever thread. At most the pictures of the last
+    ``start`` wait, beside one that was under way.
     """
 
     def __init__(
@@ -79,6 +80,7 @@ class Decoder:
                     remedy="crop the picture to what the display can show",
                 )
             )
+        image = _as_uploaded(image)
         for eye in EYES[:1] if image.is_flat else EYES:
             bad = int(np.count_nonzero(~np.isfinite(image.eye(eye)).all(axis=2)))
             if bad:
@@ -86,3 +88,10 @@ class Decoder:
                     Finding(f"'{stimulus}', {eye} view: {bad} pixels are NaN or infinite", remedy="build it again")
                 )
         return image
+
+
+def _as_uploaded(image: StereoImage) -> StereoImage:
+    """Return ``image`` with its views as their textures hold them, itself where they are so already."""
+    left = as_uploaded(image.left)
+    right = left if image.is_flat else as_uploaded(image.right)
+    return image if left is image.left and right is image.right else StereoImage(left, right)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import moderngl
 
+from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
@@ -45,7 +46,17 @@ class MixedPass:
         PresentationError
             If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
         """
-        return self._pass.draw([left_XYZ, right_XYZ], left_XYZ.size, dtype)
+        return to_the_end(self.running(left_XYZ, right_XYZ, dtype))
+
+    def running(
+        self,
+        left_XYZ: moderngl.Texture,
+        right_XYZ: moderngl.Texture,
+        dtype: CodeFormat | None = None,
+        band_px: int | None = None,
+    ) -> InBands[moderngl.Framebuffer]:
+        """Do as `run`, in bands of about ``band_px`` pixels of the picture."""
+        return self._pass.drawing([left_XYZ, right_XYZ], left_XYZ.size, dtype, band_px)
 
     def release(self) -> None:
         """Free the program and its tables."""

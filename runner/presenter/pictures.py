@@ -3,22 +3,24 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from functools import partial
 
 import moderngl
-import numpy as np
 
+from runner.presenter.bands import BAND_PX, to_the_end
 from runner.presenter.counters import Work
 from runner.presenter.decoder import Decoder
 from runner.presenter.least_recent import LeastRecent
+from runner.presenter.uploading import upload
 from runner.presenter.view_codes import Making, PictureCodes, ViewCodes
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.stereo_image import StereoImage
 
 
 class Pictures:
     """Pictures by the name that ``load`` knows them by.
 
     They are decoded in a thread of their own once ``start`` has named them, which calls ``decoded`` after each;
-    uploading and the colour pass belong to the context's thread, one view at each ``step``.
+    uploading and the colour pass belong to the context's thread, one band of rows of a view at each ``step``.
     """
 
     def __init__(
@@ -55,12 +57,16 @@ class Pictures:
         self._decoder.start([name for name in stimuli if name not in self._held and name != making])
 
     def step(self, keep: Collection[str] = ()) -> bool:
-        """Upload and transform one view of a picture that is decoded; return whether there is more to do."""
+        """Upload or transform one band of a picture that is decoded; return whether there is more to do.
+
+        The step ends when the graphics card is done with the band. Drivers put work off: without that, all the bands
+        would be paid for by the next frame.
+        """
         if self._making is None:
             name = self._decoder.ready()
             if name is None:
                 return False
-            self._making = name, self._make(self._decoder.take(name))
+            self._making = name, self._make(self._decoder.take(name), BAND_PX)
         name, making = self._making
         try:
             next(making)
@@ -72,6 +78,7 @@ class Pictures:
         except BaseException:
             self._making = None
             raise
+        self._context.finish()
         return self._making is not None or self._decoder.ready() is not None
 
     def release(self) -> None:
@@ -90,21 +97,8 @@ class Pictures:
             self._making = None
         else:
             making = self._make(self._decoder.take(stimulus))
-        while True:
-            try:
-                next(making)
-            except StopIteration as made:
-                return made.value  # type: ignore[no-any-return]
+        return to_the_end(making)
 
-    def _make(self, image: StereoImage) -> Making:
+    def _make(self, image: StereoImage, band_px: int | None = None) -> Making:
         self._work.add(decodes=1)
-        return self._views.make(image, self._upload)
-
-    def _upload(self, view: XYZImage) -> moderngl.Texture:
-        half = view.dtype == np.float16
-        data = np.ascontiguousarray(view, dtype=np.float16 if half else np.float32)
-        height, width, _ = data.shape
-        texture = self._context.texture((width, height), 3, data, alignment=1, dtype="f2" if half else "f4")
-        texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
-        self._work.add(uploads=1, bytes_uploaded=data.nbytes)
-        return texture
+        return self._views.make(image, partial(upload, self._context, self._work, band_px=band_px), band_px)

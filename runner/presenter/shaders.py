@@ -11,6 +11,7 @@ import moderngl
 from runner.presenter.errors import GraphicsError
 
 Part = tuple[str, str]  # the file's name and its text
+Uniform = int | float | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...]
 
 _HEADERS = {False: "#version 330 core\n", True: "#version 330 core\n#extension GL_ARB_gpu_shader_fp64 : require\n"}
 # Mesa writes 0:14(5), Nvidia 0(14), others 0:14, and Mesa forgets the number of the part that #line can give: so
@@ -47,6 +48,11 @@ def compile_program(
     except moderngl.Error as error:
         stage = [vertex] if "vertex_shader" in str(error) else list(fragment)
         raise GraphicsError(_named(str(error), [name for name, _ in stage])) from None
+
+
+def set_uniform(program: moderngl.Program, name: str, value: Uniform) -> None:
+    """Set the uniform ``name``; KeyError if the program has none that it uses."""
+    program[name].value = value  # type: ignore[union-attr]  # a member may be an attribute, which has no value
 
 
 def _join(header: str, parts: Sequence[Part]) -> str:

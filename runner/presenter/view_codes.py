@@ -1,14 +1,14 @@
-"""From a picture's views to the codes that each eye is shown, one view at a step."""
+"""From a picture's views to the codes that each eye is shown, a band of rows at a step."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Generator
 from dataclasses import dataclass
 from typing import Protocol, TypeAlias
 
 import moderngl
 
 from devices.display_file import Eye, EyeModels
+from runner.presenter.bands import InBands
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.counters import Work
@@ -17,10 +17,10 @@ from runner.presenter.depth import Bits
 from runner.presenter.dithering import Dithering
 from runner.presenter.mixed_pass import MixedPass
 from runner.presenter.modes.mixture import Mixture
+from runner.presenter.uploading import Upload
 from stimuli.stereo_image import StereoImage, XYZImage
 
 BYTES_PER_PIXEL = 4  # RGBA8 or RGB10_A2
-Upload: TypeAlias = Callable[[XYZImage], moderngl.Texture]
 
 
 @dataclass(frozen=True, slots=True)
@@ -50,14 +50,14 @@ class PictureCodes:
             release_codes(codes)
 
 
-Making: TypeAlias = Generator[None, None, PictureCodes]
+Making: TypeAlias = InBands[PictureCodes]
 
 
 class ViewCodes(Protocol):
     """A way to make the codes of a picture."""
 
-    def make(self, image: StereoImage, upload: Upload) -> Making:
-        """Upload and transform the views, pausing between them."""
+    def make(self, image: StereoImage, upload: Upload, band_px: int | None = None) -> Making:
+        """Upload and transform the views, pausing after each band of about ``band_px`` pixels and each view."""
 
     def release(self) -> None:
         """Free the programs."""
@@ -81,14 +81,14 @@ class CodesPerEye:
         self._passes = {"left": left, "right": right}
         self._work = work
 
-    def make(self, image: StereoImage, upload: Upload) -> Making:
-        """Upload and transform one view at a step; a flat picture is one upload."""
+    def make(self, image: StereoImage, upload: Upload, band_px: int | None = None) -> Making:
+        """Upload and transform one view after the other; a flat picture is one upload."""
         made: dict[tuple[int, int], moderngl.Framebuffer] = {}
         try:
             for number, view in enumerate([image.left] if image.is_flat else [image.left, image.right]):
                 if number:
                     yield
-                self._add(view, image, upload, made)
+                yield from self._add(view, image, upload, band_px, made)
         except BaseException:
             for codes in made.values():
                 release_codes(codes)
@@ -106,15 +106,17 @@ class CodesPerEye:
         view: XYZImage,
         image: StereoImage,
         upload: Upload,
+        band_px: int | None,
         made: dict[tuple[int, int], moderngl.Framebuffer],
-    ) -> None:
+    ) -> InBands[None]:
         """Upload ``view`` and add its codes for each eye that sees it to ``made``, by view and colour pass."""
-        uploaded = upload(view)
+        uploaded = yield from upload(view)
         try:
             for eye in EYES:
                 key = id(view), id(self._passes[eye])
                 if image.eye(eye) is view and key not in made:
-                    made[key] = self._passes[eye].run(uploaded)
+                    yield
+                    made[key] = yield from self._passes[eye].running(uploaded, band_px=band_px)
                     self._work.add(colour_passes=1, pixels_shaded=uploaded.width * uploaded.height)
         finally:
             uploaded.release()
@@ -134,15 +136,16 @@ class MixedCodes:
         self._pass = MixedPass(context, mixture, dithering, bits)
         self._work = work
 
-    def make(self, image: StereoImage, upload: Upload) -> Making:
-        """Upload one view at a step, then transform both."""
-        left = upload(image.left)
+    def make(self, image: StereoImage, upload: Upload, band_px: int | None = None) -> Making:
+        """Upload one view after the other, then transform both."""
+        left = yield from upload(image.left)
         right = left
         try:
+            yield
             if not image.is_flat:
+                right = yield from upload(image.right)
                 yield
-                right = upload(image.right)
-            codes = self._pass.run(left, right)
+            codes = yield from self._pass.running(left, right, band_px=band_px)
             self._work.add(colour_passes=1, pixels_shaded=left.width * left.height)
         finally:
             left.release()
