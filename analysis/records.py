@@ -245,10 +245,10 @@ def read_session(file: Path) -> SessionLog:
                 complete = True
         except (ValueError, KeyError, TypeError) as error:
             if number == len(lines) and tail_is_open and header:
-                return log(torn_tail=raw)
+                return log(header, torn_tail=raw)
             raise ResultsError(
                 Finding(f"this line is no session record: {error}", str(file), number, 1, "restore the file")
             ) from error
     if header is None:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1))
-    return log()
+    return log(header)
