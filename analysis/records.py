@@ -222,8 +222,7 @@ def read_session(file: Path) -> SessionLog:
     resumptions: list[Resumption] = []
     complete = False
 
-    def log(torn_tail: bytes = b"") -> SessionLog:
-        assert header is not None
+    def log(header: Header, torn_tail: bytes = b"") -> SessionLog:
         kept = tuple(notes), tuple(marks), tuple(resumptions)
         return SessionLog(file, header, tuple(answers), complete, torn_tail, *kept)
 
