@@ -77,6 +77,7 @@ def _experiment(file: Path) -> Facts:
         name: describe_stimulus(name, load(name), {}, compensation, design.places_px)["clipping"]
         for name in stimuli.names
     }
+    mixed = design.mode.mixture(rig.models) is not None
     if rig.gain_map:
         remarks.append(f"the gain map costs {100 * rig.gain_map.luminance_lost:.1f} % of the luminance")
     aperture = design.layout.aperture_px
@@ -94,14 +95,15 @@ def _experiment(file: Path) -> Facts:
         "picture_deg": angle,
         "pixels_per_degree": round(density, 2),
         "keys": {**keys, "space": "continue", "escape": "leave"},
-        "clipped_percent": {
-            name: [eyes[eye]["percent_any"] for eye in ("left", "right")] for name, eyes in clipping.items()
-        },
-        "clipping_cost_mean_delta_e_00": {
-            name: [eyes[eye]["delta_e_00_mean"] for eye in ("left", "right")] for name, eyes in clipping.items()
-        },
+        "clipped_percent": _per_eye(clipping, "percent_any"),
+        "clipping_cost_mean_delta_e_00": _per_eye(clipping, "delta_e_00_mean"),
+        **({"filters_cost_mean_delta_e_00": _per_eye(clipping, "projection_delta_e_00_mean")} if mixed else {}),
         "remarks": remarks,
     }
+
+
+def _per_eye(clipping: Mapping[str, Mapping[str, Any]], key: str) -> dict[str, list[float]]:
+    return {name: [eyes["left"][key], eyes["right"][key]] for name, eyes in clipping.items()}
 
 
 def _smaller(size_px: Sequence[int], aperture_px: tuple[int, int]) -> bool:

@@ -15,10 +15,12 @@ from typing import Any
 
 from analysis.records import Header
 from devices.clip_cost import clip_cost
+from devices.display_file import Eye
 from devices.rig_file import Rig
 from documents import Finding
 from runner.compensation import Compensation
 from runner.errors import SessionError
+from runner.mixed_cost import mixed_costs
 from runner.presenter.scene import Offset
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet
@@ -87,28 +89,27 @@ def describe_stimulus(
     """Return a stimulus's name and factors, and what the gamut clip and uncancelled crosstalk cost each eye.
 
     Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``. Where a mode mixes
-    both views into one picture, that picture is what is clipped, for both eyes alike; what an eye then makes of it
-    through its filter is not part of the cost.
+    both views into one picture, that picture is what is clipped, and each eye's costs are those seen through its filter
+    (see `runner.mixed_cost`).
     """
-    models = compensation.models
-    mixture = compensation.mode.mixture(models)
     costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
     for place in places_px if compensation.depends_on_place else places_px[:1]:
-        evened = compensation.evened(image, place)
-        if mixture is not None:
-            # One picture for both eyes: what its channels are asked for, as the display's own light.
-            mixed = mixture.light(evened.left, evened.right) @ models.left.primaries_XYZ_cd_m2.T
-            left = right = clip_cost(models.left, mixed + models.left.black_XYZ_cd_m2).to_json()
-        else:
-            left = clip_cost(models.left, evened.left).to_json()
-            same = evened.is_flat and models.left is models.right
-            right = left if same else clip_cost(models.right, evened.right).to_json()
-        for eye, cost in (("left", left), ("right", right)):
+        for eye, cost in _clip_costs(compensation.evened(image, place), compensation).items():
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
     clipping: dict[str, Any] = dict(costs)
     if compensation.crosstalk is not None:
         clipping["crosstalk"] = compensation.apply(image, places_px[0])[1]
     return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
+
+
+def _clip_costs(evened: StereoImage, compensation: Compensation) -> Mapping[Eye, dict[str, float]]:
+    models = compensation.models
+    mixture = compensation.mode.mixture(models)
+    if mixture is not None:
+        return mixed_costs(mixture, models, evened)
+    left = clip_cost(models.left, evened.left).to_json()
+    same = evened.is_flat and models.left is models.right
+    return {"left": left, "right": left if same else clip_cost(models.right, evened.right).to_json()}
 
 
 def make_header(

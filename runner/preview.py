@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from devices.clip_marks import clip_marks
@@ -15,6 +15,9 @@ from runner.compensation import Compensation
 from runner.errors import SessionError
 from runner.placed_presenter import ReadyPictures
 from runner.ports import Ask
+from runner.presenter.modes.mixture import Mixture
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces import Surface, open_surface
@@ -67,11 +70,13 @@ def preview(
     mode = experiment.mode
     load = experiment.shown(stimuli.load)
     images = (load(name) for name in stimuli.names)
-    pictures = ReadyPictures(load, Compensation.of(rig, mode, images))
+    compensation = Compensation.of(rig, mode, images)
+    pictures = ReadyPictures(load, compensation)
     resolution = rig.display.panel.resolution_px
 
     def marking(surface: Surface) -> Presenter:
-        return Presenter(surface, mode, rig.models, lambda name: _marked(load(name), rig.models))
+        # Not the presenter of the pictures: marks are shown as they are, with nothing cancelled, dithered or mixed.
+        return _Marks(load, compensation).presenter(surface, ModeOptions.parse(rig.mode_options))
 
     with (
         open_surface(
@@ -106,11 +111,35 @@ def preview(
     return tuple(album.files)
 
 
-def _marked(image: StereoImage, models: EyeModels) -> StereoImage:
-    left = clip_marks(models.left, image.left)
-    if image.is_flat and models.left is models.right:
-        return StereoImage.flat(left)
-    return StereoImage(left, clip_marks(models.right, image.right))
+@dataclass(frozen=True, slots=True)
+class _Marks:
+    """Pictures of where the pictures of ``load`` leave the gamut."""
+
+    load: Callable[[str], StereoImage]
+    compensation: Compensation
+
+    def presenter(self, surface: Surface, options: ModeOptions) -> Presenter:
+        """Return one that shows them by the pictures' names."""
+        models, mode = self.compensation.models, self.compensation.mode
+        mixture = mode.mixture(models)
+        if mixture is None:
+            return Presenter(surface, mode, models, lambda name: self._of_each_eye(self.load(name)))
+        # What is clipped is the one picture that both views make: its marks are shown as a flat picture would be.
+        flat = find_mode("flat", replace(options, filters=None))
+        one = EyeModels(models.left, models.left)
+        return Presenter(surface, flat, one, lambda name: self._of_one_picture(self.load(name), mixture))
+
+    def _of_each_eye(self, image: StereoImage) -> StereoImage:
+        models = self.compensation.models
+        left = clip_marks(models.left, image.left)
+        if image.is_flat and models.left is models.right:
+            return StereoImage.flat(left)
+        return StereoImage(left, clip_marks(models.right, image.right))
+
+    def _of_one_picture(self, image: StereoImage, mixture: Mixture) -> StereoImage:
+        model = self.compensation.models.left
+        light = mixture.light(image.left, image.right)
+        return StereoImage.flat(clip_marks(model, model.black_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T))
 
 
 def _answered(ask: Ask) -> Response:

@@ -56,10 +56,11 @@ class _Anaglyph(Mode):
         if per_eye and (filters.left is not None or filters.right is not None):
             why = "was characterised per eye, through its filters, and is given filters besides"
             raise refuse_options(self.name, why, "leave 'left_filter' and 'right_filter' out")
+        through = self._through(filters, per_eye=per_eye)
         if filters.split_channels:
-            return channel_split(models, self.left_channels)
+            return channel_split(models, self.left_channels, *through)
         try:
-            return least_squares(models, *(self._through(filters, per_eye=per_eye)))
+            return least_squares(models, *through)
         except PresentationError as error:
             finding = error.findings[0]
             raise PresentationError(f"the mode '{self.name}' cannot be shown: {finding}") from error

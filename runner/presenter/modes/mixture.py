@@ -15,7 +15,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.display_file import EyeModels
+from devices.display import DisplayModel
+from devices.display_file import Eye, EyeModels
 from devices.tone_curve import ToneCurve
 from runner.presenter.errors import PresentationError
 
@@ -26,7 +27,9 @@ Floats = NDArray[np.float64]
 class Mixture:
     """linear = ``left`` · (XYZ of the left view − its black) + ``right`` · (that of the right view − its black).
 
-    ``left`` and ``right``: shape (3, 3), in 1/(cd/m²); the blacks: shape (3,), in cd/m².
+    ``left`` and ``right``: shape (3, 3), in 1/(cd/m²); the blacks: shape (3,), in cd/m². What each eye then sees is
+    ``left_through`` or ``right_through``, shape (3, 3), times the XYZ of that eye's display model: what its filter does
+    to light, the unit matrix where the model was measured through the filter.
     """
 
     left: Floats
@@ -34,10 +37,24 @@ class Mixture:
     left_black_XYZ_cd_m2: Floats
     right_black_XYZ_cd_m2: Floats
     curves: tuple[ToneCurve, ToneCurve, ToneCurve]
+    left_through: Floats
+    right_through: Floats
+
+    def through(self, eye: Eye) -> Floats:
+        """Return what the filter before ``eye`` does to XYZ, shape (3, 3)."""
+        return self.left_through if eye == "left" else self.right_through
 
     def swapped(self) -> Mixture:
         """Return the mixture with the two views exchanged."""
-        return Mixture(self.right, self.left, self.right_black_XYZ_cd_m2, self.left_black_XYZ_cd_m2, self.curves)
+        return Mixture(
+            self.right,
+            self.left,
+            self.right_black_XYZ_cd_m2,
+            self.left_black_XYZ_cd_m2,
+            self.curves,
+            self.right_through,
+            self.left_through,
+        )
 
     def light(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> Floats:
         """Return each channel's linear light, unclipped, shape (..., 3), for XYZ in cd/m² of both views."""
@@ -73,16 +90,26 @@ def least_squares(models: EyeModels, left_filter: ArrayLike | None, right_filter
     if np.any(full <= 0.0):
         raise PresentationError("these filters need negative light to make white")
     scaled = projection / full[:, np.newaxis]
-    return _mixture(models, scaled[:, :3], scaled[:, 3:])
+    through = _through(models.left, left_filter), _through(models.right, right_filter)
+    return _mixture(models, scaled[:, :3], scaled[:, 3:], through)
 
 
-def channel_split(models: EyeModels, left_channels: tuple[bool, bool, bool]) -> Mixture:
-    """Return each channel from one eye's view alone: those of ``left_channels`` from the left, the others right."""
+def channel_split(
+    models: EyeModels,
+    left_channels: tuple[bool, bool, bool],
+    left_filter: ArrayLike | None = None,
+    right_filter: ArrayLike | None = None,
+) -> Mixture:
+    """Return each channel from one eye's view alone: those of ``left_channels`` from the left, the others right.
+
+    The filters, as in `least_squares`, do not change the mixture, only what is told of what each eye sees of it.
+    """
     owned = np.array(left_channels)[:, np.newaxis]
     return _mixture(
         models,
         np.where(owned, models.left.linear_from_XYZ, 0.0),
         np.where(owned, 0.0, models.right.linear_from_XYZ),
+        (_through(models.left, left_filter), _through(models.right, right_filter)),
     )
 
 
@@ -93,9 +120,14 @@ def _filtered(primaries: Floats, through: ArrayLike | None) -> Floats:
     return primaries * given if given.shape == (3,) else np.asarray(given @ primaries)
 
 
-def _mixture(models: EyeModels, left: Floats, right: Floats) -> Mixture:
+def _through(model: DisplayModel, through: ArrayLike | None) -> Floats:
+    """Return what a filter does to the model's XYZ, as a matrix (3, 3)."""
+    return np.asarray(_filtered(model.primaries_XYZ_cd_m2, through) @ model.linear_from_XYZ)
+
+
+def _mixture(models: EyeModels, left: Floats, right: Floats, through: tuple[Floats, Floats]) -> Mixture:
     """Take each channel's curve from the eye that sees more of its light; the panel has but one."""
     more_left = models.left.primaries_XYZ_cd_m2[1] >= models.right.primaries_XYZ_cd_m2[1]
     red, green, blue = ((models.left if more_left[channel] else models.right).curves[channel] for channel in range(3))
     blacks = models.left.black_XYZ_cd_m2, models.right.black_XYZ_cd_m2
-    return Mixture(left, right, *blacks, (red, green, blue))
+    return Mixture(left, right, *blacks, (red, green, blue), *through)
