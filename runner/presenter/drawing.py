@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
+from typing import TypeAlias
 
 import moderngl
 
@@ -21,12 +23,27 @@ WHITE = (1.0, 1.0, 1.0)
 BLUE = (0.0, 0.0, 1.0)
 
 
-@dataclass(frozen=True, slots=True)
-class Patch:
-    """A photodiode's square, white or black."""
+Step: TypeAlias = Callable[[moderngl.Framebuffer], None]
 
-    place: Rectangle
-    lit: bool
+
+@dataclass(frozen=True, slots=True)
+class BufferPlan:
+    """What to draw in a buffer, in order, and whether to clear it first."""
+
+    buffer: Buffer
+    clear: bool
+    steps: tuple[Step, ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Plan:
+    """One frame: what to draw where, all of it worked out; ``square`` is the photodiode's, white or black.
+
+    It holds for as long as the pictures that it copies are held, the surface keeps its place, and its areas are so.
+    """
+
+    buffers: tuple[BufferPlan, ...]
+    square: Rectangle | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -37,28 +54,47 @@ class Drawing:
     painter: Painter
     words: Words
 
-    def frame(
-        self, scene: Scene, areas: Sequence[EyeArea], pictures: Mapping[str, PictureCodes], patch: Patch | None
-    ) -> None:
-        """Draw ``scene`` in ``areas``, all of one frame."""
-        for buffer, own in _by_buffer(areas, stereo=self.surface.stereo).items():
-            target = self.surface.target(buffer)
-            if not self._covered(own, scene, pictures):
+    def plan(
+        self,
+        scene: Scene,
+        areas: Sequence[EyeArea],
+        pictures: Mapping[str, PictureCodes],
+        square: Rectangle | None = None,
+    ) -> Plan:
+        """Return how to draw ``scene`` in ``areas``, all of one frame."""
+        buffers = (
+            BufferPlan(
+                buffer,
+                clear=not self._covered(own, scene, pictures),
+                steps=tuple(step for area in own for step in self._steps(scene, area, pictures)),
+            )
+            for buffer, own in _by_buffer(areas, stereo=self.surface.stereo).items()
+        )
+        return Plan(tuple(buffers), square)
+
+    def frame(self, plan: Plan, *, lit: bool) -> None:
+        """Draw a frame as planned, the photodiode's square ``lit`` or black."""
+        for own in plan.buffers:
+            target = self.surface.target(own.buffer)
+            if own.clear:
                 target.clear(viewport=(0, 0, *self.surface.size_px))
-            for area in own:
-                for item in scene.items:
-                    if isinstance(item, Picture):
-                        codes = pictures[item.stimulus].eye(area.eyes[0])
-                        place, shown = place_item(area, codes.size, item.offset_px, item.aperture_px)
-                        self.painter.picture(target, codes, place, shown, area)
-                    else:
-                        self._text(target, area, item)
-                if area.sync_line is not None:
-                    line = Rectangle(0, area.sync_line.top, target.width, area.sync_line.height)
-                    self.painter.fill(target, line, BLACK)
-                    self.painter.fill(target, area.sync_line, BLUE)
-            if patch is not None:
-                self.painter.fill(target, patch.place, WHITE if patch.lit else BLACK)
+            for step in own.steps:
+                step(target)
+            if plan.square is not None:
+                self.painter.fill(target, plan.square, WHITE if lit else BLACK)
+
+    def _steps(self, scene: Scene, area: EyeArea, pictures: Mapping[str, PictureCodes]) -> Iterator[Step]:
+        for item in scene.items:
+            if isinstance(item, Picture):
+                codes = pictures[item.stimulus].eye(area.eyes[0])
+                place, shown = place_item(area, codes.size, item.offset_px, item.aperture_px)
+                yield partial(self.painter.picture, codes=codes, place=place, shown=shown, area=area)
+            else:  # words are looked up for each frame: they may have been let go for others
+                yield partial(self._text, area=area, item=item)
+        if area.sync_line is not None:
+            line = Rectangle(0, area.sync_line.top, self.surface.size_px[0], area.sync_line.height)
+            yield partial(self.painter.fill, place=line, codes=BLACK)
+            yield partial(self.painter.fill, place=area.sync_line, codes=BLUE)
 
     def _covered(self, areas: Sequence[EyeArea], scene: Scene, pictures: Mapping[str, PictureCodes]) -> bool:
         """Whether pictures will cover every pixel of a buffer, so that clearing it would be work for nothing."""

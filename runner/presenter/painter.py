@@ -9,7 +9,7 @@ import moderngl
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.modes.weave import Weave
 from runner.presenter.rectangle import Rectangle
-from runner.presenter.shaders import compile_program, shader_file
+from runner.presenter.shaders import compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.gl_calls import GlCalls
 
 
@@ -24,7 +24,7 @@ class Painter:
         self._context = context
         self._calls = calls
         self._text = _program(context, "text.frag")
-        self._text["ink"].value = 1  # type: ignore[union-attr]
+        set_uniform(self._text, "ink", 1)
         self._picture = _program(context, "picture.frag")
         self._text_area = context.vertex_array(self._text, [])
         self._picture_area = context.vertex_array(self._picture, [])
@@ -48,7 +48,7 @@ class Painter:
         across = _axis(place.left, place.width, reverse=area.mirror[0])
         up = _axis(low, place.height, reverse=area.mirror[1])
         _map(self._picture, across, up)
-        codes.color_attachments[0].use(0)  # type: ignore[union-attr]
+        codes.color_attachments[0].use(0)  # type: ignore[union-attr]  # codes are in a texture, not a renderbuffer
         self._picture_area.render(moderngl.TRIANGLE_STRIP, vertices=4)
 
     def words(
@@ -94,8 +94,8 @@ def _program(context: moderngl.Context, name: str) -> moderngl.Program:
 def _aim(program: moderngl.Program, target: moderngl.Framebuffer, shown: Rectangle, weave: Weave | None) -> None:
     target.viewport = (shown.left, target.height - shown.top - shown.height, shown.width, shown.height)
     woven = (weave.column_step, weave.row_step, weave.start) if weave else (0, 0, 0)
-    program["weave"].value = woven  # type: ignore[union-attr]
-    program["height_px"].value = target.height  # type: ignore[union-attr]
+    set_uniform(program, "weave", woven)
+    set_uniform(program, "height_px", target.height)
 
 
 def _axis(first: int, count: int, *, reverse: bool) -> tuple[int, int]:
@@ -104,5 +104,5 @@ def _axis(first: int, count: int, *, reverse: bool) -> tuple[int, int]:
 
 
 def _map(program: moderngl.Program, across: Sequence[int], up: Sequence[int]) -> None:
-    program["origin"].value = (across[0], up[0])  # type: ignore[union-attr]
-    program["direction"].value = (across[1], up[1])  # type: ignore[union-attr]
+    set_uniform(program, "origin", (across[0], up[0]))
+    set_uniform(program, "direction", (across[1], up[1]))

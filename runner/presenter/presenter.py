@@ -10,12 +10,13 @@ from devices.display_file import Eye, EyeModels
 from documents import Finding
 from runner.presenter.counters import Counters, Work
 from runner.presenter.dithering import Dithering
-from runner.presenter.drawing import Drawing, Patch
+from runner.presenter.drawing import Drawing, Plan
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.pictures import Pictures
+from runner.presenter.rectangle import Size
 from runner.presenter.scene import Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
@@ -37,7 +38,8 @@ class Presenter:
 
     ``load`` returns the picture of a stimulus by name; it is called once per picture for as long as the
     picture's codes stay within ``picture_budget_bytes``. With ``dithering`` a picture's codes keep the mean light
-    between two codes. Codes have the surface's ``bits``.
+    between two codes. Codes have the surface's ``bits``. With ``correction``, crosstalk is cancelled and the panel
+    evened out; words and marks stay as they are.
 
     Raises
     ------
@@ -92,6 +94,8 @@ class Presenter:
         self._swaps = SwapLog()
         self._scene: Scene | None = None
         self._upcoming: tuple[str, ...] = ()
+        self._plans: tuple[Plan, ...] = ()
+        self._plans_for: tuple[Scene, Size, tuple[int, int], int] | None = None
         self._lit = False
         self._turns = 1 + max(area.turn for area in self.areas)
         self._turn = self._turns - 1
@@ -132,8 +136,8 @@ class Presenter:
         """Make the pictures and words of ``scene`` ready, keeping those of the current scene.
 
         Before the first scene nobody waits, and all is done at once. Later, pictures are decoded in a thread of their
-        own and uploaded, a view at a time, between the events of a window; whatever is missing when the scene is shown
-        is done then. A picture that cannot be decoded is refused when it is shown.
+        own and uploaded and transformed, a band of rows at a time, between the events of a window; whatever is missing
+        when the scene is shown is done then. A picture that cannot be decoded is refused when it is shown.
         """
         if self._scene is None:
             self._ready(scene)
@@ -199,7 +203,7 @@ class Presenter:
                 self._words.coverage(item)
 
     def _go_on(self) -> None:
-        """Make one view ready of a picture that was decoded meanwhile, and come back if there are more."""
+        """Make a band of a picture ready that was decoded meanwhile, and come back if there are more."""
         current = self._scene.stimuli if self._scene else ()
         if self._pictures.step(keep=(*current, *self._upcoming)):
             self.surface.wake()
@@ -227,12 +231,20 @@ class Presenter:
             self.redraw()
 
     def _draw(self, scene: Scene, turn: int = 0) -> None:
-        pictures = self._ready(scene)
-        self.areas = self.mode.areas(self.surface.size_px, self.surface.position_px)
-        square = self.mode.patch(self.surface.size_px)
-        patch = Patch(square, self._lit) if square else None
-        self._drawing.frame(scene, [area for area in self.areas if area.turn == turn], pictures, patch)
+        self._drawing.frame(self._planned(scene)[turn], lit=self._lit)
         self._raise_gl_error()
+
+    def _planned(self, scene: Scene) -> tuple[Plan, ...]:
+        """Return the plan of each turn, which stays until the scene, the window's place or the held pictures change."""
+        surface = self.surface
+        if self._plans_for != (scene, surface.size_px, surface.position_px, self._work.counters.evictions):
+            pictures = self._ready(scene)
+            self.areas = self.mode.areas(surface.size_px, surface.position_px)
+            square = self.mode.patch(surface.size_px)
+            by_turn = ([area for area in self.areas if area.turn == turn] for turn in range(self._turns))
+            self._plans = tuple(self._drawing.plan(scene, areas, pictures, square) for areas in by_turn)
+            self._plans_for = (scene, surface.size_px, surface.position_px, self._work.counters.evictions)
+        return self._plans
 
     def _next_frame(self, scene: Scene) -> float:
         """Draw and show ``scene`` for the eye whose turn it is, where they take turns; return the time of the swap."""
