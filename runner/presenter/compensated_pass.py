@@ -1,0 +1,183 @@
+"""The colour pass of one eye where crosstalk is cancelled or the panel evened out: both views in XYZ to its codes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import moderngl
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.crosstalk import Crosstalk
+from devices.crosstalk_cancel import channel_crosstalk
+from devices.display import DisplayModel
+from devices.display_file import Eye, EyeModels
+from devices.gain_map import GainMap
+from runner.presenter.bands import InBands, to_the_end
+from runner.presenter.code_pass import CodePass, by_columns
+from runner.presenter.depth import Bits, CodeFormat
+from runner.presenter.dithering import Dithering
+from runner.presenter.panel_places import PanelPlaces
+from runner.presenter.placing import squeezed_size
+from runner.presenter.shaders import Uniform
+
+Floats = NDArray[np.float64]
+CORNER = PanelPlaces((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Correction:
+    """What becomes of both eyes' light before it is codes: leaks cancelled, black lifted, the panel evened out.
+
+    ``lift_share`` is the share of each eye's white that is added to every pixel where there is crosstalk to cancel; see
+    `devices.crosstalk_cancel.needed_lift`.
+    """
+
+    crosstalk: Crosstalk | None = None
+    gain_map: GainMap | None = None
+    lift_share: float = 0.0
+
+
+class CompensatedPass:
+    """The pass of ``eye``. Squeezing, dithering and bits are as in `ColourPass`.
+
+    XYZ is averaged first where the signal is squeezed. Then follow, in 64 bits, the steps of
+    `devices.crosstalk_cancel.cancel_crosstalk`, then `devices.gain_map.GainMap.corrected`, then the codes.
+    """
+
+    def __init__(
+        self,
+        context: moderngl.Context,
+        models: EyeModels,
+        correction: Correction,
+        eye: Eye,
+        squeeze: tuple[int, int] = (1, 1),
+        dithering: Dithering | None = None,
+        bits: Bits = 8,
+    ) -> None:
+        self._squeeze = squeeze
+        self._gain_map = correction.gain_map
+        self._context = context
+        gains = np.ones((1, 1)) if correction.gain_map is None else correction.gain_map.gains
+        self._gains = _texture(context, gains[..., np.newaxis])
+        own = models.eye(eye)
+        self._pass = CodePass(
+            context,
+            "compensated_pass.frag",
+            own.curves,
+            ["own_XYZ", "other_XYZ", "gains", "reading_steps"],
+            {
+                "box": squeeze,
+                "own_linear_from_XYZ": by_columns(own.linear_from_XYZ),
+                "own_black_XYZ": tuple(own.black_XYZ_cd_m2.tolist()),
+                **_cancelling(models, correction, eye),
+                **_evening(own, correction.gain_map),
+            },
+            dithering,
+            eye,
+            bits,
+        )
+
+    def run(
+        self,
+        own_XYZ: moderngl.Texture,
+        other_XYZ: moderngl.Texture,
+        places: PanelPlaces = CORNER,
+        dtype: CodeFormat | None = None,
+    ) -> moderngl.Framebuffer:
+        """Return a new framebuffer of the eye's codes, in formats as `ColourPass.run`; bottom row first.
+
+        The two views have one size, and may be one texture. ``places`` is where the codes stand on the panel; without
+        a gain map it does not matter.
+
+        Raises
+        ------
+        PresentationError
+            If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
+        """
+        return to_the_end(self.running(own_XYZ, other_XYZ, places, dtype))
+
+    def running(
+        self,
+        own_XYZ: moderngl.Texture,
+        other_XYZ: moderngl.Texture,
+        places: PanelPlaces = CORNER,
+        dtype: CodeFormat | None = None,
+        band_px: int | None = None,
+    ) -> InBands[moderngl.Framebuffer]:
+        """Do as `run`, in bands of about ``band_px`` pixels of the picture."""
+        across, down = self._squeeze
+        band_codes = None if band_px is None else band_px // (across * down)
+        size_px = squeezed_size(own_XYZ.size, self._squeeze)
+        # A texture, because bands of another picture may be drawn between two of this one: a uniform would be theirs.
+        steps = _texture(self._context, _reading_steps(self._gain_map, places))
+        try:
+            return (yield from self._pass.drawing([own_XYZ, other_XYZ, self._gains, steps], size_px, dtype, band_codes))
+        finally:
+            steps.release()
+
+    def release(self) -> None:
+        """Free the program and its tables."""
+        self._pass.release()
+        self._gains.release()
+
+
+def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str, Uniform]:
+    """Return the uniforms that take off what leaks from the other eye."""
+    own, other = (models.left, models.right) if eye == "left" else (models.right, models.left)
+    mix = channel_crosstalk(models, correction.crosstalk) if correction.crosstalk else None
+    leak = np.zeros((3, 3)) if mix is None else mix.left if eye == "left" else mix.right
+    unmixing = np.eye(6) if mix is None else mix.unmixing
+    # Rows of what is sent to the other eye, columns of what each eye should see.
+    rows = unmixing[3:] if eye == "left" else unmixing[:3]
+    from_left, from_right = rows[:, :3], rows[:, 3:]
+    from_own, from_other = (from_left, from_right) if eye == "left" else (from_right, from_left)
+    return {
+        "cancels": int(mix is not None),
+        "lift_share": (correction.lift_share,) * 3,
+        "other_linear_from_XYZ": by_columns(other.linear_from_XYZ),
+        "other_black_XYZ": tuple(other.black_XYZ_cd_m2.tolist()),
+        "own_limits": _limits(own),
+        "other_limits": _limits(other),
+        "other_from_own": by_columns(from_own),
+        "other_from_other": by_columns(from_other),
+        "leak": by_columns(leak),
+    }
+
+
+def _limits(model: DisplayModel) -> tuple[float, ...]:
+    """Return the least and then the most light that each channel can give."""
+    ends = [[float(curve.linear(code)) for curve in model.curves] for code in (0.0, 1.0)]
+    return tuple(np.clip(ends, 0.0, 1.0).ravel().tolist())
+
+
+def _evening(own: DisplayModel, gain_map: GainMap | None) -> dict[str, Uniform]:
+    """Return the uniforms that even the panel out, apart from where the picture stands."""
+    return {
+        "evens": int(gain_map is not None),
+        "delivered_share": (1.0 if gain_map is None else gain_map.delivered_share,) * 3,
+        "black_light": tuple((own.linear_from_XYZ @ own.black_XYZ_cd_m2).tolist()),
+    }
+
+
+def _reading_steps(gain_map: GainMap | None, places: PanelPlaces) -> Floats:
+    """Return between which readings codes stand, as `GainMap.gain` finds it: of the top left one, and from one to the
+    next; shape (1, 2, 2), the last axis across and down.
+    """
+    if gain_map is None:
+        return np.zeros((1, 2, 2))
+    rows, columns = gain_map.luminance.shape
+    cells = gain_map.positions == "cells"
+    per_px = (np.array([columns, rows]) - (0 if cells else 1)) / np.array(gain_map.resolution_px)
+    first = np.array(places.first_px) * per_px - (0.5 if cells else 0.0)
+    return np.stack([first, np.array(places.step_px) * per_px])[np.newaxis]
+
+
+def _texture(context: moderngl.Context, numbers: Floats) -> moderngl.Texture:
+    """Return a texture of ``numbers``, (rows, columns, components), each as two floats that add up to 48 bits of it."""
+    high = numbers.astype(np.float32)
+    parts = np.concatenate([high, (numbers - high).astype(np.float32)], axis=-1)
+    rows, columns, components = parts.shape
+    texture = context.texture((columns, rows), components, parts.tobytes(), dtype="f4")
+    texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return texture
