@@ -8,6 +8,8 @@ from types import MappingProxyType
 
 from devices.display_file import Eye, EyeModels
 from documents import Finding
+from runner.presenter.compensated_codes import CompensatedCodes
+from runner.presenter.compensated_pass import Correction
 from runner.presenter.counters import Counters, Work
 from runner.presenter.dithering import Dithering
 from runner.presenter.drawing import Drawing, Plan
@@ -57,6 +59,7 @@ class Presenter:
         *,
         picture_budget_bytes: int = PICTURE_BUDGET_BYTES,
         dithering: Dithering | None = None,
+        correction: Correction | None = None,
     ) -> None:
         require(mode, surface)
         self.surface = surface
@@ -83,7 +86,9 @@ class Presenter:
         dithering = dithering and dithering.on_surface(bits)
         squeeze = self.areas[0].squeeze
         views: ViewCodes
-        if mixture is None:
+        if correction is not None:
+            views = CompensatedCodes(surface.context, models, mode, correction, self._work, dithering, bits)
+        elif mixture is None:
             views = CodesPerEye(surface.context, models, squeeze, self._work, dithering, bits)
         else:
             views = MixedCodes(surface.context, mixture, self._work, dithering, bits)
