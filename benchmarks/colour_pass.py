@@ -8,6 +8,7 @@ one pass over 1920 × 1080 pixels, or of one frame, until the driver says that i
 
 from __future__ import annotations
 
+import random
 from collections.abc import Callable
 from dataclasses import dataclass
 from statistics import median
@@ -20,14 +21,15 @@ from numpy.typing import NDArray
 
 from devices.code_table import curve_table
 from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display_file import Eye, EyeModels
 from devices.tone_curve import ToneCurve
 from runner.presenter.colour_pass import ColourPass, release_codes
+from runner.presenter.decoder import EYES
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.shaders import Part, compile_program, shader_file
+from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.surface import Buffer
 from stimuli.stereo_image import StereoImage
@@ -85,12 +87,14 @@ def variants() -> list[Variant]:
 def in_turn(work: dict[str, Callable[[], object]], rounds: int = 9) -> dict[str, float]:
     """Return each work's median time in seconds.
 
-    All of them are timed once a round, so that none has a quieter machine, and each directly after a run of its own, so
-    that none finds the caches as another left them.
+    All of them are timed once a round, so that none has a quieter machine, in an order drawn anew, so that none always
+    follows the same other, and each directly after a run of its own, so that none finds the caches as another left
+    them.
     """
     times: dict[str, list[float]] = {name: [] for name in work}
+    order = random.Random(0)
     for _ in range(rounds):
-        for name, once in work.items():
+        for name, once in order.sample(list(work.items()), len(work)):
             once()
             start_s = perf_counter()
             once()
@@ -130,7 +134,7 @@ class Pass:
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=variant.doubles)
         self._area = context.vertex_array(self._program, [])
         self._table: moderngl.Texture | None = None
-        uniforms: dict[str, object] = {
+        uniforms: dict[str, Uniform] = {
             "linear_from_XYZ": tuple(display.linear_from_XYZ.T.ravel().tolist()),
             "black_XYZ": (0.0, 0.0, 0.0),
             "lift": (0.0, 0.0, 0.0),
@@ -148,11 +152,11 @@ class Pass:
         else:
             uniforms["gamma"] = display.curves[0].gamma
         for name, value in uniforms.items():
-            self._program[name].value = value  # type: ignore[union-attr]
+            set_uniform(self._program, name, value)
 
     def draw(self, picture: moderngl.Texture, target: moderngl.Framebuffer, *, levels: float) -> None:
         """Draw the picture's codes to ``target``."""
-        self._program["levels"].value = levels  # type: ignore[union-attr]
+        set_uniform(self._program, "levels", levels)
         target.use()
         picture.use(0)
         if self._table is not None:
@@ -245,10 +249,16 @@ def frame_rows(surface: Surface) -> list[dict[str, object]]:
         context.copy_framebuffer(surface.target(Buffer.BACK), source)
         surface.swap()
 
-    halves = [context.framebuffer([context.texture((width // 2, height), 4, bytes(2 * width * height))]) for _ in "lr"]
+    colour_pass = ColourPass(context, display)
+
+    def codes(eye: Eye) -> moderngl.Framebuffer:
+        view = np.ascontiguousarray(pictures["b"].eye(eye))
+        return colour_pass.run(context.texture((width // 2, height), 3, view, alignment=1, dtype="f4"))
+
+    halves = [codes(eye) for eye in EYES]
 
     def two_blits() -> None:
-        """Copy the same pixels as the scene does, from plain 8-bit pictures, with nothing around it."""
+        """Copy the pixels of the scene that stays, from pictures of 8 bits of its own, with nothing around it."""
         target = surface.target(Buffer.BACK)
         for number, half in enumerate(halves):
             place = Rectangle(number * (width // 2), 0, width // 2, height)
@@ -269,7 +279,7 @@ def frame_rows(surface: Surface) -> list[dict[str, object]]:
                 "steady frame": presenter.redraw,
                 "trial switch, prefetched": lambda: [presenter.show(scene) for scene in scenes],
             },
-            rounds=25,
+            rounds=101,
         )
     times["trial switch, prefetched"] /= 2  # there and back
     plain, blitted = times["plain copy: the same two pictures"], times["plain copy: glBlitFramebuffer"]

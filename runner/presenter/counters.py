@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +34,18 @@ class Work:
     """The running count that the presenter and its caches share."""
 
     def __init__(self) -> None:
-        self.counters = Counters()
+        self._totals = {field.name: 0 for field in fields(Counters)}
+
+    @property
+    def counters(self) -> Counters:
+        """The work done so far."""
+        return Counters(**self._totals)
 
     def add(self, **increments: int) -> None:
         """Add ``increments`` to the counters of those names."""
-        totals = {name: getattr(self.counters, name) + amount for name, amount in increments.items()}
-        self.counters = replace(self.counters, **totals)
+        for name, amount in increments.items():
+            self._totals[name] += amount
+
+    def total(self, name: str) -> int:
+        """Return one counter, as often as a frame is drawn."""
+        return self._totals[name]

@@ -242,13 +242,13 @@ class Presenter:
     def _planned(self, scene: Scene) -> tuple[Plan, ...]:
         """Return the plan of each turn, which stays until the scene, the window's place or the held pictures change."""
         surface = self.surface
-        if self._plans_for != (scene, surface.size_px, surface.position_px, self._work.counters.evictions):
+        if self._plans_for != (scene, surface.size_px, surface.position_px, self._work.total("evictions")):
             pictures = self._ready(scene)
             self.areas = self.mode.areas(surface.size_px, surface.position_px)
             square = self.mode.patch(surface.size_px)
             by_turn = ([area for area in self.areas if area.turn == turn] for turn in range(self._turns))
             self._plans = tuple(self._drawing.plan(scene, areas, pictures, square) for areas in by_turn)
-            self._plans_for = (scene, surface.size_px, surface.position_px, self._work.counters.evictions)
+            self._plans_for = (scene, surface.size_px, surface.position_px, self._work.total("evictions"))
         return self._plans
 
     def _next_frame(self, scene: Scene) -> float:
