@@ -1,9 +1,10 @@
-"""Pictures made ready for a rig: crosstalk cancelled and the panel evened out before the presenter sees them.
+"""What a rig makes necessary beside undoing the display's response: crosstalk cancelled, the panel evened out.
 
-The presenter undoes the display's response at one place and for one eye. Crosstalk is a matter of both eyes' light at
-once, and evenness of where on the panel a picture stands; both are solved here, in float64 and linear XYZ, once per
-picture, and once more per place where there is a gain map. A flat picture stays flat only where both eyes are sent the
-same.
+Crosstalk is a matter of both eyes' light at once, and evenness of where on the panel a picture stands. A presenter that
+is given the `Compensation.correction` does both in its pass. `Compensation.apply` does the same in float64 and linear
+XYZ: for modes that mix both views into one picture, for the report of what crosstalk could not be cancelled, and as
+what the pass is tested against. In both, a view that the signal squeezes is averaged first: an eye's pixel leaks as the
+one pixel that the panel has of it. A flat picture stays flat only where both eyes are sent the same.
 """
 
 from __future__ import annotations
@@ -22,10 +23,11 @@ from devices.display_file import Eye, EyeModels
 from devices.gain_map import GainMap
 from devices.rig_file import Rig
 from runner.placement import Placement
+from runner.presenter.compensated_pass import Correction
 from runner.presenter.modes.mode import Mode
 from runner.presenter.rectangle import Size
 from runner.presenter.scene import Offset
-from stimuli.stereo_image import StereoImage
+from stimuli.stereo_image import StereoImage, XYZImage
 
 Floats = NDArray[np.float64]
 
@@ -47,8 +49,24 @@ class Compensation:
         plain = cls(rig.models, mode, rig.display.panel.resolution_px, rig.crosstalk, rig.gain_map)
         if rig.crosstalk is None or not rig.lift_black:
             return plain
-        lifts = (needed_lift(rig.models, rig.crosstalk, image.left, image.right) for image in images)
+        squeezed = ([_squeezed(view, plain.squeeze) for view in (image.left, image.right)] for image in images)
+        lifts = (needed_lift(rig.models, rig.crosstalk, left, right) for left, right in squeezed)
         return replace(plain, lift_share=max(lifts, default=0.0))
+
+    @property
+    def squeeze(self) -> tuple[int, int]:
+        """How many pixels of a view, across and down, share one of the signal."""
+        return self.mode.areas(self.resolution_px)[0].squeeze
+
+    @property
+    def correction(self) -> Correction | None:
+        """What a presenter's pass can do of it: all or, in a mode that mixes both views into one picture, nothing.
+
+        None if there is nothing to do.
+        """
+        if (self.crosstalk is None and self.gain_map is None) or self.mode.mixture(self.models) is not None:
+            return None
+        return Correction(self.crosstalk, self.gain_map, self.lift_share)
 
     @property
     def depends_on_place(self) -> bool:
@@ -62,7 +80,9 @@ class Compensation:
         """
         if self.crosstalk is None and self.gain_map is None:
             return image, {}
-        (left, right), report = self._without_leaks(image)
+        (left, right), report = self._without_leaks(
+            *(_squeezed(view, self.squeeze) for view in (image.left, image.right))
+        )
         return self._image(image, left, right, offset_px), report
 
     def evened(self, image: StereoImage, offset_px: Offset) -> StereoImage:
@@ -77,11 +97,11 @@ class Compensation:
         alike = image.is_flat and self.models.left is self.models.right
         return StereoImage.flat(sent.left) if alike and np.array_equal(sent.left, sent.right) else sent
 
-    def _without_leaks(self, image: StereoImage) -> tuple[tuple[Floats, Floats], dict[str, Any]]:
+    def _without_leaks(self, left_XYZ: Floats, right_XYZ: Floats) -> tuple[tuple[Floats, Floats], dict[str, Any]]:
         crosstalk, models = self.crosstalk, self.models
         if crosstalk is None:
-            return (image.left.astype(np.float64), image.right.astype(np.float64)), {}
-        done = cancel_crosstalk(models, crosstalk, image.left, image.right, self.lift_share)
+            return (left_XYZ, right_XYZ), {}
+        done = cancel_crosstalk(models, crosstalk, left_XYZ, right_XYZ, self.lift_share)
         report = {"lift_share": round(self.lift_share, 6), "left": done.left.to_json(), "right": done.right.to_json()}
         return (_XYZ(models.left, done.left_linear), _XYZ(models.right, done.right_linear)), report
 
@@ -97,3 +117,16 @@ class Compensation:
 
 def _XYZ(model: DisplayModel, linear: Floats) -> Floats:
     return np.asarray(model.black_XYZ_cd_m2 + linear @ model.primaries_XYZ_cd_m2.T)
+
+
+def _squeezed(view: XYZImage, squeeze: tuple[int, int]) -> Floats:
+    """Return ``view`` in float64, each box of ``squeeze`` pixels, across and down, holding its mean."""
+    xyz = view.astype(np.float64)
+    for axis, length in ((1, squeeze[0]), (0, squeeze[1])):
+        if length > 1:
+            first = np.arange(0, xyz.shape[axis], length)
+            counts = np.diff([*first, xyz.shape[axis]])
+            sums = np.add.reduceat(xyz, first, axis=axis)
+            mean = sums / np.expand_dims(counts, tuple(other for other in range(3) if other != axis))
+            xyz = np.repeat(mean, counts, axis=axis)
+    return xyz

@@ -8,25 +8,37 @@ from dataclasses import replace
 from runner.compensation import Compensation
 from runner.pace import Pace
 from runner.ports import Holding
+from runner.presenter.compensated_codes import PlacedImage
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Offset, Picture, Scene
+from runner.presenter.uploading import as_uploaded
 from stimuli.stereo_image import StereoImage
 
 Load = Callable[[str], StereoImage]
 
 
 class ReadyPictures:
-    """Loads pictures through a compensation, by names that hold their place where it matters."""
+    """Loads pictures through a compensation, by names that hold their place where it matters.
 
-    def __init__(self, load: Load, compensation: Compensation) -> None:
+    With ``in_pass``, the presenter's pass compensates what it can: it must be given ``correction``, and gets pictures
+    that know their place. Otherwise, and in a mode that mixes both views into one picture, they are compensated here.
+    """
+
+    def __init__(self, load: Load, compensation: Compensation, *, in_pass: bool = False) -> None:
         self._load = load
         self._compensation = compensation
+        self.correction = compensation.correction if in_pass else None
         self._places: dict[str, tuple[str, Offset]] = {}
 
     def load(self, name: str) -> StereoImage:
         """Return the picture of a name that `placed` gave, ready to be sent."""
         stimulus, offset_px = self._places.get(name, (name, (0, 0)))
-        return self._compensation.apply(self._load(stimulus), offset_px)[0]
+        image = self._load(stimulus)
+        if self.correction is None:
+            return self._compensation.apply(image, offset_px)[0]
+        # As they are uploaded: nothing on the way then has a reason to make another picture of them, without a place.
+        left = as_uploaded(image.left)
+        return PlacedImage(left, left if image.is_flat else as_uploaded(image.right), offset_px)
 
     def placed(self, scene: Scene) -> Scene:
         """Return ``scene`` with each picture named by its place too; as it is where the place does not matter."""

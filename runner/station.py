@@ -62,7 +62,7 @@ class Station:
         mode = experiment.mode
         load = functools.lru_cache(maxsize=4)(experiment.shown(stimuli.load))
         compensation = Compensation.of(rig, mode, (load(name) for name in stimuli.names))
-        pictures = ReadyPictures(load, compensation)
+        pictures = ReadyPictures(load, compensation, in_pass=True)
         surface = open_surface(
             backend,
             rig.display.panel.resolution_px,
@@ -72,7 +72,9 @@ class Station:
             bits=rig.output_bits,
         )
         try:
-            presenter = Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering)
+            presenter = Presenter(
+                surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=pictures.correction
+            )
             descriptions = []
             for name in stimuli.names:
                 # Decoded once: described, then made ready to be shown.

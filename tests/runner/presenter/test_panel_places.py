@@ -1,0 +1,49 @@
+"""Where codes stand on the panel: where the presenter draws them, whatever the mode does to them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from devices.display_file import Eye
+from runner.placement import Placement
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.panel_places import panel_places
+
+PANEL = (640, 480)
+EYES: tuple[Eye, Eye] = ("left", "right")
+
+
+@pytest.mark.parametrize("eye", EYES)
+@pytest.mark.parametrize("size_px", [(200, 100), (201, 99), (1, 1)])
+@pytest.mark.parametrize(
+    "options", [{}, {"left_mirror": "horizontal", "right_mirror": "both", "right_offset_px": [3, 5]}]
+)
+@pytest.mark.parametrize("mode", ["side-by-side", "top-bottom", "quad-buffered", "row-interleaved", "checkerboard"])
+def test_unsqueezed_codes_stand_where_their_picture_does(
+    mode: str, options: dict[str, object], size_px: tuple[int, int], eye: Eye
+) -> None:
+    found = find_mode(mode, ModeOptions.parse(options))
+    places = panel_places(found.areas(PANEL), eye, size_px, (17, -40))
+    x, y = Placement(found, PANEL).of(eye, size_px, (17, -40))
+    assert np.array_equal(x, places.first_px[0] + places.step_px[0] * np.arange(size_px[0]))
+    assert np.array_equal(y, places.first_px[1] + places.step_px[1] * np.arange(size_px[1]))
+
+
+@pytest.mark.parametrize("offset_px", [(0, 0), (6, 0), (7, 0), (-7, 0)])
+@pytest.mark.parametrize("width_px", [100, 101, 102])
+def test_a_code_of_a_squeezed_signal_stands_amid_the_two_pixels_it_is_stretched_over(
+    width_px: int, offset_px: tuple[int, int]
+) -> None:
+    """Within the pixel by which a signal of half the columns cannot say where an odd place is."""
+    mode = find_mode("side-by-side-half")
+    codes_px = -(-width_px // 2), 50
+    for eye in EYES:
+        places = panel_places(mode.areas(PANEL), eye, codes_px, offset_px)
+        x, y = Placement(mode, PANEL).of(eye, (width_px, 50), offset_px)
+        assert places.step_px == (2, 1)
+        assert places.first_px[0] == int(places.first_px[0])
+        assert abs(places.first_px[0] - x[:2].mean()) <= 2.0
+        assert places.first_px[1] == y[0]
+    assert panel_places(mode.areas(PANEL), "left", (50, 50), (0, 0)).first_px[0] == 640 / 2 - 50 + 1
