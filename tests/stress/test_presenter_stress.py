@@ -220,6 +220,27 @@ def test_a_presenter_gives_back_every_object(open_egl: Open, mode: str) -> None:
     assert objects_after == objects_before
 
 
+@pytest.mark.parametrize("mode", ["side-by-side", "side-by-side-half", "anaglyph-red-cyan"])
+def test_a_picture_that_is_given_up_between_two_bands_leaves_nothing(open_egl: Open, mode: str) -> None:
+    surface = open_egl((200, 100))
+    picture = random_picture(400, 500)
+    objects_before = live_objects(surface)
+    for steps in range(1, 30):
+        with Presenter(surface, find_mode(mode), BOTH, lambda _: picture) as presenter:
+            presenter.show(Scene())
+            presenter.prefetch(Scene((Picture("a"),)))
+            while not presenter.counters.decodes:
+                assert surface.on_wake is not None
+                surface.on_wake()
+            for _ in range(steps):
+                surface.on_wake()
+            made = presenter.counters.colour_passes
+    assert made == (1 if mode.startswith("anaglyph") else 2)  # in the end the steps were enough
+    objects_after = live_objects(surface)
+    assert objects_after.pop("Program") <= objects_before.pop("Program") + 1  # the last one in use goes later
+    assert objects_after == objects_before
+
+
 def test_a_text_of_a_whole_book_page_is_drawn(open_egl: Open) -> None:
     surface = open_egl((1920, 1080))
     words = "Lorem ipsum dolor sit amet, consectetur adipiscing elit. " * 200

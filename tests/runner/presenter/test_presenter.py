@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from devices.display import DisplayModel
 from devices.display_file import EyeModels
 from runner.presenter.errors import GraphicsError, PresentationError
+from runner.presenter.modes.mode import EyeArea
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
@@ -261,3 +262,43 @@ def test_an_error_of_the_driver_is_raised_once(make_presenter: Make) -> None:
     with pytest.raises(GraphicsError, match="GL_INVALID_ENUM"):
         presenter.show(Scene())
     presenter.show(Scene((Text("again"),)))
+
+
+def test_a_frame_drawn_again_is_not_worked_out_again(make_presenter: Make, random_stereo: Stereo) -> None:
+    presenter = make_presenter({"a": random_stereo(50, 40), "b": random_stereo(50, 40, 3)})
+    mode, asked = presenter.mode, []
+
+    class Counted(type(mode)):  # type: ignore[misc]  # a base class that is only known when it runs
+        def areas(self, size_px: tuple[int, int], position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+            asked.append(position_px)
+            return mode.areas(size_px, position_px)
+
+    presenter.mode = Counted()
+    presenter.show(Scene((Picture("a"), Text("a"))))
+    first = presenter.capture()["screen"]
+    for _ in range(3):
+        presenter.redraw()
+    assert len(asked) == 1
+    presenter.show(Scene((Picture("b"), Text("a"))))
+    assert len(asked) == 2
+    assert (presenter.capture()["screen"] != first).any()
+    presenter.surface.position_px = (5, 0)
+    presenter.redraw()
+    assert asked[2:] == [(5, 0)]
+
+
+def test_a_picture_that_was_let_go_for_a_scene_that_failed_is_made_again(
+    make_presenter: Make, random_stereo: Stereo
+) -> None:
+    broken = random_stereo(50, 40, 5)
+    broken.left[0, 0] = np.nan
+    pictures = {"a": random_stereo(50, 40), "b": random_stereo(50, 40, 3), "broken": broken}
+    presenter = make_presenter(pictures, picture_budget_bytes=1)
+    presenter.show(Scene((Picture("a"),)))
+    before = presenter.capture()["screen"]
+    with pytest.raises(PresentationError, match="'broken'"):
+        presenter.show(Scene((Picture("b"), Picture("broken"))))
+    assert presenter.counters.evictions == 1
+    presenter.redraw()
+    assert presenter.counters.uploads == 6
+    np.testing.assert_array_equal(presenter.capture()["screen"], before)
