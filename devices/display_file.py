@@ -40,6 +40,11 @@ class PanelSpec(_Strict):
     refresh_hz: PositiveFloat = 60.0
     bits: Literal[6, 8, 10, 12] = 8
 
+    @property
+    def code_bits(self) -> Literal[8, 10]:
+        """How many bits a channel to ask the graphics driver for: 10 for a panel that has them."""
+        return 10 if self.bits >= 10 else 8
+
 
 class PrimariesSpec(_Strict):
     """XYZ of each channel at full drive minus black, in cd/m²."""

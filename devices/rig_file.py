@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 
 from devices.crosstalk import Crosstalk
 from devices.display_file import Display, EyeModels, read_display
+from devices.errors import DeviceError
 from devices.gain_map import GainMap
+from devices.verification_file import Verification, read_verification
 from documents import Finding, InputError, load_document
+
+Read = TypeVar("Read")
 
 
 class RigSpec(BaseModel):
@@ -30,7 +34,7 @@ class RigSpec(BaseModel):
     mode_options: dict[str, Any] = Field(default_factory=dict)
     lift_black: bool = False
     dither: Literal["none", "shared", "independent"] = "none"
-    photodiode_verification: str = ""
+    photodiode_verification: str | None = Field(default=None, min_length=1)
 
 
 @dataclass(frozen=True, slots=True)
@@ -40,8 +44,8 @@ class Rig:
     ``characterised_as`` is the mode whose measurements serve: ``mode`` itself, unless an uncharacterised mode was
     allowed. ``mode_options`` are as the file has them; the presenter's modes know which there are. ``lift_black`` asks
     for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
-    dithered, and whether the eyes share the mask; ``photodiode_verification`` names a
-    record that onsets were checked with a photodiode.
+    dithered, and whether the eyes share the mask; ``photodiode_verification`` is the record of onsets checked with a
+    photodiode, or None.
     """
 
     file: str
@@ -55,12 +59,12 @@ class Rig:
     mode_options: Mapping[str, Any]
     lift_black: bool
     dither: Literal["none", "shared", "independent"]
-    photodiode_verification: str
+    photodiode_verification: Verification | None
 
     @property
     def output_bits(self) -> Literal[8, 10]:
         """How many bits a channel to ask the graphics driver for: 10 for a panel that has them."""
-        return 10 if self.display.panel.bits >= 10 else 8
+        return self.display.panel.code_bits
 
     @property
     def crosstalk(self) -> Crosstalk | None:
@@ -87,7 +91,8 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
     Raises
     ------
     InputError
-        If the rig or its display file is wrong, or the display was not characterised in the mode.
+        If the rig, its display file or its verification record is wrong or missing, or the display was not
+        characterised in the mode.
     """
     spec, source = load_document(path, RigSpec)
 
@@ -98,10 +103,25 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
             [Finding(f"{f.message}: {f.file}", source.file, line, column, f.remedy) for f in error.findings]
         )
 
-    display_path = path.parent / spec.display
-    if not display_path.is_file():
-        raise located(InputError(Finding("there is no such display file", spec.display)), "display")
-    display = read_display(display_path)
+    def named(key: str, name: str, what: str, read: Callable[[Path], Read]) -> Read | None:
+        """Read the file that the rig names, and keep what is wrong with it."""
+        try:
+            if not (path.parent / name).is_file():
+                remedy = f"check the path; it is relative to {path.parent}"
+                raise located(InputError(Finding(f"there is no such {what}", name, remedy=remedy)), key)
+            return read(path.parent / name)
+        except InputError as error:
+            findings.extend(error.findings)
+            return None
+
+    findings: list[Finding] = []
+    display = named("display", spec.display, "display file", read_display)
+    verification: Verification | None = None
+    if spec.photodiode_verification is not None:
+        what = "record of a photodiode's verification"
+        verification = named("photodiode_verification", spec.photodiode_verification, what, read_verification)
+    if display is None or findings:
+        raise DeviceError(findings)
     wanted = mode or spec.mode
     characterised_as = wanted
     if allow_uncharacterised and wanted not in display.modes:
@@ -122,5 +142,5 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         MappingProxyType(spec.mode_options),
         spec.lift_black,
         spec.dither,
-        spec.photodiode_verification,
+        verification,
     )

@@ -8,7 +8,8 @@ from types import MappingProxyType
 from typing import Any
 
 from devices.display_file import read_display
-from devices.rig_file import read_rig
+from devices.rig_file import Rig, read_rig
+from devices.verification_file import read_verification
 from devices.viewing import pixels_per_degree, visual_angle_deg
 from documents import Finding
 from documents.yaml_source import read_yaml
@@ -17,6 +18,7 @@ from runner.errors import SessionError
 from runner.header import describe_stimulus
 from runner.observers.simulated import read_observer
 from runner.protocol.experiment import read_experiment
+from runner.timing_record import NOT_VERIFIED
 from stimuli.build import build
 from stimuli.names import stimulus_names
 from stimuli.recipe import read_recipe
@@ -48,7 +50,8 @@ def check_file(file: Path) -> Facts:
         Finding(
             "this is no file that cyclopean knows",
             str(file),
-            remedy="an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a recipe or observers 'kind:'",
+            remedy="an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a photodiode's record "
+            "'onset_error_ms:', a recipe or observers 'kind:'",
         )
     )
 
@@ -70,6 +73,8 @@ def _experiment(file: Path) -> Facts:
             "detail could be shown: pixels may be seen"
         )
     keys = dict(design.layout.keys)
+    onsets, doubts = _onsets(rig)
+    remarks += doubts
     stimuli = build(design.recipe_file, pitch_mm)
     load = design.shown(stimuli.load)
     compensation = Compensation.of(rig, design.mode, (load(name) for name in stimuli.names))
@@ -92,6 +97,7 @@ def _experiment(file: Path) -> Facts:
         "minutes_at_5_s": round(trials * _SECONDS_PER_TRIAL / 60, 1),
         "mode": rig.mode,
         "crosstalk": "cancelled" if rig.crosstalk else "not measured",
+        "onsets": onsets,
         "picture_deg": angle,
         "pixels_per_degree": round(density, 2),
         "keys": {**keys, "space": "continue", "escape": "leave"},
@@ -122,7 +128,36 @@ def _display(file: Path) -> Facts:
 def _rig(file: Path) -> Facts:
     rig = read_rig(file)
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
-    return {"kind": "rig", "mode": rig.mode, "pixels_per_degree": round(density, 2)}
+    onsets, remarks = _onsets(rig)
+    return {
+        "kind": "rig",
+        "mode": rig.mode,
+        "pixels_per_degree": round(density, 2),
+        "onsets": onsets,
+        "remarks": remarks,
+    }
+
+
+def _onsets(rig: Rig) -> tuple[str, list[str]]:
+    """Return what is known of onsets before a screen is there, and in what the rig's record of them differs from it."""
+    verification = rig.photodiode_verification
+    if verification is None:
+        return NOT_VERIFIED, []
+    differs = verification.mismatches(mode=rig.mode, refresh_hz=rig.display.panel.refresh_hz)
+    if not differs:
+        return verification.sentence(), []
+    return NOT_VERIFIED, [f"{Path(verification.file).name} does not hold for this rig: {'; '.join(differs)}"]
+
+
+def _verification(file: Path) -> Facts:
+    verification = read_verification(file)
+    spec = verification.spec
+    return {
+        "kind": "verification",
+        "mode": spec.mode,
+        "refresh_hz": spec.refresh_hz,
+        "onsets": verification.sentence(),
+    }
 
 
 def _by_kind(file: Path) -> Facts:
@@ -135,5 +170,12 @@ def _by_kind(file: Path) -> Facts:
 
 # Which top-level key tells a file's kind; the first that is there decides.
 _READERS: Mapping[str, Callable[[Path], Facts]] = MappingProxyType(
-    {"blocks": _experiment, "modes": _display, "mode": _rig, "kind": _by_kind}
+    {
+        "blocks": _experiment,
+        "modes": _display,
+        "onset_error_ms": _verification,
+        "onsets": _verification,
+        "mode": _rig,
+        "kind": _by_kind,
+    }
 )

@@ -10,12 +10,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from devices.rig_file import Rig
 from runner.header import software
 from runner.presenter.compositor import compositor
 from runner.presenter.modes.registry import MODES, available
 from runner.presenter.surfaces.open import BACKENDS, open_surface
 from runner.presenter.surfaces.surface import Buffer
-from runner.timing_record import explain, swap_intervals
+from runner.timing_record import explain, judge, swap_intervals, swaps_per_second
 
 _SIZE_PX = (640, 480)
 _PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner")
@@ -32,8 +33,10 @@ def examine() -> dict[str, Any]:
     }
 
 
-def examine_timing(seconds: float, progress: Callable[[float], None]) -> dict[str, Any]:
+def examine_timing(seconds: float, progress: Callable[[float], None], rig: Rig | None = None) -> dict[str, Any]:
     """Open a window, swap it for ``seconds`` and return the intervals with what they mean.
+
+    With ``rig``, they also say whether its record of a photodiode's verification holds here.
 
     Raises
     ------
@@ -48,12 +51,15 @@ def examine_timing(seconds: float, progress: Callable[[float], None]) -> dict[st
             surface.swap()
 
         summary = swap_intervals(frame, seconds, progress)
+    verification = rig.photodiode_verification if rig else None
+    judgement = judge(verification, rig.mode if rig else "", facts, swaps_per_second(summary))
     return {
         "display_server": facts.display_server,
         "renderer": facts.renderer,
         "compositor": compositor(),
         "swap_intervals": asdict(summary),
-        "meaning": explain(summary, facts.vsync),
+        "verification": judgement.words,
+        "meaning": explain(summary, facts.vsync, judgement),
     }
 
 
@@ -70,13 +76,13 @@ def _packages() -> dict[str, Any]:
 
 
 def _surface(backend: str) -> dict[str, Any]:
-    """Open a small surface, and once more asking for stereo where it may have it."""
+    """Open a small surface, and once more asking for stereo where it may have it, and for codes of 10 bits."""
     try:
         with open_surface(backend, _SIZE_PX, stereo=False, windowed=True) as surface:
             facts = asdict(surface.facts)
             modes = available(surface)
     except Exception as error:
-        return {"problem": str(error), "facts": None, "modes": {}}
+        return {"problem": str(error), "facts": None, "modes": {}, "ten_bits": None}
     if backend == "window":
         try:
             with open_surface(backend, _SIZE_PX, stereo=True, windowed=True) as surface:
@@ -89,4 +95,15 @@ def _surface(backend: str) -> dict[str, Any]:
                 modes[name] = available(surface)[name]
         except Exception as error:
             modes[name] = str(error)
-    return {"problem": None, "facts": facts, "modes": modes}
+    return {"problem": None, "facts": facts, "modes": modes, "ten_bits": _ten_bits(backend)}
+
+
+def _ten_bits(backend: str) -> dict[str, Any]:
+    """Say whether the surface has codes of 10 bits when it is asked for them, and why not."""
+    try:
+        with open_surface(backend, _SIZE_PX, windowed=True, bits=10) as surface:
+            facts = surface.facts
+    except Exception as error:
+        return {"given": False, "problem": str(error)}
+    given = facts.bits == 10
+    return {"given": given, "problem": None if given else "; ".join(facts.remarks) or f"codes have {facts.bits} bits"}

@@ -88,8 +88,8 @@ class Station:
         except BaseException:
             surface.close()
             raise
-        timing = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
-        remarks = surface.facts.remarks
+        timing, timing_remarks = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
+        remarks = surface.facts.remarks + timing_remarks
         if not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         return cls(experiment, stimuli, results, surface, presenter, pictures, tuple(descriptions), remarks, timing)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import click
 
@@ -12,16 +13,24 @@ import click
 @click.option(
     "--seconds", type=click.FloatRange(0.5, 600), default=20.0, show_default=True, help="How long to measure."
 )
+@click.option(
+    "--rig",
+    "rig_file",
+    type=click.Path(path_type=Path),
+    help="With --timing, say whether this rig's photodiode verification holds here.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
-def command(timing: bool, seconds: float, as_json: bool) -> None:
+def command(timing: bool, seconds: float, rig_file: Path | None, as_json: bool) -> None:
     """Say what this machine can do.
 
-    Opens each kind of surface, tries each stereo mode on it, and says why one cannot be had. With --timing it measures
-    the intervals between frames instead.
+    Opens each kind of surface, tries each stereo mode and codes of 10 bits on it, and says why one cannot be had. With
+    --timing it measures the intervals between frames instead.
     """
     if timing:
-        _timing(seconds, as_json)
+        _timing(seconds, rig_file, as_json)
         return
+    if rig_file is not None:
+        raise click.UsageError("A rig is of use with --timing only; `cyclopean check RIG` reads one.")
     from runner.doctor import examine
 
     facts = examine()
@@ -42,14 +51,18 @@ def command(timing: bool, seconds: float, as_json: bool) -> None:
         click.echo(f"  {drawn['renderer']}, OpenGL {drawn['gl_version']}, display server {drawn['display_server']}")
         for mode, reason in surface["modes"].items():
             click.echo(f"  {mode}: {'yes' if reason is None else f'no, {reason}'}")
+        ten_bits = surface["ten_bits"]
+        click.echo(f"  codes of 10 bits: {'yes' if ten_bits['given'] else 'no, ' + ten_bits['problem']}")
 
 
-def _timing(seconds: float, as_json: bool) -> None:
+def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
+    from devices.rig_file import read_rig
     from runner.cli.progress import progress_bar
     from runner.doctor import examine_timing
 
+    rig = read_rig(rig_file) if rig_file else None
     with progress_bar(quiet=as_json) as step:
-        facts = examine_timing(seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)))
+        facts = examine_timing(seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)), rig)
     if as_json:
         click.echo(json.dumps(facts, indent=2))
         return

@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-KINDS = ("experiment", "rig", "display", "stimuli", "observers")
+KINDS = ("experiment", "rig", "display", "stimuli", "observers", "verification")
 
 
 @click.command(short_help="Print the JSON Schema of a file that you write.")
@@ -42,6 +42,10 @@ def _model(kind: str) -> type[BaseModel]:
         from runner.observers.simulated import ObserverSpec
 
         return ObserverSpec
+    if kind == "verification":
+        from devices.verification_file import VerificationSpec
+
+        return VerificationSpec
     from stimuli.recipe import Recipe
 
     return Recipe

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
 
 import click
@@ -14,6 +16,7 @@ if TYPE_CHECKING:
     from stimuli.stereo_image import StereoImage
 
 _EYES: tuple[Eye, Eye] = ("left", "right")
+_BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 
 
 @click.command(short_help="Show one stereo image with the display's response undone.")
@@ -43,10 +46,8 @@ _EYES: tuple[Eye, Eye] = ("left", "right")
 )
 @click.option(
     "--bits",
-    type=click.Choice(["8", "10"]),
-    default="8",
-    show_default=True,
-    help="Bits of a channel's codes; 10 where the driver gives them.",
+    type=click.Choice(list(_BITS)),
+    help="Bits of a channel's codes, 10 where the driver gives them; without it, 10 for a panel that has them.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print what was shown as JSON.")
 def command(
@@ -62,7 +63,7 @@ def command(
     clip_negative: bool,
     flat: bool,
     mode_options: tuple[str, ...],
-    bits: str,
+    bits: str | None,
     as_json: bool,
 ) -> None:
     """Show one stereo image with the display's response undone.
@@ -113,7 +114,7 @@ def command(
                 stereo=stereo_mode.needs_stereo,
                 windows=stereo_mode.windows,
                 windowed=windowed,
-                bits=10 if bits == "10" else 8,
+                bits=_BITS[bits] if bits else display.panel.code_bits,
             ) as surface,
             Presenter(surface, stereo_mode, models, lambda _: sent) as presenter,
         ):

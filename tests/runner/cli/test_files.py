@@ -144,3 +144,12 @@ def test_doctor_says_what_there_is() -> None:
     egl = facts["surfaces"]["egl"]
     assert egl["modes"]["side-by-side"] is None
     assert "GL_STEREO is false" in egl["modes"]["quad-buffered"]
+    for surface in facts["surfaces"].values():
+        if surface["problem"] is None:
+            ten_bits = surface["ten_bits"]
+            assert ten_bits["given"] or "10 bits a channel were asked for" in ten_bits["problem"]
+
+
+def test_the_schema_of_a_photodiode_s_record_names_its_keys() -> None:
+    schema = json.loads(_run("schema", "verification").stdout)
+    assert {"onsets", "onset_error_ms", "refresh_hz", "mode"} <= set(schema["properties"])

@@ -110,6 +110,20 @@ def test_ten_bits_are_shown_where_they_are_asked_for(show: Run, picture: Path, t
     assert np.abs(shown - model.code(read_exr(picture).left) * 1023.0).max() <= 0.501
 
 
+@pytest.mark.parametrize(("panel", "asked", "bits"), [(10, (), 10), (12, (), 10), (8, (), 8), (10, ("--bits", "8"), 8)])
+def test_bits_are_the_panel_s_unless_others_are_asked_for(
+    show: Run, picture: Path, tmp_path: Path, panel: int, asked: tuple[str, ...], bits: int
+) -> None:
+    text = ASUS.read_text(encoding="utf-8")
+    assert "bits: 8" in text
+    (tmp_path / "display.yaml").write_text(text.replace("bits: 8", f"bits: {panel}"), encoding="utf-8")
+    common = [picture, "--display", "display.yaml", "--mode", "side-by-side", "--headless", "--json"]
+    done = show(*common, "--screenshot", "out.png", *asked)
+    assert done.returncode == 0, done.stderr
+    assert json.loads(done.stdout)["surface"]["bits"] == bits
+    assert "warning" not in done.stderr
+
+
 def test_json_tells_the_clipping_of_each_eye(show: Run, tmp_path: Path) -> None:
     model = read_display(ASUS).models("side-by-side").left
     left = np.broadcast_to(model.white_XYZ_cd_m2 * 0.4, (10, 10, 3)).astype(np.float32)
