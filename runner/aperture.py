@@ -1,18 +1,23 @@
-"""Only what the aperture lets through is made ready: the rest of a larger picture is neither shaded nor uploaded."""
+"""Only what the aperture lets through is made ready: the rest of a larger picture is not read, uploaded or shaded."""
 
 from __future__ import annotations
 
 from collections.abc import Callable
-
-import numpy as np
+from typing import Protocol
 
 from runner.presenter.modes.mode import EyeArea
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.exr.region import Part, Region
+from stimuli.stereo_image import StereoImage
 
-Load = Callable[[str], StereoImage]
+
+class LoadPart(Protocol):
+    """Where pictures come from, by name: whole, or the part that is chosen by their size."""
+
+    def __call__(self, name: str, part: Part | None = None, /) -> StereoImage:
+        """Return the picture ``name``, or ``part`` of it."""
 
 
-def through_aperture(load: Load, aperture_px: tuple[int, int], area: EyeArea) -> Load:
+def through_aperture(load: LoadPart, aperture_px: tuple[int, int], area: EyeArea) -> Callable[[str], StereoImage]:
     """Return ``load`` with its pictures cropped to ``aperture_px`` (width, height), standing where they stood.
 
     A picture in the middle of an eye's view begins at (view - size) // 2, so that the crop depends on the view's size
@@ -21,24 +26,12 @@ def through_aperture(load: Load, aperture_px: tuple[int, int], area: EyeArea) ->
     if area.squeeze != (1, 1):
         return load
 
-    def cropped(name: str) -> StereoImage:
-        image = load(name)
-        width, height = (min(most, size) for most, size in zip(aperture_px, _size(image), strict=True))
-        if (width, height) == _size(image):
-            return image
+    def shown(size_px: tuple[int, int]) -> Region:
+        width, height = (min(most, size) for most, size in zip(aperture_px, size_px, strict=True))
         left, top = (
             (view - kept) // 2 - (view - size) // 2
-            for view, kept, size in zip(area.view_px, (width, height), _size(image), strict=True)
+            for view, kept, size in zip(area.view_px, (width, height), size_px, strict=True)
         )
+        return Region(left, top, width, height)
 
-        def crop(view: XYZImage) -> XYZImage:
-            return np.ascontiguousarray(view[top : top + height, left : left + width])
-
-        flat = crop(image.left)
-        return StereoImage.flat(flat) if image.is_flat else StereoImage(flat, crop(image.right))
-
-    return cropped
-
-
-def _size(image: StereoImage) -> tuple[int, int]:
-    return image.width_px, image.height_px
+    return lambda name: load(name, shown)

@@ -11,7 +11,7 @@ from typing import Any
 
 from documents import Finding
 from stimuli.errors import StimulusError
-from stimuli.exr import read_exr
+from stimuli.exr import Part, read_exr
 from stimuli.stereo_image import StereoImage
 
 MANIFEST = "manifest.json"
@@ -65,9 +65,15 @@ class StimulusSet:
         """Return the stimulus's OpenEXR file."""
         return self.folder / str(self.entry(name)["file"])
 
-    def load(self, name: str) -> StereoImage:
-        """Read the stimulus, in absolute XYZ."""
-        return read_exr(self.path(name))
+    def size_px(self, name: str) -> tuple[int, int]:
+        """Return the stimulus's width and height."""
+        width, height = self.entry(name)["size_px"]
+        return int(width), int(height)
+
+    def load(self, name: str, part: Part | None = None) -> StereoImage:
+        """Read the stimulus, in absolute XYZ: whole, or the ``part`` that is chosen by its size."""
+        region = None if part is None else part(self.size_px(name))
+        return read_exr(self.path(name), region=region)
 
 
 def digest_of(entries: list[dict[str, Any]]) -> str:

@@ -12,7 +12,7 @@ from pathlib import Path
 from devices.rig_file import Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.yaml_source import Path_, YamlSource
-from runner.aperture import through_aperture
+from runner.aperture import LoadPart, through_aperture
 from runner.blocks.all_pairs import AllPairs, PairLayout
 from runner.blocks.message import Message
 from runner.blocks.steps import Block
@@ -48,7 +48,7 @@ class Experiment:
         """The stereo mode, adjusted as the rig says."""
         return find_mode(self.rig.mode, ModeOptions.parse(self.rig.mode_options))
 
-    def shown(self, load: Callable[[str], StereoImage]) -> Callable[[str], StereoImage]:
+    def shown(self, load: LoadPart) -> Callable[[str], StereoImage]:
         """Return ``load`` with its pictures cropped to what the layout's aperture shows of them."""
         area = self.mode.areas(self.rig.display.panel.resolution_px)[0]
         return through_aperture(load, self.layout.aperture_px, area)

@@ -7,6 +7,7 @@ from pathlib import Path
 
 from documents import Finding
 from stimuli.errors import StimulusError
+from stimuli.exr.region import Region
 from stimuli.exr.to_xyz import ColourSpace, Negative, view_to_xyz
 from stimuli.exr.views import read_views
 from stimuli.stereo_image import Eye, StereoImage
@@ -29,12 +30,14 @@ def read_exr(
     flat_eye: Eye | None = None,
     white_luminance_cd_m2: float | None = None,
     negative: Negative = "refuse",
+    region: Region | None = None,
 ) -> StereoImage:
     """Return the picture in the OpenEXR file at ``path``, in absolute XYZ (cd/m²).
 
     With a left and a right view it is a stereo picture; with only a centre or unnamed view, a flat one. With
     ``flat`` it is the flat version: the centre view, or the view of ``flat_eye`` where the file has no centre.
-    ``colour_space``, ``white_luminance_cd_m2`` and ``negative``: see `stimuli.exr.to_xyz.view_to_xyz`.
+    ``colour_space``, ``white_luminance_cd_m2`` and ``negative``: see `stimuli.exr.to_xyz.view_to_xyz`. With ``region``,
+    only that part of the picture is read, checked and returned.
 
     Raises
     ------
@@ -48,6 +51,7 @@ def read_exr(
         flat_eye=flat_eye,
         white_luminance_cd_m2=white_luminance_cd_m2,
         negative=negative,
+        region=region,
     ).image
 
 
@@ -59,13 +63,14 @@ def read_exr_counted(
     flat_eye: Eye | None = None,
     white_luminance_cd_m2: float | None = None,
     negative: Negative = "refuse",
+    region: Region | None = None,
 ) -> Reading:
     """Return what `read_exr` returns, with the views used and the pixels clipped."""
     path = Path(path)
-    views = read_views(path)
+    views = read_views(path, region)
     names = _chosen(tuple(views), path, flat, flat_eye)
     windows = {name: views[name].data_window_px for name in names}
-    if len({window[2:] for window in windows.values()}) > 1 or len({views[name].pixels.shape for name in names}) > 1:
+    if len({window[2:] for window in windows.values()}) > 1 or len({views[name].size_px for name in names}) > 1:
         sizes = ", ".join(f"'{name}' is {width} × {height}" for name, (_, _, width, height) in windows.items())
         raise StimulusError(Finding(f"the views differ in size: {sizes}", str(path), remedy="crop them alike"))
     converted = [

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from documents import Finding
 from stimuli.errors import StimulusError
+from stimuli.exr.region import Region
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -33,9 +34,10 @@ class View:
     """One view as stored: three channels in the file's own units.
 
     ``name`` is ``left``, ``right``, ``center`` or whatever the file says, in lower case; empty if it says nothing.
-    ``pixels`` is float32, (height, width, 3), on the display window, of which the file stores the rectangle
-    ``data_window_px`` (x, y, width, height). ``chromaticities`` are x, y of red, green, blue
-    and white, shape (4, 2), or None if the file declares none; ``is_xyz`` says that the channels are named X, Y, Z.
+    ``pixels`` is float32, (height, width, 3), on the display window of ``size_px`` (width, height) or the region of it
+    that was read; the file stores the rectangle ``data_window_px`` (x, y, width, height) of it. ``chromaticities`` are
+    x, y of red, green, blue and white, shape (4, 2), or None if the file declares none; ``is_xyz`` says that the
+    channels are named X, Y, Z.
     ``white_luminance_cd_m2`` is the luminance of the value 1, or None.
     """
 
@@ -45,10 +47,14 @@ class View:
     is_xyz: bool
     white_luminance_cd_m2: float | None
     data_window_px: tuple[int, int, int, int]
+    size_px: tuple[int, int]
 
 
-def read_views(path: Path) -> Mapping[str, View]:
-    """Return the file's views by name, in file order.
+def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
+    """Return the file's views by name, in file order, whole or the ``region`` of them.
+
+    Of a region, only the rows are read from the file, or the rows of tiles that it touches: a fault elsewhere in the
+    file is not seen.
 
     Alpha, depth, and channels of named layers are left out. A data window that differs from the display window is
     placed on it: what lies outside is black, as OpenEXR defines.
@@ -57,18 +63,18 @@ def read_views(path: Path) -> Mapping[str, View]:
     ------
     StimulusError
         If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, or holds no colour view, or
-        one view twice.
+        one view twice; if the region is not within a view.
     """
     if not path.is_file():
         raise _wrong(path, "there is no such picture", "check the path")
     try:
-        return _read_views(path)
+        return _read_views(path, region)
     except UnicodeDecodeError as error:
         # OpenImageIO hands over names and messages as they stand in the file.
         raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "copy or write it again") from error
 
 
-def _read_views(path: Path) -> Mapping[str, View]:
+def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
     import OpenImageIO as oiio
 
     picture = oiio.ImageInput.open(str(path))
@@ -78,7 +84,7 @@ def _read_views(path: Path) -> Mapping[str, View]:
     try:
         if picture.format_name() != "openexr":
             raise _wrong(path, f"the picture is {picture.format_name()}, not OpenEXR", "convert it to OpenEXR")
-        for view in _parts(picture, path):
+        for view in _parts(picture, path, region):
             if view.name in views:
                 raise _wrong(path, f"the view '{view.name}' stands twice", "keep one")
             views[view.name] = view
@@ -89,7 +95,7 @@ def _read_views(path: Path) -> Mapping[str, View]:
     return views
 
 
-def _parts(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[View]:
+def _parts(picture: OpenImageIO.ImageInput, path: Path, region: Region | None) -> Iterator[View]:
     part = 0
     while picture.seek_subimage(part, 0):
         if part == MAX_PARTS:
@@ -98,15 +104,52 @@ def _parts(picture: OpenImageIO.ImageInput, path: Path) -> Iterator[View]:
         _refuse_size(path, spec)
         groups = _groups(spec, path)
         if groups:
-            stored = picture.read_image(part, 0, 0, spec.nchannels, "float")
+            wanted = region or Region(0, 0, spec.full_width, spec.full_height)
+            if not wanted.is_within(spec.full_width, spec.full_height):
+                size = f"{spec.full_width} × {spec.full_height} px"
+                raise _wrong(path, f"the picture is {size} and holds no {wanted}", "build the stimuli again")
+            first, last = _rows(spec, region)
+            stored = _read(picture, part, spec, first, last) if first < last else _nothing(spec)
             if stored is None:
                 raise _wrong(path, f"the picture is damaged: {_reason(picture.geterror())}", "copy or write it again")
+            window = Region(spec.x - spec.full_x, first - spec.full_y, spec.width, last - first)
             for name, indices in groups.items():
-                yield _view(name, indices, stored, spec, path)
+                yield _view(name, indices, stored, window, wanted, spec, path)
         part += 1
     problem = picture.geterror()
     if problem:
         raise _wrong(path, f"the picture is damaged: {_reason(problem)}", "copy or write it again")
+
+
+def _rows(spec: OpenImageIO.ImageSpec, region: Region | None) -> tuple[int, int]:
+    """Return the first row of the file to read for ``region`` and the first not to read, counted as the file does.
+
+    Of a tiled file, they are those of whole tiles.
+    """
+    bottom = spec.y + spec.height
+    if region is None:
+        return spec.y, bottom
+    tile = spec.tile_height or 1
+    first = max(spec.full_y + region.top, spec.y)
+    last = min(spec.full_y + region.bottom, bottom)
+    return first - (first - spec.y) % tile, min(last + (spec.y - last) % tile, bottom)
+
+
+def _read(
+    picture: OpenImageIO.ImageInput, part: int, spec: OpenImageIO.ImageSpec, first: int, last: int
+) -> NDArray[Any] | None:
+    """Return rows ``first`` to ``last`` of all channels, or None if they cannot be read."""
+    channels = spec.nchannels
+    if (first, last) == (spec.y, spec.y + spec.height):
+        return picture.read_image(part, 0, 0, channels, "float")
+    if spec.tile_width:
+        columns = spec.x, spec.x + spec.width
+        return picture.read_tiles(part, 0, *columns, first, last, 0, 1, 0, channels, "float")
+    return picture.read_scanlines(part, 0, first, last, 0, 0, channels, "float")
+
+
+def _nothing(spec: OpenImageIO.ImageSpec) -> NDArray[np.float32]:
+    return np.zeros((0, spec.width, spec.nchannels), dtype=np.float32)
 
 
 def _refuse_size(path: Path, spec: OpenImageIO.ImageSpec) -> None:
@@ -143,14 +186,27 @@ def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int
     return groups
 
 
-def _view(name: str, indices: Sequence[int], stored: NDArray[Any], spec: OpenImageIO.ImageSpec, path: Path) -> View:
+def _view(
+    name: str,
+    indices: Sequence[int],
+    stored: NDArray[Any],
+    window: Region,
+    wanted: Region,
+    spec: OpenImageIO.ImageSpec,
+    path: Path,
+) -> View:
+    """Return the ``wanted`` region of a view, of which ``stored`` holds what is in ``window``; the rest is black."""
     left, top = spec.x - spec.full_x, spec.y - spec.full_y
     right, bottom = min(left + spec.width, spec.full_width), min(top + spec.height, spec.full_height)
     if right <= max(left, 0) or bottom <= max(top, 0):
         raise _wrong(path, f"the view '{name}' stores nothing of its display window", "crop or pad it")
-    pixels = np.zeros((spec.full_height, spec.full_width, 3), dtype=np.float32)
-    window = stored[max(-top, 0) : bottom - top, max(-left, 0) : right - left]
-    pixels[max(top, 0) : bottom, max(left, 0) : right] = window[..., list(indices)]
+    pixels = np.zeros((wanted.height, wanted.width, 3), dtype=np.float32)
+    columns = max(window.left, wanted.left), min(window.right, wanted.right)
+    rows = max(window.top, wanted.top), min(window.bottom, wanted.bottom)
+    if columns[0] < columns[1] and rows[0] < rows[1]:
+        there = slice(*(row - wanted.top for row in rows)), slice(*(column - wanted.left for column in columns))
+        here = slice(*(row - window.top for row in rows)), slice(*(column - window.left for column in columns))
+        pixels[there] = stored[here][..., list(indices)]
     chromaticities = _numbers(spec, "chromaticities", 8, path)
     white = _numbers(spec, "whiteLuminance", 1, path)
     return View(
@@ -160,6 +216,7 @@ def _view(name: str, indices: Sequence[int], stored: NDArray[Any], spec: OpenIma
         is_xyz=spec.channelnames[indices[0]].rpartition(".")[2] == "X",
         white_luminance_cd_m2=None if white is None else float(white[0]),
         data_window_px=(left, top, spec.width, spec.height),
+        size_px=(spec.full_width, spec.full_height),
     )
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -10,7 +12,7 @@ from hypothesis import strategies as st
 from devices.display import DisplayModel
 from devices.display_file import EyeModels
 from devices.tone_curve import ToneCurve
-from runner.aperture import through_aperture
+from runner.aperture import LoadPart, through_aperture
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.modes.registry import find_mode
@@ -18,9 +20,27 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import open_surface
+from stimuli.exr import Part, write_exr
 from stimuli.stereo_image import StereoImage
+from stimuli.stimulus_set import StimulusSet
 
 SIZES = st.tuples(st.integers(1, 40), st.integers(1, 40))
+
+
+def held(image: StereoImage) -> LoadPart:
+    """Return where ``image`` comes from under any name, cropped after it is whole: what reading a part must equal."""
+
+    def load(name: str, part: Part | None = None) -> StereoImage:
+        if part is None:
+            return image
+        region = part((image.width_px, image.height_px))
+        assert region.is_within(image.width_px, image.height_px)
+        left, right = (
+            image.eye(eye)[region.top : region.bottom, region.left : region.right] for eye in ("left", "right")
+        )
+        return StereoImage.flat(left) if image.is_flat else StereoImage(left, right)
+
+    return load
 
 
 @given(view=SIZES, size=SIZES, aperture=SIZES)
@@ -30,7 +50,7 @@ def test_what_is_seen_through_the_aperture_stays_in_its_place(
     width, height = size
     values = np.arange(width * height * 3, dtype=np.float32).reshape(height, width, 3)
     area = EyeArea(("left",), Rectangle(0, 0, *view))
-    cropped = through_aperture(lambda _: StereoImage.flat(values), aperture, area)("a")
+    cropped = through_aperture(held(StereoImage.flat(values)), aperture, area)("a")
     assert cropped.is_flat
     assert (cropped.width_px, cropped.height_px) == (min(width, aperture[0]), min(height, aperture[1]))
 
@@ -59,7 +79,7 @@ def test_the_framebuffer_is_the_same_and_fewer_pixels_are_shaded() -> None:
     area = mode.areas((401, 200))[0]
     captured, shaded = [], []
     try:
-        for load in (lambda _: image, through_aperture(lambda _: image, (60, 40), area)):
+        for load in (held(image), through_aperture(held(image), (60, 40), area)):
             with (
                 open_surface("egl", (401, 200)) as surface,
                 Presenter(surface, mode, EyeModels(model, model), load) as presenter,
@@ -72,3 +92,24 @@ def test_the_framebuffer_is_the_same_and_fewer_pixels_are_shaded() -> None:
     assert np.array_equal(captured[0], captured[1])
     assert captured[0].any()
     assert shaded == [2 * 101 * 147, 2 * 60 * 40]
+
+
+@pytest.mark.parametrize("flat", [False, True])
+@pytest.mark.parametrize("size", [(147, 101), (60, 101), (31, 20)])
+@pytest.mark.parametrize("mode", ["side-by-side", "side-by-side-half", "anaglyph-red-cyan"])
+def test_a_set_reads_what_is_seen_and_nothing_else(
+    tmp_path: Path, size: tuple[int, int], flat: bool, mode: str
+) -> None:
+    width, height = size
+    left, right = np.random.default_rng(0).uniform(0.0, 50.0, (2, height, width, 3)).astype(np.float32)
+    write_exr(tmp_path / "a.exr", StereoImage.flat(left) if flat else StereoImage(left, right))
+    entry = {"name": "a", "file": "a.exr", "size_px": [width, height]}
+    stimuli = StimulusSet(tmp_path / "recipe.yaml", tmp_path, ("a",), "", {"stimuli": [entry]})
+    area = find_mode(mode).areas((401, 200))[0]
+    read = through_aperture(stimuli.load, (60, 40), area)("a")
+    cropped = through_aperture(held(stimuli.load("a")), (60, 40), area)("a")
+    assert read.is_flat is cropped.is_flat is flat
+    assert np.array_equal(read.left, cropped.left)
+    assert np.array_equal(read.right, cropped.right)
+    whole = mode == "side-by-side-half"
+    assert (read.width_px, read.height_px) == (size if whole else (min(width, 60), min(height, 40)))

@@ -229,11 +229,12 @@ def test_a_picture_that_is_given_up_between_two_bands_leaves_nothing(open_egl: O
         with Presenter(surface, find_mode(mode), BOTH, lambda _: picture) as presenter:
             presenter.show(Scene())
             presenter.prefetch(Scene((Picture("a"),)))
+            go_on = surface.on_wake
+            assert go_on is not None
             while not presenter.counters.decodes:
-                assert surface.on_wake is not None
-                surface.on_wake()
+                go_on()
             for _ in range(steps):
-                surface.on_wake()
+                go_on()
             made = presenter.counters.colour_passes
     assert made == (1 if mode.startswith("anaglyph") else 2)  # in the end the steps were enough
     objects_after = live_objects(surface)
