@@ -6,7 +6,7 @@ PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; 
 BIN = $(VENV)/bin
 WORKERS ?= 2
 
-.PHONY: help env gl test-tools demo test check bench bench-psychopy stress dither-mask test-quad clean
+.PHONY: help env gl test-tools demo test check bench bench-psychopy stress dither-mask test-quad validate-bids clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
@@ -16,6 +16,7 @@ help:
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
 	@echo "make stress     slow sweeps to the edges"
 	@echo "make dither-mask     make the shipped dither mask again"
+	@echo "make validate-bids DATASET=DIR   the official BIDS validator on an export"
 	@echo "make test-quad STEREO_GL=DIR/lib   quad-buffered for real, on a GL with stereo visuals"
 
 env: $(VENV)/.installed
@@ -68,6 +69,10 @@ dither-mask: env
 test-quad: test-tools
 	@test -n "$(STEREO_GL)" || { echo "name the folder of a GL with stereo visuals: make test-quad STEREO_GL=DIR/lib"; exit 1; }
 	STEREO_GL=$(STEREO_GL) $(BIN)/python -m pytest -m quad tests/quad
+
+validate-bids: env
+	@test -n "$(DATASET)" || { echo "name the folder of a dataset: make validate-bids DATASET=DIR"; exit 1; }
+	$(BIN)/bids-validator-deno --max-rows=-1 $(DATASET)
 
 clean:
 	rm -rf $(VENV) .cache .pytest_cache .mypy_cache .ruff_cache .import_linter_cache

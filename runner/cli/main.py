@@ -12,6 +12,7 @@ COMMANDS = {
     "check": "Check an experiment file and everything it names.",
     "run": "Run a session with an observer.",
     "report": "Write an HTML report on the results of one experiment.",
+    "export": "Write results as a BIDS dataset.",
     "scores": "Fit scores and perceptual classes to a table of paired comparisons.",
     "preview": "Write what each eye sees in every trial, as PNG.",
     "show": "Show one stereo image with the display's response undone.",

@@ -1,0 +1,116 @@
+"""The columns of a task's tables: gathered from every session first, so that all tables of a task have the same."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass, field
+from typing import Any
+
+from analysis.bids.flatten import Place, flatten
+from analysis.bids.text import escape
+from analysis.records import Trial
+
+# A key that holds more places than this is one column of JSON: a mapping by name, not a record.
+_MOST_PLACES = 256
+_LONGEST_NAME = 64
+_MOST_LEVELS = 64
+FIXED = ("onset", "block", "trial", "attempt", "trial_type", "response_time", "utc", "events")
+# Names to which BIDS gives a meaning of its own.
+_RESERVED = frozenset({*FIXED, "duration", "stim_file", "hed", "channel"})
+
+
+@dataclass(frozen=True, slots=True)
+class Column:
+    """One column: where its values stand in the records, in which kinds of trials, and what they are.
+
+    ``format`` is a BIDS format (``number``, ``integer``, ``boolean``, ``string``); ``holds_json`` says that some values
+    are mappings or sequences. ``values`` are the different texts, as cells, None where there are too many.
+    """
+
+    name: str
+    place: Place
+    format: str
+    holds_json: bool
+    kinds: tuple[str, ...]
+    values: tuple[str, ...] | None
+
+
+@dataclass(slots=True)
+class _Seen:
+    formats: set[str] = field(default_factory=set)
+    kinds: dict[str, None] = field(default_factory=dict)
+    values: dict[str, None] = field(default_factory=dict)
+
+
+@dataclass(slots=True)
+class ColumnCollector:
+    """Hears of every trial of a task and tells the columns; what it keeps grows with the columns, not the trials."""
+
+    kinds: dict[str, None] = field(default_factory=dict)
+    _seen: dict[Place, _Seen] = field(default_factory=dict)
+
+    def add(self, trial: Trial, stimuli: Collection[str]) -> None:
+        """Hear of a trial of a session that shows ``stimuli``."""
+        self.kinds.setdefault(trial.kind)
+        for place, value in flatten(trial.data, stimuli):
+            seen = self._seen.setdefault(place, _Seen())
+            seen.kinds.setdefault(trial.kind)
+            if value is not None:
+                seen.formats.add(_format(value))
+            if isinstance(value, str) and len(seen.values) <= _MOST_LEVELS:
+                seen.values.setdefault(escape(value))
+
+    @property
+    def whole(self) -> frozenset[str]:
+        """The keys of which each is one column, whatever it holds."""
+        count: dict[str, int] = {}
+        for place in self._seen:
+            count[place[0]] = count.get(place[0], 0) + 1
+        return frozenset(key for key, places in count.items() if places > _MOST_PLACES)
+
+    def columns(self) -> tuple[Column, ...]:
+        """Return the columns beside the fixed ones, in the order in which they were first met."""
+        whole = self.whole
+        gathered: dict[Place, _Seen] = {}
+        for place, seen in self._seen.items():
+            if place[0] in whole:
+                merged = gathered.setdefault(place[:1], _Seen({"json"}))
+                merged.kinds |= seen.kinds
+            else:
+                gathered[place] = seen
+        taken = set(_RESERVED)
+        return tuple(_column(_name(place, taken), place, seen) for place, seen in gathered.items())
+
+
+def _format(value: Any) -> str:
+    if isinstance(value, bool):
+        return "boolean"
+    if isinstance(value, int):
+        return "integer"
+    if isinstance(value, float):
+        return "number" if math.isfinite(value) else "string"
+    return "string" if isinstance(value, str) else "json"
+
+
+def _column(name: str, place: Place, seen: _Seen) -> Column:
+    if len(seen.formats) == 1:
+        (form,) = seen.formats
+    else:
+        form = "number" if seen.formats == {"integer", "number"} else "string"
+    values = tuple(seen.values) if len(seen.values) <= _MOST_LEVELS and seen.formats == {"string"} else None
+    return Column(name, place, "string" if form == "json" else form, "json" in seen.formats, tuple(seen.kinds), values)
+
+
+def _name(place: Iterable[str], taken: set[str]) -> str:
+    words = (re.sub(r"[^0-9A-Za-z]+", "_", part).strip("_").lower() for part in place)
+    name = "_".join(word for word in words if word)[:_LONGEST_NAME] or "value"
+    if name in _RESERVED:
+        name = f"data_{name}"
+    unique, number = name, 1
+    while unique in taken:
+        number += 1
+        unique = f"{name}_{number}"
+    taken.add(unique)
+    return unique

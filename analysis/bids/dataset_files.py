@@ -1,0 +1,115 @@
+"""The files that every BIDS dataset has at its top."""
+
+from __future__ import annotations
+
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from analysis.bids.sources import Source
+from analysis.bids.table import write_json, write_table
+from analysis.bids.text import escape
+
+BIDS_VERSION = "1.10.0"
+GENERATOR = "cyclopean"
+PARTICIPANTS = {"participant_id": {"Description": "A code for the observer, and all that stands here of a person."}}
+
+
+@dataclass(frozen=True, slots=True)
+class About:
+    """What only people know of a dataset; ``name`` is made from the experiments where it is None."""
+
+    name: str | None = None
+    authors: tuple[str, ...] = ()
+    license: str | None = None
+
+
+def description(about: About, sources: Sequence[Source]) -> dict[str, Any]:
+    """Return ``dataset_description.json``."""
+    experiments = sorted({source.experiment for source in sources})
+    made: dict[str, Any] = {
+        "Name": about.name or ", ".join(experiments),
+        "BIDSVersion": BIDS_VERSION,
+        "DatasetType": "raw",
+    }
+    if about.license:
+        made["License"] = about.license
+    if about.authors:
+        made["Authors"] = list(about.authors)
+    return made | {
+        "GeneratedBy": [
+            {
+                "Name": GENERATOR,
+                "Version": version("cyclopean"),
+                "Description": "Sessions recorded by cyclopean, exported by `cyclopean export`.",
+            }
+        ],
+        "SourceDatasets": [{"URL": "bids::sourcedata"}],
+    }
+
+
+def readme(about: About, sources: Sequence[Source]) -> str:
+    """Return ``README``: what the dataset is, and where things are in it."""
+    tasks = Counter((source.task, source.experiment) for source in sources)
+    observers = len({source.observer for source in sources})
+    simulated = sum(source.simulated for source in sources)
+    unfinished = sum(not source.complete for source in sources)
+    lines = [
+        f"# {_line(about.name or ', '.join(sorted({source.experiment for source in sources})))}",
+        "",
+        "Psychophysical sessions in which observers looked at colorimetrically controlled pictures, in stereo or flat.",
+        "",
+        f"Participants: {observers}. Sessions: {len(sources)}, of which {simulated} were run by simulated observers "
+        f"and {unfinished} were not finished.",
+        "",
+        "Tasks:",
+        "",
+        *(f"- `task-{task}`: the experiment {_line(name)}, {count} sessions" for (task, name), count in tasks.items()),
+        "",
+        "## Where things are",
+        "",
+        "- `sub-*/ses-*/beh/*_beh.tsv`: one row per trial that counts, in the order in which they were first answered.",
+        "- `task-*_beh.json`: what each column means. The same columns stand in every table of a task.",
+        "- `sub-*/ses-*/beh/*_beh.json`: how the session was made: display, stereo mode, glasses, distance, stimuli,",
+        "  software, and the SHA-256 of what decided on it.",
+        "- `sub-*/ses-*/beh/*_events.tsv`, where there is any: answers that a later attempt replaced, marks, notes,",
+        "  resumptions.",
+        "- `sourcedata/`: the sessions as they were recorded, byte for byte.",
+        "",
+        "Words that people wrote have tabs, line ends and invisible characters escaped as in JSON (`\\t`, `\\n`, "
+        "`\\u202e`).",
+        "",
+    ]
+    return "\n".join(lines)
+
+
+def changes(before: str | None, sources: Sequence[Source]) -> str:
+    """Return ``CHANGES``: an entry for this export on top of those of earlier exports into the same folder."""
+    found = re.match(r"1\.(\d+)\.0 ", before or "")
+    number = int(found[1]) + 1 if found else 0
+    observers = len({source.observer for source in sources})
+    entry = (
+        f"1.{number}.0 {datetime.now(UTC).date().isoformat()}\n"
+        f"  - {len(sources)} sessions of {observers} participants, exported by cyclopean {version('cyclopean')}.\n"
+    )
+    return f"{entry}\n{before}" if before else entry
+
+
+def write_dataset_files(folder: Path, about: About, sources: Sequence[Source], changes_before: str | None) -> None:
+    """Write description, README, CHANGES and participants into ``folder``."""
+    write_json(folder / "dataset_description.json", description(about, sources))
+    (folder / "README").write_text(readme(about, sources), encoding="utf-8", newline="\n")
+    (folder / "CHANGES").write_text(changes(changes_before, sources), encoding="utf-8", newline="\n")
+    labels = sorted({source.observer for source in sources})
+    write_table(folder / "participants.tsv", ("participant_id",), ((f"sub-{label}",) for label in labels))
+    write_json(folder / "participants.json", PARTICIPANTS)
+
+
+def _line(text: str) -> str:
+    """Return text from people as one line of plain Markdown."""
+    return re.sub(r"([`*_<>\[\]#|&])", r"\\\1", escape(text))

@@ -1,0 +1,155 @@
+"""What each column means: known ones by name, others from where they stand in the records."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from analysis.bids.columns import Column
+from analysis.bids.text import escape
+
+KINDS: Mapping[str, str] = {
+    "all_pairs": "two stimuli, one chosen; every two of them meet",
+    "active_pairs": "two stimuli, one chosen; the next pair is the one that tells most",
+    "best_of_series": "a series to leaf through, one stimulus chosen",
+    "rating": "one stimulus, rated on a scale",
+    "preference": "two intervals, one chosen",
+    "screening": "a test of the observer's vision",
+    "questionnaire": "a question to the observer",
+    "instructions": "a page of instructions",
+    "break": "a break, ended by the observer",
+}
+_SIDES = {"first": "the picture that stood first", "second": "the picture that stood second"}
+_PEOPLE = {"observer": "the observer", "experimenter": "the experimenter"}
+
+
+@dataclass(frozen=True, slots=True)
+class _Known:
+    description: str
+    units: str | None = None
+    levels: Mapping[str, str] = field(default_factory=dict)
+
+
+_NAMED = "The stimulus is described in the session's sidecar under Stimuli."
+_EXACT: Mapping[str, _Known] = {
+    "first": _Known(f"Name of the stimulus at the first position. {_NAMED}"),
+    "second": _Known(f"Name of the stimulus at the second position. {_NAMED}"),
+    "stimulus": _Known(f"Name of the stimulus that was shown. {_NAMED}"),
+    "chosen": _Known(f"Name of the stimulus that the observer chose. {_NAMED}"),
+    "rejected": _Known(f"Name of the stimulus that the observer did not choose. {_NAMED}"),
+    "answer": _Known("What the observer answered.", levels=_SIDES),
+    "first_position": _Known(
+        "Where the first picture stood.",
+        levels={place: f"the first picture stood {place}" for place in ("top", "bottom", "left", "right")},
+    ),
+    "practice": _Known("Whether the trial was practice, which is not scored."),
+    "correct": _Known("Whether the answer was right, where one is."),
+    "similarity": _Known("How similar the observer found it, on the experiment's scale."),
+    "difficulty": _Known("How difficult the observer found the choice, on the experiment's scale."),
+    "rating": _Known("The observer's rating on the experiment's scale."),
+    "question": _Known("The words of the question."),
+    "comment": _Known("What the observer wrote, with active characters escaped."),
+    "timed": _Known(
+        "For each timed scene of the trial: what it was, the frames asked for, how long it was asked for and shown in "
+        "milliseconds, and the frames that were missed."
+    ),
+    "uncharacterised": _Known("Whether the display was used in a stereo mode that had not been characterised."),
+    "disparity_arcsec": _Known("Binocular disparity.", "arcsec"),
+}
+_MEASURES: Mapping[str, _Known] = {
+    "percent_red": _Known("pixels that asked too much or too little of the red channel", "%"),
+    "percent_green": _Known("pixels that asked too much or too little of the green channel", "%"),
+    "percent_blue": _Known("pixels that asked too much or too little of the blue channel", "%"),
+    "percent_any": _Known("pixels outside the display's gamut", "%"),
+    "percent_above_full": _Known("pixels that asked too much of a channel", "%"),
+    "delta_e_00_mean": _Known("mean colour difference CIEDE2000 that the gamut clip cost", "1"),
+    "delta_e_00_max": _Known("largest colour difference CIEDE2000 that the gamut clip cost", "1"),
+}
+# Units live in the names of what is recorded.
+_UNITS: Sequence[tuple[str, str]] = (
+    ("_cd_m2", "cd/m^2"),
+    ("_arcsec", "arcsec"),
+    ("_arcmin", "arcmin"),
+    ("_percent", "%"),
+    ("_degrees", "deg"),
+    ("_deg", "deg"),
+    ("_px", "pixel"),
+    ("_mm", "mm"),
+    ("_hz", "Hz"),
+    ("_ms", "ms"),
+    ("_s", "s"),
+)
+_DEFINED: Mapping[str, dict[str, Any]] = {
+    "onset": {
+        "Description": "When the answer was recorded, from the start of the session, by the clock of the computer; "
+        "subtract response_time for when the question appeared. The start is known to the second, the distance "
+        "between two rows to the millisecond.",
+        "Units": "s",
+        "Format": "number",
+    },
+    "block": {"Description": "Number of the block in the experiment, from 0.", "Format": "integer"},
+    "trial": {"Description": "Number of the trial in its block, from 0.", "Format": "integer"},
+    "attempt": {
+        "Description": "How often the trial had been answered before. Only the last attempt at a trial is a row; "
+        "earlier ones are in the events table.",
+        "Format": "integer",
+    },
+    "response_time": {
+        "Description": "From the onset of the last scene that asked something to the event of the key, as the program "
+        "knows both; when light changed on the screen was not measured.",
+        "Units": "s",
+        "Format": "number",
+    },
+    "utc": {"Description": "Coordinated universal time at which the answer was recorded.", "Format": "datetime"},
+    "events": {
+        "Description": "The presses since the last record as JSON: pairs of key and seconds from the scene's onset.",
+        "Format": "string",
+    },
+}
+
+
+def fixed(name: str) -> dict[str, Any]:
+    """Return the definition of a column that every table has, except ``trial_type``."""
+    return dict(_DEFINED[name])
+
+
+def trial_type(kinds: Sequence[str]) -> dict[str, Any]:
+    """Return the definition of ``trial_type`` for trials of ``kinds``."""
+    levels = {escape(kind): KINDS.get(kind, f"a trial of the kind {escape(kind)}") for kind in kinds}
+    return {"Description": "The kind of trial.", "Levels": levels, "Format": "string"}
+
+
+def describe(column: Column) -> dict[str, Any]:
+    """Return a column's definition for a sidecar: description, units, levels, format. None is without a description."""
+    known = _known(column)
+    definition: dict[str, Any] = {"Description": known.description}
+    if column.holds_json:
+        definition["Description"] += " As JSON."
+    numeric = column.format in ("number", "integer")
+    units = known.units or next((unit for ending, unit in _UNITS if column.name.endswith(ending)), None)
+    if numeric and units:
+        definition["Units"] = units
+    if known.levels and column.values:
+        definition["Levels"] = {
+            value: known.levels.get(value, f"the answer that is recorded as {value}") for value in column.values
+        }
+    return {**definition, "Format": column.format}
+
+
+def _known(column: Column) -> _Known:
+    if len(column.place) == 1 and column.place[0] in _EXACT:
+        return _EXACT[column.place[0]]
+    if column.place[0] == "clipping" and column.place[-1] in _MEASURES:
+        measure = _MEASURES[column.place[-1]]
+        between = [escape(part) for part in column.place[1:-1]]
+        eyes = [part for part in between if part in ("left", "right")]
+        whose = [part for part in between if part not in ("left", "right")]
+        picture = f"the picture under '{' '.join(whose)}'" if whose else "the picture"
+        eye = f", as the {eyes[0]} eye sees it" if len(eyes) == 1 else ""
+        text = f"Of {picture}{eye}: {'percentage of ' if measure.units == '%' else ''}{measure.description}."
+        return _Known(text, measure.units)
+    where = ", therein ".join(f"'{re.sub('_', ' ', escape(part))}'" for part in column.place)
+    kinds = ", ".join(escape(kind) for kind in column.kinds)
+    return _Known(f"What is recorded under {where} by trials of the kind {kinds}.")

@@ -1,0 +1,171 @@
+"""Finding the sessions to export, from any number of folders that stations' results were copied into."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.bids.labels import check_label, task_label
+from analysis.errors import ResultsError
+from analysis.records import FILE_NAME, SessionLog, read_session, session_files
+from documents import Finding, InputError
+
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, slots=True)
+class Source:
+    """A session to export: where its log is, its SHA-256, and its labels."""
+
+    file: Path
+    digest: str
+    experiment: str
+    task: str
+    observer: str
+    session: str
+    simulated: bool
+    complete: bool
+
+    @property
+    def name(self) -> str:
+        """What the names of the session's files begin with."""
+        return f"sub-{self.observer}_ses-{self.session}_task-{self.task}"
+
+    @property
+    def folder(self) -> str:
+        """The folder of the session's tables in the dataset."""
+        return f"sub-{self.observer}/ses-{self.session}/beh"
+
+    @property
+    def raw(self) -> str:
+        """Where the session's log lies in the dataset: laid out as results are, so that commands can read it there."""
+        return f"sourcedata/{self.task}/sub-{self.observer}/ses-{self.session}/{FILE_NAME}"
+
+
+@dataclass(frozen=True, slots=True)
+class Found:
+    """The sessions, sorted by their names, and which files were copies of another one."""
+
+    sources: tuple[Source, ...]
+    copies: tuple[tuple[Path, Path], ...]
+
+
+def log_files(results: Sequence[Path], leave_out: Path) -> list[Path]:
+    """Return each session log in ``results`` once, except those below ``leave_out``.
+
+    Raises
+    ------
+    ResultsError
+        With one finding for each of ``results`` that does not exist or holds no session.
+    """
+    files: dict[Path, Path] = {}
+    findings: list[Finding] = []
+    for place in results:
+        if not place.exists():
+            findings.append(Finding("there is no such folder or file", str(place), remedy="check the path"))
+            continue
+        found = [file for file in session_files(place) if not file.resolve().is_relative_to(leave_out)]
+        if not found:
+            findings.append(Finding(f"the folder holds no {FILE_NAME}", str(place), remedy="name a folder of results"))
+        files |= {file.resolve(): file for file in found}
+    if findings:
+        raise ResultsError(findings)
+    return list(files.values())
+
+
+def find_sources(files: Iterable[Path], hear: Callable[[Source, SessionLog], None]) -> Found:
+    """Read each log once and pass it to ``hear``, unless it is a copy of one that was read.
+
+    Raises
+    ------
+    ResultsError
+        With a finding for every log that is damaged, whose labels are none, or that has another's labels and other
+        content; also where labels differ only in upper and lower case or two experiments would share a task label.
+    """
+    kept: dict[str, Source] = {}
+    copies: list[tuple[Path, Path]] = []
+    findings: list[Finding] = []
+    experiments: dict[str, Source] = {}
+    spellings: dict[str, Source] = {}
+    for file in files:
+        try:
+            digest = hashlib.sha256(_content(file)).hexdigest()
+            log = read_session(file)
+            source = _source(log, digest)
+        except InputError as error:
+            findings += error.findings
+            continue
+        other = kept.get(source.name)
+        if other is not None:
+            if other.digest == digest:
+                copies.append((other.file, file))
+            else:
+                findings.append(_conflict(other, source))
+            continue
+        fault = _same_task(experiments, source) or _same_spelling(spellings, source)
+        if fault:
+            findings.append(fault)
+            continue
+        kept[source.name] = source
+        try:
+            hear(source, log)
+        except InputError as error:
+            findings += error.findings
+    if findings:
+        raise ResultsError(findings)
+    return Found(tuple(kept[name] for name in sorted(kept)), tuple(copies))
+
+
+def _content(file: Path) -> bytes:
+    try:
+        return file.read_bytes()
+    except OSError as error:
+        raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
+
+
+def _source(log: SessionLog, digest: str) -> Source:
+    header, file = log.header, log.file
+    return Source(
+        file,
+        digest,
+        header.experiment,
+        task_label(header.experiment, file),
+        check_label("observer", header.observer, file),
+        check_label("session", header.session, file),
+        bool(header.simulated),
+        log.complete,
+    )
+
+
+def _conflict(first: Source, second: Source) -> Finding:
+    one, two = _content(first.file), _content(second.file)
+    longer = first.file if len(one) > len(two) else second.file
+    if one.startswith(two) or two.startswith(one):
+        remedy = f"one is the other's beginning: take the shorter away and keep {longer}"
+    else:
+        remedy = "take one away, or find out which is right"
+    what = f"the session {first.session} of observer {first.observer} stands in {first.file} with other content"
+    return Finding(what, str(second.file), remedy=remedy)
+
+
+def _same_task(experiments: dict[str, Source], source: Source) -> Finding | None:
+    other = experiments.setdefault(source.task.casefold(), source)
+    if other.experiment == source.experiment:
+        return None
+    what = (
+        f"the experiments '{source.experiment}' and '{other.experiment}' ({other.file}) would share the task label "
+        f"'{other.task}'"
+    )
+    return Finding(what, str(source.file), remedy="export them into folders of their own")
+
+
+def _same_spelling(spellings: dict[str, Source], source: Source) -> Finding | None:
+    for what, label in (("observer", source.observer), ("session", source.session)):
+        other = spellings.setdefault(f"{what} {label}".casefold(), source)
+        there = getattr(other, what)
+        if there != label:
+            text = f"the {what} '{label}' differs from '{there}' ({other.file}) only in upper and lower case"
+            return Finding(text, str(source.file), remedy="export them into folders of their own: BIDS allows one only")
+    return None

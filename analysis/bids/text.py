@@ -1,0 +1,92 @@
+"""Text from people in tables and JSON: nothing in it can break a table, turn the reading direction or run as a formula.
+
+BIDS gives a cell no way to hold a tab or a line end, so they are written as JSON writes them in strings (``\\t``,
+``\\n``, ``\\u202e``). `unescape` gives back exactly what was escaped.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import unicodedata
+from typing import Any
+
+MISSING = "n/a"
+_SHORT = {"\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"}
+_LONG = {short[1]: character for character, short in _SHORT.items()}
+# Controls, invisible marks (also those that turn the reading direction), lone surrogates, line separators.
+_ACTIVE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
+_JOINERS = "\u200c\u200d"  # Persian and emoji are spelled with them, and they do nothing else
+# What opens a quoted cell or a formula where a spreadsheet or a CSV reader opens the table.
+_OPENING = re.compile(r'^(\s*)(["=+\-@])')
+_ESCAPE = re.compile(r"\\(?:u([0-9a-f]{4})|U([0-9a-f]{8})|(.))")
+
+
+def _is_active(character: str) -> bool:
+    return unicodedata.category(character) in _ACTIVE and character not in _JOINERS
+
+
+def _number(character: str) -> str:
+    code = ord(character)
+    return f"\\u{code:04x}" if code <= 0xFFFF else f"\\U{code:08x}"
+
+
+def escape(text: str) -> str:
+    """Return ``text`` as a table's cell: one line without tabs, never empty, never ``n/a``, never a formula."""
+    if text == "":
+        return '""'
+    if text == MISSING:
+        return "n\\u002fa"
+    if text.isascii() and text.isprintable() and "\\" not in text:
+        line = text
+    else:
+        line = "".join(_SHORT.get(c) or (_number(c) if _is_active(c) else c) for c in text)
+    return _OPENING.sub(lambda found: found[1] + _number(found[2]), line)
+
+
+def unescape(cell: str) -> str:
+    """Return the text that `escape` made ``cell`` of."""
+    if cell == '""':
+        return ""
+
+    def character(found: re.Match[str]) -> str:
+        digits = found[1] or found[2]
+        return chr(int(digits, 16)) if digits else _LONG.get(found[3], found[0])
+
+    return _ESCAPE.sub(character, cell)
+
+
+def inert_json(value: Any, indent: int | None = None) -> str:
+    """Return ``value`` as JSON with every active character written as its number; NaN and infinities become strings."""
+    separators = None if indent else (",", ":")
+    try:
+        text = json.dumps(value, ensure_ascii=False, allow_nan=False, indent=indent, separators=separators)
+    except ValueError:
+        value = json.loads(json.dumps(value), parse_constant=str)
+        text = json.dumps(value, ensure_ascii=False, allow_nan=False, indent=indent, separators=separators)
+    if text.isascii() and "\x7f" not in text:
+        return text
+    # The only raw controls are the line ends of the indent: JSON has escaped those within strings.
+    return "".join(_json_number(c) if c != "\n" and _is_active(c) else c for c in text)
+
+
+def _json_number(character: str) -> str:
+    """Return the escape of JSON, which has four digits and writes what is beyond as two surrogates."""
+    units = character.encode("utf-16-be", "surrogatepass")
+    return "".join(f"\\u{units[i]:02x}{units[i + 1]:02x}" for i in range(0, len(units), 2))
+
+
+def cell(value: Any) -> str:
+    """Return a recorded value as a table's cell: mappings and sequences as JSON, None as ``n/a``."""
+    if value is None:
+        return MISSING
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return escape(value)
+    if isinstance(value, int):
+        return str(value)
+    if isinstance(value, float):
+        return repr(value) if math.isfinite(value) else escape(json.dumps(value))
+    return inert_json(value)

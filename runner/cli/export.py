@@ -1,0 +1,51 @@
+"""`cyclopean export`: results as a BIDS dataset."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+
+@click.command(name="export")
+@click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RESULTS...")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The dataset's folder.")
+@click.option("--name", help="Name of the dataset; the experiments' names if left out.")
+@click.option("--author", "authors", multiple=True, help="An author of the dataset; give it once for each.")
+@click.option("--license", "license_", help="Licence of the dataset, such as CC0 or CC-BY-4.0.")
+@click.option("--json", "as_json", is_flag=True, help="Print what was exported as JSON.")
+def command(
+    results: tuple[Path, ...],
+    output: Path,
+    name: str | None,
+    authors: tuple[str, ...],
+    license_: str | None,
+    as_json: bool,
+) -> None:
+    """Write results as a BIDS dataset, to share or to keep.
+
+    RESULTS are folders of sessions, from one station or many, or single session.jsonl files.
+    """
+    import json
+
+    from analysis.bids.dataset_files import About
+    from analysis.bids.export import export
+    from runner.cli.main import WorkError
+    from runner.cli.progress import progress_bar
+
+    try:
+        with progress_bar(quiet=as_json) as step:
+            done = export(results, output, About(name, authors, license_), step)
+    except OSError as error:
+        raise WorkError(f"the dataset cannot be written to {output}: {error.strerror}") from error
+    if as_json:
+        click.echo(json.dumps(done.to_json(), indent=2))
+        return
+    for kept, copy in done.copies:
+        click.echo(f"note: {copy} is a copy of {kept} and was taken once")
+    if done.notes:
+        click.echo(f"note: {done.notes} notes in free words are in the dataset; read them before you share it")
+    click.echo(
+        f"{done.sessions} sessions of {done.participants} participants, {done.trials} trials, as "
+        f"{', '.join(f'task-{label}' for label in done.tasks)}: {done.folder}"
+    )

@@ -1,0 +1,73 @@
+"""Columns: unique names, honest formats."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.bids.columns import FIXED, Column, ColumnCollector
+from analysis.bids.descriptions import describe
+from analysis.records import Trial
+
+
+def gathered(*data: dict[str, Any], kind: str = "odd") -> dict[str, Column]:
+    collector = ColumnCollector()
+    for number, recorded in enumerate(data):
+        collector.add(Trial(0, number, kind, (), 1.0, "", recorded), ())
+    columns = collector.columns()
+    named = {column.name: column for column in columns}
+    assert len(named) == len(columns)
+    return named
+
+
+@given(st.lists(st.dictionaries(st.text(max_size=6), st.integers() | st.text(max_size=3), max_size=6), max_size=4))
+def test_names_are_plain_unique_and_described_whatever_the_keys(data: list[dict[str, Any]]) -> None:
+    for name, column in gathered(*data).items():
+        assert re.fullmatch("[a-z0-9_]+", name)
+        assert name not in FIXED
+        definition = describe(column)
+        assert definition["Description"].endswith(".")
+        assert definition["Format"] == column.format
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ((1, 2), "integer"),
+        ((1, 2.5), "number"),
+        ((True, False), "boolean"),
+        ((True, 1), "string"),
+        ((1, "x"), "string"),
+        ((1.0, float("nan")), "string"),
+        ((None, 2), "integer"),
+        ((None, None), "string"),
+        (([1], [2]), "string"),
+    ],
+)
+def test_a_format_holds_for_every_value(values: tuple[Any, ...], expected: str) -> None:
+    assert gathered(*({"a": value} for value in values))["a"].format == expected
+
+
+def test_keys_that_bids_uses_otherwise_and_keys_that_look_alike_are_kept_apart() -> None:
+    columns = gathered({"stim_file": "x", "HED": "y", "onset": 1, "a.b": 2, "a b": 3, "a": {"b": 4}, "": 5, "é": 6})
+    assert list(columns) == ["data_stim_file", "data_hed", "data_onset", "a_b", "a_b_2", "a_b_3", "value", "value_2"]
+
+
+def test_a_mapping_by_name_is_one_column() -> None:
+    columns = gathered(*({"by_name": {f"n{number}": 1, f"m{number}": 2}} for number in range(200)))
+    assert list(columns) == ["by_name"]
+    assert columns["by_name"].holds_json
+    assert columns["by_name"].format == "string"
+
+
+def test_the_collector_keeps_nothing_of_the_trials() -> None:
+    collector = ColumnCollector()
+    for number in range(5000):
+        collector.add(Trial(0, number, "rating", (), 1.0, "", {"comment": f"words {number}", "rating": number}), ())
+    (comment, rating) = collector.columns()
+    assert comment.values is None
+    assert rating.format == "integer"

@@ -1,0 +1,47 @@
+"""`cyclopean export`: what it says, and how it ends."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from typing import Any
+
+from analysis.records import Note
+
+Lab = Any  # conftest.py
+
+
+def cyclopean(*words: object, expect: int = 0) -> subprocess.CompletedProcess[str]:
+    code = "from runner.cli.main import main; main()"
+    told = subprocess.run([sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, timeout=60)
+    assert told.returncode == expect, told.stderr
+    return told
+
+
+def test_it_says_what_it_wrote(lab: Lab) -> None:
+    lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")])
+    copy = lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")], station="other")
+    told = cyclopean("export", lab.folder / "results", lab.folder / "other", "-o", lab.folder / "bids").stdout
+    assert "1 sessions of 1 participants, 1 trials, as task-dynamicrange" in told
+    assert f"note: {copy} is a copy of" in told
+    assert "1 notes in free words" in told
+
+
+def test_it_says_so_in_json(lab: Lab) -> None:
+    lab.session()
+    done = json.loads(cyclopean("export", lab.folder / "results", "-o", lab.folder / "bids", "--json").stdout)
+    assert (done["sessions"], done["trials"], done["tasks"]) == (1, 3, {"dynamicrange": "dynamic_range"})
+
+
+def test_wrong_input_ends_with_2_and_writes_nothing(lab: Lab) -> None:
+    told = cyclopean("export", lab.folder / "nowhere", "-o", lab.folder / "bids", expect=2)
+    assert "there is no such folder" in told.stderr
+    assert not (lab.folder / "bids").exists()
+
+
+def test_a_place_that_cannot_be_written_ends_with_1(lab: Lab) -> None:
+    lab.session()
+    (lab.folder / "file").write_text("")
+    told = cyclopean("export", lab.folder / "results", "-o", lab.folder / "file" / "bids", expect=1)
+    assert "cannot be written" in told.stderr

@@ -1,0 +1,138 @@
+"""The official BIDS validator on what the export writes."""
+
+from __future__ import annotations
+
+import json
+import os
+import shutil
+import subprocess
+import sys
+from collections import Counter
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from analysis.bids.dataset_files import About
+from analysis.bids.export import export
+from analysis.records import Mark, Note, Resumption
+
+Lab = Any  # conftest.py
+Issues = Callable[[Path], list[dict[str, Any]]]
+ABOUT = About("Car paints", ("A. Author", "B. Author"), "CC0")
+# docs/bids.md says of each why it is left.
+WARNED = {
+    ("JSON_KEY_RECOMMENDED", "HEDVersion"),
+    ("SIDECAR_KEY_RECOMMENDED", "Instructions"),
+    ("SIDECAR_KEY_RECOMMENDED", "CogAtlasID"),
+    ("SIDECAR_KEY_RECOMMENDED", "CogPOID"),
+    ("SIDECAR_KEY_RECOMMENDED", "InstitutionName"),
+    ("SIDECAR_KEY_RECOMMENDED", "InstitutionAddress"),
+    ("SIDECAR_KEY_RECOMMENDED", "InstitutionalDepartmentName"),
+}
+HOSTILE = (
+    "a\tb\nc\r\nd",
+    "\u202eright to left\u2066",
+    "n/a",
+    "",
+    " ",
+    "=cmd|' /C calc'!A0",
+    '"open quote',
+    "<script>alert(1)</script>",
+    "\x00\x1b[31m\x7f\x85\u2028\u2029\ufeff",
+    "back\\slash\\t",
+    "é" * 3000,
+    "\U0001f469\u200d\U0001f52c \U000e0041",
+)
+
+
+def check(issues: list[dict[str, Any]]) -> None:
+    """No error, and no warning that the documentation does not name."""
+    errors = [issue for issue in issues if issue["severity"] == "error"]
+    assert not errors, json.dumps(errors[:5], indent=1)
+    warned = {(issue["code"], issue.get("subCode", "")) for issue in issues if issue["severity"] == "warning"}
+    assert warned <= WARNED
+
+
+def _kinds(lab: Lab, text: str) -> list[Any]:
+    """A trial of each kind, as the runner may record it, with words from people in it."""
+    data: dict[str, dict[str, Any]] = {
+        "instructions": {},
+        "break": {"text": text},
+        "best_of_series": {
+            "series": ["one", "two", "three"],
+            "chosen": "two",
+            "path": [["one", 0.4], ["two", 1.5]],
+            "dwell_s": {"one": 0.4, "two": 1.5, "three": 0.0},
+            "similarity": 7,
+            "difficulty": 3,
+        },
+        "rating": {"stimulus": "one", "rating": 4, "scale": {"low": text, "high": "glossy"}},
+        "questionnaire": {"question": text, "answer": text, "number": 2.5, "comment": text},
+        "preference": {"answer": "second", "first": "one", "second": "two", "stim_file": "x.exr"},
+        "screening": {"test": "stereo", "disparity_arcsec": 40.0, "correct": True, "passed": False, "HED": "Event"},
+        "active_pairs": {"first": "one", "second": "two", "answer": "tie", "expected_information_bits": 0.25},
+        text or "odd": {text or "odd": text, "duration": -1, "practice": True, "age": "old"},
+    }
+    return [lab.trial(kind, fields, block=n, trial=n) for n, (kind, fields) in enumerate(data.items())]
+
+
+def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Issues) -> None:
+    for number, text in enumerate(HOSTILE):
+        records = [
+            *_kinds(lab, text),
+            lab.pair(20, block=20),
+            lab.pair(20, block=20, attempt=1),
+            Note(text, "observer", 20, 1, "2026-01-02T03:04:20Z"),
+            Note(text, "experimenter", 20, 1, "no time at all"),
+            Mark(20, 20, "observer", "2026-01-02T03:03:00Z"),
+            Resumption("2026-01-02T03:08:00Z", {"rig": ["a", "b"]}),
+        ]
+        words = {"question": text, "remarks": (text,), "analysis": {text: text}}
+        lab.session(records, observer=f"{number:02d}", session=f"s{number}", complete=number % 2 == 0, **words)
+    done = export([lab.folder / "results"], lab.folder / "bids", ABOUT)
+    assert done.sessions == len(HOSTILE)
+    check(bids_issues(done.folder))
+
+
+def test_two_experiments_from_two_stations_pass(lab: Lab, bids_issues: Issues) -> None:
+    for station, experiment in (("a", "dynamic_range"), ("b", "gloss-2")):
+        for number in range(3):
+            lab.session(station=station, experiment=experiment, observer=f"{number}", session=f"{station}{number}")
+    shutil.copytree(lab.folder / "a", lab.folder / "copy of a")
+    done = export([lab.folder / "a", lab.folder / "b", lab.folder / "copy of a"], lab.folder / "bids", ABOUT)
+    assert (done.sessions, len(done.copies)) == (6, 3)
+    check(bids_issues(done.folder))
+
+
+def test_simulated_observers_pass(study: Any, bids_issues: Issues) -> None:
+    """Sessions that the runner recorded, through the command line."""
+    code = "from runner.cli.main import main; main()"
+
+    def cyclopean(*words: object) -> None:
+        told = subprocess.run(
+            [sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, timeout=120
+        )
+        assert told.returncode == 0, told.stderr
+
+    for observer in ("01", "02"):
+        simulated = ("--simulate", study.observers, "--results", study.results, "--json")
+        cyclopean("run", study.experiment, "--observer", observer, *simulated)
+    folder = study.folder / "bids"
+    names = ("--author", "A. Author", "--author", "B. Author", "--license", "CC0")
+    cyclopean("export", study.results, "-o", folder, *names)
+    check(bids_issues(folder))
+    tables = sorted(folder.glob("sub-*/ses-*/beh/*_beh.tsv"))
+    assert len(tables) == 2
+    kinds = Counter(line.split("\t")[4] for line in tables[0].read_text().splitlines()[1:])
+    assert kinds["all_pairs"] == 6
+
+
+def test_the_validator_does_find_faults(lab: Lab, bids_issues: Issues) -> None:
+    """The oracle is awake: what is spoilt on purpose is told."""
+    lab.session()
+    folder = export([lab.folder / "results"], lab.folder / "bids", ABOUT).folder
+    (file,) = folder.glob("sub-*/ses-*/beh/*_beh.tsv")
+    file.write_text(file.read_text().replace("1.25", "soon"))
+    os.rename(file.with_suffix(".json"), file.with_name("notes.json"))
+    codes = {issue["code"] for issue in bids_issues(folder) if issue["severity"] == "error"}
+    assert {"TSV_VALUE_INCORRECT_TYPE", "NOT_INCLUDED"} <= codes
