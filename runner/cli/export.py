@@ -22,7 +22,7 @@ def command(
     license_: str | None,
     as_json: bool,
 ) -> None:
-    """Write results as a BIDS dataset, to share or to keep.
+    """Write results as a BIDS dataset.
 
     RESULTS are folders of sessions, from one station or many, or single session.jsonl files.
     """
