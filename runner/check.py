@@ -26,7 +26,6 @@ from stimuli.recipe import read_recipe
 # Resolving 60 cycles per degree takes two samples a cycle (thesis Section 2.4.1, corrected).
 EYE_LIMIT_PX_PER_DEG = 120.0
 STANDARD_FIELD_DEG = 10.0
-_SECONDS_PER_TRIAL = 5.0
 
 Facts = dict[str, Any]
 
@@ -61,7 +60,8 @@ def _experiment(file: Path) -> Facts:
     rig = design.rig
     pitch_mm = rig.display.panel.pixel_pitch_mm
     width_mm, height_mm = design.spec.layout.size_mm
-    trials = sum(block.trials for block in design.blocks("01"))
+    blocks = design.blocks("01")
+    trials = sum(block.trials for block in blocks)
     angle = [round(float(visual_angle_deg(size, rig.distance_mm)), 2) for size in (width_mm, height_mm)]
     density = pixels_per_degree(pitch_mm, rig.distance_mm)
     remarks = []
@@ -72,7 +72,7 @@ def _experiment(file: Path) -> Facts:
             f"{density:.1f} pixels per degree are below the {EYE_LIMIT_PX_PER_DEG:.0f} at which the eye's finest "
             "detail could be shown: pixels may be seen"
         )
-    keys = dict(design.layout.keys)
+    keys = {key: meaning for block in blocks for key, meaning in block.keys.items()}
     onsets, doubts = _onsets(rig)
     remarks += doubts
     stimuli = build(design.recipe_file, pitch_mm)
@@ -85,7 +85,7 @@ def _experiment(file: Path) -> Facts:
     mixed = design.mode.mixture(rig.models) is not None
     if rig.gain_map:
         remarks.append(f"the gain map costs {100 * rig.gain_map.luminance_lost:.1f} % of the luminance")
-    aperture = design.layout.aperture_px
+    aperture = design.aperture_px
     small = [name for name in stimuli.names if _smaller(stimuli.entry(name)["size_px"], aperture)]
     if small:
         remarks.append(f"smaller than the aperture of {aperture[0]} x {aperture[1]} px: {', '.join(small)}")
@@ -94,13 +94,13 @@ def _experiment(file: Path) -> Facts:
         "name": design.spec.name,
         "stimuli": len(design.stimulus_names),
         "trials": trials,
-        "minutes_at_5_s": round(trials * _SECONDS_PER_TRIAL / 60, 1),
+        "minutes": round(sum(block.expected_s for block in blocks) / 60, 1),
         "mode": rig.mode,
         "crosstalk": "cancelled" if rig.crosstalk else "not measured",
         "onsets": onsets,
         "picture_deg": angle,
         "pixels_per_degree": round(density, 2),
-        "keys": {**keys, "space": "continue", "escape": "leave"},
+        "keys": {**keys, "space": "continue", "escape": "pause"},
         "clipped_percent": _per_eye(clipping, "percent_any"),
         "clipping_cost_mean_delta_e_00": _per_eye(clipping, "delta_e_00_mean"),
         **({"filters_cost_mean_delta_e_00": _per_eye(clipping, "projection_delta_e_00_mean")} if mixed else {}),

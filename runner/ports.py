@@ -6,12 +6,18 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
-from runner.presenter.scene import Scene
+from runner.presenter.scene import Offset, Scene
+from runner.tasks import NOTHING, Task
 
 
 @dataclass(frozen=True, slots=True)
 class KeyPress:
-    """A key going down at ``time_s`` on the presenter's monotonic clock; ``key`` as in ``up``, ``space``, ``a``."""
+    """Something an observer did at ``time_s`` on the presenter's monotonic clock.
+
+    ``key`` is a key going down (``up``, ``space``, ``a``), a step of the wheel (``wheel_up``, ``wheel_down``), a button
+    of a gamepad (``pad_a``, ``pad_left``), a click (``click MEANING`` of the target that was hit) or a typed character
+    (``text X``).
+    """
 
     key: str
     time_s: float
@@ -35,17 +41,43 @@ class WindowClosed(Exception):
 
 
 @dataclass(frozen=True, slots=True)
+class Target:
+    """A rectangle that can be clicked: its middle and size (width, height) in pixels, as places in a scene are."""
+
+    offset_px: Offset
+    size_px: tuple[int, int]
+
+    def holds(self, place_px: Offset) -> bool:
+        """Return whether ``place_px`` lies in it."""
+        return all(
+            2 * abs(place - middle) <= size
+            for place, middle, size in zip(place_px, self.offset_px, self.size_px, strict=True)
+        )
+
+
+@dataclass(frozen=True, slots=True)
 class Ask:
     """A scene, what each key would mean to the block that shows it, and the scene to expect after it.
 
-    ``about`` are the stimuli that the answer chooses between, in the order of the meanings ``first`` and ``second``;
-    the scene need not show them any more.
+    ``targets`` maps further meanings to where they can be clicked; with ``typing``, any character can be typed too.
+    ``task`` says what is asked to those who answer without looking.
     """
 
     scene: Scene
     keys: Mapping[str, str] = field(default_factory=dict)
     upcoming: Scene | None = None
-    about: tuple[str, ...] = ()
+    task: Task = NOTHING
+    targets: Mapping[str, Target] = field(default_factory=dict)
+    typing: bool = False
+
+    def meaning(self, key: str) -> str | None:
+        """Return what ``key`` means here, None if nothing."""
+        if key in self.keys:
+            return self.keys[key]
+        kind, _, rest = key.partition(" ")
+        if kind == "click" and rest in self.targets:
+            return rest
+        return key if kind == "text" and rest and self.typing else None
 
 
 class Presenter(Protocol):
@@ -68,7 +100,7 @@ class Observer(Protocol):
     """Answers what is shown: a person, a simulation or a replay; the engine cannot tell which."""
 
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
-        """Return the first press of one of ``ask.keys`` or of ``escape`` after ``onset_s``.
+        """Return the first press that means something to ``ask``, or of ``escape``, after ``onset_s``.
 
         Raises WindowClosed if there is nothing left to answer to.
         """

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import threading
 from collections.abc import Mapping
 from pathlib import Path
 from types import TracebackType
@@ -11,7 +12,7 @@ from typing import Any, BinaryIO
 
 from filelock import FileLock, Timeout
 
-from analysis.records import FILE_NAME, Header, SessionLog, Trial, read_session
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
 from documents import Finding
 from runner.errors import SessionError
 
@@ -19,7 +20,8 @@ from runner.errors import SessionError
 class Recorder:
     """An open session log.
 
-    Every ``append`` returns only once its line is on disk. Use as a context manager; the lock goes with it, or with
+    Every ``append``, ``note`` and ``mark`` returns only once its line is on disk; they may
+    come from several threads. Use as a context manager; the lock goes with it, or with
     the process if that is killed.
     """
 
@@ -27,6 +29,7 @@ class Recorder:
         self.folder = folder
         self._lock = lock
         self._stream = stream
+        self._turn = threading.Lock()
 
     @classmethod
     def create(cls, folder: Path, header: Header) -> Recorder:
@@ -57,8 +60,8 @@ class Recorder:
         return cls(folder, lock, _open(folder / FILE_NAME))
 
     @classmethod
-    def reopen(cls, folder: Path) -> tuple[Recorder, SessionLog]:
-        """Open a session that stopped, and return what it holds.
+    def reopen(cls, folder: Path, resumption: Resumption | None = None) -> tuple[Recorder, SessionLog]:
+        """Open a session that stopped, record its ``resumption`` if given, and return what it held.
 
         A line cut short by a power cut is kept beside the log as ``torn-*.bin`` and taken off its end.
         """
@@ -75,20 +78,39 @@ class Recorder:
         if not file.read_bytes().endswith(b"\n"):
             stream.write(b"\n")
             os.fsync(stream.fileno())
-        return cls(folder, lock, stream), log
+        recorder = cls(folder, lock, stream)
+        if resumption is not None:
+            recorder._write(resumption.to_json())
+        return recorder, log
 
     def append(self, trial: Trial) -> None:
         """Record an answer; it is on disk when this returns."""
-        _write(self._stream, trial.to_json())
+        self._write(trial.to_json())
+
+    def note(self, note: Note) -> None:
+        """Record a note."""
+        self._write(note.to_json())
+
+    def mark(self, mark: Mark) -> None:
+        """Record the wish that a trial be asked once more."""
+        self._write(mark.to_json())
+
+    def answers(self) -> tuple[Trial, ...]:
+        """Return every attempt that the log holds."""
+        return read_session(self.folder / FILE_NAME).answers
 
     def end(self, facts: Mapping[str, Any]) -> None:
         """Record that the session is complete, and ``facts`` of how it went."""
-        _write(self._stream, {"record": "end", **facts})
+        self._write({"record": "end", **facts})
 
     def close(self) -> None:
         """Close the log and let others have it."""
         self._stream.close()
         self._lock.release()
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        with self._turn:
+            _write(self._stream, line)
 
     def __enter__(self) -> Recorder:
         return self

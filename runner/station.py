@@ -137,7 +137,7 @@ class Station:
                 answers,
                 recorder,
                 clip_costs=costs,
-                marks={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
+                stamps={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
                 logged=logged,
                 on_trial=on_trial,
                 closing_facts=lambda: {"work": asdict(self.presenter.counters)},

@@ -2,43 +2,25 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Literal
+from dataclasses import dataclass, replace
 
+from runner.blocks.layouts import PairLayout
 from runner.blocks.message import page
 from runner.blocks.pair_order import pair_order
-from runner.blocks.steps import Draft, Hold, Steps, answer
+from runner.blocks.steps import Block, Draft, Hold, Steps, answer
+from runner.blocks.style import FULL_HD_HALF, Style
 from runner.ports import Ask
-from runner.presenter.scene import Offset, Picture, Scene, Text
+from runner.presenter.scene import Picture, Scene, Text
+from runner.tasks import Compare
 
-FIXATION = Scene((Text("+", height_px=48),))
 
-
-@dataclass(frozen=True, slots=True)
-class PairLayout:
-    """Where the two pictures and the question stand, in pixels from the middle of each eye's area."""
-
-    arrangement: Literal["vertical", "horizontal"]
-    first_px: Offset
-    second_px: Offset
-    aperture_px: tuple[int, int]
-    question_px: Offset
-    question_width_px: int
-
-    @property
-    def keys(self) -> dict[str, str]:
-        """The arrow keys that choose the first and the second picture."""
-        vertical = self.arrangement == "vertical"
-        return {"up": "first", "down": "second"} if vertical else {"left": "first", "right": "second"}
-
-    @property
-    def position_names(self) -> tuple[str, str]:
-        """What the first and the second place are called in the record."""
-        return ("top", "bottom") if self.arrangement == "vertical" else ("left", "right")
+def fixation(style: Style) -> Scene:
+    """Return a cross in the middle."""
+    return Scene((style.text("+", height=48),))
 
 
 @dataclass(frozen=True, slots=True)
-class AllPairs:
+class AllPairs(Block):
     """The thesis's second experiment (Section 4.5.2): all pairs, one answer each, a break now and then.
 
     In seconds, to the nearest frame: ``fixation_s`` shows a cross before each pair, ``exposure_s`` takes the pair away
@@ -56,11 +38,18 @@ class AllPairs:
     fixation_s: float = 0.0
     exposure_s: float | None = None
     blank_s: float = 0.0
+    style: Style = FULL_HD_HALF
+    reference: str | None = None
 
     @property
     def trials(self) -> int:
         """Pairs times repeats."""
         return len(self.stimuli) * (len(self.stimuli) - 1) // 2 * self.repeats
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The arrows that choose."""
+        return self.layout.keys
 
     def steps(self) -> Steps:
         """Ask for every pair and record each answer."""
@@ -69,18 +58,18 @@ class AllPairs:
         for number, (first, second) in enumerate(pairs):
             if self.break_every and number and number % self.break_every == 0:
                 words = f"Time for a break.\n{number} of {len(pairs)} comparisons are done."
-                yield Ask(page(words).scene, page(words).keys, upcoming=self.scene(first, second))
+                yield replace(page(words, self.style), upcoming=self.scene(first, second))
             following = pairs[number + 1] if number + 1 < len(pairs) else None
             upcoming = self.scene(*following) if following else None
             if self.blank_s and number:
                 yield Hold("blank", Scene(), self.blank_s)
             if self.fixation_s:
-                yield Hold("fixation", FIXATION, self.fixation_s)
+                yield Hold("fixation", fixation(self.style), self.fixation_s)
             scene = self.scene(first, second)
             if self.exposure_s:
                 yield Hold("pair", scene, self.exposure_s)
                 scene = Scene(scene.items[-1:])  # the question stays
-            response = answer((yield Ask(scene, self.layout.keys, upcoming, about=(first, second))))
+            response = answer((yield Ask(scene, self.layout.keys, upcoming, Compare(first, second, self.reference))))
             chosen, rejected = (first, second) if response.meaning == "first" else (second, first)
             yield Draft(
                 "all_pairs",
@@ -103,6 +92,7 @@ class AllPairs:
             (
                 Picture(first, layout.first_px, layout.aperture_px),
                 Picture(second, layout.second_px, layout.aperture_px),
-                Text(self.question, layout.question_px, height_px=24, width_px=layout.question_width_px),
+                *layout.reference(self.reference),
+                Text(self.question, layout.question_px, self.style.px(24), layout.question_width_px),
             )
         )

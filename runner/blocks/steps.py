@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Mapping
 from dataclasses import dataclass, field
-from typing import Any, Protocol, TypeAlias
+from typing import Any, TypeAlias
 
 from runner.ports import Ask
 from runner.presenter.scene import Scene
+from stimuli.stereo_image import StereoImage
+
+SECONDS_PER_TRIAL = 5.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -32,13 +36,15 @@ class Hold:
 class Draft:
     """What a block wants recorded of one trial; the engine adds where and when.
 
-    ``stimuli`` are the names shown, for the record of what the gamut clip cost.
+    ``stimuli`` are the names shown, for the record of what the gamut clip cost. ``repeatable`` says whether it makes
+    sense to ask it once more, as it does not of a page of words.
     """
 
     kind: str
     data: Mapping[str, Any] = field(default_factory=dict)
     stimuli: tuple[str, ...] = ()
     response_time_s: float = 0.0
+    repeatable: bool = True
 
 
 # A block yields an Ask and is sent its Response, yields a Hold and is sent None when it is time for the next scene, or
@@ -46,13 +52,32 @@ class Draft:
 Steps: TypeAlias = Generator[Ask | Hold | Draft, Response | None, None]
 
 
-class Block(Protocol):
+class Block(ABC):
     """One part of a session."""
+
+    __slots__ = ()
 
     @property
     def trials(self) -> int:
         """How many scored trials it will record."""
+        return 0
 
+    @property
+    def expected_s(self) -> float:
+        """About how long it will take."""
+        return SECONDS_PER_TRIAL * self.trials
+
+    @property
+    def keys(self) -> Mapping[str, str]:
+        """What the keys mean in it, beside the space bar that goes on."""
+        return {}
+
+    @property
+    def pictures(self) -> Mapping[str, Callable[[], StereoImage]]:
+        """Pictures of its own making, by the names that its scenes show them by."""
+        return {}
+
+    @abstractmethod
     def steps(self) -> Steps:
         """Start the coroutine; called again after an interruption it must yield the same steps."""
 

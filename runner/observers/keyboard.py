@@ -18,5 +18,5 @@ class Keyboard:
         """Return the first press after the onset that means something here."""
         while True:
             press = self.wait_key()
-            if press.time_s >= onset_s and (press.key in ask.keys or press.key == "escape"):
+            if press.time_s >= onset_s and (ask.meaning(press.key) is not None or press.key == "escape"):
                 return press

@@ -13,6 +13,7 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 from documents import Finding, load_document
 from runner.errors import SessionError
 from runner.ports import Ask, KeyPress
+from runner.tasks import Compare
 
 
 class PublishedSpec(BaseModel):
@@ -64,8 +65,8 @@ class BradleyTerryObserver:
         """Choose between the two pictures shown, or go on where there is nothing to choose."""
         time_s = onset_s + self.median_response_time_s * self.rng.lognormvariate(0.0, 0.4)
         meanings = {meaning: key for key, meaning in ask.keys.items()}
-        if {"first", "second"} <= meanings.keys():
-            first, second = ask.about
+        if isinstance(ask.task, Compare):
+            first, second = ask.task.first, ask.task.second
             share = self.scores[first] / (self.scores[first] + self.scores[second])
             return KeyPress(meanings["first" if self.rng.random() < share else "second"], time_s)
         return KeyPress(next(iter(ask.keys)), time_s)

@@ -13,7 +13,7 @@ from runner.presenter.modes.mode import EyeArea
 from runner.presenter.painter import Painter
 from runner.presenter.placing import place_item
 from runner.presenter.rectangle import Rectangle
-from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.scene import Box, Picture, Scene, Text
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.view_codes import PictureCodes
 from runner.presenter.words import Words
@@ -110,7 +110,7 @@ class Drawing:
         width, height = self.surface.size_px
         return covered_px == width * height
 
-    def _text(self, target: moderngl.Framebuffer, area: EyeArea, item: Text) -> None:
+    def _text(self, target: moderngl.Framebuffer, area: EyeArea, item: Text | Box) -> None:
         coverage = self.words.coverage(item)
         if coverage is None:
             return

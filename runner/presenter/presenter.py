@@ -19,7 +19,7 @@ from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.pictures import Pictures
 from runner.presenter.rectangle import Size
-from runner.presenter.scene import Scene, Text
+from runner.presenter.scene import Box, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.timing import SwapLog, missed_frames
@@ -204,7 +204,7 @@ class Presenter:
 
     def _rasterise(self, scene: Scene) -> None:
         for item in scene.items:
-            if isinstance(item, Text):
+            if isinstance(item, Text | Box):
                 self._words.coverage(item)
 
     def _go_on(self) -> None:

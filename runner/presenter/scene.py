@@ -38,7 +38,16 @@ class Text:
     luminance_share: float = 0.4
 
 
-Item: TypeAlias = Picture | Text
+@dataclass(frozen=True, slots=True)
+class Box:
+    """A rectangle of ``size_px`` (width, height) filled with grey at ``luminance_share`` of the display's white."""
+
+    offset_px: Offset
+    size_px: tuple[int, int]
+    luminance_share: float = 0.4
+
+
+Item: TypeAlias = Picture | Text | Box
 
 
 @dataclass(frozen=True, slots=True)

@@ -1,4 +1,4 @@
-"""Words as textures: their coverage once per text, and a ramp of ink once per eye and brightness."""
+"""Words and boxes as textures: their coverage once per item, and a ramp of ink once per eye and brightness."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from runner.presenter.depth import Bits, highest_code
 from runner.presenter.least_recent import LeastRecent
 from runner.presenter.lettering import coverage
 from runner.presenter.modes.mixture import Mixture
-from runner.presenter.scene import Text
+from runner.presenter.scene import Box, Text
 from runner.presenter.surfaces.gl_calls import Codes
 
 
@@ -63,7 +63,7 @@ def squeezed(coverage: NDArray[np.uint8], squeeze: tuple[int, int]) -> NDArray[n
 
 
 class Words:
-    """The textures of words, at zero parallax: both eyes share one coverage, each has its own ink."""
+    """The textures of words and boxes, at zero parallax: both eyes share one coverage, each has its own ink."""
 
     def __init__(
         self,
@@ -84,12 +84,16 @@ class Words:
         self._sheets: LeastRecent[tuple[str, int, int], Sheet] = LeastRecent(budget_bytes)
         self._inks: LeastRecent[tuple[int, float], Sheet] = LeastRecent(1 << 20)
 
-    def coverage(self, text: Text) -> Sheet | None:
-        """Return the coverage of ``text``, top row first; None if there is nothing to see."""
-        if not text.words.strip():
+    def coverage(self, item: Text | Box) -> Sheet | None:
+        """Return the coverage of ``item``, top row first; None if there is nothing to see."""
+        if isinstance(item, Box):
+            key = "", item.size_px[1], item.size_px[0]  # no text has no words
+            sheet = self._sheets.get(key, lambda: self._fill(item.size_px))
+        elif item.words.strip():
+            key = item.words, item.height_px, item.width_px
+            sheet = self._sheets.get(key, lambda: self._rasterise(*key))
+        else:
             return None
-        key = text.words, text.height_px, text.width_px
-        sheet = self._sheets.get(key, lambda: self._rasterise(*key))
         self._sheets.trim({key})
         return sheet
 
@@ -115,6 +119,9 @@ class Words:
         self._work.add(texts_rasterised=1)
         drawn = coverage(words, height_px, width_px)
         return self._sheet(squeezed(drawn, self._squeeze) if drawn is not None else np.zeros((1, 1), np.uint8), 1)
+
+    def _fill(self, size_px: tuple[int, int]) -> Sheet:
+        return self._sheet(squeezed(np.full(size_px[::-1], 255, np.uint8), self._squeeze), 1)
 
     def _ramp(self, codes: Codes) -> Sheet:
         """Return the codes as a texture: bytes where 8 bits hold them, else floats, as 10 bits are blended from."""

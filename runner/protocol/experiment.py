@@ -5,7 +5,7 @@ from __future__ import annotations
 import difflib
 import hashlib
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -13,17 +13,17 @@ from devices.rig_file import Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.yaml_source import Path_, YamlSource
 from runner.aperture import LoadPart, through_aperture
-from runner.blocks.all_pairs import AllPairs, PairLayout
-from runner.blocks.message import Message
 from runner.blocks.steps import Block
+from runner.blocks.style import Style
 from runner.errors import SessionError
-from runner.layout import pair_layout
+from runner.layout import aperture_px
 from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
-from runner.protocol.schema import AllPairsSpec, ExperimentSpec
+from runner.protocol.schema import ExperimentSpec
+from runner.protocol.setting import Factors, Setting, Stimuli
 from stimuli.names import stimulus_names
 from stimuli.recipe import read_recipe
 from stimuli.stereo_image import StereoImage
@@ -39,19 +39,33 @@ class Experiment:
     spec: ExperimentSpec
     rig: Rig
     recipe_file: Path
-    stimulus_names: tuple[str, ...]
-    area_px: tuple[int, int]
-    layout: PairLayout
+    stimuli: Stimuli
+    view_px: tuple[int, int]
+
+    @property
+    def stimulus_names(self) -> tuple[str, ...]:
+        """The names of all stimuli, a reference picture among them."""
+        return tuple(self.stimuli.factors)
 
     @property
     def mode(self) -> Mode:
         """The stereo mode, adjusted as the rig says."""
         return find_mode(self.rig.mode, ModeOptions.parse(self.rig.mode_options))
 
+    @property
+    def aperture_px(self) -> tuple[int, int]:
+        """The size (width, height) of what is shown of each picture."""
+        return aperture_px(self.spec.layout, self.rig.display.panel)
+
+    @property
+    def style(self) -> Style:
+        """How words look."""
+        return Style(self.view_px)
+
     def shown(self, load: LoadPart) -> Callable[[str], StereoImage]:
         """Return ``load`` with its pictures cropped to what the layout's aperture shows of them."""
         area = self.mode.areas(self.rig.display.panel.resolution_px)[0]
-        return through_aperture(load, self.layout.aperture_px, area)
+        return through_aperture(load, self.aperture_px, area)
 
     @property
     def dithering(self) -> Dithering | None:
@@ -60,51 +74,24 @@ class Experiment:
 
     @property
     def places_px(self) -> tuple[Offset, ...]:
-        """Where pictures are shown, as offsets from the middle of each eye's view."""
-        return self.layout.first_px, self.layout.second_px
+        """Where stimuli are shown, as offsets from the middle of each eye's view, each once."""
+        blocks = zip(self.spec.blocks, self._settings("01"), strict=True)
+        return tuple(dict.fromkeys(place for spec, setting in blocks for place in spec.places_px(setting)))
 
     @property
     def digest(self) -> str:
         """SHA-256 of what the file says, whatever its comments and layout."""
         return hashlib.sha256(self.spec.model_dump_json().encode()).hexdigest()
 
-    def stimuli(self, block: AllPairsSpec) -> tuple[str, ...]:
-        """Return the names that ``block`` compares."""
-        return self.stimulus_names if block.stimuli == "all" else tuple(block.stimuli)
-
     def blocks(self, observer: str) -> tuple[Block, ...]:
         """Return the blocks as ``observer`` will meet them: the order is drawn from experiment and observer."""
-        number = _number(observer)
-        blocks: list[Block] = []
-        for index, spec in enumerate(self.spec.blocks):
-            if isinstance(spec, AllPairsSpec):
-                # Two neighbouring observers share an orientation and take opposite sides of it.
-                seed = f"{self.spec.seed}/{self.spec.name}/{index}/{number // 2}"
-                blocks.append(
-                    AllPairs(
-                        self.stimuli(spec),
-                        self.spec.question,
-                        self.layout,
-                        seed,
-                        order_seed=f"{seed}/{observer}",
-                        flip_sides=bool(number % 2),
-                        repeats=spec.repeats,
-                        break_every=spec.break_every,
-                        fixation_s=spec.fixation_s,
-                        exposure_s=spec.exposure_s,
-                        blank_s=spec.blank_s,
-                    )
-                )
-            else:
-                blocks.append(Message(spec.kind, spec.text))
-        return tuple(blocks)
+        settings = self._settings(observer)
+        return tuple(spec.make(setting) for spec, setting in zip(self.spec.blocks, settings, strict=True))
 
-
-def _number(observer: str) -> int:
-    """Return the observer's number if the label is one, else a number drawn from it."""
-    if observer.isdecimal():
-        return int(observer)
-    return int.from_bytes(hashlib.sha256(observer.encode()).digest()[:8])
+    def _settings(self, observer: str) -> list[Setting]:
+        spec = self.spec
+        common = spec.name, spec.seed, spec.question, spec.layout, self.rig, self.view_px, self.stimuli
+        return [Setting(*common, observer, index) for index in range(len(spec.blocks))]
 
 
 def check_observer(observer: str) -> str:
@@ -133,33 +120,39 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
     spec, source = load_document(file, ExperimentSpec)
     findings: list[Finding] = []
     rig: Rig | None = None
-    names: tuple[str, ...] = ()
-    area_px: tuple[int, int] | None = None
-    layout: PairLayout | None = None
+    stimuli: Stimuli | None = None
+    view_px: tuple[int, int] | None = None
     recipe_file = file.parent / spec.stimuli
     try:
         rig_file = _existing(file.parent / spec.rig, "rig", spec.rig, source)
         rig = read_rig(rig_file, mode, allow_uncharacterised=allow_uncharacterised)
         mode_options = ModeOptions.parse(rig.mode_options)
-        area_px = find_mode(rig.mode, mode_options).areas(rig.display.panel.resolution_px)[0].view_px
+        view_px = find_mode(rig.mode, mode_options).areas(rig.display.panel.resolution_px)[0].view_px
     except InputError as error:
         findings += _placed(error, source, ("rig",))
-    if rig and area_px:
-        try:
-            layout = pair_layout(spec.layout, rig.display.panel, area_px)
-        except InputError as error:
-            findings += _placed(error, source, ("layout", "size_mm"))
     try:
         recipe, _ = read_recipe(_existing(recipe_file, "stimuli", spec.stimuli, source))
-        names = stimulus_names(recipe)
+        factors: Mapping[str, Factors] = {name: {} for name in stimulus_names(recipe)}
+        if spec.layout.reference in ("physical", *factors):
+            stimuli = Stimuli(factors, None if spec.layout.reference == "physical" else spec.layout.reference)
+        else:
+            findings.append(_unknown_reference(spec.layout.reference, tuple(factors), source))
     except InputError as error:
         findings += error.findings
-    for index, block in enumerate(spec.blocks):
-        if isinstance(block, AllPairsSpec) and names:
-            findings += _stimuli_findings(block, names, source, ("blocks", index, "stimuli"))
-    if findings or rig is None or area_px is None or layout is None:
+    experiment: Experiment | None = None
+    if stimuli:
+        for index, block in enumerate(spec.blocks):
+            for fault in block.faults(stimuli):
+                findings.append(_finding(fault.message, source, ("blocks", index, *fault.path), fault.remedy))
+    if rig and view_px:
+        experiment = Experiment(file, spec, rig, recipe_file, stimuli or Stimuli({}), view_px)
+        try:
+            _ = experiment.places_px
+        except InputError as error:
+            findings += _placed(error, source, ("layout", "size_mm"))
+    if findings or experiment is None:
         raise SessionError(findings)
-    return Experiment(file, spec, rig, recipe_file, names, area_px, layout)
+    return experiment
 
 
 def _existing(path: Path, key: str, value: str, source: YamlSource) -> Path:
@@ -178,16 +171,7 @@ def _placed(error: InputError, source: YamlSource, path: Path_) -> list[Finding]
     return [f if f.file else _finding(f.message, source, path, f.remedy or "") for f in error.findings]
 
 
-def _stimuli_findings(block: AllPairsSpec, known: Sequence[str], source: YamlSource, path: Path_) -> list[Finding]:
-    if block.stimuli == "all":
-        few = len(known) < 2
-        return [_finding("the recipe makes one stimulus only", source, path[:-1], "pairs need two")] if few else []
-    findings = []
-    for index, name in enumerate(block.stimuli):
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else "the recipe makes: " + ", ".join(known)
-            findings.append(_finding(f"the recipe makes no stimulus '{name}'", source, (*path, index), remedy))
-        elif name in block.stimuli[:index]:
-            findings.append(_finding(f"the stimulus '{name}' stands twice", source, (*path, index), "remove one"))
-    return findings
+def _unknown_reference(name: str, known: Sequence[str], source: YamlSource) -> Finding:
+    near = difflib.get_close_matches(name, ("physical", *known), n=1)
+    remedy = f"did you mean '{near[0]}'?" if near else "write 'physical', or the name of a stimulus"
+    return _finding(f"the reference '{name}' is no stimulus of the recipe", source, ("layout", "reference"), remedy)

@@ -14,7 +14,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from analysis.records import FILE_NAME, Header
-from runner.blocks.all_pairs import AllPairs, PairLayout
+from runner.blocks.all_pairs import AllPairs
+from runner.blocks.layouts import PairLayout
 from runner.blocks.message import Message
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress
@@ -58,7 +59,7 @@ def main(folder: Path) -> None:
     """Begin the session in ``folder``, or go on with it."""
     if (folder / FILE_NAME).exists():
         recorder, log = Recorder.reopen(folder)
-        logged = log.trials
+        logged = log.first_attempts
     else:
         recorder, logged = Recorder.create(folder, replace(HEADER)), ()
     observer = _Slow({name: 1.0 + index for index, name in enumerate(NAMES)}, random.Random())

@@ -3,23 +3,28 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any
 
 import pytest
 
-from analysis.records import Trial
-from runner.blocks.all_pairs import AllPairs, PairLayout
+from analysis.records import Header, Mark, Note, SessionLog, Trial
+from runner.blocks.all_pairs import AllPairs
+from runner.blocks.layouts import PairLayout
 from runner.blocks.message import Message
 from runner.blocks.steps import Block
+from runner.blocks.style import FULL_HD_HALF
 from runner.errors import SessionError
 from runner.observers.keyboard import Keyboard
 from runner.observers.simulated import BradleyTerryObserver
+from runner.pause import pause_menu
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
-from runner.session import LEAVE, Left, Session
+from runner.session import Left, Session
 
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
 NAMES = ("a", "b", "c", "d", "e")
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
 
@@ -54,10 +59,21 @@ class Paper:
     trials: list[Trial] = field(default_factory=list)
     ended: bool = False
     before_append: Callable[[], None] = lambda: None
+    notes: list[Note] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
 
     def append(self, trial: Trial) -> None:
         self.before_append()
         self.trials.append(trial)
+
+    def note(self, note: Note) -> None:
+        self.notes.append(note)
+
+    def mark(self, mark: Mark) -> None:
+        self.marks.append(mark)
+
+    def answers(self) -> Sequence[Trial]:
+        return self.trials
 
     def end(self, facts: Mapping[str, Any]) -> None:
         self.ended = True
@@ -167,16 +183,17 @@ def _person(keys: list[str]) -> tuple[Keyboard, Screen]:
     return Keyboard(Script(keys, screen).wait_key), screen
 
 
-def test_escape_asks_before_leaving_and_shows_the_pair_again() -> None:
-    keys = ["space", "up", "escape", "n", "down", "escape", "x", "y"]
+def test_escape_pauses_and_shows_the_pair_again() -> None:
+    keys = ["space", "up", "escape", "c", "down", "escape", "x", "s"]
     observer, screen = _person(keys)
     paper = Paper()
     with pytest.raises(Left):
         _run(Session(_blocks(), screen, observer, paper))
     assert [trial.data.get("answer") for trial in paper.trials] == [None, "first", "second"]
     assert not paper.ended
-    assert screen.shown.count(LEAVE.scene) == 2
-    asked_again = screen.shown.index(LEAVE.scene) + 1
+    menu = pause_menu(FULL_HD_HALF, can_repeat=True).scene
+    assert screen.shown.count(menu) == 2
+    asked_again = screen.shown.index(menu) + 1
     assert screen.shown[asked_again] == screen.shown[asked_again - 2]
 
 
@@ -223,3 +240,99 @@ def test_a_timed_session_resumes_without_showing_what_was_answered() -> None:
     _run(Session((block(),), screen, _simulated(), rest, logged=whole.trials[:7]))
     assert len(rest.trials) == 3
     assert len(screen.shown) == 3 * 3
+
+
+def test_the_last_trial_can_be_repeated_and_the_last_attempt_counts() -> None:
+    keys = ["space", "up", "up", "escape", "r", "down", "up", *["up"] * 7, "space"]
+    observer, screen = _person(keys)
+    paper = Paper()
+    _run(Session(_blocks(), screen, observer, paper))
+    assert paper.ended
+    pairs = [trial for trial in paper.trials if trial.kind == "all_pairs"]
+    assert [(trial.trial, trial.attempt) for trial in pairs] == [
+        (0, 0),
+        (1, 0),
+        (1, 1),
+        *((n, 0) for n in range(2, 10)),
+    ]
+    again = pairs[2]
+    assert (again.data["first"], again.data["second"]) == (pairs[1].data["first"], pairs[1].data["second"])
+    assert [pairs[1].data["answer"], again.data["answer"]] == ["first", "second"]
+    assert [(mark.block, mark.trial, mark.by) for mark in paper.marks] == [(1, 1, "observer")]
+    # The pair that was interrupted says so.
+    assert [trial.data.get("interruptions") for trial in pairs[1:4]] == [None, None, 1]
+
+
+def test_a_trial_marked_by_the_experimenter_comes_again_after_its_block() -> None:
+    paper = Paper()
+
+    def mark(trial: Trial) -> None:
+        if trial.place == (1, 4) and trial.attempt == 0:
+            assert session.mark("experimenter") == (1, 4)
+            assert session.mark("experimenter") is None
+
+    session = Session(_blocks(), Screen(), _simulated(), paper, on_trial=mark)
+    _run(session)
+    places = [(trial.place, trial.attempt) for trial in paper.trials]
+    assert places[-2:] == [((1, 4), 1), ((2, 0), 0)]
+    assert len(paper.trials) == 1 + 10 + 1 + 1
+
+
+@pytest.mark.parametrize("answered", range(15))
+def test_a_session_with_repeats_resumes_exactly(answered: int) -> None:
+    """Wherever it stops, first attempts come in the same order, and a marked trial comes again just once."""
+
+    class _Gone(Exception):
+        pass
+
+    paper = Paper()
+
+    def mark(session: Session, trial: Trial) -> None:
+        if trial.place in ((1, 2), (1, 7)) and trial.attempt == 0 and trial.place not in {m[:2] for m in marked()}:
+            session.mark("experimenter")
+
+    def marked() -> list[tuple[int, int]]:
+        return [(m.block, m.trial) for m in paper.marks]
+
+    def stop() -> None:
+        if len(paper.trials) == answered:
+            raise _Gone
+
+    def session(**more: Any) -> Session:
+        made = Session(_blocks(break_every=3), Screen(), _simulated(), paper, **more)
+        made.on_trial = lambda trial: mark(made, trial)
+        return made
+
+    paper.before_append = stop
+    try:
+        session().run()
+    except _Gone:
+        paper.before_append = lambda: None
+        log = SessionLog(Path(), HEADER, tuple(paper.trials), False, marks=tuple(paper.marks))
+        session(logged=log.first_attempts, pending=log.pending).run()
+    assert paper.ended
+    again = [trial.place for trial in paper.trials if trial.attempt]
+    assert sorted(again) == [(1, 2), (1, 7)]
+    first = [trial.place for trial in paper.trials if not trial.attempt]
+    assert first == [(0, 0), *((1, n) for n in range(10)), (2, 0)]
+    log = SessionLog(Path(), HEADER, tuple(paper.trials), True, marks=tuple(paper.marks))
+    assert log.pending == ()
+    assert [trial.attempt for trial in log.trials if trial.place in ((1, 2), (1, 7))] == [1, 1]
+
+
+def test_a_note_is_typed_in_the_pause_and_kept_with_its_place() -> None:
+    keys = ["space", "up", "escape", "n", *(f"text {c}" for c in "too  brighx"), "backspace", "text t", "enter", "c"]
+    observer, screen = _person([*keys, *["up"] * 9, "space"])
+    paper = Paper()
+    _run(Session(_blocks(), screen, observer, paper))
+    (note,) = paper.notes
+    assert (note.text, note.by, note.block, note.trial) == ("too  bright", "observer", 1, 1)
+    assert len(paper.trials) == 12
+
+
+def test_escape_gives_a_note_up() -> None:
+    observer, screen = _person(["space", "escape", "n", "text a", "escape", "c", *["up"] * 10, "space"])
+    paper = Paper()
+    _run(Session(_blocks(), screen, observer, paper))
+    assert not paper.notes
+    assert len(paper.trials) == 12

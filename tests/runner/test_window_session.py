@@ -28,7 +28,7 @@ def test_a_session_with_real_keys(person: Person) -> None:
     person.answer("Up", "Down", "Down")
     person.press("Escape")
     time.sleep(0.3)
-    person.press("n")
+    person.press("c")
     time.sleep(0.3)
     person.answer("Up")
     person.press("space")  # the break after four
@@ -73,7 +73,7 @@ def test_escape_twice_leaves_and_resume_goes_on(person: Person) -> None:
     person.answer("Up", "Up")
     person.press("Escape")
     time.sleep(0.3)
-    person.press("y")
+    person.press("s")
     assert "Stopped (left) after 2 of 6 answers, all saved" in person.leave()
     person.sit_down("--resume")
     person.answer("Down", "Down")
@@ -100,7 +100,7 @@ def test_waiting_for_an_answer_sleeps(person: Person) -> None:
     assert processor_s() - before < 0.1
     person.press("Escape")
     time.sleep(0.2)
-    person.press("y")
+    person.press("s")
     person.leave()
 
 

@@ -12,10 +12,11 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, Header, Trial, read_session
+from analysis.records import FILE_NAME, Header, Mark, Note, Trial, read_session
 from documents import InputError
 from documents.yaml_source import parse_yaml
-from runner.blocks.all_pairs import AllPairs, PairLayout
+from runner.blocks.all_pairs import AllPairs
+from runner.blocks.layouts import PairLayout
 from runner.blocks.pair_order import pair_order
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Holding
@@ -42,6 +43,15 @@ class _Nothing:
 
     def append(self, trial: Trial) -> None:
         self.trials += 1
+
+    def note(self, note: Note) -> None:
+        pass
+
+    def mark(self, mark: Mark) -> None:
+        pass
+
+    def answers(self) -> tuple[Trial, ...]:
+        return ()
 
     def end(self, facts: Mapping[str, Any]) -> None:
         pass

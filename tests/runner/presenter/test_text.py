@@ -13,7 +13,7 @@ from devices.display import DisplayModel
 from devices.display_file import EyeModels
 from runner.presenter.lettering import break_lines, coverage
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Picture, Scene, Text
+from runner.presenter.scene import Box, Picture, Scene, Text
 from runner.presenter.words import ink_codes
 from stimuli.stereo_image import StereoImage
 
@@ -106,3 +106,21 @@ def test_words_are_rasterised_once_however_bright_and_wherever(make_presenter: M
     for share in (0.1, 0.2, 0.3):
         presenter.show(Scene((Text("Once", (0, int(100 * share)), luminance_share=share),)))
     assert presenter.counters.texts_rasterised == 1
+
+
+@pytest.mark.parametrize("mode", ["side-by-side", "row-interleaved", "anaglyph-red-cyan", "side-by-side-half"])
+def test_a_box_is_filled_evenly_with_its_share_of_white(make_presenter: Make, mode: str) -> None:
+    presenter = make_presenter({}, mode=mode)
+    presenter.show(Scene((Box((0, 0), (2000, 2000), 0.1), Box((2, -4), (8, 6), 0.5))))
+    left, right = presenter.eye_view("left"), presenter.eye_view("right")
+    for view in (left, right):
+        lit = {tuple(code) for code in view.reshape(-1, 3).tolist() if any(code)}
+        assert len(lit) == 2, "one grey within the small box, one around it"
+    assert set(map(tuple, left.reshape(-1, 3).tolist())) == set(map(tuple, right.reshape(-1, 3).tolist()))
+
+
+def test_a_box_covers_just_its_own_pixels(make_presenter: Make) -> None:
+    presenter = make_presenter({}, mode="flat")
+    presenter.show(Scene((Box((2, -4), (8, 6), 0.5),)))
+    rows, columns = np.nonzero(presenter.capture()["screen"].any(axis=2))
+    assert (rows.min(), rows.max() + 1, columns.min(), columns.max() + 1) == (240 - 4 - 3, 240 - 4 + 3, 322 - 4, 322 + 4)

@@ -1,0 +1,1 @@
+"""What can stand under `blocks:` in an experiment file, one kind a file."""

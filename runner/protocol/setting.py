@@ -1,0 +1,98 @@
+"""What a block is made from beside its own entry in the file: the rig, the stimuli, the observer."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from devices.rig_file import Rig
+from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.style import Style
+from runner.layout import pair_layout, single_layout
+from runner.protocol.parts import LayoutSpec
+
+Factors = Mapping[str, str | float]
+
+
+@dataclass(frozen=True, slots=True)
+class Stimuli:
+    """What there is to look at: ``factors`` by name, and which of them is the ``reference`` (None: a physical one)."""
+
+    factors: Mapping[str, Factors]
+    reference: str | None = None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The names of those that are judged: all but the reference."""
+        return tuple(name for name in self.factors if name != self.reference)
+
+
+@dataclass(frozen=True, slots=True)
+class Setting:
+    """An experiment as one block, number ``index`` in the file, and one ``observer`` meet it.
+
+    ``view_px`` is the size of an eye's view in pixels of the panel.
+    """
+
+    experiment: str
+    seed: int
+    question: str
+    layout: LayoutSpec
+    rig: Rig
+    view_px: tuple[int, int]
+    stimuli: Stimuli
+    observer: str
+    index: int = 0
+
+    @property
+    def style(self) -> Style:
+        """How words look."""
+        return Style(self.view_px)
+
+    @property
+    def reference(self) -> str | None:
+        """The reference picture's name, None for a physical one."""
+        return self.stimuli.reference
+
+    @property
+    def observer_number(self) -> int:
+        """The observer's number if the label is one, else a number drawn from it."""
+        if self.observer.isdecimal():
+            return int(self.observer)
+        return int.from_bytes(hashlib.sha256(self.observer.encode()).digest()[:8])
+
+    @property
+    def is_second_of_pair(self) -> bool:
+        """Whether this is the second of two neighbours, who share an orientation and take opposite sides."""
+        return bool(self.observer_number % 2)
+
+    @property
+    def pair_seed(self) -> str:
+        """A seed that two neighbouring observers share."""
+        return f"{self.seed}/{self.experiment}/{self.index}/{self.observer_number // 2}"
+
+    @property
+    def own_seed(self) -> str:
+        """A seed of this observer alone."""
+        return f"{self.pair_seed}/{self.observer}"
+
+    def pair_layout(self) -> PairLayout:
+        """Place two pictures, the question and a reference picture if there is one.
+
+        Raises
+        ------
+        SessionError
+            If they do not fit an eye's view.
+        """
+        return pair_layout(self.layout, self.rig.display.panel, self.style, with_reference=self.reference is not None)
+
+    def single_layout(self) -> SingleLayout:
+        """Place one picture, what is written above and below it, and a reference picture if there is one.
+
+        Raises
+        ------
+        SessionError
+            If they do not fit an eye's view.
+        """
+        return single_layout(self.layout, self.rig.display.panel, self.style, with_reference=self.reference is not None)

@@ -1,0 +1,78 @@
+"""What an Ask is about, in words that do not need eyes: for simulated observers, and for whoever reads a session."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+
+@dataclass(frozen=True, slots=True)
+class GoOn:
+    """Nothing is asked: any meaning will do."""
+
+
+@dataclass(frozen=True, slots=True)
+class Compare:
+    """Which of two is closer to ``reference`` (a stimulus, or None for a physical one)?
+
+    Meanings: ``first``, ``second``; where ties are allowed, ``no_difference`` and ``not_sure`` are meanings too.
+    """
+
+    first: str
+    second: str
+    reference: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Browse:
+    """Which of a ``series`` is the closest? ``index`` is shown now, ``seen`` were shown before or are now.
+
+    Meanings: ``previous``, ``next`` and ``choose``; ``choose`` may be missing while there are some left to see.
+    """
+
+    series: tuple[str, ...]
+    index: int
+    seen: frozenset[int]
+    reference: str | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Rate:
+    """What number on the scale ``name`` does ``stimulus`` deserve, from ``lowest`` to ``highest``?
+
+    ``current`` is where the marker stands, None if nowhere yet. Meanings: the numbers as text, and ``lower``,
+    ``higher``, ``accept``.
+    """
+
+    name: str
+    lowest: int
+    highest: int
+    stimulus: str | None = None
+    reference: str | None = None
+    current: int | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Choose:
+    """Which of the ``options`` (meanings)? ``correct`` is the right one where there is one.
+
+    ``strength`` says how plain it is, in a unit that belongs to ``name``, such as arcseconds of disparity.
+    """
+
+    name: str
+    options: tuple[str, ...]
+    correct: str | None = None
+    strength: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class Write:
+    """Words or a number are typed; meanings: ``text`` of a typed character, ``erase``, ``accept``."""
+
+    name: str
+    typed: str = ""
+    number: bool = False
+
+
+NOTHING = GoOn()
+Task: TypeAlias = GoOn | Compare | Browse | Rate | Choose | Write
