@@ -19,7 +19,8 @@ from stimuli.errors import StimulusError
 from stimuli.exr import write_exr
 from stimuli.make_pictures import Made, make_pictures
 from stimuli.make_plate import make_plate
-from stimuli.recipe import PicturesRecipe, SparklePlateRecipe, read_recipe
+from stimuli.make_series import make_series
+from stimuli.recipe import AnyRecipe, PicturesRecipe, SparklePlateRecipe, read_recipe
 from stimuli.stereo_image import StereoImage
 from stimuli.stimulus_set import (
     MANIFEST,
@@ -87,9 +88,9 @@ def build(recipe_path: Path, pixel_pitch_mm: float, progress: Progress | None = 
         ) from error
 
 
-def _inputs(recipe: SparklePlateRecipe | PicturesRecipe, source: YamlSource, recipe_path: Path) -> dict[str, str]:
+def _inputs(recipe: AnyRecipe, source: YamlSource, recipe_path: Path) -> dict[str, str]:
     """Return the SHA-256 of each file that the recipe names, refusing those that are not there."""
-    if isinstance(recipe, SparklePlateRecipe):
+    if not isinstance(recipe, PicturesRecipe):
         return {}
     contents: dict[str, str] = {}
     findings = []
@@ -109,7 +110,7 @@ def _inputs(recipe: SparklePlateRecipe | PicturesRecipe, source: YamlSource, rec
 
 
 def _build(
-    recipe: SparklePlateRecipe | PicturesRecipe,
+    recipe: AnyRecipe,
     recipe_path: Path,
     resolved: dict[str, Any],
     folder: Path,
@@ -123,8 +124,10 @@ def _build(
         report = progress or (lambda doing, done, total: None)
         if isinstance(recipe, SparklePlateRecipe):
             made = make_plate(recipe, resolved["pixel_pitch_mm"], report)
-        else:
+        elif isinstance(recipe, PicturesRecipe):
             made = make_pictures(recipe, recipe_path.parent, report)
+        else:
+            made = make_series(recipe, resolved["pixel_pitch_mm"], report)
         entries = [_write(picture, temporary) for picture in made]
         manifest = {
             "schema_version": 1,

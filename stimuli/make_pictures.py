@@ -50,9 +50,9 @@ def make_pictures(recipe: PicturesRecipe, folder: Path, report: Callable[[str, i
         name = stimulus_name(picture.name, view if recipe.views else None)
         step = {
             "step": "read",
-            **picture.model_dump(mode="json", exclude={"name", "view"}),
+            **picture.model_dump(mode="json", exclude={"name", "view", "factors"}),
             "views": list(reading.views),
             "clipped_pixels": reading.clipped_pixels,
         }
-        yield Made(name, reading.image, {"image": picture.name, "view": shown}, (step,))
+        yield Made(name, reading.image, {"image": picture.name, "view": shown, **picture.factors}, (step,))
     report("done", len(wanted), len(wanted))

@@ -1,8 +1,37 @@
-"""What the stimuli of a recipe are called, known before any is built."""
+"""What the stimuli of a recipe are called and what sets them apart, known before any is built."""
 
 from __future__ import annotations
 
-from stimuli.recipe import PicturesRecipe, SparklePlateRecipe, View
+from dataclasses import dataclass
+from itertools import product
+
+from stimuli.recipe import AnyRecipe, PicturesRecipe, SparklePlateRecipe
+from stimuli.recipe_values import View
+from stimuli.series_recipe import NamedPlateSpec, SeriesSpec, SparkleSeriesRecipe, series_name
+from stimuli.stimulus_set import Factors
+
+__all__ = ["SeriesPicture", "series_pictures", "stimulus_factors", "stimulus_name", "stimulus_names"]
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesPicture:
+    """One stimulus of a `SparkleSeriesRecipe`."""
+
+    name: str
+    plate: NamedPlateSpec
+    series: SeriesSpec
+    exposure_s: float
+    view: View
+
+    @property
+    def factors(self) -> Factors:
+        """What sets it apart from its recipe's other stimuli."""
+        return {
+            "paint": self.plate.name,
+            "series": self.series.name,
+            "exposure_s": self.exposure_s,
+            "view": self.view,
+        }
 
 
 def stimulus_name(name: str, view: View | None) -> str:
@@ -10,6 +39,51 @@ def stimulus_name(name: str, view: View | None) -> str:
     return f"{name}-{view}" if view else name
 
 
-def stimulus_names(recipe: SparklePlateRecipe | PicturesRecipe) -> tuple[str, ...]:
+def series_pictures(recipe: SparkleSeriesRecipe) -> tuple[SeriesPicture, ...]:
+    """Return the stimuli of ``recipe``: plate by plate, series by series, from exposure to exposure."""
+    views: tuple[View | None, ...] = recipe.views or (None,)
+    return tuple(
+        SeriesPicture(
+            stimulus_name(series_name(plate.name, series.name, exposure_s), view),
+            plate,
+            series,
+            exposure_s,
+            view or "stereo",
+        )
+        for plate, series, exposure_s, view in product(recipe.plates, recipe.series, recipe.exposures_s, views)
+    )
+
+
+def stimulus_factors(recipe: AnyRecipe) -> dict[str, Factors]:
+    """Return the factors of each stimulus that ``recipe`` makes, by name, in its order.
+
+    A picture from a file that is shown as it is stored has no ``view`` before it is read; a built set knows it.
+    """
+    if isinstance(recipe, SparkleSeriesRecipe):
+        return {picture.name: picture.factors for picture in series_pictures(recipe)}
+    if isinstance(recipe, SparklePlateRecipe):
+        return {
+            stimulus_name(one.name, view): {
+                "image": one.name,
+                "view": view,
+                "exposure_s": one.exposure_s,
+                "luminance_scale": one.luminance_scale,
+            }
+            for one, view in product(recipe.stimuli, recipe.views)
+        }
+    return _picture_factors(recipe)
+
+
+def _picture_factors(recipe: PicturesRecipe) -> dict[str, Factors]:
+    views: tuple[View | None, ...] = recipe.views or (None,)
+    factors: dict[str, Factors] = {}
+    for picture, view in product(recipe.stimuli, views):
+        shown = view or picture.view
+        known: Factors = {"view": shown} if shown else {}
+        factors[stimulus_name(picture.name, view)] = {"image": picture.name, **known, **picture.factors}
+    return factors
+
+
+def stimulus_names(recipe: AnyRecipe) -> tuple[str, ...]:
     """Return the names of all stimuli that ``recipe`` makes, in its order."""
-    return tuple(stimulus_name(one.name, view) for one in recipe.stimuli for view in recipe.views or (None,))
+    return tuple(stimulus_factors(recipe))

@@ -1,53 +1,28 @@
 """Recipes: `configs/stimuli/*.yaml`: which pictures an experiment shows, and how they come about.
 
-Two kinds: `sparkle_plate` photographs a plate that the generator makes up, `pictures` takes OpenEXR files. A recipe
-and what it names form one folder that can be copied as a whole: a picture's path is relative to the recipe, and
-neither absolute nor upwards (`..`). A symbolic link inside the folder may lead anywhere.
+Three kinds: `sparkle_plate` photographs a plate that the generator makes up, `sparkle_series` several plates in series
+of exposures, and `pictures` takes OpenEXR files. A recipe and what it names form one folder that can be copied as a
+whole: a picture's path is relative to the recipe, and neither absolute nor upwards (`..`). A symbolic link inside the
+folder may lead anywhere.
 """
 
 from __future__ import annotations
 
-import re
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath, PureWindowsPath
 from typing import Annotated, Literal
 
-from pydantic import (
-    AfterValidator,
-    BeforeValidator,
-    Field,
-    PositiveFloat,
-    RootModel,
-)
+from pydantic import AfterValidator, Field, PositiveFloat, RootModel, StringConstraints
 
 from documents import Finding, load_document
 from documents.yaml_source import YamlSource
 from stimuli.errors import StimulusError
 from stimuli.exr.to_xyz import ColourSpace, Negative
+from stimuli.recipe_faults import Fault, series_faults, too_large, twin_names, twin_views
+from stimuli.recipe_values import MAX_STIMULI, Name, Seconds, View, Views
+from stimuli.series_recipe import SparkleSeriesRecipe
 from stimuli.sparkle.recipe import CameraSpec, LampSpec, PlateSpec, Strict
 from stimuli.stereo_image import Eye
-
-View = Literal["stereo", "flat"]
-MAX_STIMULI = 1000
-# What a plate may ask for: either takes a few GB of memory.
-MAX_FLAKES = 50_000_000
-MAX_CAMERA_PIXELS = 100_000_000
-
-
-def _seconds(value: object) -> object:
-    if not isinstance(value, str):
-        return value
-    parts = re.fullmatch(r"(\d{1,9}(?:\.\d{1,9})?) */ *(\d{1,9}(?:\.\d{1,9})?)", value)
-    if parts is None or float(parts[2]) == 0:
-        raise ValueError("expected seconds, such as 0.5 or 1/15")
-    return float(parts[1]) / float(parts[2])
-
-
-def _name(value: object) -> str:
-    if not isinstance(value, str):
-        raise ValueError(f"a name is text: put quotes around it, '{value}'")
-    if not re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]{0,59}", value):
-        raise ValueError("a name has 1 to 60 letters, digits, dots, hyphens or underscores, first a letter or digit")
-    return value
 
 
 def _inside(value: str) -> str:
@@ -57,11 +32,14 @@ def _inside(value: str) -> str:
     return value
 
 
-Name = Annotated[str, BeforeValidator(_name)]
-Seconds = Annotated[
-    Annotated[float, Field(gt=0, le=1e6)],
-    BeforeValidator(_seconds, json_schema_input_type=Annotated[float, Field(gt=0, le=1e6)] | str),
-]
+def _factor(key: str) -> str:
+    if key in ("image", "view"):
+        raise ValueError("'image' and 'view' are set by the recipe; give the factor another name")
+    return key
+
+
+FactorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,59}$"), AfterValidator(_factor)]
+FactorValue = Annotated[str, StringConstraints(min_length=1, max_length=200)] | Annotated[float, Field(strict=True)]
 
 
 class ExposureSpec(Strict):
@@ -81,7 +59,7 @@ class SparklePlateRecipe(Strict):
     plate: PlateSpec
     lamp: LampSpec
     camera: CameraSpec
-    views: Annotated[tuple[View, ...], Field(min_length=1, max_length=2)] = ("stereo", "flat")
+    views: Views = ("stereo", "flat")
     stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
 
 
@@ -89,7 +67,7 @@ class PictureSpec(Strict):
     """One picture from an OpenEXR file.
 
     ``view`` flat takes the centre view, or ``flat_eye`` where there is none; without ``view`` the picture is shown as
-    it is stored.
+    it is stored. ``factors`` are what sets the picture apart, for grouping and analysis.
     """
 
     name: Name
@@ -99,6 +77,7 @@ class PictureSpec(Strict):
     colour_space: ColourSpace = "declared"
     white_luminance_cd_m2: PositiveFloat | None = None
     negative: Negative = "refuse"
+    factors: dict[FactorName, FactorValue] = Field(default_factory=dict)
 
 
 class PicturesRecipe(Strict):
@@ -106,15 +85,18 @@ class PicturesRecipe(Strict):
 
     schema_version: Literal[1]
     kind: Literal["pictures"]
-    views: Annotated[tuple[View, ...], Field(min_length=1, max_length=2)] | None = None
+    views: Views | None = None
     stimuli: Annotated[tuple[PictureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
 
 
-class Recipe(RootModel[Annotated[SparklePlateRecipe | PicturesRecipe, Field(discriminator="kind")]]):
-    """A recipe of either kind."""
+AnyRecipe = SparklePlateRecipe | SparkleSeriesRecipe | PicturesRecipe
 
 
-def read_recipe(path: Path) -> tuple[SparklePlateRecipe | PicturesRecipe, YamlSource]:
+class Recipe(RootModel[Annotated[AnyRecipe, Field(discriminator="kind")]]):
+    """A recipe of any kind."""
+
+
+def read_recipe(path: Path) -> tuple[AnyRecipe, YamlSource]:
     """Read the recipe at ``path`` and return it with its source, so that later findings can name lines.
 
     Raises
@@ -123,40 +105,26 @@ def read_recipe(path: Path) -> tuple[SparklePlateRecipe | PicturesRecipe, YamlSo
         If the file cannot be read or says what a recipe cannot say; one finding per fault.
     """
     document, source = load_document(path, Recipe)
-    recipe = document.root
     findings = []
-
-    def fault(location: tuple[str | int, ...], message: str, remedy: str) -> None:
-        place = source.place(location)
+    for fault in _faults(document.root):
+        place = source.place(fault.location)
         line, column = (place.line, place.column) if place else (None, None)
-        findings.append(Finding(message, source.file, line, column, remedy))
-
-    seen: set[str] = set()
-    stimuli: tuple[ExposureSpec | PictureSpec, ...] = recipe.stimuli
-    for index, stimulus in enumerate(stimuli):
-        # Names become file names, and some file systems do not tell A from a.
-        twin = stimulus.name.casefold() in seen
-        seen.add(stimulus.name.casefold())
-        if twin:
-            fault(("stimuli", index, "name"), f"the name '{stimulus.name}' stands twice", "give it another")
-        if isinstance(stimulus, PictureSpec) and recipe.views and stimulus.view:
-            fault(("stimuli", index, "view"), "'views' already says how each picture is shown", "keep one of the two")
-    if recipe.views and len(set(recipe.views)) != len(recipe.views):
-        fault(("views",), "a view stands twice", "keep one")
-    if isinstance(recipe, SparklePlateRecipe):
-        area_mm2 = recipe.plate.size_mm[0] * recipe.plate.size_mm[1]
-        if area_mm2 * recipe.plate.flakes.per_mm2 > MAX_FLAKES:
-            fault(
-                ("plate", "flakes", "per_mm2"),
-                f"the plate has more than {MAX_FLAKES // 10**6} million flakes",
-                "make it smaller or its flakes fewer",
-            )
-        if area_mm2 * recipe.camera.resolution_px_per_mm**2 > MAX_CAMERA_PIXELS:
-            fault(
-                ("camera", "resolution_px_per_mm"),
-                f"the plate covers more than {MAX_CAMERA_PIXELS // 10**6} million camera pixels",
-                "make it smaller or the resolution lower",
-            )
+        findings.append(Finding(fault.message, source.file, line, column, fault.remedy))
     if findings:
         raise StimulusError(findings)
-    return recipe, source
+    return document.root, source
+
+
+def _faults(recipe: AnyRecipe) -> Iterator[Fault]:
+    if isinstance(recipe, SparkleSeriesRecipe):
+        yield from series_faults(recipe)
+        return
+    yield from twin_names((stimulus.name for stimulus in recipe.stimuli), "stimuli")
+    yield from twin_views(recipe.views)
+    if isinstance(recipe, SparklePlateRecipe):
+        yield from too_large(recipe.plate, recipe.camera)
+        return
+    for index, picture in enumerate(recipe.stimuli):
+        if recipe.views and picture.view:
+            message = "'views' already says how each picture is shown"
+            yield Fault(("stimuli", index, "view"), message, "keep one of the two")

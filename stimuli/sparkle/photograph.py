@@ -30,6 +30,11 @@ class SparkleMap:
     shaded: int
     splatted: int
 
+    @property
+    def counts(self) -> dict[str, int]:
+        """The work by name, for a manifest."""
+        return {"flakes": self.flakes, "shaded": self.shaded, "splatted": self.splatted}
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Photograph:
@@ -56,8 +61,8 @@ def photograph(
     sensor = sensor_of(camera)
     base_luminance = plate.base_reflectance * lamp.illuminance_lx / np.pi
     base = XYZ_from_xyY([*plate.base_chromaticity_xy, base_luminance])
-    lamp_XYZ = XYZ_from_xyY([*lamp.chromaticity_xy, 1.0])
-    channels = expose(base, lamp_XYZ, sparkles.luminance_cd_m2, exposure_s, sensor)
+    sparkle_XYZ = XYZ_from_xyY([*(plate.flake_chromaticity_xy or lamp.chromaticity_xy), 1.0])
+    channels = expose(base, sparkle_XYZ, sparkles.luminance_cd_m2, exposure_s, sensor)
     columns = area_weights(channels[0].shape[1], plate.width_mm, pixel_pitch_mm)
     rows = area_weights(channels[0].shape[0], plate.height_mm, pixel_pitch_mm)
     # The way from the channels to XYZ is linear: resampling first does it for fewer pixels, with the same outcome.

@@ -35,7 +35,10 @@ Chromaticity = Annotated[tuple[float, float], AfterValidator(_chromaticity)]
 
 
 class FlakesSpec(Strict):
-    """The flakes: how many, how large, how deep, how they tilt and how they reflect."""
+    """The flakes: how many, how large, how deep, how they tilt and how they reflect.
+
+    Their light has ``chromaticity_xy`` in a coat that is tinted, else the lamp's.
+    """
 
     per_mm2: NonNegativeFloat
     diameter_median_um: PositiveFloat
@@ -45,6 +48,7 @@ class FlakesSpec(Strict):
     tilt_sd_deg: Annotated[float, Field(gt=0, le=60)]
     lobe_sd_deg: Annotated[float, Field(gt=0, le=20)]
     reflectance: Share
+    chromaticity_xy: Chromaticity | None = None
 
     @model_validator(mode="after")
     def _range_holds_the_median(self) -> FlakesSpec:
@@ -87,6 +91,7 @@ class PlateSpec(Strict):
             coat_refractive_index=self.coat_refractive_index,
             base_reflectance=self.base.reflectance,
             base_chromaticity_xy=self.base.chromaticity_xy,
+            flake_chromaticity_xy=flakes.chromaticity_xy,
         )
 
 

@@ -20,7 +20,8 @@ class Plate:
 
     ``flake_diameter_spread`` is the standard deviation of ln(diameter); ``tilt_sd_deg`` that of each slope's angle;
     ``lobe_sd_deg`` says how far a flake's own surface strays from its mean normal. ``base_reflectance`` is that of
-    what lies between the flakes, taken as matt.
+    what lies between the flakes, taken as matt. ``flake_chromaticity_xy`` is that of the lamp's light once it has gone
+    through the coat to a flake and back; None if the coat is colourless, so that it is the lamp's own.
     """
 
     width_mm: float
@@ -37,6 +38,7 @@ class Plate:
     coat_refractive_index: float
     base_reflectance: float
     base_chromaticity_xy: tuple[float, float]
+    flake_chromaticity_xy: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -35,18 +35,18 @@ def sensor_of(camera: Camera) -> Sensor:
 
 def expose(
     base_XYZ_cd_m2: Floats,
-    lamp_XYZ: Floats,
+    sparkle_XYZ: Floats,
     sparkle_cd_m2: NDArray[np.float32],
     exposure_s: float,
     sensor: Sensor,
 ) -> tuple[NDArray[np.float32], ...]:
     """Return the fill, 0 to 1, of the three channels, float32 (rows, columns) each.
 
-    The light is ``base_XYZ_cd_m2`` (3,) everywhere plus the map ``sparkle_cd_m2`` (rows, columns) times ``lamp_XYZ``
-    (3,), the lamp's XYZ at Y = 1.
+    The light is ``base_XYZ_cd_m2`` (3,) everywhere plus the map ``sparkle_cd_m2`` (rows, columns) times
+    ``sparkle_XYZ`` (3,), the XYZ of the flakes' light at Y = 1.
     """
     base = sensor.raw_from_XYZ @ base_XYZ_cd_m2 * exposure_s
-    gain = sensor.raw_from_XYZ @ lamp_XYZ * exposure_s
+    gain = sensor.raw_from_XYZ @ sparkle_XYZ * exposure_s
     channels = []
     for channel in range(3):
         fill = sparkle_cd_m2 * np.float32(gain[channel])

@@ -1,0 +1,81 @@
+"""Stimuli from series of exposures of made-up plates."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Callable, Iterator, Mapping
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+
+from devices.colour import XYZ_from_xyY
+from documents import Finding
+from stimuli.errors import StimulusError
+from stimuli.make_pictures import Made
+from stimuli.names import SeriesPicture, series_pictures
+from stimuli.series_recipe import SeriesSpec, SparkleSeriesRecipe
+from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.studio import Studio
+
+
+def make_series(
+    recipe: SparkleSeriesRecipe, pixel_pitch_mm: float, report: Callable[[str, int, int], None]
+) -> Iterator[Made]:
+    """Yield the recipe's stimuli, each sampled for a display of ``pixel_pitch_mm``.
+
+    The sparkles of each plate and viewpoint are rendered once, and each exposure of them is developed once, whatever
+    series show them. No more than one plate's photographs are held at a time.
+
+    Raises
+    ------
+    StimulusError
+        If a plate sends no light, so that nothing can bring it to the target luminance.
+    """
+    pictures = series_pictures(recipe)
+    done = 0
+    for named, of_plate in groupby(pictures, key=lambda picture: picture.plate):
+        seed = plate_seed(recipe.seed, named.name)
+        studio = Studio(named.over(recipe.plate), recipe.lamp, recipe.camera, seed, pixel_pitch_mm)
+        for picture in of_plate:
+            report(f"rendering {picture.name}", done, len(pictures))
+            yield _made(picture, studio, recipe.target_mean_luminance_cd_m2)
+            done += 1
+    report("done", done, done)
+
+
+def plate_seed(seed: int, plate: str) -> int:
+    """Return the seed of a plate by its name: other plates, or another order of them, leave its flakes alone."""
+    return int.from_bytes(hashlib.sha256(f"{seed}/{plate}".encode()).digest()[:8]) >> 1
+
+
+def in_series(xyz_cd_m2: XYZImage, luminance_scale: float, series: SeriesSpec) -> XYZImage:
+    """Return the picture (rows, columns, 3) times ``luminance_scale``, and grey if the series is.
+
+    Grey keeps each pixel's luminance Y and gives it the chromaticity of the series's white.
+    """
+    scale = np.float32(luminance_scale)
+    if series.greyscale_white_xy is None:
+        return xyz_cd_m2 * scale
+    white = XYZ_from_xyY([*series.greyscale_white_xy, 1.0]).astype(np.float32)
+    return xyz_cd_m2[..., 1:2] * scale * white
+
+
+def _made(picture: SeriesPicture, studio: Studio, target_cd_m2: float) -> Made:
+    views = [one.xyz_cd_m2 for one in studio.photographs(picture.view, picture.exposure_s)]
+    mean_cd_m2 = float(np.mean([view[..., 1].mean(dtype=np.float64) for view in views]))
+    if mean_cd_m2 <= 0:
+        remedy = "give it a base or flakes that reflect, and a lamp that shines"
+        raise StimulusError(Finding(f"the plate '{picture.plate.name}' sends no light", remedy=remedy))
+    # One factor for both eyes: what one sees brighter than the other stays so.
+    adapted = target_cd_m2 / mean_cd_m2
+    series = picture.series
+    shown = [in_series(view, adapted * series.luminance_scale, series) for view in views]
+    steps: list[Mapping[str, Any]] = [
+        *studio.steps(picture.view, picture.exposure_s),
+        {"step": "adapt", "target_mean_luminance_cd_m2": target_cd_m2, "luminance_scale": adapted},
+        {"step": "scale", "luminance_scale": series.luminance_scale},
+    ]
+    if series.greyscale_white_xy:
+        steps.append({"step": "greyscale", "white_xy": list(series.greyscale_white_xy)})
+    return Made(picture.name, StereoImage(shown[0], shown[-1]), picture.factors, tuple(steps))

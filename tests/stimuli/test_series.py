@@ -1,0 +1,398 @@
+"""Series of exposures of several plates: what they are called, and what makes one picture differ from another."""
+
+from __future__ import annotations
+
+import re
+from collections import defaultdict
+from collections.abc import Sequence
+from itertools import pairwise
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from hypothesis import given
+from hypothesis import strategies as st
+
+import stimuli.studio
+from devices.colour import xyz_to_lab
+from documents import InputError
+from stimuli.build import build
+from stimuli.errors import StimulusError
+from stimuli.make_pictures import Made
+from stimuli.make_series import in_series, make_series, plate_seed
+from stimuli.names import stimulus_factors, stimulus_names
+from stimuli.recipe import Recipe, read_recipe
+from stimuli.series_recipe import SeriesSpec, SparkleSeriesRecipe
+from stimuli.studio import Studio
+
+CONFIGS = Path(__file__).parents[2] / "configs"
+FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"
+PRELIMINARY = CONFIGS / "stimuli" / "preliminary.yaml"
+WHITE_XY = (0.3117, 0.3151)
+PITCH_MM = 0.2768
+
+
+def quiet(doing: str, done: int, total: int) -> None:
+    """Report to nobody."""
+
+
+def five(tmp_path: Path, **changes: Any) -> Path:
+    """Write the recipe of the five paints, made small, with top-level values changed."""
+    data: Any = yaml.safe_load(FIVE.read_text())
+    data["plate"]["size_mm"] = [24, 16]
+    file = tmp_path / "recipe.yaml"
+    file.write_text(yaml.safe_dump({**data, **changes}, sort_keys=False))
+    return file
+
+
+def series_recipe(path: Path) -> SparkleSeriesRecipe:
+    recipe, _ = read_recipe(path)
+    assert isinstance(recipe, SparkleSeriesRecipe)
+    return recipe
+
+
+@pytest.fixture(scope="module")
+def recipe(tmp_path_factory: pytest.TempPathFactory) -> SparkleSeriesRecipe:
+    return series_recipe(five(tmp_path_factory.mktemp("five")))
+
+
+@pytest.fixture(scope="module")
+def made(recipe: SparkleSeriesRecipe) -> dict[str, Made]:
+    return {one.name: one for one in make_series(recipe, PITCH_MM, quiet)}
+
+
+def step(one: Made, name: str) -> Any:
+    (found,) = (step for step in one.steps if step["step"] == name)
+    return found
+
+
+# Names and factors
+
+
+def test_the_thesis_s_ninety_pictures() -> None:
+    factors = stimulus_factors(series_recipe(FIVE))
+    assert len(factors) == 90
+    assert factors["HI-brighter-2.5"] == {"paint": "HI", "series": "brighter", "exposure_s": 2.5, "view": "stereo"}
+    groups: dict[tuple[object, object], list[object]] = defaultdict(list)
+    for one in factors.values():
+        groups[one["paint"], one["series"]].append(one["exposure_s"])
+    assert list(groups)[:4] == [("GM1", "base"), ("GM1", "brighter"), ("GM1", "grey"), ("GM2", "base")]
+    assert len(groups) == 15
+    assert all(exposures == [1.3, 1.6, 2.0, 2.5, 3.0, 4.0] for exposures in groups.values())
+
+
+def test_the_preliminary_test_s_pictures_are_stereo_and_flat() -> None:
+    factors = stimulus_factors(series_recipe(PRELIMINARY))
+    assert list(factors)[:3] == ["GM1-base-1.3-stereo", "GM1-base-1.3-flat", "GM1-base-1.6-stereo"]
+    assert [one["view"] for one in factors.values()] == ["stereo", "flat"] * 6
+
+
+def test_what_is_made_is_called_as_foretold(recipe: SparkleSeriesRecipe, made: dict[str, Made]) -> None:
+    assert {name: one.factors for name, one in made.items()} == stimulus_factors(recipe)
+    assert all(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name) for name in made)
+
+
+def test_factors_of_the_other_kinds(tmp_path: Path) -> None:
+    gray, _ = read_recipe(CONFIGS / "stimuli" / "manitoba_gray.yaml")
+    factors = stimulus_factors(gray)
+    assert factors["1.2-flat"] == {
+        "image": "1.2",
+        "view": "flat",
+        "exposure_s": pytest.approx(1 / 15),
+        "luminance_scale": 0.51,
+    }
+    assert tuple(factors) == stimulus_names(gray)
+    file = tmp_path / "pictures.yaml"
+    file.write_text(
+        "schema_version: 1\nkind: pictures\nstimuli:\n"
+        "  - {name: a, file: a.exr, factors: {paint: red, exposure_s: 2}}\n"
+        "  - {name: b, file: b.exr, view: flat, flat_eye: left}\n"
+    )
+    pictures, _ = read_recipe(file)
+    assert stimulus_factors(pictures) == {
+        "a": {"image": "a", "paint": "red", "exposure_s": 2},
+        "b": {"image": "b", "view": "flat"},
+    }
+
+
+@pytest.mark.parametrize(
+    ("factors", "message"),
+    [
+        ("{view: flat}", "set by the recipe"),
+        ("{Paint: red}", "pattern"),
+        ("{paint: true}", "'stimuli.0.factors.paint'"),
+        ("{paint: ''}", "'stimuli.0.factors.paint'"),
+    ],
+)
+def test_factors_that_cannot_be(tmp_path: Path, factors: str, message: str) -> None:
+    file = tmp_path / "pictures.yaml"
+    file.write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n  - {{name: a, file: a.exr, factors: {factors}}}\n")
+    with pytest.raises(InputError, match=rf"pictures\.yaml:4:\d+: .*{message}"):
+        read_recipe(file)
+
+
+# Light
+
+
+def views(one: Made) -> list[Any]:
+    return [one.image.left] if one.image.is_flat else [one.image.left, one.image.right]
+
+
+def test_every_base_picture_has_the_target_luminance(recipe: SparkleSeriesRecipe, made: dict[str, Made]) -> None:
+    target = recipe.target_mean_luminance_cd_m2
+    for name, one in made.items():
+        scale = 1.33 if "brighter" in name else 1.0
+        mean = np.mean([view[..., 1].mean(dtype=np.float64) for view in views(one)])
+        assert mean == pytest.approx(target * scale, rel=1e-6), name
+
+
+def test_one_factor_for_all_pixels_channels_and_eyes(recipe: SparkleSeriesRecipe, made: dict[str, Made]) -> None:
+    plate = recipe.plates[0]
+    seed = plate_seed(recipe.seed, plate.name)
+    studio = Studio(plate.over(recipe.plate), recipe.lamp, recipe.camera, seed, PITCH_MM)
+    one = made["GM1-base-4"]
+    factor = step(one, "adapt")["luminance_scale"]
+    for photograph, shown in zip(studio.photographs("stereo", 4.0), views(one), strict=True):
+        np.testing.assert_allclose(shown, factor * photograph.xyz_cd_m2, rtol=3e-7)
+
+
+def test_brighter_is_a_third_brighter_in_every_pixel(made: dict[str, Made]) -> None:
+    for name in made:
+        if "-base-" in name:
+            for base, brighter in zip(views(made[name]), views(made[name.replace("base", "brighter")]), strict=True):
+                np.testing.assert_allclose(brighter, 1.33 * base.astype(np.float64), rtol=3e-7)
+
+
+def test_grey_keeps_luminance_and_has_the_white_s_chromaticity(made: dict[str, Made]) -> None:
+    for name in made:
+        if "-base-" in name:
+            for base, grey in zip(views(made[name]), views(made[name.replace("base", "grey")]), strict=True):
+                np.testing.assert_array_equal(grey[..., 1], base[..., 1])
+                total = grey.sum(axis=-1, dtype=np.float64)
+                np.testing.assert_allclose(grey[..., 0] / total, WHITE_XY[0], rtol=1e-6)
+                np.testing.assert_allclose(grey[..., 1] / total, WHITE_XY[1], rtol=1e-6)
+
+
+chromaticities = st.tuples(st.floats(0.05, 0.6), st.floats(0.05, 0.4))
+
+
+@given(st.lists(st.floats(0, 2**13, width=32), min_size=3, max_size=3), chromaticities, st.floats(0.01, 100))
+def test_grey_of_any_pixel(pixel: Sequence[float], white_xy: tuple[float, float], scale: float) -> None:
+    spec = SeriesSpec(name="grey", greyscale_white_xy=white_xy)
+    (grey,) = in_series(np.array([[pixel]], np.float32), scale, spec)[0]
+    luminance = pixel[1] * scale
+    x, y = white_xy
+    expected = [luminance * x / y, luminance, luminance * (1 - x - y) / y]
+    np.testing.assert_allclose(grey, expected, rtol=1e-6, atol=1e-37)
+
+
+def test_the_longer_the_exposure_the_fuller_the_sensor_and_the_lower_the_contrast(made: dict[str, Made]) -> None:
+    """Figure 4.10: sparkles are cut, what lies between them is not."""
+    for paint in ("GM1", "GM2", "HI", "BC", "BR"):
+        series = [one for one in made.values() if (one.factors["paint"], one.factors["series"]) == (paint, "base")]
+        assert [one.factors["exposure_s"] for one in series] == sorted(float(o.factors["exposure_s"]) for o in series)
+        for eye in ("left", "right"):
+            for channel in ("red", "green", "blue"):
+                full = [step(one, "expose")["saturated_percent"][eye][channel] for one in series]
+                assert all(shorter <= longer for shorter, longer in pairwise(full)), (paint, eye, channel)
+                assert full[0] < full[-1], (paint, eye, channel)
+        contrast = [float(one.image.left[..., 1].max() / np.median(one.image.left[..., 1])) for one in series]
+        # Where no pixel is full, two exposures differ by the rounding of a float32.
+        assert all(longer <= shorter * (1 + 1e-6) for shorter, longer in pairwise(contrast)), paint
+        assert contrast[-1] < 0.8 * contrast[0], paint
+
+
+def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, Made]) -> None:
+    x, y = WHITE_XY
+    white = np.array([x / y, 1.0, (1 - x - y) / y]) * 26.5
+    lab = {
+        paint: xyz_to_lab(made[f"{paint}-base-2"].image.left.mean(axis=(0, 1), dtype=np.float64), white)
+        for paint in ("GM1", "GM2", "HI", "BC", "BR")
+    }
+    for green in ("GM1", "GM2", "HI"):
+        assert lab[green][1] < -5, green
+        assert lab[green][2] > 0, green
+    hue = {paint: np.degrees(np.arctan2(one[2], one[1])) for paint, one in lab.items()}
+    assert 90 < hue["HI"] < hue["GM1"] - 10, "HI is the brownish green"
+    assert -30 < hue["BC"] < 45
+    assert -120 < hue["BR"] < -60
+    outstanding = {
+        paint: float(np.percentile(luminance, 99.5) / np.median(luminance))
+        for paint in lab
+        for luminance in [made[f"{paint}-base-1.3"].image.left[..., 1]]
+    }
+    assert outstanding["GM2"] < 2 < 3 < min(value for paint, value in outstanding.items() if paint != "GM2")
+
+
+def test_a_tinted_coat_tints_what_flakes_add(recipe: SparkleSeriesRecipe) -> None:
+    named = recipe.plates[0]
+    tint = named.flakes.chromaticity_xy
+    assert tint is not None
+    tinted = named.over(recipe.plate)
+    clear = tinted.model_copy(update={"flakes": tinted.flakes.model_copy(update={"chromaticity_xy": None})})
+    dark = {"base": tinted.base.model_copy(update={"reflectance": 0.0})}
+    for plate, expected in ((tinted, tint), (clear, recipe.lamp.chromaticity_xy)):
+        studio = Studio(plate.model_copy(update=dark), recipe.lamp, recipe.camera, 1, PITCH_MM)
+        (photograph,) = studio.photographs("flat", 1e-3)
+        assert photograph.saturated_percent == (0.0, 0.0, 0.0)
+        total = photograph.xyz_cd_m2.sum(axis=(0, 1), dtype=np.float64)
+        np.testing.assert_allclose(total[:2] / total.sum(), expected, rtol=1e-5)
+
+
+# What is made, and how often
+
+
+def test_each_viewpoint_is_rendered_once_and_each_exposure_developed_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    calls: dict[str, int] = {"sparkle_map": 0, "photograph": 0}
+    for name in calls:
+        real = getattr(stimuli.studio, name)
+
+        def counted(*args: Any, name: str = name, real: Any = real) -> Any:
+            calls[name] += 1
+            return real(*args)
+
+        monkeypatch.setattr(stimuli.studio, name, counted)
+    recipe = series_recipe(five(tmp_path, exposures_s=[1.3, 4], views=["flat"]))
+    flat = list(make_series(recipe, PITCH_MM, quiet))
+    assert len(flat) == 5 * 3 * 2
+    assert calls == {"sparkle_map": 5, "photograph": 5 * 2}
+    assert all(one.image.is_flat and set(step(one, "render")["views"]) == {"center"} for one in flat)
+    calls.update(sparkle_map=0, photograph=0)
+    assert len(list(make_series(series_recipe(five(tmp_path, exposures_s=[1.3, 4])), PITCH_MM, quiet))) == 30
+    assert calls == {"sparkle_map": 5 * 2, "photograph": 5 * 2 * 2}
+
+
+def test_equal_seeds_and_names_make_equal_plates_whatever_the_others(
+    tmp_path: Path, recipe: SparkleSeriesRecipe, made: dict[str, Made]
+) -> None:
+    data: Any = yaml.safe_load(FIVE.read_text())
+    alone = five(tmp_path, plates=[data["plates"][3]], views=["flat", "stereo"])
+    again = {one.name: one for one in make_series(series_recipe(alone), PITCH_MM, quiet)}
+    for name in ("BC-base-1.3", "BC-grey-4"):
+        np.testing.assert_array_equal(again[f"{name}-stereo"].image.right, made[name].image.right)
+    other = series_recipe(five(tmp_path, plates=[data["plates"][3]], seed=2017))
+    (first, *_) = make_series(other, PITCH_MM, quiet)
+    assert not np.array_equal(first.image.right, made["BC-base-1.3"].image.right)
+    names = [plate.name for plate in recipe.plates]
+    assert len({plate_seed(recipe.seed, name) for name in names}) == len(names)
+
+
+def test_the_preliminary_test_shows_the_plate_of_the_five() -> None:
+    both, one = series_recipe(FIVE), series_recipe(PRELIMINARY)
+    assert (one.seed, one.lamp, one.camera) == (both.seed, both.lamp, both.camera)
+    assert one.plates[0].over(one.plate) == both.plates[0].over(both.plate)
+    assert one.plates[0].name == both.plates[0].name == "GM1"
+    assert one.target_mean_luminance_cd_m2 == both.target_mean_luminance_cd_m2
+
+
+def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    path = five(tmp_path, exposures_s=[1.3, 4])
+    told: list[tuple[str, int, int]] = []
+    first = build(path, PITCH_MM, lambda *what: told.append(what))
+    assert first.names == stimulus_names(series_recipe(path))
+    assert first.rendered == 30
+    assert ("rendering GM1-base-1.3", 0, 30) in told
+    assert told[-1] == ("done", 30, 30)
+    before = {file: file.stat().st_mtime_ns for file in first.folder.iterdir()}
+    told.clear()
+    second = build(path, PITCH_MM, lambda *what: told.append(what))
+    assert (second.rendered, second.digest, told) == (0, first.digest, [])
+    assert {file: file.stat().st_mtime_ns for file in second.folder.iterdir()} == before
+    assert second.factors("BR-grey-4") == {"paint": "BR", "series": "grey", "exposure_s": 4.0, "view": "stereo"}
+    stored = second.load("BR-grey-4")
+    assert stored.left[..., 1].mean(dtype=np.float64) == pytest.approx(
+        second.entry("BR-grey-4")["luminance_cd_m2"]["left"]["mean"], rel=1e-4
+    )
+    assert [step["step"] for step in second.entry("BR-grey-4")["steps"]] == [
+        "render",
+        "expose",
+        "resample",
+        "adapt",
+        "scale",
+        "greyscale",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("observers", "recipe_file"), [("figure_4_14", "exposure_series"), ("preliminary", "preliminary")]
+)
+def test_the_made_up_observers_score_every_picture(observers: str, recipe_file: str) -> None:
+    scored = yaml.safe_load((CONFIGS / "observers" / f"{observers}.yaml").read_text())["stimuli"]
+    factors = stimulus_factors(series_recipe(CONFIGS / "stimuli" / f"{recipe_file}.yaml"))
+    assert list(scored) == list(factors)
+    best: dict[tuple[object, object], str] = {}
+    for name, one in factors.items():
+        group = (one["paint"], one["series"])
+        if group not in best or scored[name]["score"] > scored[best[group]]["score"]:
+            best[group] = name
+    assert {factors[name]["exposure_s"] for name in best.values()} == {4.0}
+    assert {factors[name]["view"] for name in best.values()} == {"stereo"}
+
+
+# What is refused
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        (("plates", 1, "name"), "gm1", "the name 'gm1' stands twice"),
+        (("plates", 1, "name"), "GM 1", "1 to 60 letters"),
+        (("plates", 1, "flakes", "size_mm"), 3, "unknown key"),
+        (("plates", 1, "flakes", "diameter_median_um"), 60, "'GM2' and 'plate' do not fit: the median"),
+        (("plates", 1, "flakes", "per_mm2"), 1e6, "50 million flakes"),
+        (("plate", "flakes", "per_mm2"), 1e6, "50 million flakes"),
+        (("camera", "resolution_px_per_mm"), 2000, "100 million camera pixels"),
+        (("series", 1, "name"), "base", "the name 'base' stands twice"),
+        (("series", 1, "luminance_scale"), 0, "greater than 0"),
+        (("series", 2, "greyscale_white_xy"), [0.9, 0.9], "x \\+ y ≤ 1"),
+        (("series", 2, "grayscale_white_xy"), WHITE_XY, "did you mean 'greyscale_white_xy'"),
+        (("exposures_s",), [1.3, 1.3000001], "the exposure 1.3 s stands twice"),
+        (("exposures_s",), [], "at least 1"),
+        (("target_mean_luminance_cd_m2",), -5, "greater than 0"),
+        (("views",), ["flat", "flat"], "a view stands twice"),
+        (("kind",), "sparkle_sries", "did you mean 'sparkle_series'"),
+    ],
+)
+def test_what_cannot_be_is_refused_with_its_place(
+    tmp_path: Path, path: tuple[str | int, ...], value: Any, message: str
+) -> None:
+    data: Any = yaml.safe_load(five(tmp_path).read_text())
+    here = data
+    for part in path[:-1]:
+        here = here[part]
+    here[path[-1]] = list(value) if isinstance(value, tuple) else value
+    file = tmp_path / "recipe.yaml"
+    file.write_text(yaml.safe_dump(data, sort_keys=False))
+    with pytest.raises(InputError, match=rf"recipe\.yaml:\d+:\d+: .*{message}") as refused:
+        read_recipe(file)
+    assert len(refused.value.findings) == 1
+
+
+def test_parts_whose_names_meet(tmp_path: Path) -> None:
+    path = five(tmp_path, plates=[{"name": "a"}, {"name": "a-b"}], series=[{"name": "c"}, {"name": "b-c"}])
+    with pytest.raises(InputError, match="two series of pictures would be called 'a-b-c'"):
+        read_recipe(path)
+
+
+def test_too_many_pictures(tmp_path: Path) -> None:
+    path = five(tmp_path, plates=[{"name": f"p{i}"} for i in range(60)])
+    with pytest.raises(InputError, match=r"these are 1080 pictures \(a recipe makes 1000 at most\)"):
+        read_recipe(path)
+
+
+def test_a_plate_without_light_is_named(tmp_path: Path) -> None:
+    data: Any = yaml.safe_load(FIVE.read_text())
+    recipe = series_recipe(five(tmp_path, lamp={**data["lamp"], "illuminance_lx": 0}))
+    with pytest.raises(StimulusError, match="the plate 'GM1' sends no light"):
+        next(make_series(recipe, PITCH_MM, quiet))
+
+
+def test_editors_know_the_kind() -> None:
+    schema = Recipe.model_json_schema()
+    assert schema["discriminator"]["mapping"]["sparkle_series"] == "#/$defs/SparkleSeriesRecipe"
+    assert "target_mean_luminance_cd_m2" in schema["$defs"]["SparkleSeriesRecipe"]["required"]
