@@ -161,14 +161,24 @@ def make_header(
     )
 
 
+def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str | None]]:
+    """Return what differs from when a session began: SHA-256 ``before`` and ``now``, by name."""
+    return {
+        name: {"before": header.hashes.get(name), "now": digest}
+        for name, digest in now.items()
+        if header.hashes.get(name) != digest
+    }
+
+
 def check_unchanged(header: Header, now: Mapping[str, str], file: Path) -> None:
     """Raise SessionError, naming what changed, if a session cannot go on as it began."""
-    changed = [name for name, digest in now.items() if header.hashes.get(name) != digest]
+    changed = changes(header, now)
     if changed:
         raise SessionError(
             Finding(
                 f"the {' and the '.join(changed)} changed since this session began",
                 str(file),
-                remedy="restore what it began with, or leave out --resume to begin a new session",
+                remedy="restore what it began with, or leave out --resume to begin a new session, or go on with "
+                "--accept-changes, which the record will say",
             )
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from runner.compensation import Compensation
@@ -29,11 +29,16 @@ class ReadyPictures:
         self._compensation = compensation
         self.correction = compensation.correction if in_pass else None
         self._places: dict[str, tuple[str, Offset]] = {}
+        self._made: dict[str, Callable[[], StereoImage]] = {}
+
+    def add(self, pictures: Mapping[str, Callable[[], StereoImage]]) -> None:
+        """Let pictures that a block makes itself be shown too, by name."""
+        self._made.update(pictures)
 
     def load(self, name: str) -> StereoImage:
         """Return the picture of a name that `placed` gave, ready to be sent."""
         stimulus, offset_px = self._places.get(name, (name, (0, 0)))
-        image = self._load(stimulus)
+        image = self._made[stimulus]() if stimulus in self._made else self._load(stimulus)
         if self.correction is None:
             return self._compensation.apply(image, offset_px)[0]
         # As they are uploaded: nothing on the way then has a reason to make another picture of them, without a place.

@@ -13,6 +13,7 @@ from documents import Finding
 from runner.blocks.steps import Draft, Response
 from runner.compensation import Compensation
 from runner.errors import SessionError
+from runner.observers.plain import plain_key
 from runner.placed_presenter import ReadyPictures
 from runner.ports import Ask
 from runner.presenter.modes.mixture import Mixture
@@ -72,6 +73,8 @@ def preview(
     images = (load(name) for name in stimuli.names)
     compensation = Compensation.of(rig, mode, images)
     pictures = ReadyPictures(load, compensation)
+    for block in blocks:
+        pictures.add(block.pictures)
     resolution = rig.display.panel.resolution_px
 
     def marking(surface: Surface) -> Presenter:
@@ -104,7 +107,7 @@ def preview(
                     presenter.show(pictures.placed(step.scene))
                     name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
                     album.add(name, presenter)
-                    if marker is not None and step.scene.stimuli:
+                    if marker is not None and set(step.scene.stimuli) & set(stimuli.names):
                         marker.show(step.scene)
                         album.add(f"{name}_clipping", marker)
                     screen += 1
@@ -143,5 +146,5 @@ class _Marks:
 
 
 def _answered(ask: Ask) -> Response:
-    key, meaning = next(iter(ask.keys.items()))
-    return Response(key, meaning, 0.0)
+    key = plain_key(ask)
+    return Response(key, ask.meaning(key) or "", 0.0)

@@ -6,13 +6,14 @@ import functools
 import random
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records import Header, Trial
+from analysis.records import Header, Resumption, SessionLog, Trial
 from runner.compensation import Compensation
-from runner.header import check_unchanged, describe_stimulus, hashes, make_header
+from runner.header import changes, check_unchanged, describe_stimulus, hashes, make_header
 from runner.observers.simulated import BradleyTerryObserver, ObserverSpec
 from runner.pace import Pace
 from runner.placed_presenter import PlacedPresenter, ReadyPictures
@@ -116,6 +117,7 @@ class Station:
         *,
         simulated: bool = False,
         resume: bool = False,
+        accept_changes: bool = False,
         on_trial: Callable[[Trial], None] = lambda trial: None,
     ) -> Path:
         """Run one observer's session to its end and return its folder.
@@ -125,21 +127,31 @@ class Station:
         Left, WindowClosed
             If the observer left; what was answered is on disk.
         InputError
-            If the session cannot begin or be resumed.
+            If the session cannot begin or be resumed: with ``accept_changes`` it is resumed although the experiment,
+            the stimuli or the display changed, as long as the trials answered so far are still those asked.
         """
         check_observer(observer)
-        recorder, logged = self._resume(observer) if resume else (self._begin(observer, simulated), ())
+        log: SessionLog | None = None
+        if resume:
+            recorder, log = self._resume(observer, accept_changes=accept_changes)
+        else:
+            recorder = self._begin(observer, simulated)
+        blocks = self.experiment.blocks(observer)
+        for block in blocks:
+            self.pictures.add(block.pictures)
         costs = {description["name"]: description["clipping"] for description in self.descriptions}
         with recorder:
             Session(
-                self.experiment.blocks(observer),
+                blocks,
                 PlacedPresenter(self.presenter, self.pictures, self._pace(instantly=simulated)),
                 answers,
                 recorder,
                 clip_costs=costs,
                 stamps={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
-                logged=logged,
+                logged=log.first_attempts if log else (),
+                pending=log.pending if log else (),
                 on_trial=on_trial,
+                style=self.experiment.style,
                 closing_facts=lambda: {"work": asdict(self.presenter.counters)},
             ).run()
         return recorder.folder
@@ -154,11 +166,13 @@ class Station:
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
         return Recorder.create(parent / f"ses-{header.session}", header)
 
-    def _resume(self, observer: str) -> tuple[Recorder, tuple[Trial, ...]]:
+    def _resume(self, observer: str, *, accept_changes: bool) -> tuple[Recorder, SessionLog]:
         stopped = to_resume(self.results, self.experiment.spec.name, observer)
-        check_unchanged(stopped.header, hashes(self.experiment, self.stimuli), stopped.file)
-        recorder, log = Recorder.reopen(stopped.file.parent)
-        return recorder, log.trials
+        now = hashes(self.experiment, self.stimuli)
+        if not accept_changes:
+            check_unchanged(stopped.header, now, stopped.file)
+        utc = datetime.now(UTC).isoformat(timespec="milliseconds")
+        return Recorder.reopen(stopped.file.parent, Resumption(utc, changes(stopped.header, now)))
 
     def _header(self, observer: str, session: str, simulated: bool) -> Header:
         facts = asdict(self.surface.facts) | {"timing": self.timing}

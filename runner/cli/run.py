@@ -12,6 +12,11 @@ import click
 @click.argument("experiment", type=click.Path(path_type=Path))
 @click.option("--observer", required=True, help="The observer's code: letters and digits, such as 01.")
 @click.option("--resume", is_flag=True, help="Go on exactly where this observer's last session stopped.")
+@click.option(
+    "--accept-changes",
+    is_flag=True,
+    help="With --resume: go on although experiment, stimuli or display changed; the record says so.",
+)
 @click.option("--results", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
 @click.option("--mode", help="A stereo mode in place of the rig's.")
 @click.option("--windowed", is_flag=True, help="A window in place of the full screen.")
@@ -35,6 +40,7 @@ def command(
     experiment: Path,
     observer: str,
     resume: bool,
+    accept_changes: bool,
     results: Path,
     mode: str | None,
     windowed: bool,
@@ -84,7 +90,14 @@ def command(
                 step(f"Observer {observer}", answered, total)
 
             try:
-                folder = station.run(observer, person, simulated=law is not None, resume=resume, on_trial=on_trial)
+                folder = station.run(
+                    observer,
+                    person,
+                    simulated=law is not None,
+                    resume=resume,
+                    accept_changes=accept_changes,
+                    on_trial=on_trial,
+                )
             except Left:
                 ending = "left"
             except WindowClosed:

@@ -114,6 +114,29 @@ def test_resume_is_refused_when_something_changed(study: Study, file: str, old: 
     assert log.read_bytes() == before
 
 
+def test_accepted_changes_are_recorded_and_the_session_goes_on(study: Study) -> None:
+    _simulate(study)
+    log = _cut(study.results, 4)
+    study.edit("display.yaml", "gamma: 2.1", "gamma: 2.15")
+    _simulate(study, "--resume", "--accept-changes")
+    whole = read_session(log)
+    assert whole.complete
+    (resumption,) = whole.resumptions
+    assert set(resumption.accepted_changes) == {"display"}
+    change = resumption.accepted_changes["display"]
+    assert change["before"] == whole.header.hashes["display"] != change["now"]
+
+
+def test_a_change_of_the_trials_already_answered_is_refused_even_if_accepted(study: Study) -> None:
+    _simulate(study)
+    log = _cut(study.results, 4)
+    answers = read_session(log).answers
+    study.edit("small.yaml", "break_every: 4", "stimuli: [one, two, three]")
+    told = _simulate(study, "--resume", "--accept-changes", expect=2)
+    assert "is not the one the experiment now asks" in told.stderr
+    assert read_session(log).answers == answers
+
+
 @pytest.mark.parametrize(
     ("file", "old", "new", "part"),
     [

@@ -123,4 +123,9 @@ def test_a_box_covers_just_its_own_pixels(make_presenter: Make) -> None:
     presenter = make_presenter({}, mode="flat")
     presenter.show(Scene((Box((2, -4), (8, 6), 0.5),)))
     rows, columns = np.nonzero(presenter.capture()["screen"].any(axis=2))
-    assert (rows.min(), rows.max() + 1, columns.min(), columns.max() + 1) == (240 - 4 - 3, 240 - 4 + 3, 322 - 4, 322 + 4)
+    assert (rows.min(), rows.max() + 1, columns.min(), columns.max() + 1) == (
+        240 - 4 - 3,
+        240 - 4 + 3,
+        322 - 4,
+        322 + 4,
+    )
