@@ -8,6 +8,7 @@ EGL driver that this machine gives, from XYZ on the graphics card to codes there
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -67,8 +68,8 @@ def upload(context: Context, xyz: Floats) -> Texture:
     return context.texture(xyz.shape[1::-1], 3, xyz.astype(np.float32).tobytes(), alignment=1, dtype="f4")
 
 
-def drawn(context: Context, colour_pass: ColourPass, xyz: Floats, levels: int) -> NDArray[np.int64]:
-    """Return what the colour pass makes of XYZ (height, width, 3): codes 0..levels."""
+def drawn(context: Context, colour_pass: ColourPass, levels: int, xyz: Floats, _: Floats) -> NDArray[np.int64]:
+    """Return what the colour pass, which has thresholds of its own, makes of XYZ (height, width, 3): 0..levels."""
     picture = upload(context, xyz)
     codes = colour_pass.run(picture)
     shown = np.frombuffer(codes.read(components=3, dtype="f4"), np.float32).reshape(xyz.shape)[::-1]
@@ -95,8 +96,7 @@ def pass_rows(surface: Surface, model: DisplayModel, picture: Floats) -> list[Ro
     rows: list[Row] = []
     for (name, depth), colour_pass in passes.items():
         levels = highest_code(depth)
-        dither: Dither = lambda xyz, _, made=colour_pass, top=levels: drawn(context, made, xyz, top)  # noqa: E731
-        bias, difference = errors(model, dither, levels)
+        bias, difference = errors(model, partial(drawn, context, colour_pass, levels), levels)
         note = f"ΔE00 of the mean at most {difference:.2g}; {surface.facts.renderer}"
         if (name, depth) != ("rounded", 8):
             slower = times_faster(lambda: once(passes["rounded", 8]), lambda made=colour_pass: once(made), rounds=25)

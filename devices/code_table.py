@@ -1,10 +1,11 @@
 """The table that the fragment shader reads in place of an inverse tone curve.
 
-A channel's code is tabulated over t = √√((linear − lift) / (1 − lift)), 1024 entries and linear
-interpolation between them: two square roots and no power function in the shader, and finest where the
-inverse curve is steepest. Indexed uniformly instead, the same table errs by up to 4.4 codes of 8 bits.
-The lift moves into the index, so that the curve's vertical start stays at t = 0; entries below code 0 keep
-their negative value, so that the clip at 0 falls between entries exactly where it should.
+A channel's code is tabulated over t = √√((linear − lift) / (1 − lift)), 1024 entries (2048 where the
+presenter rounds to 10 bits, which ask for four times the exactness) and linear interpolation between
+them: two square roots and no power function in the shader, and finest where the inverse curve is
+steepest. Indexed uniformly instead, the same table errs by up to 4.4 codes of 8 bits. The lift moves
+into the index, so that the curve's vertical start stays at t = 0; entries below code 0 keep their
+negative value, so that the clip at 0 falls between entries exactly where it should.
 """
 
 from __future__ import annotations

@@ -33,7 +33,7 @@ def scores_svg(summary: Summary, width_in: float) -> str:
         "text.parse_math": False,
         "font.size": 10.0,
     }
-    with rc_context(style):  # type: ignore[arg-type]
+    with rc_context(style):  # type: ignore[arg-type]  # its keys are known names to the stubs, and plain text here
         figure = Figure(figsize=(width_in, height_in), layout="constrained")
         figure.patch.set_alpha(0)
         axes = figure.subplots()

@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import pytest
@@ -15,6 +16,27 @@ from analysis.records import Header, SessionLog, Trial
 NAMES = ("1.1 mono", "1.1 stereo", "2.1 mono", "2.1 stereo", "3.1 mono", "3.1 stereo")
 SCORES = (0.06, 0.2, 0.08, 0.3, 0.06, 0.3)
 Maker = Callable[..., SessionLog]
+# V. Medina (2016), Table 4.4: sample, printed score, class.
+_TABLE_4_4 = MappingProxyType(
+    {
+        "8": (0.0296, "5"),
+        "2": (0.0432, "4"),
+        "7": (0.0543, "3+4"),
+        "1": (0.0718, "3"),
+        "5": (0.0740, "3"),
+        "9": (0.0751, "3"),
+        "3": (0.0762, "3"),
+        "10": (0.1149, "2"),
+        "4": (0.2036, "1"),
+        "6": (0.2574, "1"),
+    }
+)
+
+
+@pytest.fixture(scope="session")
+def table_4_4() -> Mapping[str, tuple[float, str]]:
+    """The thesis's Table 4.4: each sample's printed score and class."""
+    return _TABLE_4_4
 
 
 def clip_cost(percent: float) -> dict[str, float]:

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from analysis.bradley_terry import fit, probabilities
 from analysis.classes import classify, letter_display, numbered
 from analysis.errors import ResultsError
+from analysis.multiplicity import Adjust
 
 # Medina 2016, Table 4.4: samples 8 2 7 1 5 9 3 10 4 6.
 PRINTED = np.array([0.0296, 0.0432, 0.0543, 0.0718, 0.0740, 0.0751, 0.0762, 0.1149, 0.2036, 0.2574])
@@ -93,11 +94,11 @@ def test_a_redundant_letter_is_swept() -> None:
 
 @settings(max_examples=25)
 @given(st.permutations(range(10)), st.sampled_from(["none", "holm", "bh"]))
-def test_the_order_of_the_items_does_not_matter(order: list[int], adjust: str) -> None:
+def test_the_order_of_the_items_does_not_matter(order: list[int], adjust: Adjust) -> None:
     wins = expected_counts()
     straight, shuffled = fit(wins), fit(wins[np.ix_(order, order)])
-    known = classify(straight.theta, straight.covariance, alpha=0.045, adjust=adjust)  # type: ignore[arg-type]
-    found = classify(shuffled.theta, shuffled.covariance, alpha=0.045, adjust=adjust)  # type: ignore[arg-type]
+    known = classify(straight.theta, straight.covariance, alpha=0.045, adjust=adjust)
+    found = classify(shuffled.theta, shuffled.covariance, alpha=0.045, adjust=adjust)
     assert found.labels == tuple(known.labels[item] for item in order)
 
 

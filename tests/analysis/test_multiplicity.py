@@ -62,4 +62,4 @@ def test_unadjusted_p_values_are_those_of_the_normal_law() -> None:
 
 def test_an_unknown_adjustment_is_refused() -> None:
     with pytest.raises(ResultsError, match="tukey"):
-        adjusted_p(np.zeros((2, 2)), np.eye(2), "tukey")  # type: ignore[arg-type]
+        adjusted_p(np.zeros((2, 2)), np.eye(2), "tukey")  # type: ignore[arg-type]  # wrong on purpose

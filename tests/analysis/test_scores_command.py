@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
 
@@ -14,20 +14,8 @@ import pytest
 from analysis.records import FILE_NAME, SessionLog
 
 Maker = Callable[..., SessionLog]
+Table = Mapping[str, tuple[float, str]]
 
-# Medina 2016, Table 4.4: sample, printed score, class.
-TABLE_4_4 = {
-    "8": (0.0296, "5"),
-    "2": (0.0432, "4"),
-    "7": (0.0543, "3+4"),
-    "1": (0.0718, "3"),
-    "5": (0.0740, "3"),
-    "9": (0.0751, "3"),
-    "3": (0.0762, "3"),
-    "10": (0.1149, "2"),
-    "4": (0.2036, "1"),
-    "6": (0.2574, "1"),
-}
 KEYS = {"name", "wins", "comparisons", "theta", "se", "score", "log10_score", "class"}
 
 
@@ -45,9 +33,9 @@ def write_log(session: SessionLog, folder: Path) -> None:
     (folder / FILE_NAME).write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
 
 
-def test_table_4_4_in_json(tmp_path: Path) -> None:
+def test_table_4_4_in_json(table_4_4: Table, tmp_path: Path) -> None:
     lines = ["winner,loser,count"]
-    for (a, (score_a, _)), (b, (score_b, _)) in combinations(TABLE_4_4.items(), 2):
+    for (a, (score_a, _)), (b, (score_b, _)) in combinations(table_4_4.items(), 2):
         p = score_a / (score_a + score_b)
         lines += [f"{a},{b},{30 * p!r}", f"{b},{a},{30 * (1 - p)!r}"]
     table = tmp_path / "table.csv"
@@ -59,7 +47,7 @@ def test_table_4_4_in_json(tmp_path: Path) -> None:
     assert all(set(item) == KEYS for item in told["items"])
     assert [item["name"] for item in told["items"]] == ["6", "4", "10", "3", "9", "5", "1", "7", "2", "8"]
     for item in told["items"]:
-        score, label = TABLE_4_4[item["name"]]
+        score, label = table_4_4[item["name"]]
         assert f"{item['score']:.4f}" == f"{score:.4f}"
         assert item["class"] == label
         assert item["comparisons"] == pytest.approx(270)

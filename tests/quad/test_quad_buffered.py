@@ -90,7 +90,7 @@ def drawn(
         given[f"{eye}_black"] = display.black_XYZ_cd_m2
         given[f"{eye}_primaries"] = display.primaries_XYZ_cd_m2
         given[f"{eye}_curves"] = np.array([(c.gain, c.offset, c.gamma, c.lift) for c in display.curves])
-    np.savez(folder / "in.npz", **given)  # type: ignore[arg-type]
+    np.savez(folder / "in.npz", **given)  # type: ignore[arg-type]  # the stubs take a name for a flag
     script = str(Path(__file__).with_name("draw_each_eye.py"))
     done = under_xvfb([script, str(folder / "in.npz"), str(folder / "out.npz")], stereo_gl)
     assert done.returncode == 0, done.stderr

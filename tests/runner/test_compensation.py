@@ -37,7 +37,7 @@ def _mean_delta_e(study: Study) -> list[float]:
     assert result.exit_code == 0, result.output
     rig = read_rig(study.folder / "rig.yaml")
     steps = read_experiment(study.experiment).blocks("01")[1].steps()
-    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]
+    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     image = read_exr(study.folder / f"{first}.exr")
     codes = {}
     for eye in ("left", "right"):
@@ -46,8 +46,8 @@ def _mean_delta_e(study: Study) -> list[float]:
     seen = seen_XYZ(rig.models, rig.crosstalk, codes["left"], codes["right"])
     differences = []
     for eye, light in zip(("left", "right"), seen, strict=True):
-        white = rig.models.eye(eye).white_XYZ_cd_m2  # type: ignore[arg-type]
-        asked = xyz_to_lab(image.eye(eye), white)  # type: ignore[arg-type]
+        white = rig.models.eye(eye).white_XYZ_cd_m2  # type: ignore[arg-type]  # an eye
+        asked = xyz_to_lab(image.eye(eye), white)  # type: ignore[arg-type]  # an eye
         differences.append(float(np.mean(delta_e_2000(asked, xyz_to_lab(light, white)))))
     return differences
 
@@ -168,12 +168,12 @@ def test_an_uneven_panel_is_evened_out_where_each_picture_stands(inside: Study, 
     assert result.exit_code == 0, result.output
     rig = read_rig(inside.folder / "rig.yaml")
     steps = read_experiment(inside.experiment).blocks("01")[1].steps()
-    shown = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]
+    shown = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     gain = _panel_gain(inside)
     sent = {}
     for eye, left in (("left", 0), ("right", 320)):
         codes = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png")) / 255
-        model = rig.models.eye(eye)  # type: ignore[arg-type]
+        model = rig.models.eye(eye)  # type: ignore[arg-type]  # an eye
         sent[eye] = model.xyz(codes) * gain[:, left : left + 320, None]
     black = rig.models.left.black_XYZ_cd_m2
     if rig.crosstalk:
@@ -184,7 +184,7 @@ def test_an_uneven_panel_is_evened_out_where_each_picture_stands(inside: Study, 
         image = read_exr(inside.folder / f"{name}.exr")
         for eye in ("left", "right"):
             seen = sent[eye][middle - 20 : middle + 20, 160 - 40 : 160 + 40]
-            asked = image.eye(eye)  # type: ignore[arg-type]
+            asked = image.eye(eye)  # type: ignore[arg-type]  # an eye
             fits = (asked[..., 1] < 0.6 * white[1])[..., None]  # where the dimmest part of the panel reaches it
             difference = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(seen, white))
             assert float(difference[fits[..., 0]].mean()) < 0.35
@@ -215,7 +215,7 @@ def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
     codes = np.asarray(png.get_pixels("uint16")) >> 6
     shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
     steps = read_experiment(study.experiment).blocks("01")[1].steps()
-    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]
+    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     model = read_rig(study.folder / "rig.yaml").models.left
     reference = model.code(read_exr(study.folder / f"{first}.exr").left) * 1023
     assert np.abs(shown - reference).max() <= 0.501

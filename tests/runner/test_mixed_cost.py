@@ -173,7 +173,8 @@ def test_preview_marks_what_is_clipped_of_the_one_picture(study: Study) -> None:
     from runner.protocol.experiment import read_experiment
 
     design = read_experiment(study.experiment)
-    (first, _second) = next(iter(design.blocks("01")[1].steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
+    pairs = design.blocks("01")[1]
+    (first, _second) = next(iter(pairs.steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     models = read_display(study.folder / "display.yaml").models("anaglyph-red-cyan")
     clipped = _costs(models, read_exr(study.folder / f"{first}.exr"))["left"]["percent_any"] / 100 * 40 * 80
     for eye in ("left", "right"):

@@ -61,7 +61,7 @@ def test_what_the_window_shows_is_the_float64_reference(person: Person) -> None:
     # 20 × 10 mm at 0.25 mm: 80 × 40 px; the upper picture's middle is 30 px above the middle of each half.
     for eye, middle in (("left", 160), ("right", 480)):
         shown = screen[240 - 30 - 20 : 240 - 30 + 20, middle - 40 : middle + 40]
-        reference = model.code(image.eye(eye)) * 255  # type: ignore[arg-type]
+        reference = model.code(image.eye(eye)) * 255  # type: ignore[arg-type]  # an eye
         assert np.abs(shown - reference).max() <= 0.501
 
 

@@ -104,6 +104,7 @@ class _RightWindow:
         self._whole = Rectangle(0, 0, *size_px)
         glfw.make_context_current(window)
         glfw.swap_interval(0)
+        # The stubs know no loader but by name.
         self._context = moderngl.create_context(context=ContextLoader())  # type: ignore[arg-type]
         self._calls = GlCalls(function_address)
         shared = drawn.color_attachments[0].glo

@@ -51,6 +51,7 @@ class EglSurface:
         self.on_wake: Callable[[], object] | None = None
         self.on_frame: Callable[[], object] | None = None
         try:
+            # The stubs know no backends.
             self.context = moderngl.create_context(standalone=True, backend="egl")  # type: ignore[arg-type]
         except Exception as error:  # the loader raises bare Exceptions
             raise PresentationError(

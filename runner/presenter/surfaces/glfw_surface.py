@@ -103,6 +103,7 @@ class GlfwSurface:
         self._vsync = vsync and not session.complaints
         session.complaints.clear()
         try:
+            # The stubs know no loader but by name.
             self.context = moderngl.create_context(context=ContextLoader())  # type: ignore[arg-type]
         except Exception as error:  # the loader raises bare Exceptions
             raise GraphicsError(f"the window gives no OpenGL 3.3 context: {error}") from error

@@ -78,7 +78,7 @@ def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:
     assert len(files) == len(json.loads(result.stdout)) == 16
     model = read_display(study.folder / "display.yaml").models("side-by-side").left
     block = read_experiment(study.experiment).blocks("01")[1]
-    (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]
+    (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     image = read_exr(study.folder / f"{first}.exr")
     for eye in ("left", "right"):
         codes = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png"))
@@ -94,7 +94,7 @@ def test_preview_marks_what_is_clipped(study: Study) -> None:
     assert result.exit_code == 0, result.output
     model = read_display(study.folder / "display.yaml").models("side-by-side").left
     block = read_experiment(study.experiment).blocks("01")[1]
-    (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]
+    (first, _second) = next(iter(block.steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     clipped = model.clipping(read_exr(study.folder / f"{first}.exr").left).any_channel
     codes = np.asarray(Image.open(output / "block-02_screen-001_clipping_left.png")).astype(int)
     shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]

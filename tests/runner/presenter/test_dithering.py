@@ -259,7 +259,7 @@ def test_levels_beyond_twelve_bits_are_refused(levels: int) -> None:
 
 def test_unknown_masks_are_refused() -> None:
     with pytest.raises(PresentationError, match=r"no dither masks 'both' .*'shared', 'independent'"):
-        Dithering("both")  # type: ignore[arg-type]
+        Dithering("both")  # type: ignore[arg-type]  # wrong on purpose
 
 
 @pytest.mark.parametrize("levels", [1, 255, 4095])

@@ -212,7 +212,7 @@ def test_half_float_pictures_are_uploaded_as_they_are(
     make_presenter: Make, random_XYZ: Callable[..., NDArray[np.float32]], same_models: EyeModels
 ) -> None:
     half = random_XYZ(480, 320).astype(np.float16)
-    presenter = make_presenter({"a": StereoImage.flat(half)})  # type: ignore[arg-type]
+    presenter = make_presenter({"a": StereoImage.flat(half)})  # type: ignore[arg-type]  # halves on purpose
     presenter.show(Scene((Picture("a"),)))
     assert presenter.counters.bytes_uploaded == 480 * 320 * 3 * 2
     assert_codes(presenter.eye_view("left"), expected(same_models.left, half.astype(np.float32)))

@@ -89,7 +89,7 @@ def test_the_screenshot_holds_the_framebuffers_codes(show: Run, picture: Path, t
     top, left = (1080 - 301) // 2, (960 - 405) // 2
     for eye, corner in (("left", left), ("right", left + 960)):
         shown = screen[top : top + 301, corner : corner + 405]
-        assert np.abs(shown - model.code(image.eye(eye)) * 255.0).max() <= 0.501  # type: ignore[arg-type]
+        assert np.abs(shown - model.code(image.eye(eye)) * 255.0).max() <= 0.501  # type: ignore[arg-type]  # an eye
     assert int(screen.astype(bool).any(axis=2).sum()) <= 2 * 301 * 405
     assert "left eye: " in done.stdout
     assert "right eye: " in done.stdout

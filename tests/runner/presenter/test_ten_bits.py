@@ -133,7 +133,7 @@ def test_dithered_codes_are_the_twin_s(
     picture = StereoImage.flat(colour_ramps(display))
     models = EyeModels(display, display)
     tables = dither_tables(display, FULL_CODE)
-    dithering = Dithering(masks)  # type: ignore[arg-type]
+    dithering = Dithering(masks)  # type: ignore[arg-type]  # parametrize knows no literals
     with Presenter(
         deep_surface, find_mode("side-by-side"), models, lambda _: picture, dithering=dithering
     ) as presenter:
@@ -308,4 +308,4 @@ def test_other_depths_are_refused_and_leave_nothing_open(backend: str) -> None:
         with pytest.raises(
             PresentationError, match=r"codes of 12 bits cannot be shown \(ask for 8 or 10\)|OSMesa gives|EGL gives"
         ):
-            open_surface(backend, (64, 48), bits=12)  # type: ignore[arg-type]
+            open_surface(backend, (64, 48), bits=12)  # type: ignore[arg-type]  # wrong on purpose
