@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import replace
 
 import numpy as np
 
@@ -94,4 +95,4 @@ def _as_uploaded(image: StereoImage) -> StereoImage:
     """Return ``image`` with its views as their textures hold them, itself where they are so already."""
     left = as_uploaded(image.left)
     right = left if image.is_flat else as_uploaded(image.right)
-    return image if left is image.left and right is image.right else StereoImage(left, right)
+    return image if left is image.left and right is image.right else replace(image, left=left, right=right)

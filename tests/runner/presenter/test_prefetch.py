@@ -7,6 +7,8 @@ import subprocess
 import threading
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import pytest
@@ -156,6 +158,30 @@ def test_taking_from_the_decoder_is_loading(slow: Slow) -> None:
     assert decoder.take("a") is slow.pictures["a"]
     assert decoder.take("c") is slow.pictures["c"]
     decoder.close()
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Named(StereoImage):
+    """A picture that something more is known of."""
+
+    name: str
+
+
+@pytest.mark.parametrize("flat", [False, True])
+def test_pictures_leave_the_decoder_as_their_textures_hold_them(random_stereo: Stereo, flat: bool) -> None:
+    wide = random_stereo(20, 30)
+    doubles: Any = wide.right.astype(np.float64)
+    left = wide.left[:, ::2]
+    decoder = Decoder(lambda name: Named(left, left if flat else doubles[:, ::2], name), 1000)
+    taken = decoder.take("a")
+    decoder.close()
+    assert isinstance(taken, Named)
+    assert taken.name == "a"
+    assert taken.is_flat is flat
+    for view, expected in ((taken.left, wide.left), (taken.right, wide.left if flat else wide.right)):
+        assert view.dtype == np.float32
+        assert view.flags.c_contiguous
+        np.testing.assert_array_equal(view, expected[:, ::2])
 
 
 @pytest.mark.window
