@@ -253,3 +253,20 @@ def test_bands_of_two_places_may_take_turns(egl: EglSurface, models: EyeModels, 
         release_codes(drawn)
     compensated.release()
     texture.release()
+
+
+def test_gains_of_one_float_would_not_do_next_to_black(egl: EglSurface, model: Make) -> None:
+    """A picture that asks for the dimmed black and next to nothing above it: what is left is the gain's last bits."""
+    display = model(2.9, 0.25)
+    models = EyeModels(display, display)
+    gain = CELLS.gain(np.arange(320)[np.newaxis] + 0.5, np.arange(480)[:, np.newaxis] + 0.5)
+    light = 10.0 ** np.random.default_rng(1).uniform(-11.0, -6.0, (480, 320, 3))
+    asked = gain[..., np.newaxis] * display.black_XYZ_cd_m2 + light @ display.primaries_XYZ_cd_m2.T
+    view = asked.astype(np.float32)
+    correction = Correction(None, CELLS)
+    codes = _codes(egl, models, correction, {"left": view, "right": view}, dtype="f4")
+    sent = sent_XYZ(models, correction, {eye: view.astype(np.float64) for eye in EYES})
+    for eye in EYES:
+        wanted = display.code(sent[eye])
+        assert 0.3 < 255.0 * wanted.max() < 5.0
+        assert np.abs(codes[eye] - wanted).max() * 255.0 < 4e-3
