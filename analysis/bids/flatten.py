@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 Place = tuple[str, ...]
@@ -22,34 +22,36 @@ def roles(data: Mapping[str, Any], stimuli: Collection[str]) -> dict[str, str]:
 
 def flatten(
     data: Mapping[str, Any], stimuli: Collection[str] = (), whole: Collection[str] = ()
-) -> Iterator[tuple[Place, Any]]:
-    """Yield each value of ``data`` with the keys that lead to it; sequences and empty mappings are values.
+) -> list[tuple[Place, Any]]:
+    """Return each value of ``data`` with the keys that lead to it; sequences and empty mappings are values.
 
     In a mapping whose keys are all stimuli (``stimuli`` are the session's), the role that a stimulus has in the trial
     stands for its name, so that columns do not multiply with the stimuli; those without a role stay together as one
     value. Keys in ``whole`` are not descended into.
     """
     by_role = roles(data, stimuli)
+    found: list[tuple[Place, Any]] = []
+
+    def descend(place: Place, value: Any) -> None:
+        if not isinstance(value, dict) or not value or len(place) >= _DEEPEST:
+            found.append((place, value))
+        elif value.keys() <= shown:
+            others = {}
+            for key, inner in value.items():
+                if key in by_role:
+                    descend((*place, by_role[key]), inner)
+                else:
+                    others[key] = inner
+            if others:
+                found.append(((*place, OTHERS), others))
+        else:
+            for key, inner in value.items():
+                descend((*place, key), inner)
+
+    shown = frozenset(stimuli)
     for key, value in data.items():
         if key in whole:
-            yield (key,), value
+            found.append(((key,), value))
         else:
-            yield from _descend((key,), value, by_role, stimuli)
-
-
-def _descend(
-    place: Place, value: Any, by_role: Mapping[str, str], stimuli: Collection[str]
-) -> Iterator[tuple[Place, Any]]:
-    if not isinstance(value, Mapping) or not value or len(place) >= _DEEPEST:
-        yield place, value
-        return
-    if all(key in stimuli for key in value):
-        others = {key: inner for key, inner in value.items() if key not in by_role}
-        for key, inner in value.items():
-            if key in by_role:
-                yield from _descend((*place, by_role[key]), inner, by_role, stimuli)
-        if others:
-            yield (*place, OTHERS), others
-        return
-    for key, inner in value.items():
-        yield from _descend((*place, key), inner, by_role, stimuli)
+            descend((key,), value)
+    return found

@@ -1,0 +1,56 @@
+"""What an export to BIDS costs, beside reading the same logs once, which is the least that any export does."""
+
+from __future__ import annotations
+
+import json
+import tempfile
+from pathlib import Path
+
+from curves import seconds, write
+
+from analysis.bids.export import export
+from analysis.records import FILE_NAME, Header, Trial, read_session, session_files
+
+STIMULI = tuple(f"s{index}" for index in range(10))
+COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}
+
+
+def _leave(folder: Path, sessions: int, trials: int) -> None:
+    """Write sessions of pairs as the runner does."""
+    started = "2026-01-02T03:00:00+00:00"
+    for number in range(sessions):
+        label = f"o{number}"
+        described = tuple({"name": name, "factors": {}} for name in STIMULI)
+        header = Header("bench", label, f"s{number}", started, 0, "Which?", True, described, {}, {}, {}, {}, {})
+        file = folder / f"sub-{label}" / FILE_NAME
+        file.parent.mkdir(parents=True)
+        with open(file, "w") as stream:
+            stream.write(json.dumps(header.to_json()) + "\n")
+            for trial in range(trials):
+                first, second = STIMULI[trial % 10], STIMULI[(trial + 3) % 10]
+                clipping = {name: {"left": COST, "right": COST} for name in (first, second)}
+                data = {"first": first, "second": second, "chosen": first, "rejected": second, "clipping": clipping}
+                answer = Trial(0, trial, "all_pairs", (("up", 1.0),), 1.0, "2026-01-02T03:00:01.000+00:00", data)
+                stream.write(json.dumps(answer.to_json()) + "\n")
+
+
+def run(sessions: int = 100, trials: int = 45) -> dict[str, object]:
+    """Time both; the error column has no meaning here."""
+    with tempfile.TemporaryDirectory() as place:
+        results = Path(place, "results")
+        _leave(results, sessions, trials)
+        exporting = seconds(lambda: export([results], Path(place, "bids")), repeats=3)
+        reading = seconds(lambda: [len(read_session(file).trials) for file in session_files(results)], repeats=3)
+    what = f"{sessions} sessions of {trials} trials"
+    rows = [
+        {"series": "export", "parameter": what, "seconds": exporting, "error": None},
+        {"series": "reading the logs", "parameter": what, "seconds": reading, "error": None},
+    ]
+    rows[0]["note"] = f"{1000 * exporting / sessions:.1f} ms per session, {exporting / reading:.1f} × reading the logs"
+    return {"title": "BIDS export", "rows": rows}
+
+
+if __name__ == "__main__":
+    result = run()
+    write("bids_export", str(result["title"]), result["rows"])
+    print(result["rows"][0]["note"])
