@@ -94,7 +94,7 @@ def describe_stimulus(
     """
     costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
     for place in places_px if compensation.depends_on_place else places_px[:1]:
-        for eye, cost in _clip_costs(compensation.evened(image, place), compensation).items():
+        for eye, cost in clip_costs(compensation.evened(image, place), compensation).items():
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
     clipping: dict[str, Any] = dict(costs)
     if compensation.crosstalk is not None:
@@ -102,7 +102,8 @@ def describe_stimulus(
     return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
 
 
-def _clip_costs(evened: StereoImage, compensation: Compensation) -> Mapping[Eye, dict[str, float]]:
+def clip_costs(evened: StereoImage, compensation: Compensation) -> Mapping[Eye, dict[str, float]]:
+    """Return what the gamut clip costs each eye of a picture as it is asked of the display."""
     models = compensation.models
     mixture = compensation.mode.mixture(models)
     if mixture is not None:

@@ -20,6 +20,7 @@ from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Offset, Picture, Scene
 from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces import Surface, open_surface
 from runner.protocol.experiment import Experiment
@@ -77,9 +78,11 @@ def preview(
         pictures.add(block.pictures)
     resolution = rig.display.panel.resolution_px
 
+    marks = _Marks(load, compensation)
+
     def marking(surface: Surface) -> Presenter:
         # Not the presenter of the pictures: marks are shown as they are, with nothing cancelled, dithered or mixed.
-        return _Marks(load, compensation).presenter(surface, ModeOptions.parse(rig.mode_options))
+        return marks.presenter(surface, ModeOptions.parse(rig.mode_options))
 
     with (
         open_surface(
@@ -108,7 +111,7 @@ def preview(
                     name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
                     album.add(name, presenter)
                     if marker is not None and set(step.scene.stimuli) & set(stimuli.names):
-                        marker.show(step.scene)
+                        marker.show(marks.placed(step.scene))
                         album.add(f"{name}_clipping", marker)
                     screen += 1
     return tuple(album.files)
@@ -116,21 +119,38 @@ def preview(
 
 @dataclass(frozen=True, slots=True)
 class _Marks:
-    """Pictures of where the pictures of ``load`` leave the gamut."""
+    """Pictures of where the pictures of ``load`` leave the gamut, at each place where a gain map makes it matter."""
 
     load: Callable[[str], StereoImage]
     compensation: Compensation
+    places: dict[str, tuple[str, Offset]] = field(default_factory=dict)
+
+    def placed(self, scene: Scene) -> Scene:
+        """Return ``scene`` with each picture named by its place too."""
+        return Scene(tuple(self._placed(item) if isinstance(item, Picture) else item for item in scene.items))
 
     def presenter(self, surface: Surface, options: ModeOptions) -> Presenter:
-        """Return one that shows them by the pictures' names."""
+        """Return one that shows scenes that `placed` gave."""
         models, mode = self.compensation.models, self.compensation.mode
         mixture = mode.mixture(models)
         if mixture is None:
-            return Presenter(surface, mode, models, lambda name: self._of_each_eye(self.load(name)))
+            return Presenter(surface, mode, models, lambda name: self._of_each_eye(self._evened(name)))
         # What is clipped is the one picture that both views make: its marks are shown as a flat picture would be.
         flat = find_mode("flat", replace(options, filters=None))
         one = EyeModels(models.left, models.left)
-        return Presenter(surface, flat, one, lambda name: self._of_one_picture(self.load(name), mixture))
+        return Presenter(surface, flat, one, lambda name: self._of_one_picture(self._evened(name), mixture))
+
+    def _placed(self, picture: Picture) -> Picture:
+        if not self.compensation.depends_on_place:
+            return picture
+        name = f"{picture.stimulus} at {picture.offset_px[0]},{picture.offset_px[1]}"
+        self.places[name] = picture.stimulus, picture.offset_px
+        return replace(picture, stimulus=name)
+
+    def _evened(self, name: str) -> StereoImage:
+        """Return what is asked of the display, as the ledger counts it."""
+        stimulus, offset_px = self.places.get(name, (name, (0, 0)))
+        return self.compensation.evened(self.load(stimulus), offset_px)
 
     def _of_each_eye(self, image: StereoImage) -> StereoImage:
         models = self.compensation.models

@@ -12,10 +12,8 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 if TYPE_CHECKING:
-    from devices.display_file import Eye, EyeModels
-    from stimuli.stereo_image import StereoImage
+    from devices.display_file import Eye
 
-_EYES: tuple[Eye, Eye] = ("left", "right")
 _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 
 
@@ -76,6 +74,7 @@ def command(
     from devices.display_file import read_display
     from runner.cli.main import WorkError
     from runner.compensation import Compensation
+    from runner.header import clip_costs
     from runner.ports import WindowClosed
     from runner.presenter.errors import GraphicsError
     from runner.presenter.modes.options import ModeOptions
@@ -130,7 +129,7 @@ def command(
                 mode,
                 (image.width_px, image.height_px),
                 image.is_flat,
-                _clipping(image, models),
+                clip_costs(compensation.evened(image, (0, 0)), compensation),
                 asdict(surface.facts),
                 tuple(str(path) for path in files),
             )
@@ -166,24 +165,9 @@ class _Shown:
     mode: str
     picture_px: tuple[int, int]
     flat: bool
-    clipping: dict[Eye, dict[str, float]]
+    clipping: Mapping[Eye, dict[str, float]]
     surface: dict[str, object]
     screenshots: tuple[str, ...]
-
-
-def _clipping(image: StereoImage, models: EyeModels) -> dict[Eye, dict[str, float]]:
-    """Return, per eye, the percentages of the picture's pixels that the display cannot show."""
-    counts = {eye: models.eye(eye).clipping(image.eye(eye)) for eye in _EYES}
-    return {
-        eye: {
-            "percent_any": count.percent(count.any_channel),
-            "percent_above_full": count.percent(count.above_full),
-            "percent_red": count.percent(count.red),
-            "percent_green": count.percent(count.green),
-            "percent_blue": count.percent(count.blue),
-        }
-        for eye, count in counts.items()
-    }
 
 
 def _in_words(shown: _Shown) -> str:
@@ -193,7 +177,8 @@ def _in_words(shown: _Shown) -> str:
         channels = ", ".join(f"{name} {share[f'percent_{name}']:.2f}" for name in ("red", "green", "blue"))
         lines.append(
             f"{eye} eye: {share['percent_any']:.2f} % of the pixels lie outside the gamut ({channels} %), "
-            f"{share['percent_above_full']:.2f} % above full drive"
+            f"{share['percent_above_full']:.2f} % above full drive; "
+            f"that costs {share['delta_e_00_mean']:.3f} ΔE00 on average, at most {share['delta_e_00_max']:.1f}"
         )
     lines += [f"written: {path}" for path in shown.screenshots]
     return "\n".join(lines)

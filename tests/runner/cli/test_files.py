@@ -15,6 +15,7 @@ from PIL import Image
 from devices.display_file import read_display
 from documents import InputError
 from runner.cli.main import group
+from runner.compensation import Compensation
 from runner.protocol.experiment import read_experiment
 from stimuli.exr import read_exr
 
@@ -100,6 +101,26 @@ def test_preview_marks_what_is_clipped(study: Study) -> None:
     shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
     assert clipped > 100
     assert (np.ptp(shown, axis=2) > 128).sum() == clipped
+
+
+def test_preview_marks_what_is_clipped_where_the_panel_is_dim(study: Study) -> None:
+    output = study.folder / "preview"
+    gains = "gain_map: {luminance: [[40, 40], [100, 100]], positions: cells, normalise: centre}"
+    study.edit("display.yaml", "    source: made up for tests", f"    {gains}\n    source: made up for tests")
+    result = _run("preview", study.experiment, "-o", output, "--clipping", "--json")
+    assert result.exit_code == 0, result.output
+    design = read_experiment(study.experiment)
+    names = next(iter(design.blocks("01")[1].steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
+    images = [read_exr(study.folder / f"{name}.exr") for name in names]
+    compensation = Compensation.of(design.rig, design.mode, images)
+    codes = np.asarray(Image.open(output / "block-02_screen-001_clipping_left.png")).astype(int)
+    marked = np.ptp(codes, axis=2) > 128
+    counts = [
+        design.rig.models.left.clipping(compensation.evened(image, place).left).any_channel
+        for image, place in zip(images, design.places_px, strict=True)
+    ]
+    assert counts[0] > counts[1] + 100
+    assert [marked[:240].sum(), marked[240:].sum()] == counts
 
 
 def test_check_tells_how_much_is_clipped(study: Study) -> None:

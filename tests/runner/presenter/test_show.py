@@ -137,6 +137,7 @@ def test_json_tells_the_clipping_of_each_eye(show: Run, tmp_path: Path) -> None:
     assert shown["clipping"]["left"]["percent_any"] == 0.0
     assert shown["clipping"]["right"]["percent_any"] == pytest.approx(30.0)
     assert shown["clipping"]["right"]["percent_above_full"] == pytest.approx(30.0)
+    assert shown["clipping"]["left"]["delta_e_00_max"] == 0.0 < shown["clipping"]["right"]["delta_e_00_mean"]
     assert shown["screenshots"] == ["o.png"]
     assert shown["surface"]["size_px"] == [1920, 1080]
 
