@@ -11,7 +11,6 @@ from runner.ports import Holding
 from runner.presenter.compensated_codes import PlacedImage
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Offset, Picture, Scene
-from runner.presenter.uploading import as_uploaded
 from stimuli.stereo_image import StereoImage
 
 Load = Callable[[str], StereoImage]
@@ -41,9 +40,7 @@ class ReadyPictures:
         image = self._made[stimulus]() if stimulus in self._made else self._load(stimulus)
         if self.correction is None:
             return self._compensation.apply(image, offset_px)[0]
-        # As they are uploaded: nothing on the way then has a reason to make another picture of them, without a place.
-        left = as_uploaded(image.left)
-        return PlacedImage(left, left if image.is_flat else as_uploaded(image.right), offset_px)
+        return PlacedImage(image.left, image.right, offset_px)
 
     def placed(self, scene: Scene) -> Scene:
         """Return ``scene`` with each picture named by its place too; as it is where the place does not matter."""

@@ -22,6 +22,7 @@ from runner.presenter.placing import squeezed_size
 from runner.presenter.shaders import Uniform
 
 Floats = NDArray[np.float64]
+COST = 2  # times the plain colour pass, about; see benchmarks/crosstalk.py
 CORNER = PanelPlaces((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 
 
@@ -105,9 +106,9 @@ class CompensatedPass:
         dtype: CodeFormat | None = None,
         band_px: int | None = None,
     ) -> InBands[moderngl.Framebuffer]:
-        """Do as `run`, in bands of about ``band_px`` pixels of the picture."""
+        """Do as `run`, in bands that cost what ``band_px`` pixels of the picture cost in the plain colour pass."""
         across, down = self._squeeze
-        band_codes = None if band_px is None else band_px // (across * down)
+        band_codes = None if band_px is None else band_px // (COST * across * down)
         size_px = squeezed_size(own_XYZ.size, self._squeeze)
         # A texture, because bands of another picture may be drawn between two of this one: a uniform would be theirs.
         steps = _texture(self._context, _reading_steps(self._gain_map, places))
