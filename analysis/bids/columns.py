@@ -16,6 +16,7 @@ from analysis.records import Trial
 _MOST_PLACES = 256
 _LONGEST_NAME = 64
 _MOST_LEVELS = 64
+_LONGEST_LEVEL = 32
 FIXED = ("onset", "block", "trial", "attempt", "trial_type", "response_time", "utc", "events")
 # Names to which BIDS gives a meaning of its own.
 _RESERVED = frozenset({*FIXED, "duration", "stim_file", "hed", "channel"})
@@ -26,7 +27,8 @@ class Column:
     """One column: where its values stand in the records, in which kinds of trials, and what they are.
 
     ``format`` is a BIDS format (``number``, ``integer``, ``boolean``, ``string``); ``holds_json`` says that some values
-    are mappings or sequences. ``values`` are the different texts, as cells, None where there are too many.
+    are mappings or sequences. ``values`` are the different texts, as cells, None where they are too many or too long to
+    be the levels of something.
     """
 
     name: str
@@ -42,6 +44,20 @@ class _Seen:
     formats: set[str] = field(default_factory=set)
     kinds: dict[str, None] = field(default_factory=dict)
     values: dict[str, None] = field(default_factory=dict)
+    has_levels: bool = True
+
+    def add(self, kind: str, value: Any) -> None:
+        self.kinds.setdefault(kind)
+        if value is None:
+            return
+        self.formats.add(_format(value))
+        if not isinstance(value, str) or not self.has_levels:
+            return
+        if len(value) > _LONGEST_LEVEL or len(self.values) == _MOST_LEVELS:
+            self.has_levels = False
+            self.values.clear()
+        else:
+            self.values.setdefault(escape(value))
 
 
 @dataclass(slots=True)
@@ -55,12 +71,7 @@ class ColumnCollector:
         """Hear of a trial of a session that shows ``stimuli``."""
         self.kinds.setdefault(trial.kind)
         for place, value in flatten(trial.data, stimuli):
-            seen = self._seen.setdefault(place, _Seen())
-            seen.kinds.setdefault(trial.kind)
-            if value is not None:
-                seen.formats.add(_format(value))
-            if isinstance(value, str) and len(seen.values) <= _MOST_LEVELS:
-                seen.values.setdefault(escape(value))
+            self._seen.setdefault(place, _Seen()).add(trial.kind, value)
 
     @property
     def whole(self) -> frozenset[str]:
@@ -99,7 +110,7 @@ def _column(name: str, place: Place, seen: _Seen) -> Column:
         (form,) = seen.formats
     else:
         form = "number" if seen.formats == {"integer", "number"} else "string"
-    values = tuple(seen.values) if len(seen.values) <= _MOST_LEVELS and seen.formats == {"string"} else None
+    values = tuple(seen.values) if seen.has_levels and seen.formats == {"string"} else None
     return Column(name, place, "string" if form == "json" else form, "json" in seen.formats, tuple(seen.kinds), values)
 
 

@@ -22,7 +22,6 @@ KINDS: Mapping[str, str] = {
     "break": "a break, ended by the observer",
 }
 _SIDES = {"first": "the picture that stood first", "second": "the picture that stood second"}
-_PEOPLE = {"observer": "the observer", "experimenter": "the experimenter"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -81,6 +80,7 @@ _UNITS: Sequence[tuple[str, str]] = (
     ("_ms", "ms"),
     ("_s", "s"),
 )
+_LEVEL = re.compile(r"[a-z][a-z0-9_]*", re.ASCII)
 _DEFINED: Mapping[str, dict[str, Any]] = {
     "onset": {
         "Description": "When the answer was recorded, from the start of the session, by the clock of the computer; "
@@ -128,14 +128,23 @@ def describe(column: Column) -> dict[str, Any]:
     if column.holds_json:
         definition["Description"] += " As JSON."
     numeric = column.format in ("number", "integer")
-    units = known.units or next((unit for ending, unit in _UNITS if column.name.endswith(ending)), None)
+    units = known.units or _units(column)
     if numeric and units:
         definition["Units"] = units
-    if known.levels and column.values:
+    # Answers to a questionnaire are words of people, not levels.
+    if known.levels and column.values and all(_LEVEL.fullmatch(value) for value in column.values):
         definition["Levels"] = {
             value: known.levels.get(value, f"the answer that is recorded as {value}") for value in column.values
         }
     return {**definition, "Format": column.format}
+
+
+def _units(column: Column) -> str | None:
+    for part in reversed(column.place):
+        for ending, unit in _UNITS:
+            if part.endswith(ending):
+                return unit
+    return None
 
 
 def _known(column: Column) -> _Known:
@@ -150,6 +159,6 @@ def _known(column: Column) -> _Known:
         eye = f", as the {eyes[0]} eye sees it" if len(eyes) == 1 else ""
         text = f"Of {picture}{eye}: {'percentage of ' if measure.units == '%' else ''}{measure.description}."
         return _Known(text, measure.units)
-    where = ", therein ".join(f"'{re.sub('_', ' ', escape(part))}'" for part in column.place)
+    where = ", therein ".join(f"'{escape(part)}'" for part in column.place)
     kinds = ", ".join(escape(kind) for kind in column.kinds)
     return _Known(f"What is recorded under {where} by trials of the kind {kinds}.")

@@ -53,7 +53,7 @@ class Found:
 
 
 def log_files(results: Sequence[Path], leave_out: Path) -> list[Path]:
-    """Return each session log in ``results`` once, except those below ``leave_out``.
+    """Return each session log in ``results`` once, except those below ``leave_out`` and in hidden folders.
 
     Raises
     ------
@@ -66,13 +66,18 @@ def log_files(results: Sequence[Path], leave_out: Path) -> list[Path]:
         if not place.exists():
             findings.append(Finding("there is no such folder or file", str(place), remedy="check the path"))
             continue
-        found = [file for file in session_files(place) if not file.resolve().is_relative_to(leave_out)]
+        found = [file for file in session_files(place) if _is_result(file, place, leave_out)]
         if not found:
             findings.append(Finding(f"the folder holds no {FILE_NAME}", str(place), remedy="name a folder of results"))
         files |= {file.resolve(): file for file in found}
     if findings:
         raise ResultsError(findings)
     return list(files.values())
+
+
+def _is_result(file: Path, place: Path, leave_out: Path) -> bool:
+    hidden = any(part.startswith(".") for part in file.relative_to(place).parts)
+    return not hidden and not file.resolve().is_relative_to(leave_out)
 
 
 def find_sources(files: Iterable[Path], hear: Callable[[Source, SessionLog], None]) -> Found:
@@ -96,6 +101,9 @@ def find_sources(files: Iterable[Path], hear: Callable[[Source, SessionLog], Non
             source = _source(log, digest)
         except InputError as error:
             findings += error.findings
+            continue
+        except RecursionError:
+            findings.append(Finding("a record is nested too deeply to be read", str(file), remedy="restore the file"))
             continue
         other = kept.get(source.name)
         if other is not None:
@@ -127,6 +135,9 @@ def _content(file: Path) -> bytes:
 
 def _source(log: SessionLog, digest: str) -> Source:
     header, file = log.header, log.file
+    mappings = (header.display, header.analysis, header.hashes, header.software, header.presentation, *header.stimuli)
+    if not all(isinstance(value, dict) for value in mappings):
+        raise ResultsError(Finding("the header is none of a session", str(file), 1, 1, "restore the file"))
     return Source(
         file,
         digest,

@@ -20,9 +20,14 @@ def test_clip_costs_say_whose_and_which_eyes() -> None:
 
 def test_units_come_from_names() -> None:
     assert describe(column("dwell_ms"))["Units"] == "ms"
+    assert describe(column("dwell_s", "chosen"))["Units"] == "s"
     assert describe(column("shown", "luminance_cd_m2"))["Units"] == "cd/m^2"
     assert "Units" not in describe(column("answers"))
     assert "Units" not in describe(column("words_s", form="string"))
+
+
+def test_words_of_people_are_no_levels() -> None:
+    assert "Levels" not in describe(column("answer", form="string", values=("first", "I like it")))
 
 
 def test_levels_hold_every_value() -> None:
@@ -32,5 +37,5 @@ def test_levels_hold_every_value() -> None:
 
 
 def test_unknown_columns_and_kinds_are_described_by_name() -> None:
-    assert "'gloss units' by trials of the kind all_pairs" in describe(column("gloss_units"))["Description"]
+    assert "'gloss_units' by trials of the kind all_pairs" in describe(column("gloss_units"))["Description"]
     assert "sorting" in trial_type(("all_pairs", "sorting\t"))["Levels"]["sorting\\t"]

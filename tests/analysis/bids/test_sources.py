@@ -40,6 +40,12 @@ def test_a_file_named_twice_is_no_copy(lab: Lab) -> None:
     assert found(file, lab.folder, file.parent).copies == ()
 
 
+def test_what_a_killed_export_left_behind_is_no_result(lab: Lab) -> None:
+    kept = lab.session()
+    shutil.copytree(kept.parent, lab.folder / "results" / ".bids.abc.part" / "sourcedata")
+    assert found(lab.folder / "results").copies == ()
+
+
 def test_the_order_of_the_folders_decides_nothing(lab: Lab) -> None:
     lab.session(observer="02", station="a", session="s1")
     lab.session(observer="01", station="b", session="s2")
@@ -101,6 +107,17 @@ def test_every_fault_is_told_at_once(lab: Lab) -> None:
     with pytest.raises(ResultsError) as told:
         found(lab.folder)
     assert len(told.value.findings) == 2
+
+
+@pytest.mark.parametrize("key", ["display", "hashes", "software", "presentation"])
+def test_a_header_that_something_else_wrote_is_refused(lab: Lab, key: str) -> None:
+    assert "header" in refused(lab.session(**{key: ["x"]}))
+
+
+def test_a_record_that_never_ends_to_nest_is_refused(lab: Lab) -> None:
+    file = lab.session()
+    file.write_text(file.read_text() + '{"record": "trial", "x": ' + "[" * 100_000 + "\n")
+    assert str(file) in refused(file)
 
 
 def test_places_without_sessions_are_told(lab: Lab) -> None:
