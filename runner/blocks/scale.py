@@ -1,0 +1,206 @@
+"""A rating scale in both eyes' views at the same place, answered by numbers, arrows, wheel, mouse or gamepad."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+
+from runner.blocks.layouts import SingleLayout
+from runner.blocks.steps import Response, answer
+from runner.blocks.style import Style
+from runner.ports import Ask, Target
+from runner.presenter.scene import Item, Scene, Text
+from runner.tasks import Rate
+
+MOST_POINTS = 11
+_LINE, _END = 28.0, 360.0  # from the top of the scale to its line, from its middle to either end
+_NUMBERS, _ANCHORS, _HINT = 66.0, 112.0, 174.0
+_CLEAR = 46.0  # what the marker's number needs to either side
+_PLAIN, _CHOSEN, _SMALL, _DIM = 0.25, 0.6, 0.2, 0.12  # shares of white
+_STEPS = {
+    "left": "lower",
+    "right": "higher",
+    "wheel_down": "lower",
+    "wheel_up": "higher",
+    "pad_left": "lower",
+    "pad_right": "higher",
+}
+_ACCEPT = {"enter": "accept", "space": "accept", "pad_a": "accept"}
+
+
+@dataclass(frozen=True, slots=True)
+class Scale:
+    """Whole numbers from ``lowest`` to ``highest``, with words at the ends and in the middle.
+
+    Up to 11 points each have a number; more make a slider, with a number at every quarter. With ``confirm`` a number
+    puts the marker there and Enter accepts it; without, a number of a scale that is no slider is the answer at once.
+    """
+
+    name: str
+    question: str
+    lowest: int = 1
+    highest: int = 10
+    low_anchor: str = ""
+    high_anchor: str = ""
+    middle_anchor: str = ""
+    confirm: bool = True
+
+    @property
+    def is_slider(self) -> bool:
+        """Whether there are too many points to give each a number."""
+        return self.highest - self.lowest >= MOST_POINTS
+
+    @property
+    def numbers(self) -> range:
+        """What can be answered."""
+        return range(self.lowest, self.highest + 1)
+
+    @property
+    def numbered(self) -> tuple[int, ...]:
+        """The points that have their number beside them."""
+        if not self.is_slider:
+            return tuple(self.numbers)
+        return tuple(dict.fromkeys(self._part(quarter, 4) for quarter in range(5)))
+
+    @property
+    def at_once(self) -> bool:
+        """Whether a number is the answer without being confirmed."""
+        return not self.confirm and not self.is_slider
+
+    @property
+    def number_keys(self) -> dict[str, str]:
+        """The digits and the numbers they mean: themselves, or tenths of a slider; 0 is 10 where a scale ends there."""
+        if self.is_slider:
+            return {str(digit): str(self._part(digit, 10)) for digit in range(10)}
+        keys = {str(number): str(number) for number in self.numbers if 0 <= number <= 9}
+        return {**keys, "0": "10"} if self.highest == 10 and self.lowest > 0 else keys
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """What keys mean once the marker stands somewhere."""
+        return {**self.number_keys, **_STEPS, **_ACCEPT}
+
+    def place(self, number: int) -> float:
+        """Return how far along the line ``number`` stands, from 0 at its left end to 1."""
+        return (number - self.lowest) / (self.highest - self.lowest)
+
+    def moved(self, current: int | None, meaning: str) -> int:
+        """Return where a press puts the marker; the first step puts it in the middle."""
+        if meaning not in ("lower", "higher"):
+            return int(meaning)
+        if current is None:
+            return (self.lowest + self.highest) // 2
+        step = 1 if meaning == "higher" else -1
+        return min(self.highest, max(self.lowest, current + step))
+
+    def _part(self, part: int, of: int) -> int:
+        return self.lowest + round((self.highest - self.lowest) * part / of)
+
+
+def rate(
+    scale: Scale,
+    style: Style,
+    *,
+    layout: SingleLayout | None = None,
+    items: tuple[Item, ...] = (),
+    stimulus: str | None = None,
+    reference: str | None = None,
+    upcoming: Scene | None = None,
+) -> Generator[Ask, Response | None, tuple[int, float]]:
+    """Ask for a number on ``scale``; return it and the time it took in s. To be used with ``yield from``.
+
+    With a ``layout`` the question stands above its picture and the scale below it, without one both stand in the
+    middle. ``items`` are drawn too, first. The time is the sum of the times from each screen's onset to the press that
+    ended it. ``stimulus`` and ``reference`` say what the number is about; ``upcoming`` is the scene to make ready.
+    """
+    current: int | None = None
+    took_s = 0.0
+    while True:
+        drawn = scale_items(scale, style, current, layout)
+        keys = {**scale.number_keys, **_jumps(scale, current), **_STEPS, **(_ACCEPT if current is not None else {})}
+        ask = Ask(
+            Scene((*items, *drawn)),
+            keys,
+            upcoming,
+            Rate(scale.name, scale.lowest, scale.highest, stimulus, reference, current),
+            scale_targets(scale, style, current, layout),
+        )
+        response = answer((yield ask))
+        took_s += response.time_s
+        if response.meaning == "accept" and current is not None:
+            return current, took_s
+        current = scale.moved(current, response.meaning)
+        if scale.at_once and response.meaning not in ("lower", "higher"):
+            return current, took_s
+
+
+def _jumps(scale: Scale, current: int | None) -> dict[str, str]:
+    """Return the keys that go far along a slider."""
+    if not scale.is_slider:
+        return {}
+    keys = {"home": str(scale.lowest), "end": str(scale.highest)}
+    if current is not None:
+        tenth = max(1, round((scale.highest - scale.lowest) / 10))
+        keys["page_down"] = str(max(scale.lowest, current - tenth))
+        keys["page_up"] = str(min(scale.highest, current + tenth))
+    return keys
+
+
+def scale_items(
+    scale: Scale, style: Style, current: int | None, layout: SingleLayout | None = None
+) -> tuple[Item, ...]:
+    """Return the question, the scale and, if it stands at ``current``, its marker."""
+    top = _top(style, layout)
+    line = top + _LINE
+    items: list[Item] = [_question(scale, style, top, layout), style.box(0, line, 2 * _END, 3, _PLAIN)]
+    for number in scale.numbered:
+        items.append(style.box(_x(scale, number), line, 3, 22, _PLAIN))
+        if current is None or abs(_x(scale, number) - _x(scale, current)) > _CLEAR:
+            items.append(style.text(str(number), _x(scale, number), top + _NUMBERS, height=24, share=_PLAIN))
+    if current is not None:
+        items.append(style.box(_x(scale, current), line, 16, 40, _CHOSEN))
+        items.append(style.text(str(current), _x(scale, current), top + _NUMBERS, height=30, share=_CHOSEN))
+    anchors = ((scale.low_anchor, -_END), (scale.middle_anchor, 0.0), (scale.high_anchor, _END))
+    items += [style.text(words, x, top + _ANCHORS, height=20, width=230, share=_SMALL) for words, x in anchors if words]
+    items.append(
+        style.text(_hint(scale, current), 0, top + _HINT, height=18, share=_DIM if current is None else _SMALL)
+    )
+    return tuple(items)
+
+
+def scale_targets(
+    scale: Scale, style: Style, current: int | None, layout: SingleLayout | None = None
+) -> dict[str, Target]:
+    """Return where each number can be clicked, and where the marker's number can be accepted."""
+    top = _top(style, layout)
+    width = 2 * _END / (scale.highest - scale.lowest)
+    high = _NUMBERS - _LINE
+    targets = {
+        str(number): style.target(_x(scale, number), top + _LINE + high / 2, width, 2 * high)
+        for number in scale.numbers
+    }
+    if current is not None:
+        targets["accept"] = style.target(0, top + _HINT, 320, 44)
+    return targets
+
+
+def _top(style: Style, layout: SingleLayout | None) -> float:
+    return -20.0 if layout is None else layout.below_px / style.unit_px
+
+
+def _x(scale: Scale, number: int) -> float:
+    return _END * (2 * scale.place(number) - 1)
+
+
+def _question(scale: Scale, style: Style, top: float, layout: SingleLayout | None) -> Text:
+    if layout is None:
+        return style.text(scale.question, 0, top - 110, height=30)
+    return Text(scale.question, layout.question_px, style.px(24), layout.question_width_px)
+
+
+def _hint(scale: Scale, current: int | None) -> str:
+    if current is not None:
+        return "Enter when done"
+    if scale.is_slider:
+        return "Click, or press a number or the arrows"
+    return "Press a number" if set(scale.number_keys.values()) else "Press the arrows"
