@@ -24,7 +24,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
 from runner.protocol.schema import ExperimentSpec
 from runner.protocol.setting import Factors, Setting, Stimuli
-from stimuli.names import stimulus_names
+from stimuli.names import stimulus_factors
 from stimuli.recipe import read_recipe
 from stimuli.stereo_image import StereoImage
 
@@ -132,7 +132,7 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
         findings += _placed(error, source, ("rig",))
     try:
         recipe, _ = read_recipe(_existing(recipe_file, "stimuli", spec.stimuli, source))
-        factors: Mapping[str, Factors] = {name: {} for name in stimulus_names(recipe)}
+        factors: Mapping[str, Factors] = stimulus_factors(recipe)
         if spec.layout.reference in ("physical", *factors):
             stimuli = Stimuli(factors, None if spec.layout.reference == "physical" else spec.layout.reference)
         else:
