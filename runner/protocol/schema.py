@@ -7,10 +7,14 @@ from typing import Annotated, Literal
 from pydantic import Field
 
 from runner.protocol.kinds.all_pairs import AllPairsSpec
+from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
 from runner.protocol.kinds.instructions import BreakSpec, InstructionsSpec
+from runner.protocol.kinds.rating import RatingSpec
 from runner.protocol.parts import AnalysisSpec, LayoutSpec, Line, Strict
 
-AnyBlockSpec = Annotated[InstructionsSpec | BreakSpec | AllPairsSpec, Field(discriminator="kind")]
+AnyBlockSpec = Annotated[
+    InstructionsSpec | BreakSpec | AllPairsSpec | BestOfSeriesSpec | RatingSpec, Field(discriminator="kind")
+]
 
 
 class ExperimentSpec(Strict):

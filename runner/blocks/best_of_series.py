@@ -1,0 +1,203 @@
+"""The best of a series: one leafs through pictures at one place, chooses the closest, and rates the choice."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Generator
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from runner.blocks.layouts import SingleLayout
+from runner.blocks.message import page
+from runner.blocks.scale import Scale, rate
+from runner.blocks.series_face import series_pictures, series_scene, series_targets
+from runner.blocks.spaced import spaced
+from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Response, Steps, answer
+from runner.blocks.style import FULL_HD_HALF, Style
+from runner.ports import Ask
+from runner.presenter.scene import Scene
+from runner.tasks import Browse
+
+SIMILARITY = Scale(
+    "similarity",
+    "How similar is the image that you chose to the reference?",
+    low_anchor="not similar at all",
+    high_anchor="looks the same",
+)
+DIFFICULTY = Scale(
+    "difficulty",
+    "How difficult was it to tell the images of this series apart?",
+    low_anchor="very easy",
+    high_anchor="very difficult",
+)
+_LEAF = {
+    "left": "previous",
+    "right": "next",
+    "wheel_up": "previous",
+    "wheel_down": "next",
+    "pad_left": "previous",
+    "pad_right": "next",
+}
+_CHOOSE = {"enter": "choose", "space": "choose", "pad_a": "choose"}
+_SECONDS_PER_PICTURE = 3.0
+
+
+@dataclass(frozen=True, slots=True)
+class Series:
+    """Pictures to leaf through, in order; series of one ``group`` show the same thing."""
+
+    name: str
+    stimuli: tuple[str, ...]
+    group: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """How one series was gone through: the index chosen, and each picture that was shown with its time in s."""
+
+    index: int
+    path: tuple[tuple[int, float], ...]
+
+    @property
+    def time_s(self) -> float:
+        """From the first picture's onset to the choice."""
+        return round(sum(time_s for _, time_s in self.path), 6)
+
+    def dwell_s(self, count: int) -> list[float]:
+        """Return how long each of ``count`` pictures was shown altogether."""
+        return [round(sum(time_s for index, time_s in self.path if index == one), 6) for one in range(count)]
+
+
+@dataclass(frozen=True, slots=True)
+class BestOfSeries(Block):
+    """The thesis's first experiment (Section 4.5.1.1): which picture of each series is the closest to the reference?
+
+    The series come in an order drawn from the ``seed``, those of one group apart where that can be avoided. With
+    ``see_all`` nothing can be chosen before every picture was shown; with ``wrap`` the last is followed by the first.
+    The response time is that of the choice.
+    """
+
+    series: tuple[Series, ...]
+    question: str
+    layout: SingleLayout
+    seed: str
+    scales: tuple[Scale, ...] = (SIMILARITY, DIFFICULTY)
+    start: Literal["random", "first"] = "random"
+    see_all: bool = True
+    wrap: bool = False
+    break_every: int | None = None
+    style: Style = FULL_HD_HALF
+    reference: str | None = None
+
+    @property
+    def trials(self) -> int:
+        """One for each series."""
+        return len(self.series)
+
+    @property
+    def expected_s(self) -> float:
+        """A few seconds for each picture, and the ratings."""
+        pictures = sum(len(series.stimuli) for series in self.series)
+        return pictures * _SECONDS_PER_PICTURE + self.trials * len(self.scales) * SECONDS_PER_TRIAL
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """What leafs and chooses, and what answers the scales."""
+        keys = {**_LEAF, **_CHOOSE}
+        for scale in self.scales:
+            for key, meaning in scale.keys.items():
+                if keys.get(key, meaning) != meaning and not keys[key].endswith(f", {meaning}"):
+                    keys[key] = f"{keys[key]}, {meaning}"
+                else:
+                    keys.setdefault(key, meaning)
+        return keys
+
+    def steps(self) -> Steps:
+        """Let every series be gone through, and record each choice with its ratings."""
+        rng = random.Random(self.seed)
+        order = spaced(self.series, lambda series: series.group or series.name, rng)
+        starts = [rng.randrange(len(series.stimuli)) if self.start == "random" else 0 for series in order]
+        for number, (series, start) in enumerate(zip(order, starts, strict=True)):
+            if self.break_every and number and number % self.break_every == 0:
+                words = f"Time for a break.\n{number} of {len(order)} series are done."
+                yield replace(page(words, self.style), upcoming=self._scene(series, start, frozenset({start})))
+            choice = yield from self._browse(series, start)
+            chosen = series.stimuli[choice.index]
+            following: Scene | None = None
+            if number + 1 < len(order):
+                first = starts[number + 1]
+                following = self._scene(order[number + 1], first, frozenset({first}))
+            ratings: dict[str, int] = {}
+            times_s: dict[str, float] = {}
+            for scale in self.scales:
+                ratings[scale.name], time_s = yield from rate(
+                    scale,
+                    self.style,
+                    layout=self.layout,
+                    items=series_pictures(chosen, self.layout, self.reference),
+                    stimulus=chosen,
+                    reference=self.reference,
+                    upcoming=following,
+                )
+                times_s[scale.name] = round(time_s, 6)
+            yield Draft(
+                "best_of_series",
+                {
+                    "series": series.name,
+                    "stimuli": list(series.stimuli),
+                    "start": start,
+                    "chosen": chosen,
+                    "chosen_index": choice.index,
+                    "path": [[index, time_s] for index, time_s in choice.path],
+                    "dwell_s": choice.dwell_s(len(series.stimuli)),
+                    "ratings": ratings,
+                    "times_s": times_s,
+                },
+                stimuli=series.stimuli,
+                response_time_s=choice.time_s,
+            )
+
+    def _browse(self, series: Series, start: int) -> Generator[Ask, Response | None, Choice]:
+        """Let one leaf through ``series`` from ``start`` on, and return the choice."""
+        count = len(series.stimuli)
+        index, travel = start, 1
+        seen = {start}
+        path: list[tuple[int, float]] = []
+        while True:
+            ready = not self.see_all or len(seen) == count
+            following = self._neighbour(index, travel, count)
+            if following is None:
+                following = self._neighbour(index, -travel, count)
+            means = {"previous": -1, "next": 1}
+            possible = {meaning for meaning, way in means.items() if self._neighbour(index, way, count) is not None}
+            possible |= {"choose"} if ready else set()
+            targets = series_targets(count, self.layout, self.style)
+            ask = Ask(
+                self._scene(series, index, frozenset(seen)),
+                {key: meaning for key, meaning in (_LEAF | _CHOOSE).items() if meaning in possible},
+                None if following is None else self._scene(series, following, frozenset(seen | {following})),
+                Browse(series.stimuli, index, frozenset(seen), self.reference),
+                {meaning: target for meaning, target in targets.items() if meaning in possible},
+            )
+            response = answer((yield ask))
+            path.append((index, round(response.time_s, 6)))
+            if response.meaning == "choose":
+                return Choice(index, tuple(path))
+            travel = means[response.meaning]
+            neighbour = self._neighbour(index, travel, count)
+            index = index if neighbour is None else neighbour
+            seen.add(index)
+
+    def _neighbour(self, index: int, way: int, count: int) -> int | None:
+        """Return the index ``way`` from ``index``, None beyond the ends."""
+        if self.wrap:
+            return (index + way) % count
+        return index + way if 0 <= index + way < count else None
+
+    def _scene(self, series: Series, index: int, seen: frozenset[int]) -> Scene:
+        ready = not self.see_all or len(seen) == len(series.stimuli)
+        hint = (
+            "Arrows: leaf through.  Enter: choose this one" if ready else "Arrows: leaf through.  Look at all of them"
+        )
+        question, layout, style = self.question, self.layout, self.style
+        return series_scene(series.stimuli, index, seen, question, hint, layout, style, self.reference)

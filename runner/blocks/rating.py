@@ -1,0 +1,97 @@
+"""Single stimuli, each rated on one scale or more, as in absolute category rating (ITU-R BT.500, ITU-T P.910)."""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, replace
+
+from runner.blocks.layouts import SingleLayout
+from runner.blocks.message import page
+from runner.blocks.scale import Scale, rate, scale_items
+from runner.blocks.spaced import repeated
+from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Hold, Steps
+from runner.blocks.style import FULL_HD_HALF, Style
+from runner.presenter.scene import Item, Picture, Scene, Text
+
+
+@dataclass(frozen=True, slots=True)
+class Rating(Block):
+    """Each of the ``stimuli`` alone, once per repeat, rated on every one of the ``scales`` in turn.
+
+    In seconds, to the nearest frame: ``fixation_s`` shows a cross where the picture will be, ``exposure_s`` takes the
+    picture away again and leaves the scale (None: it stays until the last rating), ``blank_s`` is black between two.
+    The response time is that of all ratings together, from when the first scale is shown.
+    """
+
+    stimuli: tuple[str, ...]
+    scales: tuple[Scale, ...]
+    layout: SingleLayout
+    seed: str
+    repeats: int = 1
+    break_every: int | None = None
+    fixation_s: float = 0.0
+    exposure_s: float | None = None
+    blank_s: float = 0.0
+    style: Style = FULL_HD_HALF
+    reference: str | None = None
+
+    @property
+    def trials(self) -> int:
+        """Stimuli times repeats."""
+        return len(self.stimuli) * self.repeats
+
+    @property
+    def expected_s(self) -> float:
+        """As long as its ratings take."""
+        return self.trials * (SECONDS_PER_TRIAL * len(self.scales) + (self.exposure_s or 0.0) + self.blank_s)
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """What moves the marker and what accepts it."""
+        return {key: meaning for scale in self.scales for key, meaning in scale.keys.items()}
+
+    def steps(self) -> Steps:
+        """Ask for the ratings of every stimulus and record them together."""
+        order = repeated(self.stimuli, self.repeats, random.Random(self.seed))
+        for number, stimulus in enumerate(order):
+            if self.break_every and number and number % self.break_every == 0:
+                words = f"Time for a break.\n{number} of {len(order)} images are done."
+                yield replace(page(words, self.style), upcoming=self._scene(stimulus))
+            if self.blank_s and number:
+                yield Hold("blank", Scene(), self.blank_s)
+            if self.fixation_s:
+                cross = Text("+", self.layout.picture_px, self.style.px(48))
+                yield Hold("fixation", Scene((cross,)), self.fixation_s)
+            pictures = self._pictures(stimulus)
+            if self.exposure_s:
+                question = scale_items(self.scales[0], self.style, None, self.layout)[0]
+                yield Hold("picture", Scene((*pictures, question)), self.exposure_s)
+                pictures = ()
+            following = order[number + 1] if number + 1 < len(order) else None
+            ratings: dict[str, int] = {}
+            times_s: dict[str, float] = {}
+            for scale in self.scales:
+                ratings[scale.name], time_s = yield from rate(
+                    scale,
+                    self.style,
+                    layout=self.layout,
+                    items=pictures,
+                    stimulus=stimulus,
+                    reference=self.reference,
+                    upcoming=None if following is None else self._scene(following),
+                )
+                times_s[scale.name] = round(time_s, 6)
+            yield Draft(
+                "rating",
+                {"stimulus": stimulus, "ratings": ratings, "times_s": times_s},
+                stimuli=(stimulus,),
+                response_time_s=round(sum(times_s.values()), 6),
+            )
+
+    def _pictures(self, stimulus: str) -> tuple[Item, ...]:
+        layout = self.layout
+        return Picture(stimulus, layout.picture_px, layout.aperture_px), *layout.reference(self.reference)
+
+    def _scene(self, stimulus: str) -> Scene:
+        """Return what is first seen of a trial."""
+        return Scene((*self._pictures(stimulus), *scale_items(self.scales[0], self.style, None, self.layout)))
