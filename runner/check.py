@@ -16,7 +16,7 @@ from documents.yaml_source import read_yaml
 from runner.compensation import Compensation
 from runner.errors import SessionError
 from runner.header import describe_stimulus
-from runner.observers.simulated import read_observer
+from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
 from runner.protocol.experiment import read_experiment
 from runner.timing_record import NOT_VERIFIED
 from stimuli.build import build
@@ -162,8 +162,10 @@ def _verification(file: Path) -> Facts:
 
 def _by_kind(file: Path) -> Facts:
     data = read_yaml(file).data
-    if data.get("kind") == "bradley_terry":
-        return {"kind": "observers", "stimuli": len(read_observer(file, ()).stimuli)}
+    if data.get("kind") in KINDS:
+        spec = read_observer(file)
+        stimuli = {"stimuli": len(spec.stimuli)} if isinstance(spec, ScoredObserverSpec) else {}
+        return {"kind": "observers", "judge_by": spec.kind, **stimuli}
     recipe, _ = read_recipe(file)
     return {"kind": "stimuli", "names": list(stimulus_names(recipe))}
 

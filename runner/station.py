@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import random
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -13,8 +13,12 @@ from typing import Any
 
 from analysis.records import Header, Resumption, SessionLog, Trial
 from runner.compensation import Compensation
+from runner.errors import SessionError
 from runner.header import changes, check_unchanged, describe_stimulus, hashes, make_header
-from runner.observers.simulated import BradleyTerryObserver, ObserverSpec
+from runner.observers.image_distance import mean_delta_e_00
+from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
+from runner.observers.replay import Replay, asked_after_their_block, check_replayable
+from runner.observers.simulated import BradleyTerryObserver
 from runner.pace import Pace
 from runner.placed_presenter import PlacedPresenter, ReadyPictures
 from runner.ports import Observer
@@ -23,7 +27,7 @@ from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer
 from runner.recorder import Recorder
-from runner.session import Session
+from runner.session import Place, Session
 from runner.session_folders import new_label, observer_folder, to_resume
 from runner.timing_record import timing_facts
 from stimuli.build import StimulusSet
@@ -107,8 +111,37 @@ class Station:
     def simulated(self, spec: ObserverSpec, observer: str) -> Observer:
         """Return a simulated observer whose answers are drawn from the experiment's seed and its own name."""
         rng = random.Random(f"{self.experiment.spec.seed}/{self.experiment.spec.name}/simulated/{observer}")
-        scores = {name: stimulus.score for name, stimulus in spec.stimuli.items()}
-        return BradleyTerryObserver(scores, rng, spec.median_response_time_s)
+        if isinstance(spec, ImageBasedObserverSpec):
+            reference = spec.reference or self.experiment.stimuli.reference
+            if reference is None:
+                raise SessionError("an image-based observer needs a reference picture")
+            load = self.experiment.shown(self.stimuli.load)
+            far = mean_delta_e_00(load, self.stimuli.names, reference, self.experiment.rig.models)
+            log_scores = {name: -spec.slope_per_delta_e_00 * distance for name, distance in far.items()}
+            return BradleyTerryObserver.by_log_scores(log_scores, rng, spec)
+        return BradleyTerryObserver(spec.scores, rng, spec.median_response_time_s, spec)
+
+    def replay(
+        self,
+        log: SessionLog,
+        observer: str,
+        *,
+        accept_changes: bool = False,
+        on_trial: Callable[[Trial], None] = lambda trial: None,
+    ) -> Path:
+        """Run ``observer``'s recorded session again as it went, without waiting, and return the new session's folder.
+
+        Raises
+        ------
+        WindowClosed
+            If the recorded session was never finished, where it stopped.
+        InputError
+            If it was of another experiment or observer, or, unless ``accept_changes``, something changed since.
+        """
+        now = hashes(self.experiment, self.stimuli)
+        remarks = check_replayable(log, self.experiment.spec.name, observer, now, accept_changes=accept_changes)
+        pending = asked_after_their_block(log)
+        return self.run(observer, Replay.of(log), simulated=True, on_trial=on_trial, remarks=remarks, pending=pending)
 
     def run(
         self,
@@ -119,8 +152,13 @@ class Station:
         resume: bool = False,
         accept_changes: bool = False,
         on_trial: Callable[[Trial], None] = lambda trial: None,
+        remarks: tuple[str, ...] = (),
+        pending: Sequence[Place] = (),
     ) -> Path:
         """Run one observer's session to its end and return its folder.
+
+        A new session's record has ``remarks`` beside the station's own; ``pending`` are trials that are to be asked
+        once more after their block.
 
         Raises
         ------
@@ -135,7 +173,7 @@ class Station:
         if resume:
             recorder, log = self._resume(observer, accept_changes=accept_changes)
         else:
-            recorder = self._begin(observer, simulated)
+            recorder = self._begin(observer, simulated, remarks)
         blocks = self.experiment.blocks(observer)
         for block in blocks:
             self.pictures.add(block.pictures)
@@ -149,7 +187,7 @@ class Station:
                 clip_costs=costs,
                 stamps={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
                 logged=log.first_attempts if log else (),
-                pending=log.pending if log else (),
+                pending=log.pending if log else pending,
                 on_trial=on_trial,
                 style=self.experiment.style,
                 closing_facts=lambda: {"work": asdict(self.presenter.counters)},
@@ -161,8 +199,8 @@ class Station:
         measured_ms = self.timing.get("swap_intervals", {}).get("median_ms", 0.0)
         return Pace(1.0 / refresh_hz, swaps_wait=measured_ms > 500.0 / refresh_hz, instantly=instantly)
 
-    def _begin(self, observer: str, simulated: bool) -> Recorder:
-        header = self._header(observer, new_label(), simulated)
+    def _begin(self, observer: str, simulated: bool, remarks: tuple[str, ...]) -> Recorder:
+        header = self._header(observer, new_label(), simulated, remarks)
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
         return Recorder.create(parent / f"ses-{header.session}", header)
 
@@ -174,7 +212,7 @@ class Station:
         utc = datetime.now(UTC).isoformat(timespec="milliseconds")
         return Recorder.reopen(stopped.file.parent, Resumption(utc, changes(stopped.header, now)))
 
-    def _header(self, observer: str, session: str, simulated: bool) -> Header:
+    def _header(self, observer: str, session: str, simulated: bool, remarks: tuple[str, ...]) -> Header:
         facts = asdict(self.surface.facts) | {"timing": self.timing}
         return make_header(
             self.experiment,
@@ -184,5 +222,5 @@ class Station:
             self.descriptions,
             facts,
             simulated=simulated,
-            remarks=self.remarks,
+            remarks=self.remarks + remarks,
         )

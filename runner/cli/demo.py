@@ -27,7 +27,7 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     from analysis.records import read_session, session_files
     from analysis.report import print_table, summarise, write_report
     from runner.cli.progress import build_stimuli, progress_bar
-    from runner.observers.simulated import read_observer
+    from runner.observers.observer_file import read_scored_observer
     from runner.protocol.experiment import read_experiment
     from runner.session_folders import new_label
     from runner.station import Station
@@ -35,7 +35,7 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     began_s = time.monotonic()
     root = Path(__file__).parents[2]
     design = read_experiment(root / "experiments/dynamic_range.yaml")
-    law = read_observer(root / "configs/observers/table_4_4.yaml", design.stimulus_names)
+    law = read_scored_observer(root / "configs/observers/table_4_4.yaml", design.stimulus_names)
     folder = results / new_label()
     with progress_bar(quiet=as_json) as step:
         stimuli = build_stimuli(design, step)

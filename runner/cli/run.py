@@ -15,7 +15,7 @@ import click
 @click.option(
     "--accept-changes",
     is_flag=True,
-    help="With --resume: go on although experiment, stimuli or display changed; the record says so.",
+    help="With --resume or --replay: go on although experiment, stimuli or display changed; the record says so.",
 )
 @click.option("--results", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
 @click.option("--mode", help="A stereo mode in place of the rig's.")
@@ -24,6 +24,11 @@ import click
     "--simulate",
     type=click.Path(path_type=Path),
     help="A file of simulated observers that answer in place of a person, on a surface without a window.",
+)
+@click.option(
+    "--replay",
+    type=click.Path(path_type=Path),
+    help="A session.jsonl whose presses are repeated in place of a person, on a surface without a window.",
 )
 @click.option(
     "--backend",
@@ -45,6 +50,7 @@ def command(
     mode: str | None,
     windowed: bool,
     simulate: Path | None,
+    replay: Path | None,
     backend: str | None,
     allow_uncharacterised: bool,
     as_json: bool,
@@ -58,7 +64,8 @@ def command(
     from runner.cli.main import WorkError
     from runner.cli.progress import build_stimuli, progress_bar
     from runner.observers.keyboard import Keyboard
-    from runner.observers.simulated import read_observer
+    from runner.observers.observer_file import read_observer
+    from runner.observers.replay import read_recording
     from runner.ports import WindowClosed
     from runner.protocol.experiment import check_observer, read_experiment
     from runner.session import Left
@@ -67,7 +74,12 @@ def command(
 
     check_observer(observer)
     design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
-    law = read_observer(simulate, design.stimulus_names) if simulate else None
+    if simulate and simulate.suffix == ".jsonl":
+        simulate, replay = None, simulate
+    if replay and (resume or simulate):
+        raise click.UsageError("--replay goes neither with --resume nor with another --simulate")
+    law = read_observer(simulate, design.stimulus_names, design.stimuli.reference) if simulate else None
+    recording = read_recording(replay) if replay else None
     if resume:
         to_resume(results, design.spec.name, observer)
     elif unfinished(results, design.spec.name, observer):
@@ -78,7 +90,7 @@ def command(
     ending = "completed"
     with progress_bar(quiet=as_json) as step:
         stimuli = build_stimuli(design, step)
-        backend = backend or ("egl" if law else "window")
+        backend = backend or ("egl" if law or recording else "window")
         with Station.open(design, stimuli, results, backend, windowed=windowed) as station:
             for remark in station.remarks:
                 click.echo(f"warning: {remark}", err=True)
@@ -90,14 +102,17 @@ def command(
                 step(f"Observer {observer}", answered, total)
 
             try:
-                folder = station.run(
-                    observer,
-                    person,
-                    simulated=law is not None,
-                    resume=resume,
-                    accept_changes=accept_changes,
-                    on_trial=on_trial,
-                )
+                if recording:
+                    folder = station.replay(recording, observer, accept_changes=accept_changes, on_trial=on_trial)
+                else:
+                    folder = station.run(
+                        observer,
+                        person,
+                        simulated=law is not None,
+                        resume=resume,
+                        accept_changes=accept_changes,
+                        on_trial=on_trial,
+                    )
             except Left:
                 ending = "left"
             except WindowClosed:

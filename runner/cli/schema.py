@@ -39,9 +39,9 @@ def _model(kind: str) -> type[BaseModel]:
 
         return DisplaySpec
     if kind == "observers":
-        from runner.observers.simulated import ObserverSpec
+        from runner.observers.observer_file import ObserverFile
 
-        return ObserverSpec
+        return ObserverFile
     if kind == "verification":
         from devices.verification_file import VerificationSpec
 

@@ -1,72 +1,180 @@
-"""Simulated observers that answer by a Bradley-Terry law with known scores."""
+"""Simulated observers that answer every task by known scores."""
 
 from __future__ import annotations
 
+import math
 import random
 from collections.abc import Mapping
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Annotated, Literal
+from dataclasses import dataclass, field
+from typing import Self
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
-
-from documents import Finding, load_document
 from runner.errors import SessionError
+from runner.observers.behaviour import ATTENTIVE, BehaviourSpec
+from runner.observers.laws import choice_law, difficulty, pair_law, psychometric_law
+from runner.observers.plain import key_for, plain_key, unseen
 from runner.ports import Ask, KeyPress
-from runner.tasks import Compare
+from runner.tasks import Browse, Choose, Compare, Rate
 
-
-class PublishedSpec(BaseModel):
-    """A stimulus's published result: score and perceptual class."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    score: PositiveFloat
-    perceptual_class: str = ""
-
-
-class ObserverSpec(BaseModel):
-    """A file of simulated observers."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-    schema_version: Literal[1]
-    kind: Literal["bradley_terry"]
-    source: str = ""
-    median_response_time_s: PositiveFloat = 2.0
-    stimuli: Annotated[dict[str, PublishedSpec], Field(min_length=2)]
-
-
-def read_observer(path: Path, stimuli: tuple[str, ...]) -> ObserverSpec:
-    """Read the file of simulated observers at ``path``, which must score every one of ``stimuli``."""
-    spec, source = load_document(path, ObserverSpec)
-    place = source.place(("stimuli",))
-    line, column = (place.line, place.column) if place else (None, None)
-    missing = [name for name in stimuli if name not in spec.stimuli]
-    if missing:
-        raise SessionError(
-            Finding(f"no score is given for {', '.join(missing)}", str(path), line, column, "add each with its score")
-        )
-    return spec
+TIES = ("no_difference", "not_sure")
 
 
 @dataclass(slots=True)
 class BradleyTerryObserver:
-    """Prefers picture i to j with probability s_i / (s_i + s_j) (Bradley & Terry 1952).
+    """Prefers picture i to j with probability s_i / (s_i + s_j) [Bradley1952], but for its ``behaviour``.
 
-    Response times are lognormal about their median and only told, not waited for.
+    Of a series it looks at every picture before it chooses one of them, with probability s_i / Σ s. On a scale it
+    places a picture by its log score, the lowest at the lower end and the highest at the upper; on one
+    with ``difficult`` in its name, the last choice by the entropy of its odds. Response times are lognormal about their
+    median and only told, not waited for.
     """
 
     scores: Mapping[str, float]
     rng: random.Random
     median_response_time_s: float = 2.0
+    behaviour: BehaviourSpec = ATTENTIVE
+    _log_scores: dict[str, float] = field(init=False)
+    _judged: int = field(init=False, default=0)
+    _alternatives: tuple[str, ...] = field(init=False, default=())
+    _chosen: str | None = field(init=False, default=None)
+    _target: int | None = field(init=False, default=None)
+    _rating: tuple[Rate, int] | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        self._log_scores = {name: math.log(score) for name, score in self.scores.items()}
+
+    @classmethod
+    def by_log_scores(cls, log_scores: Mapping[str, float], rng: random.Random, behaviour: BehaviourSpec) -> Self:
+        """Return an observer whose scores in nats, however far apart, are ``log_scores``."""
+        observer = cls({}, rng, behaviour.median_response_time_s, behaviour)
+        observer._log_scores = dict(log_scores)
+        return observer
 
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
-        """Choose between the two pictures shown, or go on where there is nothing to choose."""
+        """Do what the task wants next."""
         time_s = onset_s + self.median_response_time_s * self.rng.lognormvariate(0.0, 0.4)
-        meanings = {meaning: key for key, meaning in ask.keys.items()}
-        if isinstance(ask.task, Compare):
-            first, second = ask.task.first, ask.task.second
-            share = self.scores[first] / (self.scores[first] + self.scores[second])
-            return KeyPress(meanings["first" if self.rng.random() < share else "second"], time_s)
-        return KeyPress(next(iter(ask.keys)), time_s)
+        return KeyPress(self._key(ask), time_s)
+
+    def _key(self, ask: Ask) -> str:
+        task = ask.task
+        if isinstance(task, Compare):
+            return key_for(ask, self._compare(task, ask))
+        if isinstance(task, Browse):
+            return key_for(ask, self._browse(task))
+        if isinstance(task, Rate):
+            return key_for(ask, self._rate(task, ask))
+        if isinstance(task, Choose):
+            return key_for(ask, self._choose(task))
+        return plain_key(ask)
+
+    def _compare(self, task: Compare, ask: Ask) -> str:
+        means = {*ask.keys.values(), *ask.targets}
+        ties = [meaning for meaning in TIES if meaning in means]
+        self._alternatives = task.first, task.second
+        if self._lapses():
+            answer = self.rng.choice(["first", "second", *ties])
+        else:
+            difference = self._log_score(task.first) - self._log_score(task.second)
+            log_odds = difference / self.behaviour.noise(self._judged) + self.behaviour.position_bias
+            first, second, _ = pair_law(log_odds, self.behaviour.ties if ties else None)
+            drawn = self.rng.random()
+            answer = "first" if drawn < first else "second" if drawn < first + second or not ties else self._tie(ties)
+        self._judged += 1
+        if answer not in ties:
+            self._chosen = task.first if answer == "first" else task.second
+        return answer
+
+    def _tie(self, ties: list[str]) -> str:
+        if len(ties) == 1 or self.behaviour.ties is None:
+            return ties[0]
+        return ties[self.rng.random() < self.behaviour.ties.not_sure_share]
+
+    def _browse(self, task: Browse) -> str:
+        if len(task.seen) < len(task.series):
+            self._target = None
+            return unseen(task)
+        if self._target is None:
+            self._target = self._pick(task.series)
+        if self._target != task.index:
+            return "next" if self._target > task.index else "previous"
+        self._target = None
+        self._judged += 1
+        self._alternatives = task.series
+        self._chosen = task.series[task.index]
+        return "choose"
+
+    def _pick(self, series: tuple[str, ...]) -> int:
+        if self._lapses():
+            return self.rng.randrange(len(series))
+        noise = self.behaviour.noise(self._judged)
+        odds = choice_law([self._log_score(name) / noise for name in series])
+        return self.rng.choices(range(len(series)), odds)[0]
+
+    def _rate(self, task: Rate, ask: Ask) -> str:
+        means = {*ask.keys.values(), *ask.targets}
+        if self._rating is None or not _same(self._rating[0], task) or task.current is None:
+            self._rating = task, self._number(task)
+        before, number = self._rating
+        number = min(max(number, task.lowest), task.highest)
+        if task.current == number and "accept" in means:
+            return self._accept()
+        if str(number) in means:
+            return str(number)
+        if task.current is None:
+            return "higher"
+        wanted = "higher" if number > task.current else "lower"
+        gone_past = before.current is not None and (before.current > number) != (task.current > number)
+        if wanted not in means or gone_past or (before.current == task.current and before is not task):
+            return self._accept()  # the marker cannot come closer
+        self._rating = task, number
+        return wanted
+
+    def _accept(self) -> str:
+        self._rating = None
+        return "accept"
+
+    def _number(self, task: Rate) -> int:
+        length = task.highest - task.lowest
+        if self._lapses():
+            return task.lowest + self.rng.randrange(length + 1)
+        share = self._share(task) + self.rng.gauss(0.0, self.behaviour.rating_noise)
+        return round(task.lowest + length * min(max(share, 0.0), 1.0))
+
+    def _share(self, task: Rate) -> float:
+        if "difficult" in task.name.lower():
+            return difficulty([self._log_score(name) for name in self._alternatives])
+        stimulus = task.stimulus or self._chosen
+        lowest, highest = min(self._log_scores.values()), max(self._log_scores.values())
+        if stimulus is None or lowest == highest:
+            return 0.5
+        return (self._log_score(stimulus) - lowest) / (highest - lowest)
+
+    def _choose(self, task: Choose) -> str:
+        lapses = self._lapses()
+        self._judged += 1
+        if lapses or task.correct is None:
+            return self.rng.choice(task.options)
+        function = self.behaviour.psychometric.get(task.name)
+        if function is None or task.strength is None:
+            return task.correct
+        if self.rng.random() < psychometric_law(task.strength, len(task.options), function):
+            return task.correct
+        return self.rng.choice([option for option in task.options if option != task.correct])
+
+    def _lapses(self) -> bool:
+        rate = self.behaviour.lapses(self._judged)
+        return rate > 0 and self.rng.random() < rate
+
+    def _log_score(self, name: str) -> float:
+        if name not in self._log_scores:
+            raise SessionError(f"the simulated observer is asked about '{name}', for which it has no score")
+        return self._log_scores[name]
+
+
+def _same(before: Rate, now: Rate) -> bool:
+    """Say whether two tasks are one question, the marker of which has moved."""
+    return (before.name, before.stimulus, before.lowest, before.highest) == (
+        now.name,
+        now.stimulus,
+        now.lowest,
+        now.highest,
+    )
