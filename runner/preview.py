@@ -73,7 +73,7 @@ def preview(
     load = experiment.shown(stimuli.load)
     images = (load(name) for name in stimuli.names)
     compensation = Compensation.of(rig, mode, images)
-    pictures = ReadyPictures(load, compensation)
+    pictures = ReadyPictures(load, compensation, in_pass=True)
     for block in blocks:
         pictures.add(block.pictures)
     resolution = rig.display.panel.resolution_px
@@ -88,7 +88,9 @@ def preview(
         open_surface(
             backend, resolution, stereo=mode.needs_stereo, windows=mode.windows, bits=rig.output_bits
         ) as surface,
-        Presenter(surface, mode, rig.models, pictures.load, dithering=experiment.dithering) as presenter,
+        Presenter(
+            surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=pictures.correction
+        ) as presenter,
         marking(surface) if clipping else nullcontext() as marker,
     ):
         shown = 0

@@ -65,6 +65,9 @@ _MEASURES: Mapping[str, _Known] = {
     "percent_above_full": _Known("pixels that asked too much of a channel", "%"),
     "delta_e_00_mean": _Known("mean colour difference CIEDE2000 that the gamut clip cost", "1"),
     "delta_e_00_max": _Known("largest colour difference CIEDE2000 that the gamut clip cost", "1"),
+    "percent_noticed": _Known("pixels that the gamut clip changed, as seen through the eye's filter", "%"),
+    "projection_delta_e_00_mean": _Known("mean colour difference CIEDE2000 that the anaglyph itself cost", "1"),
+    "projection_delta_e_00_max": _Known("largest colour difference CIEDE2000 that the anaglyph itself cost", "1"),
 }
 # Units live in the names of what is recorded.
 _UNITS: Sequence[tuple[str, str]] = (

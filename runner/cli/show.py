@@ -75,6 +75,7 @@ def command(
     from runner.cli.main import WorkError
     from runner.compensation import Compensation
     from runner.header import clip_costs
+    from runner.placed_presenter import ReadyPictures
     from runner.ports import WindowClosed
     from runner.presenter.errors import GraphicsError
     from runner.presenter.modes.options import ModeOptions
@@ -104,7 +105,7 @@ def command(
     compensation = Compensation(
         models, stereo_mode, display.panel.resolution_px, display.crosstalk(mode), display.gain_map(mode)
     )
-    sent, _ = compensation.apply(image)
+    pictures = ReadyPictures(lambda _: image, compensation, in_pass=True)
     try:
         with (
             open_surface(
@@ -115,14 +116,14 @@ def command(
                 windowed=windowed,
                 bits=_BITS[bits] if bits else display.panel.code_bits,
             ) as surface,
-            Presenter(surface, stereo_mode, models, lambda _: sent) as presenter,
+            Presenter(surface, stereo_mode, models, pictures.load, correction=pictures.correction) as presenter,
         ):
             if display.panel.bits < surface.facts.bits == 10:
                 told = f"codes have {surface.facts.bits} bits, and the panel has {display.panel.bits}"
                 click.echo(f"warning: {told} ({display_file})", err=True)
             for remark in surface.facts.remarks:
                 click.echo(f"warning: {remark}", err=True)
-            presenter.show(Scene((Picture(str(file)),)))
+            presenter.show(pictures.placed(Scene((Picture(str(file)),))))
             files = write_screenshot(presenter.capture(), screenshot) if screenshot else []
             shown = _Shown(
                 str(file),
