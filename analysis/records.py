@@ -90,7 +90,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What someone (``by``: ``observer`` or ``experimenter``) wrote down after so many trials of a block."""
+    """What the ``observer``, the ``experimenter`` or the ``program`` (``by``) wrote down after so many trials."""
 
     text: str
     by: str
@@ -242,7 +242,7 @@ def read_session(file: Path) -> SessionLog:
                 resumptions.append(Resumption(**_without_record(line)))
             elif kind == "end":
                 complete = True
-        except (ValueError, KeyError, TypeError) as error:
+        except (ArithmeticError, KeyError, RecursionError, TypeError, ValueError) as error:
             if number == len(lines) and tail_is_open and header:
                 return log(header, torn_tail=raw)
             raise ResultsError(

@@ -22,6 +22,7 @@ from runner.observers.simulated import BradleyTerryObserver
 from runner.pace import Pace
 from runner.placed_presenter import PlacedPresenter, ReadyPictures
 from runner.ports import Observer
+from runner.presenter.errors import GraphicsError
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import Surface, open_surface
@@ -164,6 +165,8 @@ class Station:
         ------
         Left, WindowClosed
             If the observer left; what was answered is on disk.
+        GraphicsError
+            If the driver failed or lost the context; what was answered is on disk, and a note says why it stopped.
         InputError
             If the session cannot begin or be resumed: with ``accept_changes`` it is resumed although the experiment,
             the stimuli or the display changed, as long as the trials answered so far are still those asked.
@@ -179,7 +182,7 @@ class Station:
             self.pictures.add(block.pictures)
         costs = {description["name"]: description["clipping"] for description in self.descriptions}
         with recorder:
-            Session(
+            session = Session(
                 blocks,
                 PlacedPresenter(self.presenter, self.pictures, self._pace(instantly=simulated)),
                 answers,
@@ -191,7 +194,12 @@ class Station:
                 on_trial=on_trial,
                 style=self.experiment.style,
                 closing_facts=lambda: {"work": asdict(self.presenter.counters)},
-            ).run()
+            )
+            try:
+                session.run()
+            except GraphicsError as error:
+                session.note(f"the session stopped: {error}", "program")
+                raise GraphicsError(f"{error}; every answer before this is saved: go on with --resume") from error
         return recorder.folder
 
     def _pace(self, *, instantly: bool) -> Pace:
@@ -200,8 +208,8 @@ class Station:
         return Pace(1.0 / refresh_hz, swaps_wait=measured_ms > 500.0 / refresh_hz, instantly=instantly)
 
     def _begin(self, observer: str, simulated: bool, remarks: tuple[str, ...]) -> Recorder:
-        header = self._header(observer, new_label(), simulated, remarks)
         parent = observer_folder(self.results, self.experiment.spec.name, observer)
+        header = self._header(observer, new_label(parent), simulated, remarks)
         return Recorder.create(parent / f"ses-{header.session}", header)
 
     def _resume(self, observer: str, *, accept_changes: bool) -> tuple[Recorder, SessionLog]:

@@ -243,3 +243,40 @@ def test_an_uncharacterised_mode_is_refused_unless_allowed_and_then_marks_every_
     assert log.header.display["characterised_as"] == "quad-buffered"
     assert any("not to be trusted" in remark for remark in log.header.remarks)
     assert all(trial.data["uncharacterised"] is True for trial in log.trials)
+
+
+def test_a_graphics_error_ends_the_session_with_everything_recorded(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As a lost context does: the driver reports an error at the next draw."""
+    from click.testing import CliRunner
+
+    from runner.cli.main import group
+    from runner.presenter.errors import GraphicsError
+    from runner.presenter.presenter import Presenter
+
+    show, drawn = Presenter.show, 0
+
+    def fails_at_the_fifth(self: Presenter, scene: Any) -> float:
+        nonlocal drawn
+        drawn += 1
+        if drawn == 5:
+            raise GraphicsError("the graphics driver reports GL_CONTEXT_LOST (a renderer)")
+        return show(self, scene)
+
+    monkeypatch.setattr(Presenter, "show", fails_at_the_fifth)
+    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results]
+    result = CliRunner().invoke(group, [str(word) for word in words])
+    assert isinstance(result.exception, GraphicsError)
+    assert "every answer before this is saved" in str(result.exception)
+    (file,) = session_files(study.results)
+    log = read_session(file)
+    assert not log.complete
+    assert len(log.answers) == 4  # the page and three pairs
+    (note,) = log.notes
+    assert note.by == "program"
+    assert "GL_CONTEXT_LOST" in note.text
+    monkeypatch.undo()
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(study.folder / "cache"))
+    _simulate(study, "--resume")
+    assert read_session(file).complete
