@@ -1,8 +1,10 @@
 """Every pair once per repeat, sides balanced, no stimulus twice running."""
 
 import itertools
+import time
 from collections import Counter
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -27,6 +29,37 @@ def test_every_pair_once_per_repeat_with_balanced_sides(
         assert len({frozenset(pair) for pair in part}) == size
         first = Counter(pair[0] for pair in part)
         assert all(abs(2 * first[item] - (count - 1)) <= 1 for item in range(count))
+
+
+@given(st.integers(2, 12), st.integers(1, 4), SEEDS, SEEDS)
+def test_sides_balance_over_a_session_and_between_neighbours(
+    count: int, repeats: int, side_seed: str, order_seed: str
+) -> None:
+    order = pair_order(count, repeats, side_seed, order_seed)
+    trials = Counter(item for pair in order for item in pair)
+    first = Counter(pair[0] for pair in order)
+    assert all(trials[item] == repeats * (count - 1) for item in range(count))
+    assert all(abs(2 * first[item] - trials[item]) <= 1 for item in range(count))
+    neighbour = pair_order(count, repeats, side_seed, f"{order_seed}, another", flip=True)
+    assert Counter((second, first) for first, second in neighbour) == Counter(order)
+
+
+@given(st.integers(1, 4), SEEDS)
+def test_with_four_stimuli_as_few_as_can_be_come_twice_running(repeats: int, seed: str) -> None:
+    pairs = list(itertools.combinations(range(4), 2))
+    fewest = min(_neighbours_sharing(list(order)) for order in itertools.permutations(pairs))
+    order = pair_order(4, repeats, seed, seed)
+    assert _neighbours_sharing(order) == repeats * fewest
+
+
+@pytest.mark.parametrize(("count", "within_s"), [(100, 1.0), (300, 10.0)])
+def test_the_order_of_many_stimuli_is_soon_drawn(count: int, within_s: float) -> None:
+    """A processor's seconds, so that others at work on the machine do not count."""
+    began_s = time.process_time()
+    order = pair_order(count, 1, "side", "order")
+    assert time.process_time() - began_s < within_s
+    assert len(order) == count * (count - 1) // 2
+    assert _neighbours_sharing(order) == 0
 
 
 @given(st.integers(5, 14), st.integers(1, 2), SEEDS)

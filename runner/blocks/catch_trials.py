@@ -1,0 +1,98 @@
+"""Catch trials: pairs with an obvious answer, and pairs of one stimulus with itself, mixed in among the others.
+
+The trials are cut into as many stretches as there are catch trials, and each stretch gets one, after one of its
+trials: so none comes first, no two come one after the other, and they are spread over the whole block. Where a
+stretch has a place at which a catch trial shares no stimulus with its neighbours, it is put there.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+Catch = Literal["obvious", "identical"]
+
+
+@dataclass(frozen=True, slots=True)
+class Comparison:
+    """Two stimuli in their places; in a catch trial also which sort it is, and which of the two is ``better``."""
+
+    first: str
+    second: str
+    catch: Catch | None = None
+    better: str | None = None
+
+    @property
+    def stimuli(self) -> tuple[str, ...]:
+        """The stimuli shown, each once."""
+        return tuple(dict.fromkeys((self.first, self.second)))
+
+
+@dataclass(frozen=True, slots=True)
+class CatchTrials:
+    """``count`` trials in all: ``identical`` show a stimulus twice, the rest go through ``pairs`` (better, worse)."""
+
+    count: int
+    pairs: tuple[tuple[str, str], ...] = ()
+    identical: int = 0
+
+
+def mix_in(
+    trials: Sequence[Comparison],
+    catch: CatchTrials,
+    stimuli: Sequence[str],
+    side_seed: str,
+    order_seed: str,
+    *,
+    flip: bool = False,
+) -> list[Comparison]:
+    """Return ``trials`` in their order with the catch trials among them; those of identical pairs show ``stimuli``.
+
+    The seeds and ``flip`` are those of `runner.blocks.pair_order.pair_order`. The better stimulus stands first in half
+    of the obvious pairs, one more or less, and on the other side for the neighbouring observer.
+    """
+    rng = random.Random(f"{order_seed}/catch")
+    waiting = [*_obvious(catch, random.Random(f"{side_seed}/catch"), flip=flip), *_identical(catch, stimuli, rng)]
+    rng.shuffle(waiting)
+    mixed: list[Comparison] = []
+    for number in range(catch.count):
+        start, end = (len(trials) * edge // catch.count for edge in (number, number + 1))
+        gap, item = _placed(trials, waiting, start, end, rng)
+        waiting.remove(item)
+        mixed += [*trials[start:gap], item, *trials[gap:end]]
+    return mixed
+
+
+def _obvious(catch: CatchTrials, rng: random.Random, *, flip: bool) -> Iterator[Comparison]:
+    pairs = list(catch.pairs)
+    rng.shuffle(pairs)
+    turn = (rng.random() < 0.5) != flip
+    for number in range(catch.count - catch.identical):
+        times, index = divmod(number, len(pairs))
+        better, worse = pairs[index]
+        first, second = (better, worse) if bool((times + index) % 2) == turn else (worse, better)
+        yield Comparison(first, second, "obvious", better)
+
+
+def _identical(catch: CatchTrials, stimuli: Sequence[str], rng: random.Random) -> Iterator[Comparison]:
+    names = list(stimuli)
+    rng.shuffle(names)
+    for number in range(catch.identical):
+        name = names[number % len(names)]
+        yield Comparison(name, name, "identical")
+
+
+def _placed(
+    trials: Sequence[Comparison], waiting: Sequence[Comparison], start: int, end: int, rng: random.Random
+) -> tuple[int, Comparison]:
+    """Return after which trial of the stretch which catch trial comes: the first that fits, of a random order."""
+    gaps = list(range(start + 1, end + 1))
+    rng.shuffle(gaps)
+    for item in waiting:
+        for gap in gaps:
+            beside = {name for trial in trials[gap - 1 : gap + 1] for name in trial.stimuli}
+            if not beside & set(item.stimuli):
+                return gap, item
+    return gaps[0], waiting[0]

@@ -1,0 +1,178 @@
+"""How two stimuli are shown and chosen between: at once in two places, or one after the other in the same place."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.style import Style
+from runner.blocks.ties import Ties, tie_keys, tie_targets, tie_words
+from runner.ports import Target
+from runner.presenter.scene import Item, Picture, Scene, Text
+
+_PADS = {"left": "pad_left", "right": "pad_right", "up": "pad_up", "down": "pad_down"}
+_LABEL_SHARE = 0.3
+
+
+class PairView(Protocol):
+    """Where two stimuli, the question and the answers stand."""
+
+    @property
+    def position_names(self) -> tuple[str, str]:
+        """What the first and the second place are called in the record."""
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """What the keys mean."""
+
+    @property
+    def targets(self) -> dict[str, Target]:
+        """Where the answers can be clicked."""
+
+    def pair(self, first: str, second: str) -> Scene:
+        """Return the pictures that are wanted for these two."""
+
+    def question(self) -> Scene:
+        """Return the question without the two."""
+
+
+@dataclass(frozen=True, slots=True)
+class SimultaneousView:
+    """Two pictures side by side or one above the other, the question above them, answers other than these under it."""
+
+    layout: PairLayout
+    words: str
+    style: Style
+    ties: Ties = "none"
+    reference: str | None = None
+
+    @property
+    def position_names(self) -> tuple[str, str]:
+        """Top and bottom, or left and right."""
+        return self.layout.position_names
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The arrows towards the pictures, those of a gamepad too, and the letters of the other answers."""
+        arrows = self.layout.keys
+        return {**arrows, **{_PADS[key]: meaning for key, meaning in arrows.items()}, **tie_keys(self.ties)}
+
+    @property
+    def targets(self) -> dict[str, Target]:
+        """The pictures themselves, and the words of the other answers."""
+        layout = self.layout
+        pictures = {
+            "first": Target(layout.first_px, layout.aperture_px),
+            "second": Target(layout.second_px, layout.aperture_px),
+        }
+        return {**pictures, **tie_targets(self.ties, self._answers_px, self.style)}
+
+    def pair(self, first: str, second: str) -> Scene:
+        """Return both pictures with the question."""
+        layout = self.layout
+        return Scene(
+            (
+                Picture(first, layout.first_px, layout.aperture_px),
+                Picture(second, layout.second_px, layout.aperture_px),
+                *layout.reference(self.reference),
+                *self._words,
+            )
+        )
+
+    def question(self) -> Scene:
+        """Return the question alone."""
+        return Scene(self._words)
+
+    @property
+    def _words(self) -> tuple[Item, ...]:
+        layout, (x, y) = self.layout, self.layout.question_px
+        question_y = y if self.ties == "none" else y - self.style.px(16)
+        question = Text(self.words, (x, question_y), self.style.px(24), layout.question_width_px)
+        return question, *tie_words(self.ties, self._answers_px, self.style)
+
+    @property
+    def _answers_px(self) -> tuple[int, int]:
+        x, y = self.layout.question_px
+        return x, y + self.style.px(17)
+
+
+@dataclass(frozen=True, slots=True)
+class SequenceView:
+    """Two intervals at one place, numbered above it; then the question in that place's stead."""
+
+    layout: SingleLayout
+    words: str
+    style: Style
+    ties: Ties = "none"
+    reference: str | None = None
+
+    @property
+    def position_names(self) -> tuple[str, str]:
+        """The intervals by number."""
+        return "interval 1", "interval 2"
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The intervals' numbers or the arrows, those of a gamepad too, and the letters of the other answers."""
+        first, second = ("1", "left", "pad_left"), ("2", "right", "pad_right")
+        return {**dict.fromkeys(first, "first"), **dict.fromkeys(second, "second"), **tie_keys(self.ties)}
+
+    @property
+    def targets(self) -> dict[str, Target]:
+        """The intervals' numbers, and the words of the other answers."""
+        size = self.style.px(120), self.style.px(100)
+        numbers = {
+            meaning: Target(place, size) for meaning, place in zip(("first", "second"), self._numbers_px, strict=True)
+        }
+        return {**numbers, **tie_targets(self.ties, self._answers_px, self.style)}
+
+    def pair(self, first: str, second: str) -> Scene:
+        """Return what both intervals will need, to make it ready; never shown."""
+        return Scene((*self.interval(0, first).items[:1], *self.interval(1, second).items))
+
+    def interval(self, number: int, stimulus: str, *, hint: str = "") -> Scene:
+        """Return an interval, 0 or 1: the picture under its number, with words under it if there are any."""
+        x, below = self.layout.picture_px[0], self.layout.below_px + self.style.px(40)
+        hints = (Text(hint, (x, below), self.style.px(18), self.layout.question_width_px, 0.2),) if hint else ()
+        return Scene(
+            (
+                Picture(stimulus, self.layout.picture_px, self.layout.aperture_px),
+                *self.layout.reference(self.reference),
+                Text(str(number + 1), (x, self.layout.question_px[1]), self.style.px(36), luminance_share=_LABEL_SHARE),
+                *hints,
+            )
+        )
+
+    def between(self) -> Scene:
+        """Return what stays between the two intervals: the reference picture, if there is one."""
+        return Scene(self.layout.reference(self.reference))
+
+    def question(self) -> Scene:
+        """Return the question with the intervals' numbers, and the reference picture if there is one."""
+        numbers = zip("12", self._numbers_px, strict=True)
+        return Scene(
+            (
+                *self.layout.reference(self.reference),
+                Text(self.words, self.layout.question_px, self.style.px(24), self.layout.question_width_px),
+                *(Text(label, place, self.style.px(48)) for label, place in numbers),
+                *tie_words(self.ties, self._answers_px, self.style),
+            )
+        )
+
+    @property
+    def _numbers_px(self) -> tuple[tuple[int, int], tuple[int, int]]:
+        x, y = self._free_px
+        return (x - self.style.px(90), y), (x + self.style.px(90), y)
+
+    @property
+    def _answers_px(self) -> tuple[int, int]:
+        x, y = self._free_px
+        return x, y + self.style.px(85)
+
+    @property
+    def _free_px(self) -> tuple[int, int]:
+        """Where the picture was, or under it where the reference picture stays beside it."""
+        if self.layout.reference(self.reference):
+            return 0, self.layout.below_px + self.style.px(75)
+        return self.layout.picture_px

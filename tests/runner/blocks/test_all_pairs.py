@@ -1,0 +1,287 @@
+"""All pairs at once and in sequence, with ties, catch trials and ratings: screens, answers, records, replay."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from typing import Any
+
+import pytest
+from pydantic import ValidationError
+
+from runner.blocks.all_pairs import AllPairs
+from runner.blocks.catch_trials import CatchTrials
+from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.pair_ratings import PairRating, PairRatings
+from runner.blocks.scale import Scale
+from runner.blocks.style import FULL_HD_HALF
+from runner.blocks.ties import Ties
+from runner.observers.plain import key_for, plain_key
+from runner.ports import Ask
+from runner.presenter.scene import Picture, Text
+from runner.protocol.kinds.all_pairs import AllPairsSpec
+from runner.protocol.setting import Stimuli
+from runner.tasks import Compare, Rate
+
+Play = Callable[..., Any]
+NAMES = ("a", "b", "c", "d", "e")
+ROW = PairLayout("horizontal", (-60, 0), (60, 0), (100, 80), (0, -80), 400)
+COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+ONE = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
+WITH_REFERENCE = SingleLayout((210, -60), (400, 300), (0, -250), 800, 90, (-210, -60))
+SCALES = (PairRating(Scale("similarity", "How similar?")), PairRating(Scale("gloss", "How glossy?", 0, 100), "both"))
+
+AT_ONCE = AllPairs(NAMES, "Which?", COLUMN, "s", "o", break_every=4)
+SEQUENCE = AllPairs(NAMES, "Which?", ONE, "s", "o", exposure_s=1.0, blank_between_s=0.5, break_every=4)
+EVERYTHING = replace(
+    SEQUENCE,
+    ties="both",
+    fixation_s=0.5,
+    blank_s=0.3,
+    catch=CatchTrials(4, (("a", "x"),), 2),
+    ratings=PairRatings(SCALES, ONE, FULL_HD_HALF),
+)
+BLOCKS = {
+    "at once": AT_ONCE,
+    "taken away": replace(AT_ONCE, exposure_s=0.5, ties="not_sure"),
+    "sequence": SEQUENCE,
+    "everything": EVERYTHING,
+    "everything at once": replace(EVERYTHING, layout=ROW, blank_between_s=0.0),
+}
+
+
+def at_random(seed: int) -> Callable[[Ask], str]:
+    """Return an observer who answers comparisons at random, ties too, and gets on plainly otherwise."""
+    rng = random.Random(seed)
+
+    def press(ask: Ask) -> str:
+        if isinstance(ask.task, Compare):
+            return rng.choice([*ask.keys, *(f"click {meaning}" for meaning in ask.targets)])
+        return plain_key(ask)
+
+    return press
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_a_block_keeps_what_every_block_promises(play: Play, block: AllPairs) -> None:
+    played = play(block, at_random(1))
+    assert len(played.trials) == block.trials
+    assert {trial.kind for trial in played.trials} == {"all_pairs"}
+    assert played.shown_at_record[-1] == len(played.shown), "a scene was shown after the last record"
+    for trial in played.trials:
+        assert json.loads(json.dumps(trial.data)) == trial.data
+    comparing = [ask for ask in played.asks if isinstance(ask.task, Compare)]
+    assert len(comparing) == block.trials
+    for ask in comparing:
+        assert ask.keys == block.keys
+        assert set(ask.targets) == set(ask.keys.values())
+        assert ask.task.reference is None
+    again = play(block, at_random(1))
+    assert [(t.data, t.events) for t in again.trials] == [(t.data, t.events) for t in played.trials]
+    assert again.shown == played.shown
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_it_goes_on_after_any_trial_as_if_nothing_had_been(play: Play, block: AllPairs) -> None:
+    whole = play(block, at_random(2))
+    for done in range(block.trials + 1):
+        log = whole.trials[:done]
+        rest = play(block, _presses_of(whole.trials[done:]), log)
+        assert [(t.data, t.events) for t in rest.trials] == [(t.data, t.events) for t in whole.trials[done:]]
+
+
+def _presses_of(trials: list[Any]) -> Callable[[Ask], str]:
+    keys = iter([key for trial in trials for key, _ in trial.events])
+    return lambda ask: next(keys)
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_the_plain_observer_finishes_it(play: Play, block: AllPairs) -> None:
+    answers = {trial.data["answer"] for trial in play(block).trials}
+    assert answers == {"first"}
+
+
+def test_in_sequence_two_numbered_intervals_come_before_the_question(play: Play) -> None:
+    played = play(SEQUENCE)
+    _, one, between, two, question, *_ = played.shown
+    first, second = played.trials[0].data["first"], played.trials[0].data["second"]
+    assert one.items == (Picture(first, ONE.picture_px, ONE.aperture_px), _number(1))
+    assert not between.items
+    assert two.items == (Picture(second, ONE.picture_px, ONE.aperture_px), _number(2))
+    assert not question.stimuli
+    assert [item.words for item in question.items] == ["Which?", "1", "2"]
+    held = [(scene["what"], scene["asked_ms"]) for scene in played.trials[0].data["timed"]]
+    assert held == [("interval 1", 1000.0), ("between", 500.0), ("interval 2", 1000.0)]
+    assert played.trials[0].data["first_position"] == "interval 1"
+    assert played.trials[0].response_time_s == 0.5
+
+
+def _number(number: int) -> Text:
+    return Text(str(number), (0, -250), 36, luminance_share=0.3)
+
+
+def test_both_intervals_are_made_ready_before_the_first(play: Play) -> None:
+    played = play(SEQUENCE)
+    pairs = [{trial.data["first"], trial.data["second"]} for trial in played.trials]
+    ready = [set(scene.stimuli) for scene in played.prefetched]
+    assert ready[0] == pairs[0]
+    assert [pair for pair in ready if pair] == [pairs[0], *_with_breaks(pairs, 4)]
+
+
+def _with_breaks(pairs: list[set[str]], every: int) -> list[set[str]]:
+    """Return what is made ready: each pair at the question before it, and once more at a break before it."""
+    return [pair for n, pair in enumerate(pairs) if n for _ in range(2 if n % every == 0 else 1)]
+
+
+def test_a_reference_picture_stays_beside_a_sequence(play: Play) -> None:
+    block = replace(SEQUENCE, layout=WITH_REFERENCE, reference="r", fixation_s=0.0)
+    played = play(block)
+    beside = Picture("r", (-210, -60), (400, 300))
+    assert all(beside in scene.items for scene in played.shown[1:5])
+    # Nothing that can be clicked lies on it.
+    (ask, *_) = [ask for ask in played.asks if isinstance(ask.task, Compare)]
+    assert ask.task.reference == "r"
+    assert all(target.offset_px[1] - target.size_px[1] / 2 >= 90 for target in ask.targets.values())
+
+
+@pytest.mark.parametrize(
+    ("key", "answer"),
+    [
+        ("1", "first"),
+        ("2", "second"),
+        ("left", "first"),
+        ("right", "second"),
+        ("pad_left", "first"),
+        ("pad_right", "second"),
+        ("click first", "first"),
+        ("click second", "second"),
+        ("n", "no_difference"),
+        ("u", "not_sure"),
+        ("click no_difference", "no_difference"),
+        ("click not_sure", "not_sure"),
+    ],
+)
+def test_each_answer_has_keys_and_a_place_to_click(play: Play, key: str, answer: str) -> None:
+    block = replace(SEQUENCE, ties="both")
+    played = play(block, lambda ask: key if isinstance(ask.task, Compare) else plain_key(ask))
+    assert {trial.data["answer"] for trial in played.trials} == {answer}
+
+
+@pytest.mark.parametrize(("layout", "keys"), [(ROW, ("left", "pad_right")), (COLUMN, ("up", "pad_down"))])
+def test_pictures_at_once_are_chosen_by_arrows_and_clicks_on_them(
+    play: Play, layout: PairLayout, keys: tuple[str, str]
+) -> None:
+    block = replace(AT_ONCE, layout=layout)
+    for key, answer in zip(keys, ("first", "second"), strict=True):
+        assert block.keys[key] == answer
+        (ask, *_) = [ask for ask in play(block).asks if isinstance(ask.task, Compare)]
+        place = layout.first_px if answer == "first" else layout.second_px
+        assert ask.targets[answer].offset_px == place
+        assert ask.targets[answer].size_px == layout.aperture_px
+
+
+@pytest.mark.parametrize(
+    ("ties", "allowed"),
+    [("none", set()), ("no_difference", {"n"}), ("not_sure", {"u"}), ("both", {"n", "u"})],
+)
+@pytest.mark.parametrize("block", [AT_ONCE, SEQUENCE])
+def test_ties_can_be_answered_only_where_they_are_allowed(
+    play: Play, block: AllPairs, ties: Ties, allowed: set[str]
+) -> None:
+    asked = replace(block, ties=ties)
+    assert {"n", "u"} & set(asked.keys) == allowed
+    (ask, *_) = [ask for ask in play(asked).asks if isinstance(ask.task, Compare)]
+    words = [item.words for item in ask.scene.items if isinstance(item, Text)]
+    assert {word[0].lower() for word in words if ":" in word} == allowed
+
+
+def test_a_tie_has_no_winner(play: Play) -> None:
+    played = play(replace(AT_ONCE, ties="both"), lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask))
+    for trial in played.trials:
+        assert trial.data["answer"] == "no_difference"
+        assert not {"chosen", "rejected"} & set(trial.data)
+        assert {"first", "second"} < set(trial.data)
+
+
+def test_words_of_other_answers_do_not_lie_on_the_pictures() -> None:
+    for layout in (ROW, COLUMN):
+        high = replace(layout, question_px=(0, min(layout.first_px[1], layout.second_px[1]) - 80))
+        for meaning, target in replace(AT_ONCE, layout=high, ties="both").view.targets.items():
+            if meaning in ("no_difference", "not_sure"):
+                assert target.offset_px[1] + target.size_px[1] / 2 <= high.question_px[1] + 40
+
+
+def test_catch_trials_say_what_they_are_and_whether_the_answer_is_right(play: Play) -> None:
+    block = replace(AT_ONCE, catch=CatchTrials(6, (("a", "x"),), 2), ties="both")
+    for seed in range(3):
+        played = play(block, at_random(seed))
+        assert len(played.trials) == 10 + 6
+        catch = [trial for trial in played.trials if "catch" in trial.data]
+        assert sorted(trial.data["catch"] for trial in catch) == ["identical"] * 2 + ["obvious"] * 4
+        for trial in catch:
+            data = trial.data
+            if data["catch"] == "identical":
+                assert data["first"] == data["second"]
+                assert not {"chosen", "rejected", "correct"} & set(data)
+            else:
+                assert {data["first"], data["second"]} == {"a", "x"}
+                assert data["correct"] is (data.get("chosen") == "a")
+        plain = [trial.data for trial in played.trials if "catch" not in trial.data]
+        assert len({frozenset((data["first"], data["second"])) for data in plain}) == 10
+
+
+def test_ratings_follow_the_choice_under_the_picture_they_are_about(play: Play) -> None:
+    block = replace(AT_ONCE, ratings=PairRatings(SCALES, ONE, FULL_HD_HALF), ties="no_difference")
+    marks = {"a": 1, "b": 2, "c": 3, "d": 4, "e": 5}
+
+    def press(ask: Ask) -> str:
+        if not isinstance(ask.task, Rate):
+            return plain_key(ask)
+        if ask.task.current is not None:
+            return "enter"
+        assert ask.task.stimulus is not None
+        assert ask.scene.stimuli == (ask.task.stimulus,)
+        return key_for(ask, str(marks[ask.task.stimulus]))
+
+    for trial in play(block, press).trials:
+        chosen, rejected = marks[trial.data["chosen"]], marks[trial.data["rejected"]]
+        assert trial.data["ratings"] == {"similarity": chosen, "gloss": {"first": chosen, "second": rejected}}
+        assert trial.data["rating_times_s"] == {"similarity": 1.0, "gloss": {"first": 1.0, "second": 1.0}}
+        assert trial.response_time_s == 0.5
+    tied = play(block, lambda ask: "n" if isinstance(ask.task, Compare) else plain_key(ask)).trials[0].data
+    assert tied["ratings"] == {"similarity": None, "gloss": {"first": 50, "second": 50}}
+
+
+def test_the_expected_time_counts_intervals_and_ratings() -> None:
+    assert AT_ONCE.expected_s == 50
+    assert SEQUENCE.expected_s == 10 * (5 + 2 * 1.0 + 0.5)
+    assert EVERYTHING.expected_s == pytest.approx(14 * (5 + 2.5 + 0.5 + 0.3 + 3 * 4))
+
+
+@pytest.mark.parametrize(
+    ("written", "what"),
+    [
+        ({"presentation": "sequence"}, "needs 'exposure_s'"),
+        ({"blank_between_s": 1}, "belongs to 'presentation: sequence'"),
+        ({"ties": "maybe"}, "no_difference"),
+        ({"ratings": [{"name": "a", "question": "?", "of": "none"}]}, "chosen"),
+    ],
+)
+def test_what_does_not_go_together_is_refused(written: dict[str, Any], what: str) -> None:
+    with pytest.raises(ValidationError, match=what):
+        AllPairsSpec.model_validate({"kind": "all_pairs", **written})
+
+
+def test_faults_name_their_place() -> None:
+    spec = AllPairsSpec.model_validate(
+        {
+            "kind": "all_pairs",
+            "stimuli": ["a", "b"],
+            "catch": {"identical": 2},
+            "ratings": [{"name": "r", "question": "?"}, {"name": "r", "question": "?"}],
+        }
+    )
+    faults = list(spec.faults(Stimuli({"a": {}, "b": {}, "c": {}})))
+    assert [fault.path for fault in faults] == [("catch",), ("ratings", 1, "name")]
