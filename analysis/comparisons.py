@@ -32,6 +32,8 @@ class Comparisons:
         Shape (m,): how often that line counts, above zero.
     winner_was_first
         Shape (m,): 1 where the winner was shown first, 0 where the loser was, -1 where the source does not say.
+    ties
+        How many answers preferred neither item; they are in none of the counts above.
     """
 
     items: tuple[str, ...]
@@ -42,6 +44,7 @@ class Comparisons:
     observer: NDArray[np.intp]
     count: NDArray[np.float64]
     winner_was_first: NDArray[np.int8]
+    ties: int = 0
 
     @property
     def totals(self) -> NDArray[np.float64]:

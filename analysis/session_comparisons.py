@@ -3,17 +3,31 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.records import SessionLog
+from analysis.records import SessionLog, Trial
 from documents import Finding
 
-KIND = "all_pairs"
+KINDS = ("all_pairs",)
+TIES = ("no_difference", "not_sure")
+
+
+def is_comparison(trial: Trial) -> bool:
+    """Return whether ``trial`` compares two stimuli for the sake of their scores: catch trials do not."""
+    return trial.kind in KINDS and trial.data.get("catch") is None
+
+
+def is_tie(trial: Trial) -> bool:
+    """Return whether the answer prefers neither."""
+    return trial.data.get("answer") in TIES
 
 
 def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
-    """Gather the ``all_pairs`` answers of one experiment's sessions.
+    """Gather the paired comparisons of one experiment's sessions.
+
+    Answers that prefer neither stimulus are left out of the wins and counted; catch trials are left out.
 
     Raises
     ------
@@ -24,9 +38,13 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     _refuse_mixtures(sessions)
     names = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
     answers = []
+    ties = 0
     for session in sessions:
         for trial in session.trials:
-            if trial.kind != KIND:
+            if not is_comparison(trial):
+                continue
+            if is_tie(trial):
+                ties += 1
                 continue
             try:
                 chosen, rejected = str(trial.data["chosen"]), str(trial.data["rejected"])
@@ -45,8 +63,11 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
             answers.append(Answer(chosen, rejected, 1.0, observer, None if first is None else str(first)))
     if not answers:
         files = ", ".join(str(session.file) for session in sessions[:3])
-        raise ResultsError(Finding("the results hold no paired comparison", files, remedy="answer some trials first"))
-    return from_answers(answers, names)
+        why = f": all {ties} answers prefer neither" if ties else ""
+        raise ResultsError(
+            Finding(f"the results hold no paired comparison{why}", files, remedy="answer some trials first")
+        )
+    return replace(from_answers(answers, names), ties=ties)
 
 
 def _refuse_mixtures(sessions: Sequence[SessionLog]) -> None:

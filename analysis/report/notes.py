@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from analysis.bradley_terry import BradleyTerryFit
+from analysis.catch_trials import catch_results
 from analysis.records import SessionLog
 from analysis.scores import Scores
 from analysis.separation import explain
@@ -14,7 +15,7 @@ FEWEST_EXPECTED = 5.0
 
 def notes_on(sessions: Sequence[SessionLog], scores: Scores, plain: BradleyTerryFit) -> tuple[str, ...]:
     """Return the notes, the weightiest first; ``plain`` is the fit by maximum likelihood."""
-    return (*_on_sessions(sessions), *_on_fit(scores, plain))
+    return (*_on_sessions(sessions), *_on_answers(sessions, scores), *_on_fit(scores, plain))
 
 
 def _on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
@@ -40,6 +41,24 @@ def _on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
         notes.append("The sessions were shown in different display modes.")
     remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
     return notes + list(remarks)
+
+
+def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
+    notes = []
+    comparisons = scores.comparisons
+    if comparisons.ties:
+        total = comparisons.ties + int(comparisons.count.sum())
+        notes.append(f"{comparisons.ties} of {total} answers prefer neither stimulus; the scores leave them out.")
+    catch = catch_results(sessions)
+    if catch.missed:
+        who = ", ".join(f"{observer} ({wrong} of {met})" for observer, (wrong, met) in catch.missed.items())
+        notes.append(f"Catch trials with an obvious answer were answered otherwise by {who}.")
+    if catch.identical:
+        notes.append(
+            f"Of {catch.identical} pairs of one stimulus with itself, {catch.first} were answered with the first place "
+            f"and {catch.second} with the second."
+        )
+    return notes
 
 
 def _on_fit(scores: Scores, plain: BradleyTerryFit) -> list[str]:

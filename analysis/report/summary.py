@@ -10,13 +10,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.catch_trials import catch_results
 from analysis.errors import ResultsError
 from analysis.multiplicity import ADJUSTMENTS, Adjust
 from analysis.records import Header, SessionLog
 from analysis.report.notes import notes_on
 from analysis.scores import Scores, score
 from analysis.separation import compared_groups
-from analysis.session_comparisons import KIND, from_sessions
+from analysis.session_comparisons import from_sessions, is_comparison
 from documents import Finding
 
 TWO_SIDED_95 = 1.959963984540054
@@ -100,6 +101,8 @@ class Summary:
             "simulated": self.simulated,
             "observers": list(self.observers),
             "trials": self.trials,
+            "ties": self.scores.comparisons.ties,
+            "catch": catch_results(self.sessions).to_json(),
             "alpha": self.alpha,
             "adjust": self.adjust,
             "method": self.scores.fit.method,
@@ -129,7 +132,7 @@ def summarise(sessions: Sequence[SessionLog], alpha: float | None = None, adjust
     plain = scores.fit
     if plain.separated and len(compared_groups(comparisons.wins)) == 1:
         scores = score(comparisons, alpha=alpha, adjust=adjust, method="firth")
-    times = [trial.response_time_s for session in sessions for trial in session.trials if trial.kind == KIND]
+    times = [trial.response_time_s for session in sessions for trial in session.trials if is_comparison(trial)]
     share = comparisons.first_share()
     noted = int((comparisons.winner_was_first >= 0).sum())
     return Summary(

@@ -75,3 +75,40 @@ def test_an_answer_without_its_winner_is_refused(make_session: Maker) -> None:
     damaged = replace(session.trials[0], data={"first": "a"})
     with pytest.raises(ResultsError, match="chosen"):
         from_sessions([replace(session, answers=(damaged,))])
+
+
+def _with(session: SessionLog, *more: dict[str, Any]) -> SessionLog:
+    first = len(session.answers)
+    trials = [
+        Trial(1, first + number, "all_pairs", (("up", 1.0),), 1.0, "2026", {"first": "a", "second": "b", **data})
+        for number, data in enumerate(more)
+    ]
+    return replace(session, answers=(*session.answers, *trials))
+
+
+def test_ties_are_left_out_of_the_wins_and_counted(make_session: Maker) -> None:
+    plain = make_session(names="ab", answers=[("a", "b"), ("b", "a")])
+    assert from_sessions([plain]).ties == 0
+    comparisons = from_sessions([_with(plain, {"answer": "no_difference"}, {"answer": "not_sure"})])
+    assert comparisons.ties == 2
+    assert comparisons.wins.tolist() == [[0, 1], [1, 0]]
+
+
+def test_ties_alone_are_no_comparison(make_session: Maker) -> None:
+    with pytest.raises(ResultsError, match="all 1 answers prefer neither"):
+        from_sessions([_with(make_session(names="ab", answers=[]), {"answer": "not_sure"})])
+
+
+def test_catch_trials_are_left_out(make_session: Maker) -> None:
+    plain = make_session(names="ab", answers=[("a", "b")])
+    obvious = {"answer": "first", "chosen": "a", "rejected": "b", "catch": "obvious", "correct": True}
+    identical = {"second": "a", "answer": "first", "catch": "identical"}
+    comparisons = from_sessions([_with(plain, obvious, identical, {**identical, "answer": "not_sure"})])
+    assert comparisons.wins.tolist() == [[0, 1], [0, 0]]
+    assert comparisons.ties == 0
+
+
+def test_another_kind_of_comparison_is_not_mixed_in(make_session: Maker) -> None:
+    session = make_session(names="ab", answers=[("a", "b")])
+    preference = Trial(2, 0, "preference", (), 1.0, "2026", {"chosen": "a", "rejected": "b"})
+    assert from_sessions([replace(session, answers=(*session.trials, preference))]).wins.sum() == 1
