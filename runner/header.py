@@ -131,7 +131,7 @@ def make_header(
         experiment=experiment.spec.name,
         observer=observer,
         session=session,
-        started_utc=datetime.now(UTC).isoformat(timespec="seconds"),
+        started_utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
         seed=experiment.spec.seed,
         question=experiment.spec.question,
         simulated=simulated,

@@ -21,8 +21,9 @@ class Recorder:
     """An open session log.
 
     Every ``append``, ``note`` and ``mark`` returns only once its line is on disk; they may
-    come from several threads. Use as a context manager; the lock goes with it, or with
-    the process if that is killed.
+    come from several threads. What could not be written whole is taken off the log
+    again, so that a later line never joins the rest of a broken one. Use as a context
+    manager; the lock goes with it, or with the process if that is killed.
     """
 
     def __init__(self, folder: Path, lock: FileLock, stream: BinaryIO) -> None:
@@ -49,38 +50,55 @@ class Recorder:
             raise SessionError(
                 Finding(f"the results folder cannot be written: {error.strerror}", str(folder), remedy="choose another")
             ) from error
-        lock = _locked(folder)
-        # The log appears with its whole header or not at all.
-        part = folder / f".{FILE_NAME}.part"
-        with _open(part) as stream:
-            _write(stream, header.to_json())
-        os.replace(part, folder / FILE_NAME)
-        _sync_folder(folder)
-        _sync_folder(folder.parent)
-        return cls(folder, lock, _open(folder / FILE_NAME))
+        try:
+            lock = _locked(folder)
+            # The log appears with its whole header or not at all.
+            part = folder / f".{FILE_NAME}.part"
+            with _open(part) as stream:
+                _write(stream, header.to_json())
+            os.replace(part, folder / FILE_NAME)
+            _sync_folder(folder)
+            _sync_folder(folder.parent)
+            return cls(folder, lock, _open(folder / FILE_NAME))
+        except OSError as error:
+            remedy = "make room, or choose another results folder"
+            raise SessionError(
+                Finding(f"the session cannot be written: {error.strerror}", str(folder), remedy=remedy)
+            ) from error
 
     @classmethod
     def reopen(cls, folder: Path, resumption: Resumption | None = None) -> tuple[Recorder, SessionLog]:
         """Open a session that stopped, record its ``resumption`` if given, and return what it held.
 
         A line cut short by a power cut is kept beside the log as ``torn-*.bin`` and taken off its end.
+
+        Raises
+        ------
+        SessionError
+            If another process is running the session, or the log cannot be written.
+        ResultsError
+            If the log is damaged before its last line.
         """
-        lock = _locked(folder)
         file = folder / FILE_NAME
-        log = read_session(file)
-        if log.torn_tail:
-            whole = file.stat().st_size - len(log.torn_tail)
-            with open(folder / f"torn-{whole}.bin", "wb") as kept:
-                kept.write(log.torn_tail)
-                os.fsync(kept.fileno())
-            os.truncate(file, whole)
-        stream = _open(file)
-        if not file.read_bytes().endswith(b"\n"):
-            stream.write(b"\n")
-            os.fsync(stream.fileno())
-        recorder = cls(folder, lock, stream)
-        if resumption is not None:
-            recorder._write(resumption.to_json())
+        try:
+            lock = _locked(folder)
+            log = read_session(file)
+            if log.torn_tail:
+                whole = file.stat().st_size - len(log.torn_tail)
+                with open(folder / f"torn-{whole}.bin", "wb") as kept:
+                    kept.write(log.torn_tail)
+                    os.fsync(kept.fileno())
+                os.truncate(file, whole)
+            stream = _open(file)
+            if not file.read_bytes().endswith(b"\n"):
+                stream.write(b"\n")
+                os.fsync(stream.fileno())
+            recorder = cls(folder, lock, stream)
+            if resumption is not None:
+                recorder._write(resumption.to_json())
+        except OSError as error:
+            what = f"the session cannot be gone on with: {error.strerror}"
+            raise SessionError(Finding(what, str(file), remedy="let it be written, and leave some room")) from error
         return recorder, log
 
     def append(self, trial: Trial) -> None:
@@ -97,7 +115,8 @@ class Recorder:
 
     def answers(self) -> tuple[Trial, ...]:
         """Return every attempt that the log holds."""
-        return read_session(self.folder / FILE_NAME).answers
+        with self._turn:
+            return read_session(self.folder / FILE_NAME).answers
 
     def end(self, facts: Mapping[str, Any]) -> None:
         """Record that the session is complete, and ``facts`` of how it went."""
@@ -123,10 +142,15 @@ class Recorder:
 
 def _write(stream: BinaryIO, line: Mapping[str, Any]) -> None:
     data = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
-    written = stream.write(data)
-    if written != len(data):
-        raise OSError(f"only {written} of {len(data)} bytes of an answer could be written; is the disk full?")
-    os.fsync(stream.fileno())
+    before = os.fstat(stream.fileno()).st_size
+    try:
+        left = memoryview(data)
+        while left:  # a disk that is nearly full takes a part, and says at the next attempt what is wrong
+            left = left[stream.write(left) :]
+        os.fsync(stream.fileno())
+    except OSError:
+        os.ftruncate(stream.fileno(), before)
+        raise
 
 
 def _locked(folder: Path) -> FileLock:

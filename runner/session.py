@@ -13,7 +13,6 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from datetime import UTC, datetime
 from typing import Any, Protocol
 
 from analysis.records import Mark, Note, Trial
@@ -24,6 +23,7 @@ from runner.blocks.typing import typed
 from runner.errors import SessionError
 from runner.pause import pause_menu
 from runner.ports import Ask, Holding, KeyPress, Observer, Presenter
+from runner.steady_clock import SteadyClock
 
 Place = tuple[int, int]
 
@@ -49,10 +49,6 @@ class Sink(Protocol):
 
 class Left(Exception):
     """The observer asked to leave."""
-
-
-def _now() -> str:
-    return datetime.now(UTC).isoformat(timespec="milliseconds")
 
 
 @dataclass(slots=True)
@@ -91,7 +87,7 @@ class Session:
     pending: Sequence[Place] = ()
     on_trial: Callable[[Trial], None] = lambda trial: None
     closing_facts: Callable[[], Mapping[str, Any]] = dict
-    utc: Callable[[], str] = _now
+    utc: Callable[[], str] = field(default_factory=SteadyClock)
     style: Style = FULL_HD_HALF
     _course: _Course = field(init=False)
     _marked: list[Place] = field(init=False)
@@ -120,6 +116,8 @@ class Session:
             self._repeat_marked(number)
         if self._course.past:
             raise SessionError(f"the log holds {len(self._course.past)} more trials than the experiment has")
+        while self._marked:  # marked when their block was over
+            self._repeat(self._marked[0])
         self.sink.end(self.closing_facts())
 
     def note(self, words: str, by: str) -> None:
@@ -127,9 +125,9 @@ class Session:
         self.sink.note(Note(words, by, *self._place, self.utc()))
 
     def mark(self, by: str) -> Place | None:
-        """Mark the last answered trial to be asked once more after its block, and return its place; from any thread.
+        """Mark the last answered trial to be asked once more after its block, or at the end if that is over.
 
-        None if no trial was answered that could be, or it is marked already.
+        Return its place; None if no trial was answered that could be, or it is marked already. From any thread.
         """
         place = self._latest
         if place is None or place in self._marked:

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import re
 import secrets
-from datetime import UTC, datetime
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
 from analysis.records import FILE_NAME, SessionLog, read_session
@@ -11,12 +12,34 @@ from documents import Finding
 from runner.errors import SessionError
 
 _LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"
+_RANDOM = 10
+_TIME = "%Y%m%dT%H%M%S"
+_LABEL = re.compile(rf"ses-(\d{{8}}T\d{{6}})[{_LETTERS}]+")
 
 
-def new_label() -> str:
-    """Return a session label: UTC time to the second and four random letters, a valid BIDS label."""
-    time = datetime.now(UTC).strftime("%Y%m%dT%H%M%S")
-    return time + "".join(secrets.choice(_LETTERS) for _ in range(4))
+def new_label(folder: Path | None = None, now: datetime | None = None) -> str:
+    """Return a session label: UTC time to the second and ten random letters, a valid BIDS label.
+
+    Labels in one observer's ``folder`` rise in the order in which the sessions began: where the clock stands before the
+    latest of them, as it does after it was set back, the time is a second after that one's. Of labels made in the same
+    second on any number of stations, two in a thousand million million are the same.
+    """
+    time = (now or datetime.now(UTC)).replace(microsecond=0, tzinfo=None)
+    taken = (
+        [_read_time(found[1]) for path in folder.glob("ses-*") if (found := _LABEL.fullmatch(path.name))]
+        if folder
+        else []
+    )
+    if taken:
+        time = max(time, max(taken) + timedelta(seconds=1))
+    return time.strftime(_TIME) + "".join(secrets.choice(_LETTERS) for _ in range(_RANDOM))
+
+
+def _read_time(text: str) -> datetime:
+    try:
+        return datetime.strptime(text, _TIME)
+    except ValueError:  # someone's own digits
+        return datetime.min
 
 
 def observer_folder(results: Path, experiment: str, observer: str) -> Path:

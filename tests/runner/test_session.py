@@ -336,3 +336,18 @@ def test_escape_gives_a_note_up() -> None:
     _run(Session(_blocks(), screen, observer, paper))
     assert not paper.notes
     assert len(paper.trials) == 12
+
+
+def test_a_trial_marked_after_its_block_is_asked_again_at_the_end() -> None:
+    observer, screen = _person(["space", *["up"] * 10, "space", "down"])
+    paper = Paper()
+    session = Session(_blocks(), screen, observer, paper)
+    session.on_trial = lambda trial: None if trial.kind != "break" else _mark(session)
+    _run(session)
+    assert [(trial.place, trial.attempt) for trial in paper.trials[-2:]] == [((2, 0), 0), ((1, 9), 1)]
+    assert paper.trials[-1].data["answer"] == "second"
+    assert paper.ended
+
+
+def _mark(session: Session) -> None:
+    assert session.mark("experimenter") == (1, 9)

@@ -1,0 +1,117 @@
+"""Whatever the last record was, a cut at any byte of it loses that record at most, and nothing before it."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
+from runner.recorder import Recorder
+
+UTC = "2026-01-01T00:00:01.000+00:00"
+HEADER = Header("e", "01", "s", UTC, 0, "Which — µ?", True, ({"name": "a"},), {}, {}, {}, {}, {})
+NOTE = Note("dim lamp — ä \u2028 'quoted' \\ 日本", "experimenter", 1, 2, UTC)
+ANSWER = Trial(1, 0, "all_pairs", (("text é", 0.25), ("up", 1.25)), 1.25, UTC, {"answer": "first", "stamps": {"µ": 1}})
+AGAIN = Trial(1, 0, "all_pairs", (("down", 1.0),), 1.0, UTC, {"answer": "second"}, attempt=1)
+MARK = Mark(1, 0, "observer", UTC)
+RESUMPTION = Resumption(UTC, {"display": {"before": "0", "now": "1"}})
+
+# How each kind of record is written, and how many of it a log then holds.
+Write = Callable[[Recorder], None]
+KINDS: dict[str, tuple[Write, Callable[[SessionLog], int]]] = {
+    "trial": (lambda recorder: recorder.append(ANSWER), lambda log: len(log.first_attempts)),
+    "attempt": (lambda recorder: recorder.append(AGAIN), lambda log: len(log.answers) - len(log.first_attempts)),
+    "note": (lambda recorder: recorder.note(NOTE), lambda log: len(log.notes)),
+    "mark": (lambda recorder: recorder.mark(MARK), lambda log: len(log.marks)),
+    "resume": (lambda recorder: recorder._write(RESUMPTION.to_json()), lambda log: len(log.resumptions)),
+    "end": (lambda recorder: recorder.end({"work": {"draws": 3}}), lambda log: int(log.complete)),
+}
+BEFORE = ("trial", "note", "mark", "resume", "attempt")
+
+
+def _counts(log: SessionLog) -> dict[str, int]:
+    return {kind: count(log) for kind, (_, count) in KINDS.items()}
+
+
+@pytest.mark.parametrize("last", KINDS)
+def test_a_cut_at_any_byte_of_the_last_record(tmp_path: Path, last: str) -> None:
+    folder = tmp_path / "s"
+    with Recorder.create(folder, HEADER) as recorder:
+        for kind in BEFORE:
+            KINDS[kind][0](recorder)
+        before = _counts(read_session(folder / FILE_NAME))
+        KINDS[last][0](recorder)
+    content = (folder / FILE_NAME).read_bytes()
+    after = _counts(read_session(folder / FILE_NAME))
+    assert after == {**before, last: before[last] + 1}
+    for cut in range(content[:-1].rindex(b"\n") + 1, len(content)):
+        (folder / FILE_NAME).write_bytes(content[:cut])
+        whole = cut >= len(content) - 1  # only the line's end is missing
+        recorder, log = Recorder.reopen(folder)
+        with recorder:
+            assert _counts(log) == (after if whole else before), cut
+            KINDS[last][0](recorder)
+        again = read_session(folder / FILE_NAME)
+        assert again.torn_tail == b""
+        expected = {**after, last: after[last] + whole} if last != "end" else after
+        assert _counts(again) == expected, cut
+
+
+def test_what_a_power_cut_left_of_zeros_is_no_record(tmp_path: Path) -> None:
+    """Some file systems grow a file before its bytes are there."""
+    folder = tmp_path / "s"
+    with Recorder.create(folder, HEADER) as recorder:
+        recorder.append(ANSWER)
+    with open(folder / FILE_NAME, "ab") as stream:
+        stream.write(bytes(300))
+    recorder, log = Recorder.reopen(folder)
+    recorder.close()
+    assert log.answers == (ANSWER,)
+    assert read_session(folder / FILE_NAME).torn_tail == b""
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        b'{"record":"note","text":"to' + b"\n",
+        b'{"record":"note"}\n',
+        b'{"record":"note","text":"a","by":"b","block":0,"trial":0,"utc":"","more":1}\n',
+        b'{"record":"mark","block":1}\n',
+        b'{"record":"resume"}\n',
+        b'{"record":"trial","block":0,"trial":0,"kind":"","response_time_s":0,"utc":"","events":[["a",%s]]}\n'
+        % (b"9" * 400),
+        b"\xff\xfe\n",
+        bytes(40) + b"\n",
+        b"[" * 100_000 + b"]" * 100_000 + b"\n",
+        b'{"record":"note","text":' + b"[" * 100_000 + b"\n",
+        b"[]\n",
+        b"7\n",
+        b'"note"\n',
+    ],
+    ids=lambda line: line[:24].decode("latin-1"),
+)
+def test_a_broken_line_in_the_middle_is_refused_with_its_place(tmp_path: Path, line: bytes) -> None:
+    folder = tmp_path / "s"
+    with Recorder.create(folder, HEADER) as recorder:
+        recorder.note(NOTE)
+        recorder._stream.write(line)
+        recorder.note(NOTE)
+    with pytest.raises(ResultsError, match=r"session.jsonl:3:1: this line is no session record"):
+        read_session(folder / FILE_NAME)
+
+
+def test_a_copy_taken_while_the_session_runs_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
+    folder, copied = tmp_path / "s", tmp_path / "copied"
+    with Recorder.create(folder, HEADER) as recorder:
+        recorder.append(ANSWER)
+        copied.mkdir()
+        for path in folder.iterdir():  # the lock too, which locks nothing there
+            (copied / path.name).write_bytes(path.read_bytes())
+        recorder.append(AGAIN)
+        other, log = Recorder.reopen(copied)
+        with other:
+            assert log.answers == (ANSWER,)
+    assert read_session(folder / FILE_NAME).answers == (ANSWER, AGAIN)

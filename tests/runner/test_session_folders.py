@@ -1,0 +1,76 @@
+"""Labels of sessions: never twice, and in the order in which the sessions began."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from datetime import UTC, datetime, timedelta
+from pathlib import Path
+
+from hypothesis import given
+from hypothesis import strategies as st
+
+from analysis.records import Header, session_files
+from runner.recorder import Recorder
+from runner.session_folders import new_label, observer_folder, to_resume, unfinished
+
+NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+
+
+def _begin(results: Path, now: datetime, *, complete: bool) -> str:
+    folder = observer_folder(results, "e", "01")
+    label = new_label(folder, now)
+    with Recorder.create(folder / f"ses-{label}", replace(HEADER, session=label)) as recorder:
+        if complete:
+            recorder.end({})
+    return label
+
+
+def test_many_stations_in_one_second_make_labels_that_never_collide() -> None:
+    labels = [new_label(now=NOON) for _ in range(20_000)]
+    assert len(set(labels)) == len(labels)
+    assert len({label.casefold() for label in labels}) == len(labels)  # folders of some systems know no capitals
+
+
+@given(st.datetimes(min_value=datetime(2000, 1, 1), max_value=datetime(9990, 1, 1)))
+def test_a_label_is_the_time_and_a_bids_label(now: datetime) -> None:
+    label = new_label(now=now)
+    assert label.isalnum()
+    assert label.isascii()
+    assert datetime.strptime(label[:15], "%Y%m%dT%H%M%S") == now.replace(microsecond=0)
+
+
+def test_sessions_sort_as_they_began_although_the_clock_was_set_back(tmp_path: Path) -> None:
+    times = [NOON, NOON - timedelta(hours=2), NOON - timedelta(days=400), NOON, NOON + timedelta(minutes=1)]
+    labels = [_begin(tmp_path, now, complete=True) for now in times]
+    assert labels == sorted(labels)
+    assert len({label[:15] for label in labels}) == 5
+    assert labels[-1].startswith("20260301T120100")  # the clock is ahead again, and is believed again
+
+
+def test_the_session_that_stopped_last_is_gone_on_with_although_the_clock_was_set_back(tmp_path: Path) -> None:
+    _begin(tmp_path, NOON, complete=True)
+    stopped = _begin(tmp_path, NOON - timedelta(hours=2), complete=False)
+    assert to_resume(tmp_path, "e", "01").header.session == stopped
+    _begin(tmp_path, NOON - timedelta(hours=1), complete=True)
+    assert unfinished(tmp_path, "e", "01") is None
+
+
+def test_folders_named_by_hand_do_not_disturb(tmp_path: Path) -> None:
+    folder = observer_folder(tmp_path, "e", "01")
+    _begin(tmp_path, NOON, complete=True)
+    for name in ("ses-99999999T999999abcd", "ses-pilot", "notes"):
+        (folder / name).mkdir(parents=True)
+    assert new_label(folder, NOON).startswith("20260301T120001")
+
+
+def test_folders_of_two_stations_copied_together_hold_every_session(tmp_path: Path) -> None:
+    one, other = tmp_path / "one", tmp_path / "other"
+    for station in (one, other):
+        for _ in range(3):
+            _begin(station, NOON, complete=True)
+    for file in list(session_files(other)):
+        target = one / file.parent.relative_to(other)
+        target.mkdir(parents=True)
+        (target / file.name).write_bytes(file.read_bytes())
+    assert len(list(session_files(one))) == 6
