@@ -63,8 +63,8 @@ def command(
     from analysis.records import Trial
     from runner.cli.main import WorkError
     from runner.cli.progress import build_stimuli, progress_bar
-    from runner.observers.keyboard import Keyboard
     from runner.observers.observer_file import read_observer
+    from runner.observers.person import Person
     from runner.observers.replay import read_recording
     from runner.ports import WindowClosed
     from runner.protocol.experiment import check_observer, read_experiment
@@ -94,7 +94,8 @@ def command(
         with Station.open(design, stimuli, results, backend, windowed=windowed) as station:
             for remark in station.remarks:
                 click.echo(f"warning: {remark}", err=True)
-            person = station.simulated(law, observer) if law else Keyboard(station.surface.wait_key)
+            sitting = Person(station.surface.wait_key, station.presenter.point)
+            person = station.simulated(law, observer) if law else sitting
 
             def on_trial(trial: Trial) -> None:
                 nonlocal answered

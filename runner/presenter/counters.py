@@ -9,11 +9,12 @@ from dataclasses import dataclass, fields
 class Counters:
     """Work done since the presenter was made.
 
-    ``frames_drawn`` counts scenes put on the screen, ``frames_redrawn`` the same scene drawn again because the
-    window system had lost it, and ``scenes_skipped`` scenes equal to what was already shown. Where the eyes are shown
-    in turn, ``frames_alternated`` counts the same scene drawn for the next eye, and ``frames_missed`` the refreshes
-    that no new frame was ready for. ``uploads``, ``bytes_uploaded``, ``colour_passes`` and ``pixels_shaded`` are about
-    pictures; ``decodes`` are calls for a picture's data; ``texts_rasterised`` and ``evictions`` are what they say.
+    ``frames_drawn`` counts scenes put on the screen, ``frames_redrawn`` the same scene drawn again because the window
+    system had lost it, and ``scenes_skipped`` scenes equal to what was already shown. Where the eyes are shown in turn,
+    ``frames_alternated`` counts the same scene drawn for the next eye, and ``frames_missed`` the refreshes that no new
+    frame was ready for. ``pointers_drawn`` counts the same scene drawn because a mouse was moved. ``uploads``,
+    ``bytes_uploaded``, ``colour_passes`` and ``pixels_shaded`` are about pictures; ``decodes`` are calls for a
+    picture's data; ``texts_rasterised`` and ``evictions`` are what they say.
     """
 
     frames_drawn: int = 0
@@ -21,6 +22,7 @@ class Counters:
     scenes_skipped: int = 0
     frames_alternated: int = 0
     frames_missed: int = 0
+    pointers_drawn: int = 0
     decodes: int = 0
     uploads: int = 0
     bytes_uploaded: int = 0

@@ -18,8 +18,9 @@ from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.pictures import Pictures
+from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
-from runner.presenter.scene import Box, Scene, Text
+from runner.presenter.scene import Box, Offset, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.timing import SwapLog, missed_frames
@@ -102,12 +103,14 @@ class Presenter:
         self._plans: tuple[Plan, ...] = ()
         self._plans_for: tuple[Scene, Size, tuple[int, int], int] | None = None
         self._lit = False
+        self._pointer = Pointer(self.areas[0].view_px)
         self._turns = 1 + max(area.turn for area in self.areas)
         self._turn = self._turns - 1
         self._onset_s = self._swapped_s = 0.0
         surface.on_damage = self.redraw
         surface.on_move = self._moved
         surface.on_wake = self._go_on
+        surface.on_point = self._pointed
         surface.on_frame = self._alternate if self._turns > 1 else None
 
     @property
@@ -126,6 +129,7 @@ class Presenter:
             self._work.add(scenes_skipped=1)
             return self._onset_s
         self._lit = not self._lit
+        self._pointer.shown = False
         self._onset_s = self._next_frame(scene)
         self._scene = scene
         self._work.add(frames_drawn=1)
@@ -136,6 +140,21 @@ class Presenter:
         if self._scene is not None:
             self._next_frame(self._scene)
             self._work.add(frames_redrawn=1)
+
+    @property
+    def pointer_px(self) -> Offset | None:
+        """Where the mouse's pointer is seen, in pixels from the middle of each eye's view; None if it is not."""
+        return self._pointer.place_px if self._pointer.shown else None
+
+    def point(self, wanted: bool, at_once: bool = False) -> None:
+        """Let a mouse point at what is shown, or no longer; its pointer is seen once it is moved, or ``at_once``.
+
+        It is drawn over the scene, whose onset stays. It goes with the next scene: nothing is drawn to hide it.
+        """
+        self.surface.follow_mouse(self._pointer if wanted else None)
+        if wanted and at_once and not self._pointer.shown:
+            self._pointer.shown = True
+            self._pointed()
 
     def prefetch(self, scene: Scene) -> None:
         """Make the pictures and words of ``scene`` ready, keeping those of the current scene.
@@ -185,6 +204,8 @@ class Presenter:
         """Free what is held on the graphics card; the surface stays open."""
         surface = self.surface
         surface.on_damage = surface.on_move = surface.on_wake = surface.on_frame = None
+        surface.on_point = None
+        surface.follow_mouse(None)
         self._pictures.release()
         self._words.release()
         self._painter.release()
@@ -235,7 +256,15 @@ class Presenter:
         if areas != self.areas:
             self.redraw()
 
+    def _pointed(self) -> None:
+        """Draw the pointer where it is now; where eyes take turns, the next frame does it anyway."""
+        if self._scene is not None and self._turns == 1:
+            self._next_frame(self._scene)
+            self._work.add(pointers_drawn=1)
+
     def _draw(self, scene: Scene, turn: int = 0) -> None:
+        if self._pointer.shown:
+            scene = Scene((*scene.items, *self._pointer.items))
         self._drawing.frame(self._planned(scene)[turn], lit=self._lit)
         self._raise_gl_error()
 

@@ -50,8 +50,7 @@ class DualWindowSurface(GlfwSurface):
                     f"the right window has {found[0]} bits a channel and the left one {self.bits} (ask for 8)"
                 )
             glfw.make_context_current(first)
-            glfw.set_key_callback(second, self._on_key)
-            glfw.set_window_refresh_callback(second, self._on_refresh)
+            self._listen(second)
             for window, left_px in ((first, 0), (second, size_px[0])):
                 if windowed:
                     glfw.set_window_pos(window, left_px, 0)

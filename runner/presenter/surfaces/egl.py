@@ -13,6 +13,7 @@ from devices.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
+from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
@@ -50,6 +51,7 @@ class EglSurface:
         self.on_move: Callable[[], object] | None = None
         self.on_wake: Callable[[], object] | None = None
         self.on_frame: Callable[[], object] | None = None
+        self.on_point: Callable[[], object] | None = None
         try:
             # The stubs know no backends.
             self.context = moderngl.create_context(standalone=True, backend="egl")  # type: ignore[arg-type]
@@ -119,6 +121,9 @@ class EglSurface:
     def wait_key(self) -> KeyPress:
         """Raise WindowClosed: nobody can press a key here."""
         raise WindowClosed("an offscreen surface has no keys")
+
+    def follow_mouse(self, pointer: Pointer | None) -> None:
+        """Do nothing: there is no mouse here."""
 
     def wake(self) -> None:
         """Do nothing: nobody sleeps here."""

@@ -15,8 +15,11 @@ from devices.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, given_bits
 from runner.presenter.errors import GraphicsError, PresentationError
+from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
+from runner.presenter.surfaces.characters import typed_character
+from runner.presenter.surfaces.gamepads import PERIOD_S, Gamepads, gamepad_names
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.keys import key_name
@@ -89,6 +92,8 @@ class GlfwSurface:
         self.on_move: Callable[[], object] | None = None
         self.on_wake: Callable[[], object] | None = None
         self.on_frame: Callable[[], object] | None = None
+        self.on_point: Callable[[], object] | None = None
+        self.gamepads = Gamepads()
         self.refresh_hz: float | None = None
         self._frame_due_s = 0.0
         self._session = session
@@ -97,6 +102,11 @@ class GlfwSurface:
         self._damaged = False
         self._moved = False
         self._woken = False
+        self._again = False
+        self._wheel_steps = 0.0
+        self._pointer: Pointer | None = None
+        self._pointed = False
+        self._cursor_px = (0.0, 0.0)
         glfw.make_context_current(window)
         session.complaints.clear()
         glfw.swap_interval(1 if vsync else 0)
@@ -125,8 +135,8 @@ class GlfwSurface:
             _ = self.context.error  # asking it forgets that the question was an error
         self.bits, self.remarks = given_bits(bits, found)
         self._check_size(glfw.get_framebuffer_size(window))
-        glfw.set_key_callback(window, self._on_key)
-        glfw.set_window_refresh_callback(window, self._on_refresh)
+        self._listen(window)
+        glfw.set_cursor_pos_callback(window, self._on_motion)
         glfw.set_window_pos_callback(window, self._on_position)
 
     @property
@@ -145,6 +155,8 @@ class GlfwSurface:
             remarks=self.remarks,
             refresh_hz=self.refresh_hz,
             bits=self.bits,
+            gamepads=gamepad_names(),
+            gamepad_resolution_ms=1000.0 * PERIOD_S,
         )
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
@@ -167,17 +179,38 @@ class GlfwSurface:
         return self.calls.read_from(name, self.size_px, self.bits)
 
     def wait_key(self) -> KeyPress:
-        """Sleep in the event queue until a key is pressed; raise WindowClosed once the window is closed."""
+        """Sleep in the event queue until something is pressed, clicked, turned or typed, and return it.
+
+        A letter gives two presses, its key and ``text X``. A key held down gives ``again KEY`` as often as the keyboard
+        repeats it; a click gives ``click_at X,Y``, its place in pixels from the middle of a view. Raises WindowClosed
+        once the window is closed.
+        """
         while not self._presses:
             if self._closed():
                 raise WindowClosed("the window was closed")
-            if self.on_frame is None:
-                glfw.wait_events()
-            else:
+            pads = self._read_gamepads()
+            if self._presses:
+                break
+            if self.on_frame is not None:
                 self._next_frame(self.on_frame)
+            elif pads:
+                glfw.wait_events_timeout(PERIOD_S)
+            else:
+                glfw.wait_events()
             self._mend()
             self._serve()
         return self._presses.popleft()
+
+    def follow_mouse(self, pointer: Pointer | None) -> None:
+        """Let the mouse move ``pointer`` from now on, and stamp clicks with its place; with None it does neither.
+
+        A gamepad's buttons that are down now are not pressed by what follows.
+        """
+        self._pointer, self._pointed = pointer, False
+        self.gamepads.settle()
+        if pointer is not None and glfw.get_input_mode(self._window, glfw.CURSOR) != glfw.CURSOR_DISABLED:
+            glfw.set_input_mode(self._window, glfw.CURSOR, glfw.CURSOR_DISABLED)
+            self._cursor_px = glfw.get_cursor_pos(self._window)
 
     def wake(self) -> None:
         """Wake whoever sleeps in ``wait_key``, from any thread, to call ``on_wake``."""
@@ -236,8 +269,27 @@ class GlfwSurface:
                 self.on_move()
         if self._damaged:
             self._damaged = False
+            self._pointed = False  # it is drawn with all else
             if self.on_damage is not None:
                 self.on_damage()
+        if self._pointed:
+            self._pointed = False
+            if self.on_point is not None:
+                self.on_point()
+
+    def _listen(self, window: Any) -> None:
+        """Hear what is done at ``window``."""
+        glfw.set_key_callback(window, self._on_key)
+        glfw.set_char_callback(window, self._on_character)
+        glfw.set_scroll_callback(window, self._on_wheel)
+        glfw.set_mouse_button_callback(window, self._on_button)
+        glfw.set_window_refresh_callback(window, self._on_refresh)
+
+    def _read_gamepads(self) -> bool:
+        """Take what was pressed at gamepads; return whether there are any."""
+        presses = self.gamepads.presses(time.monotonic())
+        self._presses.extend(presses or ())
+        return presses is not None
 
     def _next_frame(self, draw: Callable[[], object]) -> None:
         """Sleep until the next frame is due or something happens; draw the frame if it is due.
@@ -270,8 +322,37 @@ class GlfwSurface:
 
     def _on_key(self, _window: Any, key: int, scancode: int, action: int, _modifiers: int) -> None:
         now_s = time.monotonic()
-        if action == glfw.PRESS and (name := key_name(key, scancode)):
-            self._presses.append(KeyPress(name, now_s))
+        self._again = action == glfw.REPEAT
+        if action != glfw.RELEASE and (name := key_name(key, scancode)):
+            self._presses.append(KeyPress(f"again {name}" if self._again else name, now_s))
+
+    def _on_character(self, _window: Any, codepoint: int) -> None:
+        now_s = time.monotonic()
+        character = typed_character(codepoint)
+        if character is not None and not self._again:
+            self._presses.append(KeyPress(f"text {character}", now_s))
+
+    def _on_wheel(self, _window: Any, _right: float, up: float) -> None:
+        now_s = time.monotonic()
+        self._wheel_steps += up  # touchpads turn it by parts of a step
+        while abs(self._wheel_steps) >= 1.0:
+            step = 1.0 if self._wheel_steps > 0.0 else -1.0
+            self._wheel_steps -= step
+            self._presses.append(KeyPress("wheel_up" if step > 0.0 else "wheel_down", now_s))
+
+    def _on_button(self, _window: Any, button: int, action: int, _modifiers: int) -> None:
+        now_s = time.monotonic()
+        pointer = self._pointer
+        if pointer is not None and pointer.shown and button == glfw.MOUSE_BUTTON_LEFT and action == glfw.PRESS:
+            x, y = pointer.place_px
+            self._presses.append(KeyPress(f"click_at {x},{y}", now_s))
+
+    def _on_motion(self, _window: Any, x: float, y: float) -> None:
+        before_x, before_y = self._cursor_px
+        self._cursor_px = (x, y)
+        if self._pointer is not None:
+            self._pointer.move(x - before_x, y - before_y)
+            self._pointed = True
 
     def _on_refresh(self, _window: Any) -> None:
         self._damaged = True

@@ -7,6 +7,7 @@ import glfw
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
+from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.glfw_surface import GlfwSurface, context_hints
@@ -39,6 +40,9 @@ class NullWindowSurface(GlfwSurface):
     def wait_key(self) -> KeyPress:
         """Raise WindowClosed: nobody can press a key here."""
         raise WindowClosed("a window without a screen has no keys")
+
+    def follow_mouse(self, pointer: Pointer | None) -> None:
+        """Do nothing: there is no mouse here."""
 
     def wake(self) -> None:
         """Do nothing: nobody sleeps here."""

@@ -1,4 +1,4 @@
-"""The surface: pixels to draw to, two back buffers of them where there is stereo, and the keys pressed at it."""
+"""The surface: pixels to draw to, two back buffers of them where there is stereo, and what is pressed at it."""
 
 from __future__ import annotations
 
@@ -12,6 +12,7 @@ import moderngl
 from devices.display_file import Eye
 from runner.ports import KeyPress
 from runner.presenter.depth import Bits
+from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 
@@ -31,7 +32,11 @@ class Buffer(Enum):
 
 @dataclass(frozen=True, slots=True)
 class SurfaceFacts:
-    """What a record must say of how it was shown: plain words and numbers; ``bits`` is what a channel's codes have."""
+    """What a record must say of how it was shown: plain words and numbers.
+
+    ``bits`` is what a channel's codes have; keys, wheel and mouse are stamped as they are told, ``gamepads`` to
+    ``gamepad_resolution_ms``.
+    """
 
     backend: str
     display_server: str
@@ -44,16 +49,18 @@ class SurfaceFacts:
     remarks: tuple[str, ...] = ()
     refresh_hz: float | None = None
     bits: Bits = 8
+    gamepads: tuple[str, ...] = ()
+    gamepad_resolution_ms: float | None = None
 
 
 class Surface(Protocol):
     """A surface of ``size_px`` with codes of ``bits`` a channel; the context is current from opening to closing.
 
     ``stereo`` says whether there is a right back buffer (GL_STEREO); with two ``windows``, each eye's buffer is a
-    window. ``position_px`` is the pixel of the panel, from
-    its top left, that the surface's own top left pixel stands on. ``on_damage`` is called while waiting for a key if
-    the window system has lost what was shown, ``on_move`` if the window has been moved, ``on_wake`` after
-    ``wake`` and before sleeping again. With ``on_frame``, a window calls it for every refresh while waiting for a key.
+    window. ``position_px`` is the pixel of the panel, from its top left, that the surface's own top left pixel stands
+    on. ``on_damage`` is called while waiting for a key if the window system has lost what was shown, ``on_move`` if the
+    window has been moved, ``on_wake`` after ``wake`` and before sleeping again, ``on_point`` if the pointer that
+    follows the mouse was moved. With ``on_frame``, a window calls it for every refresh while waiting for a key.
     """
 
     size_px: Size
@@ -67,6 +74,7 @@ class Surface(Protocol):
     on_move: Callable[[], object] | None
     on_wake: Callable[[], object] | None
     on_frame: Callable[[], object] | None
+    on_point: Callable[[], object] | None
 
     @property
     def facts(self) -> SurfaceFacts:
@@ -85,7 +93,17 @@ class Surface(Protocol):
         """
 
     def wait_key(self) -> KeyPress:
-        """Sleep until a key is pressed and return it; raise WindowClosed if none can come any more."""
+        """Sleep until something is pressed and return it; raise WindowClosed if nothing can come any more.
+
+        A letter gives two presses, its key and ``text X``. A key held down gives ``again KEY`` as often as the keyboard
+        repeats it; a click gives ``click_at X,Y``, its place in pixels from the middle of a view.
+        """
+
+    def follow_mouse(self, pointer: Pointer | None) -> None:
+        """Let the mouse move ``pointer`` from now on, and stamp clicks with its place; with None it does neither.
+
+        A gamepad's buttons that are down now are not pressed by what follows.
+        """
 
     def wake(self) -> None:
         """Wake whoever sleeps in ``wait_key``, from any thread, to call ``on_wake``; nobody does without a window."""

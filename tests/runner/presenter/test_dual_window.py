@@ -69,6 +69,7 @@ def test_keys_come_from_either_window_and_others_can_be_opened_after_it(display:
             window = found.stdout.split()[-1].decode()
             subprocess.run([tool, "windowfocus", "--sync", window, "key", key], check=True, timeout=10)
             assert surface.wait_key().key == key
+            assert surface.wait_key().key == f"text {key}"
     with (
         open_surface("window", (640, 480)) as surface,
         Presenter(surface, find_mode("flat"), same_models, lambda name: pytest.fail(name)) as presenter,
