@@ -67,11 +67,15 @@ class Choose:
 
 @dataclass(frozen=True, slots=True)
 class Write:
-    """Words or a number are typed; meanings: ``text`` of a typed character, ``erase``, ``accept``."""
+    """Words or a number are typed; meanings: ``text`` of a typed character, ``erase``, ``accept``.
+
+    ``accept`` may be missing while nothing acceptable is ``typed``; ``example`` would be acceptable.
+    """
 
     name: str
     typed: str = ""
     number: bool = False
+    example: str = "1"
 
 
 NOTHING = GoOn()

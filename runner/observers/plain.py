@@ -44,8 +44,15 @@ def _meaning(ask: Ask) -> str:
     if isinstance(task, Choose):
         return task.correct or task.options[0]
     if isinstance(task, Write):
-        return "accept" if "accept" in means else "text 1"
+        return "accept" if "accept" in means else _next_character(task)
     return next(iter([*ask.keys.values(), *ask.targets]))
+
+
+def _next_character(task: Write) -> str:
+    """Return what gets nearer to the example: its next character, or rubbing out what is none of it."""
+    if not task.example.startswith(task.typed):
+        return "erase"
+    return f"text {task.example[len(task.typed) :][:1] or '1'}"
 
 
 def unseen(task: Browse) -> str:

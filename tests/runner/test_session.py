@@ -17,7 +17,7 @@ from runner.blocks.message import Message
 from runner.blocks.steps import Block
 from runner.blocks.style import FULL_HD_HALF
 from runner.errors import SessionError
-from runner.observers.keyboard import Keyboard
+from runner.observers.person import Person
 from runner.observers.simulated import BradleyTerryObserver
 from runner.pause import pause_menu
 from runner.ports import Ask, Holding, KeyPress
@@ -178,9 +178,9 @@ class Script:
         return KeyPress(self.keys.pop(0), len(self.screen.shown) + 0.5)
 
 
-def _person(keys: list[str]) -> tuple[Keyboard, Screen]:
+def _person(keys: list[str]) -> tuple[Person, Screen]:
     screen = Screen()
-    return Keyboard(Script(keys, screen).wait_key), screen
+    return Person(Script(keys, screen).wait_key), screen
 
 
 def test_escape_pauses_and_shows_the_pair_again() -> None:
@@ -199,9 +199,9 @@ def test_escape_pauses_and_shows_the_pair_again() -> None:
 
 def test_keys_that_mean_nothing_and_keys_before_the_onset_are_no_answers() -> None:
     presses = [KeyPress("up", 0.9), KeyPress("q", 1.1), KeyPress("down", 1.2)]
-    keyboard = Keyboard(lambda: presses.pop(0))
+    person = Person(lambda: presses.pop(0))
     ask = Ask(Scene(), {"up": "first", "down": "second"})
-    assert keyboard.respond(ask, 1.0) == KeyPress("down", 1.2)
+    assert person.respond(ask, 1.0) == KeyPress("down", 1.2)
 
 
 def test_simulated_answers_follow_the_law() -> None:
