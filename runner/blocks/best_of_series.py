@@ -199,5 +199,14 @@ class BestOfSeries(Block):
         hint = (
             "Arrows: leaf through.  Enter: choose this one" if ready else "Arrows: leaf through.  Look at all of them"
         )
-        question, layout, style = self.question, self.layout, self.style
-        return series_scene(series.stimuli, index, seen, question, hint, layout, style, self.reference)
+        return series_scene(
+            series.stimuli,
+            index,
+            seen,
+            self.question,
+            hint,
+            self.layout,
+            self.style,
+            self.reference,
+            wrap=self.wrap,
+        )

@@ -13,10 +13,10 @@ from runner.presenter.scene import Item, Scene, Text
 from runner.tasks import Rate
 
 MOST_POINTS = 11
-_LINE, _END = 28.0, 360.0  # from the top of the scale to its line, from its middle to either end
-_NUMBERS, _ANCHORS, _HINT = 66.0, 112.0, 174.0
+_LINE, _END = 40.0, 360.0  # from the top of the scale to its line, from its middle to either end
+_NUMBERS, _ANCHORS, _HINT = 78.0, 122.0, 178.0
 _CLEAR = 46.0  # what the marker's number needs to either side
-_PLAIN, _CHOSEN, _SMALL, _DIM = 0.25, 0.6, 0.2, 0.12  # shares of white
+_PLAIN, _CHOSEN, _SMALL = 0.25, 0.6, 0.2  # shares of white
 _STEPS = {
     "left": "lower",
     "right": "higher",
@@ -162,9 +162,7 @@ def scale_items(
         items.append(style.text(str(current), _x(scale, current), top + _NUMBERS, height=30, share=_CHOSEN))
     anchors = ((scale.low_anchor, -_END), (scale.middle_anchor, 0.0), (scale.high_anchor, _END))
     items += [style.text(words, x, top + _ANCHORS, height=20, width=230, share=_SMALL) for words, x in anchors if words]
-    items.append(
-        style.text(_hint(scale, current), 0, top + _HINT, height=18, share=_DIM if current is None else _SMALL)
-    )
+    items.append(style.text(_hint(scale, current), 0, top + _HINT, height=20, share=_SMALL))
     return tuple(items)
 
 

@@ -1,0 +1,266 @@
+"""Leafing through series: where one begins, what can be chosen when, and what is kept of the way."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from documents import InputError
+from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Choice, Series
+from runner.blocks.layouts import SingleLayout
+from runner.blocks.scale import Scale
+from runner.blocks.series_face import series_scene, series_targets
+from runner.blocks.style import Style
+from runner.observers.plain import plain_key
+from runner.ports import Ask, Target
+from runner.presenter.scene import Box, Text
+from runner.protocol.experiment import read_experiment
+from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
+from runner.protocol.setting import Stimuli
+from runner.tasks import Browse, Rate
+
+Study = Any  # tests/conftest.py
+Play = Callable[..., Any]  # conftest.py
+LAYOUT = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
+PICTURES = ("p0", "p1", "p2", "p3")
+ONE = BestOfSeries((Series("one", PICTURES),), "Which?", LAYOUT, "s", start="first")
+FIFTEEN = tuple(
+    Series(f"{paint}-{kind}", tuple(f"{paint}-{kind}-{n}" for n in range(6)), paint)
+    for paint in ("GM1", "GM2", "HI", "BC", "BR")
+    for kind in ("base", "brighter", "grey")
+)
+
+
+def pressing(*keys: str) -> Callable[[Ask], str]:
+    """Press these keys while leafing, and rate 8, then 3."""
+    left = list(keys)
+
+    def press(ask: Ask) -> str:
+        if isinstance(ask.task, Rate):
+            return "enter" if ask.task.current is not None else {"similarity": "8"}.get(ask.task.name, "3")
+        return left.pop(0)
+
+    return press
+
+
+def test_the_way_through_a_series_is_kept(play: Play) -> None:
+    played = play(ONE, pressing("right", "wheel_down", "pad_right", "left", "wheel_up", "space"))
+    (trial,) = played.trials
+    assert trial.data == {
+        "series": "one",
+        "stimuli": list(PICTURES),
+        "start": 0,
+        "chosen": "p1",
+        "chosen_index": 1,
+        "path": [[0, 0.5], [1, 0.5], [2, 0.5], [3, 0.5], [2, 0.5], [1, 0.5]],
+        "dwell_s": [0.5, 1.0, 1.0, 0.5],
+        "ratings": {"similarity": 8, "difficulty": 3},
+        "times_s": {"similarity": 1.0, "difficulty": 1.0},
+    }
+    assert trial.response_time_s == 3.0
+    assert [ask.scene.stimuli[0] for ask in played.asks] == ["p0", "p1", "p2", "p3", "p2", "p1", *["p1"] * 4]
+    assert [ask.task.stimulus for ask in played.asks if isinstance(ask.task, Rate)] == ["p1"] * 4
+
+
+def test_nothing_can_be_chosen_before_everything_was_seen(play: Play) -> None:
+    played = play(ONE, pressing("right", "right", "right", "enter"))
+    browsing = [ask for ask in played.asks if isinstance(ask.task, Browse)]
+    for ask in browsing[:-1]:
+        assert ask.meaning("enter") is ask.meaning("space") is ask.meaning("click choose") is None
+    assert browsing[-1].meaning("enter") == browsing[-1].meaning("click choose") == "choose"
+    assert [ask.task.seen for ask in browsing] == [frozenset(range(n)) for n in (1, 2, 3, 4)]
+    hints = [
+        item.words for ask in browsing for item in ask.scene.items if isinstance(item, Text) and "eaf" in item.words
+    ]
+    assert ["all" in words for words in hints] == [True, True, True, False]
+    hasty = play(replace(ONE, see_all=False), pressing("pad_a"))
+    assert hasty.trials[0].data["chosen"] == "p0"
+    assert hasty.trials[0].data["dwell_s"] == [0.5, 0, 0, 0]
+
+
+def test_the_ends_are_ends_unless_the_series_wraps(play: Play) -> None:
+    first, *_, last = (
+        a for a in play(ONE, pressing("right", "right", "right", "enter")).asks if isinstance(a.task, Browse)
+    )
+    assert first.meaning("left") is first.meaning("wheel_up") is first.meaning("click previous") is None
+    assert last.meaning("right") is last.meaning("pad_right") is last.meaning("click next") is None
+    heads = [{item.words for item in ask.scene.items if isinstance(item, Text)} & {"◀", "▶"} for ask in (first, last)]
+    assert heads == [{"▶"}, {"◀"}]
+    round_ = play(replace(ONE, wrap=True), pressing("left", "left", "right", "right", "left", "left", "left", "enter"))
+    assert [index for index, _ in round_.trials[0].data["path"]] == [0, 3, 2, 3, 0, 3, 2, 1]
+
+
+def test_the_next_picture_in_the_direction_of_travel_is_made_ready(play: Play) -> None:
+    played = play(ONE, pressing("right", "right", "left", "right", "right", "left", "enter"))
+    ready = [ask.upcoming.stimuli[0] for ask in played.asks if isinstance(ask.task, Browse) and ask.upcoming]
+    assert ready == ["p1", "p2", "p3", "p0", "p3", "p2", "p1"]
+    for here, following in pairwise(ask for ask in played.asks[:3]):
+        assert here.upcoming == following.scene
+
+
+def test_the_next_series_is_made_ready_while_this_one_is_rated(play: Play) -> None:
+    played = play(replace(ONE, series=FIFTEEN[:3], start="random"))
+    for rating, browsing in pairwise(played.asks):
+        if isinstance(rating.task, Rate) and isinstance(browsing.task, Browse):
+            assert rating.upcoming == browsing.scene
+
+
+def test_one_paint_never_comes_twice_running_and_everyone_has_an_order_of_their_own(play: Play) -> None:
+    orders, starts = set(), set()
+    for seed in map(str, range(8)):
+        played = play(BestOfSeries(FIFTEEN, "Which?", LAYOUT, seed, scales=()))
+        order = [trial.data["series"] for trial in played.trials]
+        assert sorted(order) == sorted(series.name for series in FIFTEEN)
+        assert all(one.split("-")[0] != other.split("-")[0] for one, other in pairwise(order))
+        orders.add(tuple(order))
+        starts |= {trial.data["start"] for trial in played.trials}
+    assert len(orders) == 8
+    assert starts == set(range(6))
+
+
+@given(st.integers(0, 5), st.lists(st.sampled_from(["left", "right"]), max_size=30))
+def test_dwell_times_add_up_to_the_response_time(start: int, keys: list[str]) -> None:
+    index, path = start, []
+    for number, key in enumerate(keys):
+        path.append((index, round(0.1 * number + 0.05, 6)))
+        index = min(5, max(0, index + (1 if key == "right" else -1)))
+    choice = Choice(index, (*path, (index, 0.25)))
+    assert sum(choice.dwell_s(6)) == pytest.approx(choice.time_s, abs=1e-5)
+    assert {i for i, seconds in enumerate(choice.dwell_s(6)) if seconds} == {i for i, _ in choice.path}
+
+
+@pytest.mark.parametrize("view_px", [(960, 1080), (1920, 1080), (1920, 2160), (3840, 2160), (640, 480)])
+@pytest.mark.parametrize("count", [2, 6, 40, 90])
+@pytest.mark.parametrize("x", [0, 0.22])
+def test_the_row_of_boxes_is_seen_whole_and_says_where_one_is(view_px: tuple[int, int], count: int, x: float) -> None:
+    style = Style(view_px)
+    layout = replace(LAYOUT, picture_px=(round(x * view_px[0]), 0), below_px=style.px(150))
+    names = tuple(f"p{n}" for n in range(count))
+    scene = series_scene(names, 1, {0, 1}, "Which?", "hint", layout, style)
+    boxes = [item for item in scene.items if isinstance(item, Box)]
+    assert len(boxes) == count
+    assert max(range(count), key=lambda n: boxes[n].luminance_share) == 1
+    assert boxes[0].luminance_share > min((box.luminance_share for box in boxes[2:]), default=0)
+    targets = series_targets(count, layout, style)
+    placed: list[Box | Target] = [*boxes, targets["previous"], targets["next"]]
+    for item in placed:
+        assert all(abs(p) + s / 2 <= v / 2 for p, s, v in zip(item.offset_px, item.size_px, view_px, strict=True))
+    assert (
+        targets["previous"].offset_px[0]
+        < boxes[0].offset_px[0]
+        <= boxes[-1].offset_px[0]
+        < targets["next"].offset_px[0]
+    )
+
+
+def test_the_keys_say_what_they_do_in_both_parts() -> None:
+    assert ONE.keys["left"] == "previous, lower"
+    assert ONE.keys["wheel_down"] == "next, lower"
+    assert ONE.keys["enter"] == "choose, accept"
+    assert ONE.keys["0"] == "10"
+    assert replace(ONE, scales=()).keys["left"] == "previous"
+
+
+FACTORS = Stimuli(
+    {
+        f"{paint}-{kind}-{exposure:g}": {"paint": paint, "series": kind, "exposure_s": exposure}
+        for exposure in (4.0, 1.3, 2.0)
+        for paint in ("GM1", "HI")
+        for kind in ("base", "grey")
+    }
+)
+
+
+def spec(series: Any, **more: Any) -> BestOfSeriesSpec:
+    return BestOfSeriesSpec.model_validate({"kind": "best_of_series", "series": series, **more})
+
+
+def test_series_are_found_by_factors() -> None:
+    found = spec({"by": ["paint", "series"], "order": "exposure_s"}).found(FACTORS)
+    assert [(one.name, one.group) for one in found] == [
+        ("GM1-base", "GM1"),
+        ("GM1-grey", "GM1"),
+        ("HI-base", "HI"),
+        ("HI-grey", "HI"),
+    ]
+    assert found[1].stimuli == ("GM1-grey-1.3", "GM1-grey-2", "GM1-grey-4")
+    without = replace(FACTORS, reference="GM1-grey-2")
+    assert spec({"by": ["paint", "series"], "order": "exposure_s"}).found(without)[1].stimuli == (
+        "GM1-grey-1.3",
+        "GM1-grey-4",
+    )
+    assert not list(spec({"by": ["paint", "series"], "order": "exposure_s"}).faults(FACTORS))
+
+
+@pytest.mark.parametrize(
+    ("series", "path", "words"),
+    [
+        ({"by": ["paint"], "order": "exposure_s"}, ("series", "by"), "have the same exposure_s"),
+        ({"by": ["paint", "series", "exposure_s"], "order": "exposure_s"}, ("series", "by"), "has only the picture"),
+        ({"by": ["pain", "series"], "order": "exposure_s"}, ("series", "by", 0), "no factor 'pain'"),
+        ({"by": ["paint", "series"], "order": "time"}, ("series", "order"), "no factor 'time'"),
+        ({"one": ["GM1-base-2", "GM1-bose-2"]}, ("series", "one", 1), "no stimulus 'GM1-bose-2'"),
+        ({"one": ["GM1-base-2", "GM1-base-2"]}, ("series", "one", 1), "stands twice"),
+    ],
+)
+def test_series_that_there_are_not(series: Any, path: tuple[Any, ...], words: str) -> None:
+    faults = list(spec(series).faults(FACTORS))
+    assert any(fault.path == path and words in fault.message for fault in faults), faults
+
+
+def test_the_thesis_s_two_scales_are_the_default() -> None:
+    block = spec({"one": ["a", "b"]})
+    assert tuple(scale.make() for scale in block.ratings) == (SIMILARITY, DIFFICULTY)
+    assert (SIMILARITY.lowest, SIMILARITY.highest, DIFFICULTY.lowest, DIFFICULTY.highest) == (1, 10, 1, 10)
+    assert spec({"one": ["a", "b"]}, ratings=[]).ratings == ()
+
+
+SERIES = """\
+blocks:
+  - kind: best_of_series
+    series:
+      first: [one, two]
+      second: [three, four]
+    ratings: [{name: ease, question: Easy, highest: 7}]
+"""
+
+
+def test_a_file_makes_it(study: Study) -> None:
+    study.edit("small.yaml", "blocks:\n", SERIES)
+    block = read_experiment(study.experiment).blocks("03")[0]
+    assert isinstance(block, BestOfSeries)
+    assert block.series == (Series("first", ("one", "two")), Series("second", ("three", "four")))
+    assert block.scales == (Scale("ease", "Easy", 1, 7),)
+    assert (block.question, block.start, block.see_all, block.wrap) == ("Which is closer?", "random", True, False)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "line", "words"),
+    [
+        ("first: [one, two]", "first: [one]", 10, "holds too little"),
+        ("first: [one, two]", "first: [one, tow]", 10, "did you mean 'two'?"),
+        ("series:\n", "series:\n      by: [paint]\n", 9, "order"),
+        ("highest: 7", "highest: 1", 12, "above 'lowest'"),
+        ("highest: 7", "hihgest: 7", 12, "did you mean 'highest'?"),
+    ],
+)
+def test_faults_of_a_file_are_told_with_their_place(study: Study, old: str, new: str, line: int, words: str) -> None:
+    study.edit("small.yaml", "blocks:\n", SERIES.replace(old, new))
+    with pytest.raises(InputError) as told:
+        read_experiment(study.experiment)
+    assert any(words in str(f) and f.line is not None and abs(f.line - line) <= 1 for f in told.value.findings), (
+        told.value
+    )
+
+
+def test_someone_without_eyes_sees_all_of_a_series_and_takes_the_last(play: Play) -> None:
+    played = play(BestOfSeries(FIFTEEN[:4], "Which?", LAYOUT, "s"), plain_key)
+    for trial in played.trials:
+        assert {index for index, _ in trial.data["path"]} == set(range(6))
+        assert trial.data["ratings"] == {"similarity": 5, "difficulty": 5}
