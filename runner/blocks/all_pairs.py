@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
-from runner.blocks.intervals import intervals
+from runner.blocks.intervals import SEQUENCE_WORDS, present
 from runner.blocks.layouts import PairLayout, SingleLayout
 from runner.blocks.message import page
 from runner.blocks.pair_order import pair_order
@@ -20,7 +20,6 @@ from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene, Text
 from runner.tasks import Compare
 
-_SEQUENCE_WORDS = "You will see two pictures, one after the other.\nThen comes the question."
 _SECONDS_PER_RATING = 4.0
 
 
@@ -97,21 +96,15 @@ class AllPairs(Block):
         """Ask for every pair and record each answer."""
         view, trials = self.view, self.comparisons()
         if isinstance(view, SequenceView):
-            yield replace(page(_SEQUENCE_WORDS, self.style), upcoming=view.pair(trials[0].first, trials[0].second))
+            yield replace(page(SEQUENCE_WORDS, self.style), upcoming=view.pair(trials[0].first, trials[0].second))
         for number, trial in enumerate(trials):
             if self.break_every and number and number % self.break_every == 0:
                 words = f"Time for a break.\n{number} of {len(trials)} comparisons are done."
                 yield replace(page(words, self.style), upcoming=view.pair(trial.first, trial.second))
             following = trials[number + 1] if number + 1 < len(trials) else None
             yield from self._before(view, first_of_all=number == 0)
-            if isinstance(view, SequenceView):
-                yield from intervals(view, trial.first, trial.second, self.exposure_s, self.blank_between_s)
-                scene = view.question()
-            else:
-                scene = view.pair(trial.first, trial.second)
-                if self.exposure_s:
-                    yield Hold("pair", scene, self.exposure_s)
-                    scene = view.question()
+            shown = present(view, trial.first, trial.second, self.exposure_s, self.blank_between_s)
+            scene, _ = yield from shown
             response = answer(
                 (
                     yield Ask(

@@ -9,11 +9,13 @@ from pydantic import Field
 from runner.protocol.kinds.all_pairs import AllPairsSpec
 from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
 from runner.protocol.kinds.instructions import BreakSpec, InstructionsSpec
+from runner.protocol.kinds.preference import PreferenceSpec
 from runner.protocol.kinds.rating import RatingSpec
 from runner.protocol.parts import AnalysisSpec, LayoutSpec, Line, Strict
 
 AnyBlockSpec = Annotated[
-    InstructionsSpec | BreakSpec | AllPairsSpec | BestOfSeriesSpec | RatingSpec, Field(discriminator="kind")
+    InstructionsSpec | BreakSpec | AllPairsSpec | BestOfSeriesSpec | RatingSpec | PreferenceSpec,
+    Field(discriminator="kind"),
 ]
 
 

@@ -1,0 +1,158 @@
+"""Stereo or flat: both versions of each picture, sides balanced, found by their factors, replayed exactly."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import pairwise
+from typing import Any
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic import ValidationError
+
+from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.preference import Preference, Versions
+from runner.observers.plain import plain_key
+from runner.ports import Ask
+from runner.presenter.scene import Text
+from runner.protocol.kinds.preference import PreferenceSpec
+from runner.protocol.setting import Stimuli
+from runner.tasks import Compare
+
+Play = Callable[..., Any]
+SIX = tuple(Versions(f"{number}-stereo", f"{number}-flat") for number in range(6))
+ONE = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)
+COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+OWN_PACE = Preference(SIX, "Which was closer?", ONE, "s", "o", blank_between_s=0.5, break_every=4)
+TIMED = replace(OWN_PACE, exposure_s=1.0, blank_s=0.2)
+BLOCKS = {
+    "own pace": OWN_PACE,
+    "timed": TIMED,
+    "twice": replace(OWN_PACE, repeats=2, blank_between_s=0.0),
+    "at once": replace(OWN_PACE, layout=COLUMN),
+    "at once and taken away": replace(TIMED, layout=COLUMN),
+}
+
+
+def at_random(seed: int) -> Callable[[Ask], str]:
+    rng = random.Random(seed)
+    return lambda ask: rng.choice(list(ask.keys)) if isinstance(ask.task, Compare) else plain_key(ask)
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_a_block_keeps_what_every_block_promises(play: Play, block: Preference) -> None:
+    played = play(block, at_random(1))
+    assert len(played.trials) == block.trials
+    assert {trial.kind for trial in played.trials} == {"preference"}
+    assert played.shown_at_record[-1] == len(played.shown)
+    comparing = [ask for ask in played.asks if isinstance(ask.task, Compare)]
+    assert all(ask.keys == block.keys and set(ask.targets) == {"first", "second"} for ask in comparing)
+    again = play(block, at_random(1))
+    assert [(t.data, t.events) for t in again.trials] == [(t.data, t.events) for t in played.trials]
+    for trial in played.trials:
+        data = trial.data
+        assert json.loads(json.dumps(data)) == data
+        assert data["chosen"] == data[data["answer"]]
+        assert data["chosen"].endswith(data["chosen_view"])
+        assert data["first"].endswith(data["first_view"])
+        assert {data["chosen"], data["rejected"]} == {data["first"], data["second"]}
+        assert data["first"].split("-")[0] == data["second"].split("-")[0]
+        assert trial.response_time_s == 0.5
+    assert {trial.data["answer"] for trial in play(block).trials} == {"first"}
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_it_goes_on_after_any_trial_as_if_nothing_had_been(play: Play, block: Preference) -> None:
+    whole = play(block, at_random(2))
+    for done in range(block.trials + 1):
+        keys = iter([key for trial in whole.trials[done:] for key, _ in trial.events])
+        rest = play(block, lambda ask, keys=keys: next(keys), whole.trials[:done])
+        assert [(t.data, t.events) for t in rest.trials] == [(t.data, t.events) for t in whole.trials[done:]]
+
+
+def test_at_ones_own_pace_each_interval_stays_until_the_space_bar(play: Play) -> None:
+    played = play(OWN_PACE)
+    _, one, between, two, question, *_ = played.shown
+    first = played.trials[0].data
+    assert one.stimuli == (first["first"],)
+    assert two.stimuli == (first["second"],)
+    assert not between.items
+    assert [item.words for item in question.items] == ["Which was closer?", "1", "2"]
+    assert [item.words for item in two.items if isinstance(item, Text)] == ["2", "Press the space bar to go on"]
+    assert first["interval_s"] == [0.5, 0.5]
+    # The second picture is made ready while the first is looked at.
+    assert played.prefetched[1].stimuli == two.stimuli
+
+
+def test_timed_intervals_are_recorded_as_timed_scenes(play: Play) -> None:
+    data = play(TIMED).trials[1].data
+    assert [held["what"] for held in data["timed"]] == ["blank", "interval 1", "between", "interval 2"]
+    assert "interval_s" not in data
+
+
+@given(st.integers(1, 9), st.integers(1, 3), st.text(max_size=4), st.text(max_size=4))
+def test_sides_balance_within_and_between_observers(count: int, repeats: int, seed: str, other: str) -> None:
+    versions = tuple(Versions(f"{number}-stereo", f"{number}-flat") for number in range(count))
+    block = Preference(versions, "?", ONE, seed, other, repeats=repeats)
+    order = block.order()
+    assert Counter(one for one, _ in order) == dict.fromkeys(versions, repeats)
+    assert abs(2 * sum(stereo_first for _, stereo_first in order) - len(order)) <= 1
+    if count > 1:
+        assert all(one != following for (one, _), (following, _) in pairwise(order))
+    neighbour = replace(block, order_seed=f"{other}/next", flip_sides=True).order()
+    assert Counter((one, not stereo_first) for one, stereo_first in neighbour) == Counter(order)
+
+
+def _stimuli(*views: str, **more: str) -> Stimuli:
+    return Stimuli({f"{image}-{view}": {"image": image, "view": view, **more} for image in "ab" for view in views})
+
+
+def _spec(**written: Any) -> PreferenceSpec:
+    return PreferenceSpec.model_validate({"kind": "preference", **written})
+
+
+def test_pairs_are_found_by_the_view() -> None:
+    stimuli = _stimuli("flat", "stereo", exposure="long")
+    spec = _spec()
+    assert spec.versions(stimuli) == (Versions("a-stereo", "a-flat"), Versions("b-stereo", "b-flat"))
+    assert not list(spec.faults(stimuli))
+    without = replace(stimuli, reference="b-flat")
+    assert spec.versions(without) == (Versions("a-stereo", "a-flat"),)
+
+
+def test_named_pairs_need_no_factors() -> None:
+    stimuli = Stimuli({"x": {}, "y": {}})
+    spec = _spec(pairs=[["y", "x"]])
+    assert spec.versions(stimuli) == (Versions("y", "x"),)
+    assert not list(spec.faults(stimuli))
+
+
+@pytest.mark.parametrize(
+    ("stimuli", "pairs", "path", "what"),
+    [
+        (_stimuli("stereo"), "all", ("pairs",), "in stereo and flat"),
+        (
+            Stimuli({"x": {"view": "flat"}, "y": {"view": "stereo"}, "z": {"view": "flat"}}),
+            "all",
+            ("pairs",),
+            "x and z",
+        ),
+        (_stimuli("stereo", "flat"), [["a-stereo", "a-falt"]], ("pairs", 0, 1), "a-falt"),
+        (_stimuli("stereo", "flat"), [["a-stereo", "b-stereo"]], ("pairs", 0, 1), "'b-stereo' is stereo, not flat"),
+        (_stimuli("stereo", "flat"), [["a-stereo", "a-flat"]] * 2, ("pairs", 1), "stands twice"),
+    ],
+)
+def test_faults_name_their_place(stimuli: Stimuli, pairs: Any, path: tuple[object, ...], what: str) -> None:
+    (fault,) = _spec(pairs=pairs).faults(stimuli)
+    assert fault.path == path
+    assert what in fault.message
+
+
+def test_a_blank_between_two_that_are_shown_at_once_is_refused() -> None:
+    with pytest.raises(ValidationError, match="belongs to 'presentation: sequence'"):
+        _spec(presentation="simultaneous", blank_between_s=1)
