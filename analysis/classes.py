@@ -1,8 +1,9 @@
 """Perceptual classes: groups of items that the answers do not tell apart, as a compact letter display.
 
 Two items share a class if and only if their difference is not significant. Class 1 holds the best item; an item in
-two classes is labelled such as "3+4", as in the thesis's Table 4.4. Insert-and-absorb [Piepho2004] finds the classes;
-a sweep then takes out every class, and every membership, that no pair needs.
+two classes is labelled such as "3+4", as in the thesis's Table 4.4. The classes are the largest groups of items that
+are all alike, found by insert-and-absorb [Piepho2004], item by item rather than pair by pair: there are then never more
+groups than in the end. A sweep takes out every class, and every membership, that no pair needs.
 """
 
 from __future__ import annotations
@@ -81,10 +82,11 @@ def classify(theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: 
     z = np.divide(difference, error, out=np.zeros_like(difference), where=error > 0)
     p = adjusted_p(z, covariance, adjust)
     members = numbered(letter_display(p <= alpha), theta)
-    labels = tuple(
-        "+".join(str(number) for number, group in enumerate(members, start=1) if item in group)
-        for item in range(len(theta))
-    )
+    numbers: list[list[str]] = [[] for _ in theta]
+    for number, group in enumerate(members, start=1):
+        for item in group:
+            numbers[item].append(str(number))
+    labels = tuple("+".join(names) for names in numbers)
     return Classes(labels, members, z, p, alpha, adjust)
 
 
@@ -97,48 +99,61 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
         Shape (n, n): symmetric, False on the diagonal.
     """
     n = len(differs)
-    columns = [(1 << n) - 1]  # sets as bits: the loop below runs once for every pair that differs
-    for first, second in np.argwhere(np.triu(differs, 1)).tolist():
-        pair = 1 << first | 1 << second
-        split = [column for column in columns if column & pair == pair]
-        if split:
-            kept = [column for column in columns if column & pair != pair]
-            halves = [column & ~(1 << item) for column in split for item in (first, second)]
-            columns = _absorbed(kept, halves)
-    return _swept([frozenset(item for item in range(n) if column >> item & 1) for column in columns])
+    alike = [_bits(np.flatnonzero(~row)) for row in np.asarray(differs)]
+    columns: list[int] = []  # sets as bits
+    for item in range(n):
+        met = [column & alike[item] for column in columns] or [0]
+        columns = [column for column in columns if column & ~alike[item]]
+        columns += [group | 1 << item for group in _largest(met)]
+    return tuple(frozenset(_items(column)) for column in _swept(columns))
 
 
-def _absorbed(kept: list[int], halves: list[int]) -> list[int]:
-    """Add those halves that lie in no other column; what was kept lies in none, as no column lay in another."""
-    unique = list(dict.fromkeys(halves))
-    whole = [
-        half
-        for half in unique
-        if not any(half & other == half for other in kept)
-        and not any(half & other == half and half != other for other in unique)
-    ]
-    return kept + whole
+def _largest(groups: list[int]) -> list[int]:
+    """Absorb: drop the groups that lie in another one."""
+    kept: list[int] = []
+    for group in sorted(dict.fromkeys(groups), key=int.bit_count, reverse=True):
+        if all(group & ~other for other in kept):
+            kept.append(group)
+    return kept
 
 
-def _swept(columns: list[frozenset[int]]) -> Letters:
+def _swept(columns: list[int]) -> list[int]:
     """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs."""
-    kept = sorted(columns, key=lambda column: (len(column), sorted(column)))
-    for column in list(kept):
-        others = [other for other in kept if other is not column]
-        if all(_is_needless(item, column, others) for item in column):
-            kept = others
-    for index, column in enumerate(kept):
-        others = kept[:index] + kept[index + 1 :]
-        for item in sorted(column):
-            if _is_needless(item, kept[index], others):
-                kept[index] = kept[index] - {item}
-    return tuple(kept)
+    kept = sorted(columns, key=lambda column: (column.bit_count(), _items(column)))
+    holding: dict[int, list[int]] = {}  # for each item the places in `kept` of the columns that hold it
+    for place, column in enumerate(kept):
+        for item in _items(column):
+            holding.setdefault(item, []).append(place)
+    for place, column in enumerate(kept):
+        items = _items(column)
+        if all(_is_needless(place, item, kept, holding) for item in items):
+            kept[place] = 0
+            for item in items:
+                holding[item].remove(place)
+    for place in range(len(kept)):
+        for item in _items(kept[place]):
+            if _is_needless(place, item, kept, holding):
+                kept[place] &= ~(1 << item)
+                holding[item].remove(place)
+    return [column for column in kept if column]
 
 
-def _is_needless(item: int, column: frozenset[int], others: list[frozenset[int]]) -> bool:
-    """Say whether ``item`` shares another column with each item of ``column``, itself included."""
-    elsewhere = frozenset[int]().union(*(other for other in others if item in other))
-    return column <= elsewhere
+def _is_needless(place: int, item: int, kept: list[int], holding: dict[int, list[int]]) -> bool:
+    """Say whether ``item`` shares another column with each item of the column at ``place``, itself included."""
+    elsewhere = 0
+    for other in holding[item]:
+        if other != place:
+            elsewhere |= kept[other]
+    return not kept[place] & ~elsewhere
+
+
+def _bits(items: NDArray[np.intp]) -> int:
+    return sum(1 << item for item in items.tolist())
+
+
+def _items(column: int) -> list[int]:
+    """Return the items of a column, in order."""
+    return [place for place, bit in enumerate(bin(column)[:1:-1]) if bit == "1"]
 
 
 def numbered(letters: Letters, theta: Floats) -> tuple[tuple[int, ...], ...]:
