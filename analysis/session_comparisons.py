@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.records import SessionLog, Trial
 from documents import Finding
 
-KINDS = ("all_pairs",)
+KINDS = ("all_pairs", "active_pairs")
 TIES = ("no_difference", "not_sure")
 
 
@@ -27,7 +26,7 @@ def is_tie(trial: Trial) -> bool:
 def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     """Gather the paired comparisons of one experiment's sessions.
 
-    Answers that prefer neither stimulus are left out of the wins and counted; catch trials are left out.
+    Answers that prefer neither stimulus stand apart, as ties; catch trials are left out.
 
     Raises
     ------
@@ -37,37 +36,35 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     """
     _refuse_mixtures(sessions)
     names = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
-    answers = []
-    ties = 0
-    for session in sessions:
-        for trial in session.trials:
-            if not is_comparison(trial):
-                continue
-            if is_tie(trial):
-                ties += 1
-                continue
-            try:
-                chosen, rejected = str(trial.data["chosen"]), str(trial.data["rejected"])
-            except KeyError as error:
-                place = f"the trial {trial.trial} of block {trial.block} has no {error}"
-                raise ResultsError(Finding(place, str(session.file), remedy="restore the file")) from None
-            for name in (chosen, rejected):
-                if names and name not in names:
-                    what = f"trial {trial.trial} of block {trial.block} shows '{name}', no stimulus of the session"
-                    raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
-            if chosen == rejected:
-                what = f"trial {trial.trial} of block {trial.block} compares '{chosen}' with itself"
-                raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
-            first = trial.data.get("first")
-            observer = session.header.observer
-            answers.append(Answer(chosen, rejected, 1.0, observer, None if first is None else str(first)))
-    if not answers:
+    answers = [
+        _answer(session, trial, names) for session in sessions for trial in session.trials if is_comparison(trial)
+    ]
+    ties = sum(answer.tie for answer in answers)
+    if ties == len(answers):
         files = ", ".join(str(session.file) for session in sessions[:3])
         why = f": all {ties} answers prefer neither" if ties else ""
         raise ResultsError(
             Finding(f"the results hold no paired comparison{why}", files, remedy="answer some trials first")
         )
-    return replace(from_answers(answers, names), ties=ties)
+    return from_answers(answers, names)
+
+
+def _answer(session: SessionLog, trial: Trial, names: Sequence[str]) -> Answer:
+    tie = is_tie(trial)
+    where = f"trial {trial.trial} of block {trial.block}"
+    try:
+        one, other = (str(trial.data[key]) for key in (("first", "second") if tie else ("chosen", "rejected")))
+    except KeyError as error:
+        raise ResultsError(Finding(f"the {where} has no {error}", str(session.file), remedy="restore the file")) from None
+    for name in (one, other):
+        if names and name not in names:
+            what = f"{where} shows '{name}', no stimulus of the session"
+            raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
+    if one == other:
+        what = f"{where} compares '{one}' with itself"
+        raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
+    first = trial.data.get("first")
+    return Answer(one, other, 1.0, session.header.observer, None if first is None else str(first), tie)
 
 
 def _refuse_mixtures(sessions: Sequence[SessionLog]) -> None:

@@ -6,6 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from runner.protocol.kinds.active_pairs import ActivePairsSpec
 from runner.protocol.kinds.all_pairs import AllPairsSpec
 from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
 from runner.protocol.kinds.instructions import BreakSpec, InstructionsSpec
@@ -14,7 +15,7 @@ from runner.protocol.kinds.rating import RatingSpec
 from runner.protocol.parts import AnalysisSpec, LayoutSpec, Line, Strict
 
 AnyBlockSpec = Annotated[
-    InstructionsSpec | BreakSpec | AllPairsSpec | BestOfSeriesSpec | RatingSpec | PreferenceSpec,
+    InstructionsSpec | BreakSpec | ActivePairsSpec | AllPairsSpec | BestOfSeriesSpec | RatingSpec | PreferenceSpec,
     Field(discriminator="kind"),
 ]
 

@@ -1,0 +1,152 @@
+"""Which pairs to ask about next: those whose answers are expected to tell the most.
+
+The answers so far leave the strengths θ normal with covariance C (of differences from their mean). An answer about i
+and j tells of θ only through d = θ_i − θ_j, of mean μ and variance σ². What it is expected to tell is taken in one of
+two ways:
+
+- ``variance``: how far it is expected to bring down the sum of the strengths' variances, the squared error of the scale
+  (Bayesian A-optimality [Chaloner1995]): w |C a|² / (1 + w σ²), a = e_i − e_j, w = E[p(d) (1 − p(d))];
+- ``entropy``: the mutual information of answer and difference, h(E[p(d)]) − E[h(p(d))] in nats [Lindley1956], which
+  [Glickman2005], [Chen2013], [Li2018] and [Mikhailiuk2020] choose by, each in a form of its own.
+
+Here p(d) = 1 / (1 + e^−d), h(p) = −p ln p − (1 − p) ln (1 − p), and expectations are Gauss-Hermite sums as in [Li2018].
+Pairs are chosen in batches, so that strengths need not be fitted anew after each answer; no stimulus stands twice in a
+batch, which spares observers its return. ``benchmarks/active_pairs.py`` measures what each is worth.
+"""
+
+from __future__ import annotations
+
+import random
+from dataclasses import dataclass, field
+from itertools import pairwise
+from typing import Literal, TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.gaussian_prior import Posterior, learnt_posterior
+
+Floats = NDArray[np.float64]
+Pair = tuple[int, int]
+Gain: TypeAlias = Literal["variance", "entropy"]
+
+NODES = 30
+# Gains that differ by less than this share of the largest count as equal and are left to chance: the last digits of a
+# fit are not the same on every machine, and a session must be resumed in the same order on any.
+RESOLUTION = 1e-7
+_PRIOR_STEPS = 8  # towards the prior's width after each batch, from where the batch before left it
+
+
+def entropy_gain(mean: Floats, variance: Floats) -> Floats:
+    """Return the mutual information in nats for differences of ``mean`` and ``variance`` (any one shape)."""
+    difference, weights = _nodes(mean, variance)
+    p = _logistic(difference)
+    size = np.abs(difference)
+    entropy = np.logaddexp(0.0, -size) + size * _logistic(-size)
+    yes, no = (np.clip(q @ weights, 1e-300, 1.0) for q in (p, _logistic(-difference)))
+    return np.asarray(np.maximum(-yes * np.log(yes) - no * np.log(no) - entropy @ weights, 0.0))
+
+
+def variance_gain(found: Posterior) -> Floats:
+    """Return for each pair, shape (n, n), by how much an answer is expected to bring down the sum of variances."""
+    mean, variance = found.contrasts()
+    difference, weights = _nodes(mean, variance)
+    p = _logistic(difference)
+    weight = (p * (1.0 - p)) @ weights
+    centred = found.covariance - found.covariance.mean(axis=0)
+    centred = centred - centred.mean(axis=1, keepdims=True)
+    squared = centred @ centred
+    reach = np.diag(squared)[:, None] + np.diag(squared)[None, :] - 2 * squared
+    return np.asarray(weight * np.maximum(reach, 0.0) / (1.0 + weight * variance))
+
+
+def gains(found: Posterior, gain: Gain) -> Floats:
+    """Return what an answer about each pair is expected to tell, shape (n, n), in the gain's own unit."""
+    return variance_gain(found) if gain == "variance" else entropy_gain(*found.contrasts())
+
+
+def best_matching(gain: Floats, most: int, rng: random.Random) -> list[Pair]:
+    """Return up to ``most`` pairs, no item in two of them, taking the pair of the highest gain left each time."""
+    first, second = np.triu_indices(len(gain), 1)
+    told = gain[first, second]
+    chance = np.array([rng.random() for _ in range(len(first))])
+    order = np.lexsort((chance, -np.round(told / max(float(told.max()), 1e-300) / RESOLUTION)))
+    taken: set[int] = set()
+    pairs: list[Pair] = []
+    for i, j in zip(first[order].tolist(), second[order].tolist(), strict=True):
+        if i not in taken and j not in taken:
+            taken |= {i, j}
+            pairs.append((i, j))
+            if len(pairs) == most:
+                break
+    return pairs
+
+
+@dataclass(slots=True)
+class PairChooser:
+    """Chooses pairs of ``count`` items in batches of at most ``batch`` and learns from each answer.
+
+    It begins with a path through all items in random order, so that all are linked. Answers and the state of ``rng``
+    decide everything that follows.
+    """
+
+    count: int
+    batch: int
+    rng: random.Random
+    gain: Gain = "variance"
+    wins: Floats = field(init=False)
+    _balance: list[int] = field(init=False)
+    _last: Pair | None = field(init=False, default=None)
+    _start: list[list[Pair]] = field(init=False)
+    _found: Posterior | None = field(init=False, default=None)
+
+    def __post_init__(self) -> None:
+        self.wins = np.zeros((self.count, self.count))
+        self._balance = [0] * self.count
+        path = list(range(self.count))
+        self.rng.shuffle(path)
+        links = list(pairwise(path))
+        self._start = [half for half in (links[0::2], links[1::2]) if half]
+
+    def next_batch(self, most: int) -> list[Pair]:
+        """Return the next pairs to ask about, as (first, second), at most ``most``."""
+        if self._start:
+            return self._sided(self._spaced(self._start.pop(0))[:most])
+        self._found = learnt_posterior(self.wins, self._found, _PRIOR_STEPS)
+        pairs = best_matching(gains(self._found, self.gain), min(most, self.batch), self.rng)
+        return self._sided(self._spaced(pairs))
+
+    def learn(self, first: int, second: int, *, first_share: float) -> None:
+        """Take note of an answer: 1 for the first, 0 for the second, a half where neither was preferred."""
+        self.wins[first, second] += first_share
+        self.wins[second, first] += 1.0 - first_share
+
+    def _spaced(self, pairs: list[Pair]) -> list[Pair]:
+        """Return ``pairs`` in random order, the first of which shares no item with the pair before, if one can."""
+        self.rng.shuffle(pairs)
+        free = [index for index, pair in enumerate(pairs) if not set(pair) & set(self._last or ())]
+        if free:
+            pairs[0], pairs[free[0]] = pairs[free[0]], pairs[0]
+        return pairs
+
+    def _sided(self, pairs: list[Pair]) -> list[Pair]:
+        """Return ``pairs``, in each of which that item is first which was less often."""
+        sided = []
+        for i, j in pairs:
+            ahead = self._balance[i] - self._balance[j]
+            first, second = (j, i) if ahead > 0 or (ahead == 0 and self.rng.random() < 0.5) else (i, j)
+            self._balance[first] += 1
+            self._balance[second] -= 1
+            sided.append((first, second))
+        self._last = sided[-1]
+        return sided
+
+
+def _nodes(mean: Floats, variance: Floats) -> tuple[Floats, Floats]:
+    """Return differences at the nodes of the quadrature, in a further axis, and the nodes' weights."""
+    places, weights = np.polynomial.hermite_e.hermegauss(NODES)
+    return mean[..., None] + np.sqrt(variance)[..., None] * places, weights / weights.sum()
+
+
+def _logistic(x: Floats) -> Floats:
+    return np.asarray(0.5 * (1.0 + np.tanh(0.5 * x)))
