@@ -17,7 +17,7 @@ from typing import Any, Protocol
 
 from analysis.records import Mark, Note, Trial
 from documents import Finding
-from runner.blocks.steps import Block, Draft, Hold, Response
+from runner.blocks.steps import Block, Draft, Ended, Hold, Response
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.typing import typed
 from runner.errors import SessionError
@@ -99,7 +99,7 @@ class Session:
         self._marked = list(self.pending)
 
     def run(self) -> None:
-        """Run to the end and say so in the record.
+        """Run to the end, or to where a block ends the session, and say so in the record.
 
         Raises
         ------
@@ -111,14 +111,18 @@ class Session:
             If the log does not fit the blocks.
         """
         self._course.load_events()
-        for number, block in enumerate(self.blocks):
-            self._run_block(number, block)
-            self._repeat_marked(number)
+        ended: dict[str, Any] = {}
+        try:
+            for number, block in enumerate(self.blocks):
+                self._run_block(number, block)
+                self._repeat_marked(number)
+        except Ended as end:
+            ended = end.facts
         if self._course.past:
             raise SessionError(f"the log holds {len(self._course.past)} more trials than the experiment has")
-        while self._marked:  # marked when their block was over
+        while self._marked and not ended:  # marked when their block was over
             self._repeat(self._marked[0])
-        self.sink.end(self.closing_facts())
+        self.sink.end({**self.closing_facts(), **ended})
 
     def note(self, words: str, by: str) -> None:
         """Record what someone has to say now; from any thread."""

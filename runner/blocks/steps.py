@@ -32,6 +32,14 @@ class Hold:
     seconds: float
 
 
+class Ended(Exception):
+    """Raised by a block after its last record to end the session there, complete; ``facts`` stand in its end record."""
+
+    def __init__(self, facts: Mapping[str, Any]) -> None:
+        super().__init__()
+        self.facts = dict(facts)
+
+
 @dataclass(frozen=True, slots=True)
 class Draft:
     """What a block wants recorded of one trial; the engine adds where and when.
