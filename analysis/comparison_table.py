@@ -1,51 +1,44 @@
-"""Read a table of comparisons: CSV with the columns ``winner,loser[,count,observer,first]``."""
+"""Read a table of comparisons: CSV with the columns ``winner,loser[,count,observer,first][,outcome|ties]``.
+
+Lines are read in blocks, and like answers are counted together as they come, so that a table of any length takes the
+memory of its kinds of answers: winner, loser, observer, which was first, and whether it was a tie. What a block of
+lines means is worked out column by column; only a block with a fault in it is gone through line by line, to name the
+place.
+"""
 
 from __future__ import annotations
 
 import csv
-import difflib
 import io
-import math
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator
+from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
+from analysis.table_columns import read_header
+from analysis.table_faults import MOST_FINDINGS, find_faults
+from analysis.table_tally import Tally
 from documents import Finding
 
-COLUMNS = ("winner", "loser", "count", "observer", "first")
-REQUIRED = ("winner", "loser")
-MOST_FINDINGS = 20
+BLOCK_ROWS = 1 << 15
 
 
 class _Lines:
-    """Passes lines on to the CSV reader and remembers the last, so that a finding can name the column."""
+    """Passes lines on to the CSV reader and keeps those of the block at hand, so that a finding can name the place."""
 
     def __init__(self, lines: Iterable[str]) -> None:
         self._lines = iter(lines)
-        self.last = ""
+        self.kept: list[str] = []
 
     def __iter__(self) -> Iterator[str]:
         return self
 
     def __next__(self) -> str:
-        self.last = next(self._lines)
-        return self.last
-
-    def column(self, field: int) -> int:
-        """Return where ``field`` (from 0) starts in the last line, counted from 1; 1 if it cannot be found."""
-        quoted, passed = False, 0
-        if field == 0:
-            return 1
-        for position, character in enumerate(self.last, start=1):
-            if character == '"':
-                quoted = not quoted
-            elif character == "," and not quoted:
-                passed += 1
-                if passed == field:
-                    return position + 1
-        return 1
+        line = next(self._lines)
+        self.kept.append(line)
+        return line
 
 
 def read_table(path: Path) -> Comparisons:
@@ -83,99 +76,43 @@ def read_stream(stream: BinaryIO, file: str) -> Comparisons:
 
 
 def parse_table(lines: Iterable[str], file: str) -> Comparisons:
-    """Read the comparisons in ``lines`` of CSV, one at a time; ``file`` is the name that findings carry.
+    """Read the comparisons in ``lines`` of CSV; ``file`` is the name that findings carry.
 
-    ``count`` is 1 where it is not given; it may be a fraction. ``first`` is the item shown first. Blanks around
-    a field do not belong to it; empty lines are passed over.
+    ``count`` is 1 where it is not given; it may be a fraction. ``first`` is the item shown first. A line whose
+    ``outcome`` is ``tie`` prefers neither item; or ``ties`` says how many answers preferred neither, beside the
+    ``count`` that preferred the winner. Blanks around a field do not belong to it; empty lines are passed over.
 
     Raises
     ------
     ResultsError
         With the first twenty faults: an unknown, repeated or missing column, a line too long or too short, an
         empty name, an item against itself, a count that is no finite number above or at zero, a ``first`` that
-        was not in the pair, or no comparison at all.
+        was not in the pair, or no comparison at all; or more items than fit into memory.
     """
     source = _Lines(lines)
     reader = csv.reader(source, strict=True)
-    answers: list[Answer] = []
     findings: list[Finding] = []
+    tally: Tally | None = None
     try:
-        columns = _columns(next(reader, []), source, file)
-        for row in reader:
-            if not any(field.strip() for field in row):
-                continue
-            found = _answer(row, columns)
-            if isinstance(found, Answer):
-                answers.append(found)
-                continue
-            field, message, remedy = found
-            findings.append(Finding(message, file, reader.line_num, source.column(field), remedy))
-            if len(findings) == MOST_FINDINGS:
+        columns = read_header(next(reader, []), "".join(source.kept), file)
+        tally = Tally(columns)
+        while len(findings) < MOST_FINDINGS:
+            begin, source.kept = reader.line_num, []
+            rows: list[list[str]] = []
+            try:
+                rows.extend(islice(reader, BLOCK_ROWS))
+            finally:
+                if rows and not tally.add(rows):
+                    findings += find_faults(source.kept, columns, file, begin, len(rows))
+            if not rows:
                 break
     except csv.Error as error:
-        findings.append(
-            Finding(f"this is not valid CSV: {error}", file, max(reader.line_num, 1), 1, "check the quotes")
-        )
+        place = max(reader.line_num, 1)
+        findings.append(Finding(f"this is not valid CSV: {error}", file, place, 1, "check the quotes"))
     if findings:
-        raise ResultsError(findings)
-    if not any(answer.count > 0 for answer in answers):
+        raise ResultsError(findings[:MOST_FINDINGS])
+    comparisons = tally.comparisons() if tally else None
+    if comparisons is None:
         remedy = "add one line for each comparison, such as 'a,b'"
         raise ResultsError(Finding("the table holds no comparison", file, max(reader.line_num, 1), 1, remedy))
-    return from_answers(answers)
-
-
-def _columns(header: Sequence[str], source: _Lines, file: str) -> dict[str, int]:
-    names = [field.strip() for field in header]
-    if not any(names):
-        raise ResultsError(Finding("the table is empty", file, 1, 1, "start it with 'winner,loser'"))
-    findings = []
-    for field, name in enumerate(names):
-        if name not in COLUMNS:
-            near = difflib.get_close_matches(name.lower(), COLUMNS, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else f"the columns are {', '.join(COLUMNS)}, parted by commas"
-            findings.append(Finding(f"unknown column '{name}'", file, 1, source.column(field), remedy))
-        elif name in names[:field]:
-            findings.append(Finding(f"the column '{name}' stands twice", file, 1, source.column(field), "keep one"))
-    if not findings:
-        findings = [
-            Finding(f"the column '{name}' is missing", file, 1, 1, f"name one of the columns '{name}'")
-            for name in REQUIRED
-            if name not in names
-        ]
-    if findings:
-        raise ResultsError(findings)
-    return {name: field for field, name in enumerate(names)}
-
-
-def _answer(row: Sequence[str], columns: dict[str, int]) -> Answer | tuple[int, str, str]:
-    """Return the answer on a line, or the field that is wrong, what is wrong with it, and the remedy."""
-    if len(row) != len(columns):
-        field = min(len(row), len(columns)) if len(row) > len(columns) else max(len(row) - 1, 0)
-        return (
-            field,
-            f"the line has {len(row)} fields",
-            f"the header has {len(columns)}; quote a name that holds a comma",
-        )
-    value = {name: row[field].strip() for name, field in columns.items()}
-    for name in REQUIRED:
-        if not value[name]:
-            return columns[name], f"the {name} is empty", "name the item"
-    winner, loser = value["winner"], value["loser"]
-    if winner == loser:
-        return columns["loser"], f"'{winner}' is compared with itself", "compare two different items"
-    count = _count(value.get("count", "1"))
-    if count is None:
-        shown = value["count"]
-        return columns["count"], f"the count is '{shown}'", "write a finite number, zero or above"
-    first = value.get("first") or None
-    if first is not None and first not in (winner, loser):
-        return columns["first"], f"'{first}' was first but is not in the pair", f"write '{winner}' or '{loser}'"
-    return Answer(winner, loser, count, value.get("observer", ""), first)
-
-
-def _count(text: str) -> float | None:
-    try:
-        count = float(text)
-    except ValueError:
-        return None
-    return count if math.isfinite(count) and count >= 0 and "_" not in text else None
+    return comparisons

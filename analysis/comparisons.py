@@ -1,4 +1,7 @@
-"""Who was preferred over whom, how often, by which observer: what every scaling method starts from."""
+"""Who was preferred over whom, how often, by which observer: what every scaling method starts from.
+
+Answers that prefer neither of two items are kept apart from the others: models without ties leave them out.
+"""
 
 from __future__ import annotations
 
@@ -15,6 +18,27 @@ MOST_ITEMS = 5000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class TiedAnswers:
+    """Answers that prefer neither item: ``k`` kinds, each with how often it was given.
+
+    Attributes
+    ----------
+    one, other, observer
+        Shape (k,): indices into the items and the observers.
+    count
+        Shape (k,): how often, above zero.
+    one_was_first
+        Shape (k,): 1 where ``one`` was shown first, 0 where ``other`` was, -1 where the source does not say.
+    """
+
+    one: NDArray[np.intp]
+    other: NDArray[np.intp]
+    observer: NDArray[np.intp]
+    count: NDArray[np.float64]
+    one_was_first: NDArray[np.int8]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class Comparisons:
     """Paired comparisons of ``n`` items, as a list of answers and as counts.
 
@@ -27,13 +51,13 @@ class Comparisons:
     observers
         Names of the observers; one empty name where the source names none.
     winner, loser, observer
-        Shape (m,): indices into ``items`` and ``observers``, one per line of the source.
+        Shape (m,): indices into ``items`` and ``observers``, one per answer, or per kind of answer.
     count
-        Shape (m,): how often that line counts, above zero.
+        Shape (m,): how often that answer counts, above zero; a weight if it is a fraction.
     winner_was_first
         Shape (m,): 1 where the winner was shown first, 0 where the loser was, -1 where the source does not say.
-    ties
-        How many answers preferred neither item; they are in none of the counts above.
+    tied
+        The answers that prefer neither item; they are in none of the counts above.
     """
 
     items: tuple[str, ...]
@@ -44,11 +68,24 @@ class Comparisons:
     observer: NDArray[np.intp]
     count: NDArray[np.float64]
     winner_was_first: NDArray[np.int8]
-    ties: int = 0
+    tied: TiedAnswers
+
+    @property
+    def ties(self) -> float:
+        """How many answers prefer neither item: a whole number where they all count whole."""
+        total = float(self.tied.count.sum())
+        return int(total) if total.is_integer() else total
+
+    @property
+    def tie_counts(self) -> NDArray[np.float64]:
+        """Shape (n, n), symmetric: how often the two items of each pair were tied."""
+        n, tied = len(self.items), self.tied
+        counts = np.bincount(tied.one * n + tied.other, weights=tied.count, minlength=n * n).reshape(n, n)
+        return np.asarray(counts + counts.T, dtype=np.float64)
 
     @property
     def totals(self) -> NDArray[np.float64]:
-        """Shape (n, n): how often the two items of each pair were compared."""
+        """Shape (n, n): how often one of the two items of each pair was preferred over the other."""
         total: NDArray[np.float64] = self.wins + self.wins.T
         return total
 
@@ -68,13 +105,17 @@ class Comparisons:
 
 @dataclass(frozen=True, slots=True)
 class Answer:
-    """One line of a source: ``winner`` was preferred over ``loser`` ``count`` times; ``first`` was shown first."""
+    """One line of a source: ``winner`` was preferred over ``loser`` ``count`` times; ``first`` was shown first.
+
+    With ``tie`` neither was preferred, and it does not matter which of the two is called the winner.
+    """
 
     winner: str
     loser: str
     count: float = 1.0
     observer: str = ""
     first: str | None = None
+    tie: bool = False
 
 
 def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Comparisons:
@@ -90,27 +131,49 @@ def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Compar
     """
     met = dict.fromkeys(name for answer in answers for name in (answer.winner, answer.loser))
     names = tuple(dict.fromkeys([name for name in items if name in met] + list(met)))
-    if len(names) > MOST_ITEMS:
-        raise ResultsError(
-            Finding(f"there are {len(names)} items, more than {MOST_ITEMS}", remedy="scale fewer at once")
-        )
     index = {name: number for number, name in enumerate(names)}
     counted = [answer for answer in answers if answer.count > 0]
     observers = tuple(dict.fromkeys(answer.observer for answer in counted))
     people = {name: number for number, name in enumerate(observers)}
-    winner = np.array([index[answer.winner] for answer in counted], dtype=np.intp)
-    loser = np.array([index[answer.loser] for answer in counted], dtype=np.intp)
-    count = np.array([answer.count for answer in counted], dtype=np.float64)
-    sides = [-1 if answer.first is None else int(answer.first == answer.winner) for answer in counted]
-    n = len(names)
-    wins = np.bincount(winner * n + loser, weights=count, minlength=n * n).astype(np.float64).reshape(n, n)
-    return Comparisons(
-        items=names,
-        wins=wins,
-        observers=observers,
-        winner=winner,
-        loser=loser,
+    return from_arrays(
+        names,
+        observers,
+        winner=np.array([index[answer.winner] for answer in counted], dtype=np.intp),
+        loser=np.array([index[answer.loser] for answer in counted], dtype=np.intp),
         observer=np.array([people[answer.observer] for answer in counted], dtype=np.intp),
-        count=count,
-        winner_was_first=np.array(sides, dtype=np.int8),
+        count=np.array([answer.count for answer in counted], dtype=np.float64),
+        winner_was_first=np.array(
+            [-1 if answer.first is None else int(answer.first == answer.winner) for answer in counted], dtype=np.int8
+        ),
+        tie=np.array([answer.tie for answer in counted], dtype=np.bool_),
     )
+
+
+def from_arrays(
+    items: tuple[str, ...],
+    observers: tuple[str, ...],
+    *,
+    winner: NDArray[np.intp],
+    loser: NDArray[np.intp],
+    observer: NDArray[np.intp],
+    count: NDArray[np.float64],
+    winner_was_first: NDArray[np.int8],
+    tie: NDArray[np.bool_],
+) -> Comparisons:
+    """Build comparisons from columns, each of shape (m,), as `Comparisons` describes them; ``tie`` marks the ties.
+
+    Raises
+    ------
+    ResultsError
+        If there are more than 5000 items, whose counts would not fit into memory.
+    """
+    n = len(items)
+    if n > MOST_ITEMS:
+        raise ResultsError(Finding(f"there are {n} items, more than {MOST_ITEMS}", remedy="scale fewer at once"))
+    tied = TiedAnswers(winner[tie], loser[tie], observer[tie], count[tie], winner_was_first[tie])
+    if tie.any():
+        won = ~tie
+        winner, loser, observer = winner[won], loser[won], observer[won]
+        count, winner_was_first = count[won], winner_was_first[won]
+    wins = np.bincount(winner * n + loser, weights=count, minlength=n * n).astype(np.float64).reshape(n, n)
+    return Comparisons(items, wins, observers, winner, loser, observer, count, winner_was_first, tied)

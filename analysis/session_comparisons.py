@@ -55,7 +55,9 @@ def _answer(session: SessionLog, trial: Trial, names: Sequence[str]) -> Answer:
     try:
         one, other = (str(trial.data[key]) for key in (("first", "second") if tie else ("chosen", "rejected")))
     except KeyError as error:
-        raise ResultsError(Finding(f"the {where} has no {error}", str(session.file), remedy="restore the file")) from None
+        raise ResultsError(
+            Finding(f"the {where} has no {error}", str(session.file), remedy="restore the file")
+        ) from None
     for name in (one, other):
         if names and name not in names:
             what = f"{where} shows '{name}', no stimulus of the session"

@@ -5,10 +5,14 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
-from analysis.comparison_table import MOST_FINDINGS, parse_table, read_table
-from analysis.comparisons import Comparisons
+from analysis import comparison_table
+from analysis.comparison_table import parse_table, read_table
+from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
+from analysis.table_faults import MOST_FINDINGS
 
 
 def parse(text: str) -> Comparisons:
@@ -46,6 +50,61 @@ def test_a_count_of_zero_names_its_items() -> None:
     table = parse("winner,loser,count\na,b,1\nb,a,1\nc,a,0\n")
     assert table.items == ("a", "b", "c")
     assert table.wins[2].tolist() == [0, 0, 0]
+
+
+def test_ties_stand_in_lines_or_in_a_column_of_their_own() -> None:
+    lines = parse("winner,loser,outcome,first,observer\na,b,win,a,01\nb,a,tie,b,02\na,b, tie ,,02\nb,a,,,02\n")
+    counts = parse("winner,loser,count,ties\na,b,1,2\nb,a,1,0\n")
+    for table in (lines, counts):
+        assert table.wins.tolist() == [[0, 1], [1, 0]]
+        assert table.ties == 2
+        assert table.tie_counts.tolist() == [[0, 2], [2, 0]]
+    assert sorted(zip(lines.tied.one.tolist(), lines.tied.one_was_first.tolist(), strict=True)) == [(0, -1), (1, 1)]
+    assert [lines.observers[person] for person in lines.tied.observer] == ["02", "02"]
+
+
+def test_a_pair_that_was_only_tied_is_told_in_ties() -> None:
+    table = parse("winner,loser,count,ties\na,b,0,3\nb,c,1,0\n")
+    assert table.items == ("a", "b", "c")
+    assert table.tie_counts[0, 1] == 3
+    assert table.wins.sum() == 1
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    st.lists(
+        st.tuples(
+            st.sampled_from(["a", " b", "c ", '"d, e"']),
+            st.sampled_from(["f", "g"]),
+            st.sampled_from(["0", "1", "2.5", " 1e-3"]),
+            st.sampled_from(["01", "02 ", ""]),
+            st.sampled_from(["winner", "loser", ""]),
+            st.sampled_from(["win", "tie", ""]),
+        ),
+        max_size=40,
+    ),
+    st.integers(1, 7),
+)
+def test_a_table_read_in_blocks_is_what_its_lines_say(rows: list[tuple[str, ...]], block: int) -> None:
+    answers = []
+    text = "winner,loser,count,observer,first,outcome\n\n"
+    for winner, loser, count, observer, place, outcome in rows:
+        first = {"winner": winner, "loser": loser, "": ""}[place]
+        text += f"{winner},{loser},{count},{observer},{first},{outcome}\n , , , , , \n"
+        names = winner.strip(' "'), loser
+        shown = None if not place else names[place == "loser"]
+        answers.append(Answer(*names, float(count), observer.strip(), shown, outcome == "tie"))
+    answers = [*answers, Answer("a", "f", 1.0, "99")]
+    slow = from_answers(answers)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(comparison_table, "BLOCK_ROWS", block)
+        fast = parse(text + "a,f,1,99,,\n")
+    assert (fast.items, fast.observers) == (slow.items, slow.observers)
+    assert fast.wins == pytest.approx(slow.wins)
+    assert fast.tie_counts == pytest.approx(slow.tie_counts)
+    assert fast.wins_by_observer() == pytest.approx(slow.wins_by_observer())
+    assert fast.first_share() == pytest.approx(slow.first_share())
+    assert len(fast.count) <= len(slow.count)
 
 
 def test_a_byte_order_mark_and_windows_line_ends_do_not_matter(tmp_path: Path) -> None:
@@ -87,6 +146,22 @@ def test_a_byte_order_mark_and_windows_line_ends_do_not_matter(tmp_path: Path) -
             "winner,loser\n",
             "t.csv:1:1: the table holds no comparison (add one line for each comparison, such as 'a,b')",
         ),
+        (
+            "winner,loser,outcome\na,b,draw\n",
+            "t.csv:2:5: the outcome is 'draw' (write one of: win, tie)",
+        ),
+        (
+            "winner,loser,ties\na,b,-1\n",
+            "t.csv:2:5: the number of ties is '-1' (write a finite number, zero or above)",
+        ),
+        (
+            "winner,loser,ties,outcome\na,b,1,tie\n",
+            "t.csv:1:14: both 'outcome' and 'ties' tell of ties (keep one of the two)",
+        ),
+        (
+            'winner,loser\n"a\nb",c\n\nd,d\n',
+            "t.csv:5:3: 'd' is compared with itself (compare two different items)",
+        ),
         ('winner,loser\n"a,b\n', "t.csv:2:1: this is not valid CSV: unexpected end of data (check the quotes)"),
     ],
 )
@@ -97,6 +172,13 @@ def test_a_fault_is_named_with_its_place_and_remedy(text: str, finding: str) -> 
 def test_all_faults_are_named_at_once_up_to_a_limit() -> None:
     assert len(findings("winner,loser\na,a\n,b\n")) == 2
     assert len(findings("winner,loser\n" + "a,a\n" * 100)) == MOST_FINDINGS
+
+
+def test_faults_of_later_blocks_carry_their_places(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(comparison_table, "BLOCK_ROWS", 3)
+    lines = ["winner,loser,count", *["a,b,1"] * 7, "a,b,x", "", "b,b,1", *["a,b,1"] * 5, "a,,1"]
+    told = findings("\n".join(lines) + "\n")
+    assert [finding.split(": ")[0] for finding in told] == ["t.csv:9:5", "t.csv:11:3", "t.csv:17:3"]
 
 
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
