@@ -12,10 +12,18 @@ from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
 from runner.protocol.kinds.instructions import BreakSpec, InstructionsSpec
 from runner.protocol.kinds.preference import PreferenceSpec
 from runner.protocol.kinds.rating import RatingSpec
+from runner.protocol.kinds.screening import ScreeningSpec
 from runner.protocol.parts import AnalysisSpec, LayoutSpec, Line, Strict
 
 AnyBlockSpec = Annotated[
-    InstructionsSpec | BreakSpec | ActivePairsSpec | AllPairsSpec | BestOfSeriesSpec | RatingSpec | PreferenceSpec,
+    InstructionsSpec
+    | BreakSpec
+    | ActivePairsSpec
+    | AllPairsSpec
+    | BestOfSeriesSpec
+    | RatingSpec
+    | PreferenceSpec
+    | ScreeningSpec,
     Field(discriminator="kind"),
 ]
 

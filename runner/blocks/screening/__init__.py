@@ -1,0 +1,1 @@
+"""Tests of an observer's vision on the rig itself: stereo acuity, colour vision, near acuity."""

@@ -1,0 +1,189 @@
+"""The block: vision tests one after the other, and what follows if one is failed."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator, Iterator, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import Any, Literal
+
+from runner.blocks.message import page
+from runner.blocks.screening.series import Answers, Presentation, Series, VisionTest
+from runner.blocks.steps import Block, Draft, Ended, Response, Steps, answer
+from runner.blocks.style import FULL_HD_HALF, Style
+from runner.ports import Ask
+from runner.presenter.scene import Item, Picture, Scene
+from runner.tasks import Choose
+from stimuli.random_dots import SIDES
+from stimuli.stereo_image import StereoImage
+
+KIND = "screening"
+KEYS: Mapping[str, str] = MappingProxyType({f"{where}{side}": side for where in ("", "pad_") for side in SIDES})
+STOP_WORDS = "Thank you. That is all for today.\n\nPlease call the experimenter."
+_SECONDS_PER_PRESENTATION = 3.5
+_SECONDS_PER_PAGE = 10.0
+_HINT = "Arrow keys point to it"
+
+
+@dataclass(frozen=True, slots=True)
+class Screening(Block):
+    """Each of the ``tests`` in turn; ``on_fail`` says whether the session goes on after one that was failed.
+
+    One record for each presentation, then one with the test's outcome; none can be repeated, since each answer decides
+    what follows. With ``on_fail: stop``, a failed test is followed by ``stop_words`` and a record that says
+    ``screened_out``, and the session ends there, complete. The response time of a presentation runs from its onset to
+    the answer; that of an outcome is 0.
+    """
+
+    tests: tuple[VisionTest, ...]
+    on_fail: Literal["continue", "stop"] = "continue"
+    stop_words: str = STOP_WORDS
+    style: Style = FULL_HD_HALF
+
+    @property
+    def trials(self) -> int:
+        """Every presentation, which is what someone meets who sees everything, and an outcome for each test."""
+        return sum(test.presentations + 1 for test in self.tests)
+
+    @property
+    def expected_s(self) -> float:
+        """A few seconds for each presentation, and the pages before the tests."""
+        shown = sum(test.presentations for test in self.tests)
+        return _SECONDS_PER_PAGE * len(self.tests) + _SECONDS_PER_PRESENTATION * shown
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The arrow keys and the gamepad's cross."""
+        return dict(KEYS)
+
+    @property
+    def pictures(self) -> dict[str, Callable[[], StereoImage]]:
+        """What is shown in the tests."""
+        return {one.picture: one.make for test in self.tests for one in _presentations(test.series)}
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """What the rig can show of each test."""
+        return {test.name: {"pass_mark": test.pass_mark, "unit": test.unit, **test.facts} for test in self.tests}
+
+    def steps(self) -> Steps:
+        """Ask until each series is lost or at its end, and record the answers and outcomes."""
+        for test in self.tests:
+            first = next(_presentations(test.series))
+            yield replace(page(test.words, self.style), upcoming=self._scene(test, first))
+            all_answers = []
+            for number, series in enumerate(test.series):
+                after = next(_presentations(test.series[number + 1 :]), None)
+                all_answers.append((yield from self._run(test, series, after)))
+            outcome = _outcome(test, all_answers)
+            yield Draft(KIND, outcome, repeatable=False)
+            if self.on_fail == "stop" and not outcome["outcome"]["passed"]:
+                response = answer((yield page(self.stop_words, self.style)))
+                data = {"test": test.name, "screened_out": True}
+                yield Draft(KIND, data, response_time_s=response.time_s, repeatable=False)
+                raise Ended({"screened_out": True})
+
+    def _run(
+        self, test: VisionTest, series: Series, after: Presentation | None
+    ) -> Generator[Ask | Draft, Response | None, Answers]:
+        """Go down ``series`` until a level is not passed; ``after`` is what is shown next in either case."""
+        answers = Answers(series)
+        for number, level in enumerate(series.levels):
+            finer = series.levels[number + 1].presentations[0] if number + 1 < len(series.levels) else after
+            for place, one in enumerate(level.presentations):
+                rest = level.presentations[place + 1 :]
+                if_right = rest[0] if rest else finer
+                if_wrong = if_right if answers.can_pass(level, if_wrong=True) else after
+                ask = Ask(
+                    self._scene(test, one),
+                    KEYS,
+                    self._upcoming(test, if_right, if_wrong),
+                    Choose(series.task, SIDES, one.correct, one.strength),
+                    test.targets,
+                )
+                response = answer((yield ask))
+                right = response.meaning == one.correct
+                answers.add(one, right=right)
+                data = {
+                    "test": test.name,
+                    "series": series.name,
+                    "level": level.value,
+                    "unit": test.unit,
+                    "presentation": place,
+                    **one.details,
+                    "correct_answer": one.correct,
+                    "answer": response.meaning,
+                    "correct": right,
+                }
+                yield Draft(KIND, data, response_time_s=response.time_s, repeatable=False)
+                if not answers.can_pass(level):
+                    break
+            if not answers.end_level(level):
+                break
+        return answers
+
+    def _scene(self, test: VisionTest, one: Presentation) -> Scene:
+        half = test.side_px / 2 / self.style.unit_px
+        items: tuple[Item, ...] = (
+            self.style.text(test.question, y=-half - 54, height=28),
+            Picture(one.picture),
+            *test.marks,
+            self.style.text(_HINT, y=half + 46, height=20, share=0.2),
+        )
+        return Scene(items)
+
+    def _upcoming(self, test: VisionTest, *candidates: Presentation | None) -> Scene | None:
+        """Return a scene that holds all that may come next: it is made ready, not shown."""
+        items = tuple(item for one in candidates if one is not None for item in self._scene(test, one).items)
+        return Scene(tuple(dict.fromkeys(items))) if items else None
+
+
+def _presentations(series: tuple[Series, ...]) -> Iterator[Presentation]:
+    return (one for each in series for level in each.levels for one in level.presentations)
+
+
+def _outcome(test: VisionTest, all_answers: list[Answers]) -> dict[str, Any]:
+    """Return a test's record; without an estimate where the answers leave it open."""
+    by_series = {}
+    for answers in all_answers:
+        series = answers.series
+        reached = answers.threshold is not None and (series.control or answers.threshold <= test.pass_mark)
+        by_series[series.name] = {
+            "passed": reached,
+            "threshold": None if series.control else answers.threshold,
+            "estimate": None if series.control else _in_unit(answers.estimate, test),
+            "presentations": len(answers.right),
+            "right": sum(answers.right),
+        }
+    names = {
+        control: [one.series.name for one in all_answers if one.series.control == control] for control in (False, True)
+    }
+    measured, controls = ([by_series[name] for name in names[control]] for control in (False, True))
+    return {
+        "test": test.name,
+        "outcome": {
+            "passed": all(one["passed"] for one in by_series.values()),
+            "threshold": _worst([one["threshold"] for one in measured]),
+            "estimate": _worst([one["estimate"] for one in measured]),
+            "pass_mark": test.pass_mark,
+            "unit": test.unit,
+            "controls_seen": all(one["passed"] for one in controls),
+        },
+        "by_series": by_series,
+        "screen": dict(test.facts),
+    }
+
+
+def _worst(values: list[float | None]) -> float | None:
+    """Return the largest, None if one is open."""
+    known = [value for value in values if value is not None]
+    return max(known) if known and len(known) == len(values) else None
+
+
+def _in_unit(strength: float | None, test: VisionTest) -> float | None:
+    if strength is None:
+        return None
+    if test.logarithmic:
+        return round(math.log10(strength), 4)
+    return round(strength, 6)

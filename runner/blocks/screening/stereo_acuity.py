@@ -1,0 +1,136 @@
+"""Stereo acuity: which of four squares of random dots lies in front of the others or behind them?
+
+In the spirit of the tests of stereopsis that [ITU2021] asks of observers (VT-04): random dots, four answers,
+disparities from coarse to fine.
+"""
+
+from __future__ import annotations
+
+import random
+from functools import partial
+from typing import Any, Literal
+
+from documents import Finding
+from runner.blocks.screening.screen import Screen
+from runner.blocks.screening.series import Level, Presentation, Series, VisionTest, four_targets
+from runner.blocks.style import Style
+from runner.errors import SessionError
+from stimuli.random_dots import SIDES, DotField, stereogram
+
+NAME = "stereo_acuity"
+Depth = Literal["crossed", "uncrossed", "both"]
+# The finest parallax that is called faithful, in pixels that an eye is really shown: measured back from the codes of 8
+# bits that are sent, a parallax errs by less than a tenth of it.
+FINEST_PX = 0.2
+FIELD_DEG, TARGET_SHARE, OFFSET_SHARE = 8.0, 0.26, 0.30
+_DOTS_PER_SQUARE_DEG, _SPOT_ARCMIN = 52.0, 0.9
+# Dots brighter than a ground that is not black: what leaks from a dot to the other eye can be taken off the ground.
+GROUND_SHARE, DOT_SHARE = 0.10, 0.70
+_WORDS = (
+    "Stereo vision\n\nYou will see a square full of dots. In it, above, below, left or right of the cross, "
+    "a smaller square floats in front of the other dots, or lies behind them.\n\n"
+    "Look at the cross, and take your time. Press the arrow key that points to the smaller square, or click on it. "
+    "It gets harder. If you see none, guess."
+)
+_MEASURED = "measured back from codes of 8 bits, a parallax errs by less than 0.02 px; the panel and the eyes were not"
+
+
+def finest_arcsec(screen: Screen) -> float:
+    """Return the smallest disparity that the screen is said to show faithfully."""
+    return screen.disparity_arcsec(FINEST_PX * screen.grain_px[0])
+
+
+def coarsest_arcsec(screen: Screen) -> float:
+    """Return the largest disparity: a quarter of a square's side."""
+    return -screen.disparity_arcsec(-dot_field(screen).target_px / 4)
+
+
+def dot_field(screen: Screen) -> DotField:
+    """Return the field of dots; 8° wide, or as wide as fits."""
+    side = screen.fitting_px(FIELD_DEG)
+    spots = tuple(max(float(grain), screen.px(_SPOT_ARCMIN / 60.0)) for grain in screen.grain_px)
+    dots = round(_DOTS_PER_SQUARE_DEG * screen.degrees(side) ** 2 / (spots[0] * spots[1]) * _spot_area(screen))
+    return DotField(side, TARGET_SHARE * side, OFFSET_SHARE * side, (spots[0], spots[1]), dots)
+
+
+def _spot_area(screen: Screen) -> float:
+    """Return the area of the spots of a mode in which each eye has all pixels: larger spots are fewer."""
+    return float(max(1.0, screen.px(_SPOT_ARCMIN / 60.0))) ** 2
+
+
+def stereo_acuity(
+    screen: Screen,
+    style: Style,
+    seed: str,
+    *,
+    pass_arcsec: float,
+    levels_arcsec: tuple[float, ...],
+    repeats: int,
+    required: int,
+    depth: Depth,
+) -> VisionTest:
+    """Return the test; levels that the screen cannot show are left out, and its ``facts`` say which.
+
+    Raises
+    ------
+    SessionError
+        If the screen cannot show the pass mark.
+    """
+    field = dot_field(screen)
+    finest, coarsest = finest_arcsec(screen), coarsest_arcsec(screen)
+    if not finest <= pass_arcsec <= coarsest:
+        raise SessionError(
+            Finding(
+                f"screening: the rig shows disparities of {finest:.0f} to {coarsest:.0f} arcsec, "
+                f"not the pass mark of {pass_arcsec:g} arcsec",
+                remedy="change pass_arcsec, or the viewing distance",
+            )
+        )
+    wanted = sorted({*levels_arcsec, pass_arcsec}, reverse=True)
+    levels = [level for level in wanted if finest <= level <= coarsest]
+    rng = random.Random(f"{seed}/{NAME}")
+    ground, dot = screen.shown.grey(GROUND_SHARE), screen.shown.grey(DOT_SHARE)
+
+    def presentation(level: float, number: int) -> Presentation:
+        name = f"{seed}/{NAME}/{level:g}/{number}"
+        direction = ("crossed", "uncrossed")[number % 2] if depth == "both" else depth
+        parallax = screen.parallax_px(-level if direction == "crossed" else level)
+        side = rng.choice(SIDES)
+        make = partial(stereogram, field, side, parallax, ground, dot, name)
+        return Presentation(name, make, side, level, {"depth": direction, "parallax_px": round(parallax, 6)})
+
+    facts: dict[str, Any] = {
+        "one_pixel_arcsec": round(screen.disparity_arcsec(1.0), 2),
+        "finest_arcsec": round(finest, 2),
+        "finest_px": FINEST_PX * screen.grain_px[0],
+        "faithful": _MEASURED,
+        "field_deg": round(screen.degrees(field.side_px), 2),
+        "target_deg": round(screen.degrees(field.target_px), 2),
+        "spot_arcmin": round(60 * screen.degrees(2.355 * field.spots_px[0]), 2),
+        "dots": field.dots,
+        "levels_arcsec": levels,
+        "not_shown_arcsec": [level for level in wanted if level not in levels],
+    }
+    arm, thick = 20, 3
+    cross = (style.box(0, 0, arm + 8, arm + 8, 0.0), style.box(0, 0, arm, thick, 0.8), style.box(0, 0, thick, arm, 0.8))
+    return VisionTest(
+        NAME,
+        "arcsec",
+        pass_arcsec,
+        _WORDS,
+        "Where is the smaller square?",
+        field.side_px,
+        (
+            Series(
+                NAME,
+                NAME,
+                tuple(
+                    Level(level, tuple(presentation(level, number) for number in range(repeats)), required)
+                    for level in levels
+                ),
+            ),
+        ),
+        facts,
+        four_targets(field.target_offset_px, field.target_px),
+        cross,
+    )
