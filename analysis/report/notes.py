@@ -55,8 +55,8 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
         notes.append(f"Catch trials with an obvious answer were answered otherwise by {who}.")
     if catch.identical:
         notes.append(
-            f"Of {catch.identical} pairs of one stimulus with itself, {catch.first} were answered with the first place "
-            f"and {catch.second} with the second."
+            f"Of {catch.identical} pairs of one stimulus with itself, the first place was chosen in {catch.first} "
+            f"and the second in {catch.second}."
         )
     return notes
 
