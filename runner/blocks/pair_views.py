@@ -110,7 +110,7 @@ class SequenceView:
     @property
     def position_names(self) -> tuple[str, str]:
         """The intervals by number."""
-        return "interval 1", "interval 2"
+        return "interval_1", "interval_2"
 
     @property
     def keys(self) -> dict[str, str]:

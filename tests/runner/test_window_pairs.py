@@ -71,9 +71,9 @@ def test_pairs_and_preferences_with_real_keys(person: Person) -> None:
     assert [trial.data["answer"] for trial in pairs] == ["second", "not_sure", "first"]
     for trial in pairs:
         held = [scene["what"] for scene in trial.data["timed"]]
-        assert held == ["interval 1", "between", "interval 2"]
+        assert held == ["interval_1", "between", "interval_2"]
     assert [trial.data["answer"] for trial in preferences] == ["second", "second"]
-    assert [trial.data["first_position"] for trial in preferences] == ["top", "interval 1"]
+    assert [trial.data["first_position"] for trial in preferences] == ["top", "interval_1"]
     views = {"one": "stereo", "two": "stereo", "three": "flat", "four": "flat"}
     assert [trial.data["chosen_view"] for trial in preferences] == [
         views[trial.data["chosen"]] for trial in preferences

@@ -113,8 +113,8 @@ def test_in_sequence_two_numbered_intervals_come_before_the_question(play: Play)
     assert not question.stimuli
     assert [item.words for item in question.items] == ["Which?", "1", "2"]
     held = [(scene["what"], scene["asked_ms"]) for scene in played.trials[0].data["timed"]]
-    assert held == [("interval 1", 1000.0), ("between", 500.0), ("interval 2", 1000.0)]
-    assert played.trials[0].data["first_position"] == "interval 1"
+    assert held == [("interval_1", 1000.0), ("between", 500.0), ("interval_2", 1000.0)]
+    assert played.trials[0].data["first_position"] == "interval_1"
     assert played.trials[0].response_time_s == 0.5
 
 

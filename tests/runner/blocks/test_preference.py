@@ -91,7 +91,7 @@ def test_at_ones_own_pace_each_interval_stays_until_the_space_bar(play: Play) ->
 
 def test_timed_intervals_are_recorded_as_timed_scenes(play: Play) -> None:
     data = play(TIMED).trials[1].data
-    assert [held["what"] for held in data["timed"]] == ["blank", "interval 1", "between", "interval 2"]
+    assert [held["what"] for held in data["timed"]] == ["blank", "interval_1", "between", "interval_2"]
     assert "interval_s" not in data
 
 
