@@ -93,6 +93,7 @@ def describe_stimulus(
     (see `runner.mixed_cost`).
     """
     costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
+    places_px = places_px or ((0, 0),)  # of a session that shows none
     for place in places_px if compensation.depends_on_place else places_px[:1]:
         for eye, cost in clip_costs(compensation.evened(image, place), compensation).items():
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}

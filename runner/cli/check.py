@@ -11,52 +11,54 @@ import click
 
 @click.command(short_help="Check an experiment file and everything it names.")
 @click.argument("files", nargs=-1, required=True, type=click.Path(path_type=Path))
+@click.option(
+    "--results",
+    type=click.Path(path_type=Path),
+    default=Path("results"),
+    show_default=True,
+    help="Where sessions are to go.",
+)
+@click.option(
+    "--screen/--no-screen",
+    default=None,
+    help="Whether this screen must be able to show it; without either, what it cannot is a warning.",
+)
+@click.option("--no-pictures", is_flag=True, help="Leave the stimuli unbuilt: nothing is said of what is clipped.")
+@click.option(
+    "--clip-limit",
+    type=click.FloatRange(0, 100),
+    metavar="PERCENT",
+    help="Warn of stimuli with more of an eye's pixels clipped than this; 0.3 if left out, as in the thesis.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print what each file amounts to, and the faults, as JSON.")
-def command(files: tuple[Path, ...], as_json: bool) -> None:
+def command(
+    files: tuple[Path, ...],
+    results: Path,
+    screen: bool | None,
+    no_pictures: bool,
+    clip_limit: float | None,
+    as_json: bool,
+) -> None:
     """Check an experiment file and everything it names.
 
     FILES may be experiments, displays, rigs, stimulus recipes and simulated observers. All faults are told at once,
-    each with file, line, column and what would be right; the exit status is 2 if there are any.
+    each with file, line, column and what would be right. Errors keep a session from running, and make the exit status
+    2; warnings are to be thought about.
     """
-    from dataclasses import asdict
+    from runner.check import Wishes, check_file
+    from runner.check.checked import CLIP_LIMIT_PERCENT, Screen
+    from runner.cli.check_page import print_checked
+    from runner.cli.progress import progress_bar
 
-    from documents import InputError
-    from runner.check import check_file
-
-    told = []
-    faults = 0
+    limit = CLIP_LIMIT_PERCENT if clip_limit is None else clip_limit
+    looking: dict[bool | None, Screen] = {None: "if there is one", True: "must do", False: "leave alone"}
+    all_checked = []
     for file in files:
-        try:
-            facts = check_file(file)
-            told.append({"file": str(file), **facts, "findings": []})
-            if not as_json:
-                click.echo(f"{file}: right")
-                for name, value in facts.items():
-                    _print_fact(name, value)
-        except InputError as error:
-            faults += len(error.findings)
-            told.append({"file": str(file), "findings": [asdict(finding) for finding in error.findings]})
-            if not as_json:
-                for finding in error.findings:
-                    click.echo(f"error: {finding}", err=True)
+        with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
+            all_checked.append(check_file(file, Wishes(results, looking[screen], not no_pictures, limit, step)))
+        if not as_json:
+            print_checked(all_checked[-1])
     if as_json:
-        click.echo(json.dumps(told, ensure_ascii=False))
-    if faults:
+        click.echo(json.dumps([checked.to_json() for checked in all_checked], ensure_ascii=False))
+    if any(checked.errors for checked in all_checked):
         sys.exit(2)
-
-
-def _print_fact(name: str, value: object) -> None:
-    if name == "remarks":
-        for remark in value if isinstance(value, list) else ():
-            click.echo(f"  note: {remark}")
-        return
-    if isinstance(value, dict) and any(isinstance(item, list) for item in value.values()):
-        click.echo(f"  {name.replace('_', ' ')} (left, right):")
-        for key, item in value.items():
-            click.echo(f"    {key}: {', '.join(f'{number:g}' for number in item)}")
-        return
-    if isinstance(value, dict):
-        value = ", ".join(f"{key}: {item}" for key, item in value.items())
-    elif isinstance(value, list):
-        value = ", ".join(str(item) for item in value)
-    click.echo(f"  {name.replace('_', ' ')}: {value}")

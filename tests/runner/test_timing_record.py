@@ -122,7 +122,8 @@ def test_check_tells_what_a_record_says_and_whether_it_is_of_this_rig(study: Stu
     _record(study.folder, "flat")
     for facts in json.loads(_check(study.folder / "rig.yaml", study.experiment).stdout):
         assert facts["onsets"] == NOT_VERIFIED
-        assert any("measured in the mode 'flat', not 'side-by-side'" in remark for remark in facts["remarks"])
+        messages = [warning["message"] for warning in facts["warnings"]]
+        assert any("measured in the mode 'flat', not 'side-by-side'" in message for message in messages)
 
 
 def test_check_and_run_refuse_a_missing_and_a_wrong_record(study: Study) -> None:

@@ -1,0 +1,49 @@
+"""What came of checking a file: what it amounts to, what is doubtful, what is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import asdict, dataclass, field
+from pathlib import Path
+from typing import Any, Literal
+
+from documents import Finding
+
+# What is written of a file, in the order in which it is told; every value is plain JSON.
+Facts = dict[str, Any]
+Screen = Literal["if there is one", "must do", "leave alone"]
+# Beyond this share of pixels the thesis calls an image excessively oversaturated (its footnote 6).
+CLIP_LIMIT_PERCENT = 0.3
+
+
+@dataclass(frozen=True, slots=True)
+class Wishes:
+    """What else to look at: the results folder, the screen, and the pictures, which may have to be built first.
+
+    A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped is warned of.
+    """
+
+    results: Path = Path("results")
+    screen: Screen = "if there is one"
+    pictures: bool = True
+    clip_limit_percent: float = CLIP_LIMIT_PERCENT
+    progress: Callable[[str, int, int], None] = lambda what, done, of: None
+
+
+@dataclass(slots=True)
+class Checked:
+    """A file's ``facts``; ``warnings`` are to be thought about, ``errors`` keep a session from running."""
+
+    file: Path
+    facts: Facts = field(default_factory=dict)
+    warnings: list[Finding] = field(default_factory=list)
+    errors: list[Finding] = field(default_factory=list)
+
+    def to_json(self) -> Facts:
+        """Return all of it; errors are called ``findings``."""
+        return {
+            "file": str(self.file),
+            **self.facts,
+            "warnings": [asdict(finding) for finding in self.warnings],
+            "findings": [asdict(finding) for finding in self.errors],
+        }

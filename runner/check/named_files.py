@@ -1,0 +1,47 @@
+"""What is wrong in the files that an experiment names, even where the experiment itself cannot be read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from devices.rig_file import read_rig
+from documents import Finding, InputError
+from documents.yaml_source import read_yaml
+from stimuli.recipe import PicturesRecipe, read_recipe
+
+
+def faults_of_named_files(experiment_file: Path) -> list[Finding]:
+    """Return the faults of the rig and the recipe that ``experiment_file``, which may be wrong itself, names."""
+    data = read_yaml(experiment_file).data
+    findings: list[Finding] = []
+    for key, faults in (("rig", _rig_faults), ("stimuli", missing_pictures)):
+        name = data.get(key) if isinstance(data, dict) else None
+        if isinstance(name, str) and (experiment_file.parent / name).is_file():
+            findings += faults(experiment_file.parent / name)
+    return findings
+
+
+def missing_pictures(recipe_file: Path) -> list[Finding]:
+    """Return the faults of a recipe, and the pictures it names that are not there."""
+    try:
+        recipe, source = read_recipe(recipe_file)
+    except InputError as error:
+        return list(error.findings)
+    if not isinstance(recipe, PicturesRecipe):
+        return []
+    findings = []
+    for index, picture in enumerate(recipe.stimuli):
+        if not (recipe_file.parent / picture.file).is_file():
+            place = source.place(("stimuli", index, "file"))
+            message = f"the picture '{picture.file}' cannot be read: there is no such file"
+            line, column = (place.line, place.column) if place else (None, None)
+            findings.append(Finding(message, source.file, line, column, "check the path, relative to the recipe"))
+    return findings
+
+
+def _rig_faults(file: Path) -> list[Finding]:
+    try:
+        read_rig(file)
+    except InputError as error:
+        return list(error.findings)
+    return []

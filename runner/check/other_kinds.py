@@ -1,0 +1,59 @@
+"""Displays, rigs, photodiodes' records, recipes and simulated observers."""
+
+from __future__ import annotations
+
+from devices.display_file import read_display
+from devices.rig_file import read_rig
+from devices.verification_file import read_verification
+from devices.viewing import pixels_per_degree
+from documents.yaml_source import read_yaml
+from runner.check.checked import Checked, Wishes
+from runner.check.named_files import missing_pictures
+from runner.check.onsets import onsets
+from runner.check.screen import look
+from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
+from stimuli.names import stimulus_names
+from stimuli.recipe import read_recipe
+
+
+def check_display(checked: Checked, wishes: Wishes) -> None:
+    """Check a display file."""
+    display = read_display(checked.file)
+    white = {
+        mode: {"left": round(float(m.left.white_XYZ_cd_m2[1]), 2), "right": round(float(m.right.white_XYZ_cd_m2[1]), 2)}
+        for mode, m in display.modes.items()
+    }
+    checked.facts = {"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white}
+
+
+def check_rig(checked: Checked, wishes: Wishes) -> None:
+    """Check a rig file, and whether this machine's screen is that of the rig."""
+    rig = read_rig(checked.file)
+    density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
+    checked.facts = {"kind": "rig", "mode": rig.mode, "pixels_per_degree": round(density, 2)}
+    onsets(checked, rig)
+    look(checked, rig, wishes)
+
+
+def check_verification(checked: Checked, wishes: Wishes) -> None:
+    """Check a record of onsets verified with a photodiode."""
+    verification = read_verification(checked.file)
+    spec = verification.spec
+    checked.facts = {
+        "kind": "verification",
+        "mode": spec.mode,
+        "refresh_hz": spec.refresh_hz,
+        "onsets": verification.sentence(),
+    }
+
+
+def check_kind(checked: Checked, wishes: Wishes) -> None:
+    """Check a recipe or simulated observers."""
+    if read_yaml(checked.file).data.get("kind") in KINDS:
+        spec = read_observer(checked.file)
+        scored = {"stimuli": len(spec.stimuli)} if isinstance(spec, ScoredObserverSpec) else {}
+        checked.facts = {"kind": "observers", **scored}
+        return
+    recipe, _ = read_recipe(checked.file)
+    checked.errors += missing_pictures(checked.file)
+    checked.facts = {"kind": "stimuli", "names": list(stimulus_names(recipe))}

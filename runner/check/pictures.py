@@ -1,0 +1,63 @@
+"""What the display cannot show of the stimuli, and whether they fill their places."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from documents.yaml_source import YamlSource
+from runner.check.checked import Checked, Wishes
+from runner.check.places import finding_at
+from runner.compensation import Compensation
+from runner.header import describe_stimulus
+from runner.protocol.experiment import Experiment
+from stimuli.build import StimulusSet, build
+
+
+def pictures(checked: Checked, design: Experiment, source: YamlSource, wishes: Wishes) -> None:
+    """Build the stimuli, or find them built, and say what the gamut clip costs each eye."""
+    pitch_mm = design.rig.display.panel.pixel_pitch_mm
+    stimuli = build(design.recipe_file, pitch_mm, lambda _, done, of: wishes.progress("Building stimuli", done, of))
+    load = design.shown(stimuli.load)
+    compensation = Compensation.of(design.rig, design.mode, (load(name) for name in stimuli.names))
+    clipping = {}
+    for done, name in enumerate(stimuli.names, start=1):
+        clipping[name] = describe_stimulus(name, load(name), {}, compensation, design.places_px)["clipping"]
+        wishes.progress("Looking at stimuli", done, len(stimuli.names))
+    checked.facts["clipped_percent"] = _per_eye(clipping, "percent_any")
+    checked.facts["clip_limit_percent"] = wishes.clip_limit_percent
+    checked.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")
+    if design.mode.mixture(design.rig.models) is not None:
+        checked.facts["filters_cost_mean_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_mean")
+    worst = {name: max(eyes) for name, eyes in checked.facts["clipped_percent"].items()}
+    over = {name: percent for name, percent in worst.items() if percent > wishes.clip_limit_percent}
+    if over:
+        most = max(over, key=lambda name: over[name])
+        what = (
+            f"more than {wishes.clip_limit_percent:g} % of an eye's pixels are outside the gamut in {len(over)} of "
+            f"{len(worst)} stimuli: {_some(over)}; most in '{most}', {over[most]:.2f} %"
+        )
+        remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
+        checked.warnings.append(finding_at(source, ("stimuli",), what, remedy))
+    _sizes(checked, design, source, stimuli)
+    if design.rig.gain_map:
+        what = f"the gain map costs {100 * design.rig.gain_map.luminance_lost:.1f} % of the luminance"
+        checked.warnings.append(finding_at(source, ("rig",), what))
+
+
+def _sizes(checked: Checked, design: Experiment, source: YamlSource, stimuli: StimulusSet) -> None:
+    aperture = design.aperture_px
+    small = [name for name in stimuli.names if any(a < b for a, b in zip(stimuli.size_px(name), aperture, strict=True))]
+    if small:
+        what = f"{len(small)} stimuli are smaller than the aperture of {aperture[0]} x {aperture[1]} px: {_some(small)}"
+        remedy = "black will surround them; make size_mm smaller, or the pictures larger"
+        checked.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+
+
+def _some(names: Any) -> str:
+    listed = list(names)
+    return ", ".join(listed[:5]) + (f" and {len(listed) - 5} more" if len(listed) > 5 else "")
+
+
+def _per_eye(clipping: Mapping[str, Mapping[str, Any]], key: str) -> dict[str, list[float]]:
+    return {name: [eyes["left"][key], eyes["right"][key]] for name, eyes in clipping.items()}

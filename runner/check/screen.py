@@ -1,0 +1,94 @@
+"""Whether this machine's screen is the rig's and can show its mode."""
+
+from __future__ import annotations
+
+import os
+import sys
+
+from devices.rig_file import Rig
+from documents import Finding, InputError
+from runner.check.checked import Checked, Wishes
+from runner.presenter.compositor import compositor
+from runner.presenter.errors import GraphicsError
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.monitors import Monitor, monitors
+from runner.presenter.surfaces.surface import SurfaceFacts
+
+NO_DISPLAY = "not looked at: there is no display here"
+_TRIED_PX = (320, 240)
+
+
+def look(checked: Checked, rig: Rig, wishes: Wishes) -> None:
+    """Open a small window for a moment and hold the screen against the rig.
+
+    What does not fit is a warning, since a file may be checked away from its rig, or an error if the screen must do.
+    """
+    if wishes.screen == "leave alone":
+        return
+    faults = checked.errors if wishes.screen == "must do" else checked.warnings
+    if not _has_display():
+        checked.facts["screen"] = NO_DISPLAY
+        if wishes.screen == "must do":
+            faults.append(Finding("there is no display here", rig.file, remedy="check at the rig"))
+        return
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
+    panel = rig.display.panel
+    try:
+        there = monitors()
+        with open_surface(
+            "window",
+            _TRIED_PX,
+            stereo=mode.needs_stereo,
+            windowed=True,
+            windows=mode.windows,
+            bits=rig.output_bits,
+        ) as surface:
+            facts = surface.facts
+            reason = mode.unavailable(panel.resolution_px, stereo=surface.stereo, windows=surface.windows)
+    except (GraphicsError, InputError) as error:
+        checked.facts["screen"] = f"not looked at: {error}"
+        faults.append(Finding(f"no window can be opened: {error}", rig.file))
+        return
+    checked.facts["screen"] = {
+        "monitors": [str(monitor) for monitor in there],
+        "renderer": facts.renderer,
+        "compositor": compositor(),
+        "bits": facts.bits,
+        "mode_possible": reason is None,
+    }
+    told = [] if reason is None else [(f"the mode '{rig.mode}' cannot be shown here: {reason}", "see cyclopean doctor")]
+    told += _monitor_faults(there, rig) + _surface_faults(facts, rig)
+    faults += [Finding(message, rig.file, remedy=remedy) for message, remedy in told]
+
+
+def _has_display() -> bool:
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _monitor_faults(there: tuple[Monitor, ...], rig: Rig) -> list[tuple[str, str]]:
+    panel = rig.display.panel
+    fitting = [monitor for monitor in there if monitor.size_px == tuple(panel.resolution_px)]
+    if not fitting:
+        width, height = panel.resolution_px
+        listed = " and ".join(map(str, there)) or "none"
+        what = f"no screen here has the panel's {width} x {height} px (there: {listed})"
+        return [(what, "set the screen to it, without scaling")]
+    rates = [monitor.refresh_hz for monitor in fitting]
+    if any(rate is None or abs(rate - panel.refresh_hz) <= 0.01 * panel.refresh_hz + 0.5 for rate in rates):
+        return []
+    what = f"the screen refreshes at {rates[0]:g} Hz, the panel of the rig at {panel.refresh_hz:g} Hz"
+    return [(what, "set the screen's rate, or correct refresh_hz in the display file")]
+
+
+def _surface_faults(facts: SurfaceFacts, rig: Rig) -> list[tuple[str, str]]:
+    told = []
+    between = compositor()
+    if "with a compositing" in between or "Wayland" in between:
+        told.append((f"a compositor stands between window and screen: {between}", "switch it off for timed scenes"))
+    if rig.output_bits > facts.bits:
+        told.append((f"the panel takes {rig.output_bits} bits, and the driver gives {facts.bits}", "see docs/modes.md"))
+    if "llvmpipe" in facts.renderer:
+        told.append((f"pictures are drawn without a graphics card ({facts.renderer})", "install its driver"))
+    return told

@@ -1,0 +1,124 @@
+"""What came of a check, set out for a terminal."""
+
+from __future__ import annotations
+
+import shutil
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import click
+
+from runner.check.checked import Checked
+
+_LABEL = 22
+# What is called otherwise than in JSON, where the unit is part of the name.
+_NAMES = {
+    "picture_deg": "a picture covers",
+    "picture_px": "which is, in pixels",
+    "white_luminance_cd_m2": "white, in cd/m²",
+    "unfinished_sessions_of": "unfinished sessions",
+    "sessions_running_of": "sessions running now",
+    "refresh_hz": "refresh rate, in Hz",
+}
+# What is told in tables of their own, or only to programs.
+_APART = (
+    "blocks",
+    "keys",
+    "clipped_percent",
+    "clipping_cost_mean_delta_e_00",
+    "filters_cost_mean_delta_e_00",
+    "clip_limit_percent",
+    "trials",
+    "minutes",
+    "screen",
+)
+
+
+def print_checked(checked: Checked) -> None:
+    """Print facts on standard output; warnings and errors after them, errors on the error stream."""
+    verdict = _counted(len(checked.errors), "error") if checked.errors else "right"
+    doubts = f", {_counted(len(checked.warnings), 'warning')}" if checked.warnings else ""
+    click.secho(f"{checked.file}: {verdict}{doubts}", bold=True)
+    for line in _lines(checked.facts):
+        click.echo(f"  {line}".rstrip())
+    for finding in checked.warnings:
+        click.echo(f"{click.style('warning:', fg='yellow')} {finding}")
+    for finding in checked.errors:
+        click.echo(f"{click.style('error:', fg='red')} {finding}", err=True)
+
+
+def _counted(count: int, what: str) -> str:
+    return f"{count} {what}" + ("" if count == 1 else "s")
+
+
+def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in facts.items():
+        if name not in _APART:
+            yield from _labelled(name, _words(name, value))
+    if "trials" in facts:
+        yield from _labelled("session", f"{facts['trials']} trials, about {facts['minutes']:g} minutes")
+        yield ""
+        yield from _blocks(facts["blocks"])
+    if "clipped_percent" in facts:
+        yield ""
+        yield from _clipping(facts)
+    if "screen" in facts:
+        yield ""
+        yield from _screen(facts["screen"])
+
+
+def _labelled(name: str, words: str) -> Iterator[str]:
+    width = max(40, shutil.get_terminal_size((110, 24)).columns - _LABEL - 4)
+    for number, line in enumerate(textwrap.wrap(words, width, break_long_words=False, break_on_hyphens=False) or [""]):
+        yield f"{'' if number else _NAMES.get(name, name).replace('_', ' '):<{_LABEL}}{line}"
+
+
+def _words(name: str, value: object) -> str:
+    if name.endswith("_deg") and isinstance(value, list):
+        return " x ".join(f"{number:g}°" for number in value)
+    if name.endswith("_px") and isinstance(value, list):
+        return " x ".join(map(str, value))
+    if isinstance(value, dict):
+        return ", ".join(f"{key}: {_words('', item)}" for key, item in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
+    return str(value)
+
+
+def _blocks(blocks: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    yield f"{'block':<{_LABEL}}{'trials':>6}  {'minutes':>7}  keys"
+    for number, block in enumerate(blocks, start=1):
+        keys: dict[str, list[str]] = {}
+        for key, meaning in block["keys"].items():
+            keys.setdefault(meaning, []).append(key)
+        what = ", ".join(f"{' or '.join(pressed)} = {meaning.replace('_', ' ')}" for meaning, pressed in keys.items())
+        trials = str(block["trials"]) if block["trials"] else "-"
+        lead = f"{number}  {block['kind']}".ljust(_LABEL)
+        yield f"{lead}{trials:>6}  {block['minutes']:>7.1f}  {what}"
+        more = {k: v for k, v in block.items() if k not in ("kind", "trials", "minutes", "keys")}
+        if more:
+            told = "; ".join(f"{key.replace('_', ' ')}: {_words('', value)}" for key, value in more.items())
+            yield f"{'':<{_LABEL + 17}}{told}"
+
+
+def _clipping(facts: Mapping[str, Any]) -> Iterator[str]:
+    shares, costs = facts["clipped_percent"], facts["clipping_cost_mean_delta_e_00"]
+    filters = facts.get("filters_cost_mean_delta_e_00")
+    name_width = max([_LABEL - 2, *(len(name) for name in shares)]) + 2
+    heads = f"{'outside the gamut':<{name_width}}{'% left':>8}{'right':>8}   {'ΔE00 left':>9}{'right':>8}"
+    yield heads + (f"   {'by filters left':>15}{'right':>8}" if filters else "")
+    for name, (left, right) in shares.items():
+        cost_left, cost_right = costs[name]
+        line = f"{name:<{name_width}}{left:>8.2f}{right:>8.2f}   {cost_left:>9.3f}{cost_right:>8.3f}"
+        line += f"   {filters[name][0]:>15.3f}{filters[name][1]:>8.3f}" if filters else ""
+        yield line + ("  !" if max(left, right) > facts["clip_limit_percent"] else "")
+
+
+def _screen(screen: Mapping[str, Any] | str) -> Iterator[str]:
+    if isinstance(screen, str):
+        yield from _labelled("screen", screen)
+        return
+    possible = "can be shown here" if screen["mode_possible"] else "cannot be shown here"
+    yield from _labelled("screen", f"{', '.join(screen['monitors'])}; {screen['bits']} bits; the mode {possible}")
+    yield from _labelled("", f"{screen['renderer']}; {screen['compositor']}")

@@ -1,0 +1,180 @@
+"""What `check` tells of an experiment beyond its schema."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.records import Header
+from runner.check import Checked, Wishes, check_file
+from runner.check.screen import NO_DISPLAY
+from runner.presenter.surfaces.monitors import monitors
+from runner.protocol.experiment import read_experiment
+from runner.recorder import Recorder
+from stimuli.exr import write_exr
+from stimuli.stereo_image import StereoImage
+
+Study = Any  # tests/conftest.py
+HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+
+
+def _check(study: Study, **wishes: Any) -> Checked:
+    return check_file(study.experiment, Wishes(**{"results": study.results, "screen": "leave alone", **wishes}))
+
+
+def _messages(checked: Checked) -> str:
+    return "\n".join(map(str, checked.warnings))
+
+
+def test_each_block_has_its_trials_minutes_and_keys(study: Study) -> None:
+    facts = _check(study).facts
+    assert facts["trials"] == 6
+    blocks = read_experiment(study.experiment).blocks("01")
+    assert facts["minutes"] == round(sum(block.expected_s for block in blocks) / 60, 1)
+    words, pairs = facts["blocks"]
+    assert (words["kind"], words["trials"], words["keys"]["space"]) == ("instructions", 0, "continue")
+    assert (pairs["kind"], pairs["trials"], pairs["breaks"]) == ("all_pairs", 6, 1)
+    assert (pairs["keys"]["up"], pairs["keys"]["down"]) == ("first", "second")
+    assert facts["keys"]["escape"] == "pause"
+
+
+def test_repeats_ties_catch_trials_and_ratings_are_told(study: Study) -> None:
+    study.edit(
+        "small.yaml",
+        "break_every: 4",
+        "break_every: 4, repeats: 2, ties: not_sure, catch: {every: 4, pairs: [[four, one]]}, "
+        "ratings: [{name: sure, question: How sure}]",
+    )
+    assert not _check(study).errors
+    pairs = _check(study).facts["blocks"][1]
+    assert (pairs["trials"], pairs["repeats"], pairs["breaks"]) == (15, 2, 3)
+    assert (pairs["ties"], pairs["catch_trials"], pairs["ratings"]) == ("not_sure", 3, ["sure"])
+
+
+def test_a_picture_over_ten_degrees_is_warned_of_at_its_size(study: Study) -> None:
+    study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 100")
+    (warning,) = [warning for warning in _check(study).warnings if "of one field" in warning.message]
+    assert "a picture covers 11.4°" in warning.message
+    assert (warning.line, warning.column) == (6, 42)
+
+
+def test_pixels_that_can_be_seen_are_warned_of_with_the_distance_from_which_not(study: Study) -> None:
+    # 0.25 mm at 700 mm: 48.9 pixels per degree; 120 from 1719 mm.
+    assert "48.9 pixels per degree carry 24.4 cycles per degree" in _messages(_check(study))
+    assert "from 172 cm" in _messages(_check(study))
+    study.edit("rig.yaml", "distance_mm: 700", "distance_mm: 1725")
+    assert "pixels per degree" not in _messages(_check(study))
+
+
+def test_pictures_smaller_than_their_place_are_warned_of(study: Study) -> None:
+    assert "smaller than the aperture" not in _messages(_check(study))
+    write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((40, 79, 3), np.float32)))
+    (warning,) = [warning for warning in _check(study).warnings if "aperture" in warning.message]
+    assert "1 stimuli are smaller than the aperture of 80 x 40 px: two" in warning.message
+    assert warning.line == 6
+
+
+def test_clipping_is_warned_of_beyond_the_limit_only(study: Study) -> None:
+    worst = max(max(eyes) for eyes in _check(study).facts["clipped_percent"].values())
+    assert worst > 0.3
+    assert "outside the gamut in" in _messages(_check(study))
+    assert "outside the gamut in" not in _messages(_check(study, clip_limit_percent=worst))
+    assert "outside the gamut in 1 of 4" in _messages(_check(study, clip_limit_percent=worst - 1e-9))
+
+
+def test_without_pictures_nothing_is_built(study: Study) -> None:
+    checked = _check(study, pictures=False)
+    assert not checked.errors
+    assert "clipped_percent" not in checked.facts
+    assert not (study.folder / "cache").exists()
+
+
+def test_long_sessions_and_sessions_without_a_question_are_warned_of(study: Study) -> None:
+    study.edit("small.yaml", "break_every: 4", "break_every: 4, repeats: 100")
+    assert "a session takes about 50 minutes" in _messages(_check(study))
+    study.edit("small.yaml", "  - {kind: all_pairs, break_every: 4, repeats: 100}\n", "")
+    assert "no block asks anything that is scored" in _messages(_check(study))
+
+
+def test_faults_of_every_file_are_told_although_the_experiment_is_wrong(study: Study) -> None:
+    study.edit("small.yaml", "question:", "qestion:")
+    study.edit("rig.yaml", "distance_mm: 700", "distance_mm: -7")
+    study.edit("recipe.yaml", "file: two.exr", "file: too.exr")
+    study.edit("display.yaml", "gamma: 2.1", "gama: 2.1")
+    told = [str(error).removeprefix(f"{study.folder}/") for error in _check(study).errors]
+    for part in ("small.yaml:5:1: unknown key", "rig.yaml:4:14: 'distance_mm' is -7", "the picture 'too.exr'"):
+        assert any(part in one for one in told), (part, told)
+    assert len(told) == len(set(told))
+    study.edit("rig.yaml", "distance_mm: -7", "distance_mm: 700")
+    assert any("did you mean 'gamma'?" in str(error) for error in _check(study).errors)
+
+
+def test_missing_pictures_are_all_told_with_their_places(study: Study) -> None:
+    for name in ("one", "three"):
+        study.edit("recipe.yaml", f"file: {name}.exr", f"file: {name}s.exr")
+    told = [(error.message, error.line, error.column) for error in _check(study).errors]
+    why = "cannot be read: there is no such file"
+    assert told == [(f"the picture 'ones.exr' {why}", 4, 23), (f"the picture 'threes.exr' {why}", 6, 25)]
+
+
+def test_a_results_folder_that_is_a_file_is_an_error(study: Study) -> None:
+    study.results.write_text("")
+    (error,) = _check(study).errors
+    assert "a file stands where the results should go" in error.message
+
+
+def test_unfinished_and_running_sessions_are_told_and_a_left_over_lock_is_none(study: Study) -> None:
+    folder = study.results / "small" / "sub-07" / "ses-20260101T000000abcd"
+    with Recorder.create(folder, HEADER):
+        facts = _check(study).facts
+        assert facts["sessions_running_of"] == ["07"]
+        assert "unfinished_sessions_of" not in facts
+    (folder / ".lock").touch()
+    facts = _check(study).facts
+    assert facts["unfinished_sessions_of"] == ["07"]
+    assert "sessions_running_of" not in facts
+    recorder, _ = Recorder.reopen(folder)
+    with recorder:
+        recorder.end({})
+    assert "unfinished_sessions_of" not in _check(study).facts
+
+
+def test_without_a_display_the_screen_is_passed_over_unless_it_must_do(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    checked = _check(study, screen="if there is one")
+    assert checked.facts["screen"] == NO_DISPLAY
+    assert not checked.errors
+    assert "there is no display here" in str(_check(study, screen="must do").errors[0])
+
+
+def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", xvfb)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    assert [monitor.size_px for monitor in monitors()] == [(1920, 1080)]
+    checked = _check(study, screen="if there is one")
+    assert checked.facts["screen"]["mode_possible"] is True
+    assert "no screen here has the panel's 640 x 480 px (there: 1920 x 1080 px" in _messages(checked)
+    assert not checked.errors
+    assert "no screen here" in "\n".join(map(str, _check(study, screen="must do").errors))
+    study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
+    assert "no screen here" not in _messages(_check(study, screen="if there is one"))
+    study.edit("display.yaml", "pixel_pitch_mm: 0.25", "pixel_pitch_mm: 0.25, bits: 10, refresh_hz: 144")
+    study.edit("rig.yaml", "mode: side-by-side", "mode: quad-buffered")
+    checked = _check(study, screen="must do")
+    told = "\n".join(map(str, checked.errors))
+    assert "the mode 'quad-buffered' cannot be shown here" in told
+    assert checked.facts["screen"]["mode_possible"] is False
+
+
+def test_an_unknown_file_and_a_missing_one_are_findings(tmp_path: Path) -> None:
+    (tmp_path / "a.yaml").write_text("a: 1\n")
+    (tmp_path / "list.yaml").write_text("- 1\n")
+    for name, what in (("a", "no file that"), ("list", "no file that"), ("none", "there is no such file")):
+        (error,) = check_file(tmp_path / f"{name}.yaml").errors
+        assert what in error.message
