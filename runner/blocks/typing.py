@@ -2,63 +2,95 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Generator
 
+from runner.blocks.fields import Number, Words
+from runner.blocks.frames import button, frame, lines_needed
 from runner.blocks.steps import Response, answer
 from runner.blocks.style import Style
 from runner.ports import Ask
 from runner.presenter.scene import Scene
 from runner.tasks import Write
 
-LONGEST = 500
-_KEYS = {"backspace": "erase", "enter": "accept"}
-_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
-_NUMBER_SO_FAR = re.compile(r"[+-]?\d*([.,]\d*)?")
+_PROMPT, _TYPE, _WIDTH = 30, 26, 780
+_LINE_SPACING = 1.25
+_CARET = "▏"
 
 
 def typed(
-    prompt: str, style: Style, *, name: str = "", number: bool = False, required: bool = True
+    prompt: str, style: Style, *, name: str = "", field: Words | Number | None = None, required: bool = True
 ) -> Generator[Ask, Response | None, tuple[str, float]]:
-    """Ask for words, or with ``number`` for a number, until Enter is pressed; return them and the time it took in s.
+    """Ask for what ``field`` wants (any words if None); return what was typed and the time it took in s.
 
-    What is not part of a number cannot be typed into one; with ``required``, Enter waits for something to accept.
+    Enter accepts it, or says on the page what is wrong with it; without ``required`` it may be left empty. The time is
+    the sum of the times from each screen's onset to the press that ended it.
     """
-    words = ""
+    field = field or Words()
+    words, told = "", ""
     took_s = 0.0
+    presses = 0
     while True:
-        finished = _complete(words, number=number, required=required)
-        response = answer((yield _page(prompt, words, style, name, number=number, finished=finished)))
+        fault = _fault(words, field, required=required)
+        # Every press changes the page, if only how bright a word is: each screen has an onset of its own.
+        bright = 0.5 + 0.1 * (presses % 2)
+        response = answer((yield _page(prompt, words, style, name, field, fault, (told, bright), required=required)))
         took_s += response.time_s
-        if response.meaning == "accept" and finished:
+        presses += 1
+        told = ""
+        if response.meaning == "accept":
             return words.strip(), took_s
-        if response.meaning == "erase":
+        if response.meaning == "refuse":
+            told = fault
+        elif response.meaning == "erase":
+            told = "" if words else "Nothing is typed yet"
             words = words[:-1]
-        elif response.meaning.startswith("text "):
+        else:
             longer = words + response.meaning.removeprefix("text ")
-            if len(longer) <= LONGEST and (not number or _NUMBER_SO_FAR.fullmatch(longer)):
-                words = longer
+            told = field.refusal(longer)
+            words = words if told else longer
 
 
-def _complete(words: str, *, number: bool, required: bool) -> bool:
+def _fault(words: str, field: Words | Number, *, required: bool) -> str:
     if not words.strip():
-        return not required
-    return not number or _NUMBER.fullmatch(words) is not None
+        return field.wanted if required else ""
+    return field.fault(words.strip())
 
 
-def _page(prompt: str, words: str, style: Style, name: str, *, number: bool, finished: bool) -> Ask:
-    hint = "Enter when done" if finished else "Type a number" if number else "Type your answer"
-    lines = max(1, 1 + len(words) // 60)
+def _page(
+    prompt: str,
+    words: str,
+    style: Style,
+    name: str,
+    field: Words | Number,
+    fault: str,
+    told: tuple[str, float],
+    *,
+    required: bool,
+) -> Ask:
+    """Return the prompt above a field with what was typed so far, and below it a button and what is to be done."""
+    number = isinstance(field, Number)
+    rows = 1 if isinstance(field, Number) else max(2, lines_needed(words + _CARET, _TYPE, _WIDTH))
+    high = 28 + rows * _TYPE * _LINE_SPACING
+    wide = 420 if number else _WIDTH + 60
+    prompt_lines = lines_needed(prompt, _PROMPT, _WIDTH)
+    above = -high / 2 - 44 - prompt_lines * _PROMPT * _LINE_SPACING / 2
+    done = high / 2 + 64
+    hint = fault or ("Press Enter when you are done" if words.strip() else "Press Enter to leave it empty")
+    if not words.strip() and not required:
+        hint = f"{field.wanted}, or press Enter to leave it empty"
+    accept = "refuse" if fault else "accept"
     return Ask(
         Scene(
             (
-                style.text(prompt, y=-160, height=30),
-                style.text(f"{words}_", height=26, width=800),
-                style.box(0, 30 + 18 * lines, 820, 2, 0.2),
-                style.text(hint, y=110 + 18 * lines, height=20, share=0.2),
+                style.text(prompt, y=above, height=_PROMPT, width=_WIDTH),
+                *frame(style, 0, 0, wide, high, 0.3),
+                style.text(f"{words}{_CARET}", height=_TYPE, width=_WIDTH),
+                *button(style, "Done", 0, done, 180, 52, lit=not fault),
+                style.text(told[0] or hint, y=done + 70, height=20, width=_WIDTH, share=told[1] if told[0] else 0.2),
             )
         ),
-        _KEYS if finished else {"backspace": "erase"},
-        task=Write(name, words, number),
+        {"backspace": "erase", "enter": accept, "pad_a": accept},
+        task=Write(name, words, number, field.example),
+        targets={accept: style.target(0, done, 180, 52)},
         typing=True,
     )

@@ -10,7 +10,9 @@ from runner.protocol.kinds.active_pairs import ActivePairsSpec
 from runner.protocol.kinds.all_pairs import AllPairsSpec
 from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
 from runner.protocol.kinds.instructions import BreakSpec, InstructionsSpec
+from runner.protocol.kinds.practice import PracticeSpec
 from runner.protocol.kinds.preference import PreferenceSpec
+from runner.protocol.kinds.questionnaire import QuestionnaireSpec
 from runner.protocol.kinds.rating import RatingSpec
 from runner.protocol.kinds.screening import ScreeningSpec
 from runner.protocol.parts import AnalysisSpec, LayoutSpec, Line, Strict
@@ -23,9 +25,12 @@ AnyBlockSpec = Annotated[
     | BestOfSeriesSpec
     | RatingSpec
     | PreferenceSpec
-    | ScreeningSpec,
+    | ScreeningSpec
+    | QuestionnaireSpec
+    | PracticeSpec,
     Field(discriminator="kind"),
 ]
+PracticeSpec.model_rebuild(_types_namespace={"AnyBlockSpec": AnyBlockSpec})  # a block within a block
 
 
 class ExperimentSpec(Strict):

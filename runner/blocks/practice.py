@@ -1,0 +1,126 @@
+"""Practice: a few trials of another block that count for nothing, with a word on each answer if wanted."""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from runner.blocks.message import page
+from runner.blocks.steps import Block, Draft, Hold, Response, Steps, answer
+from runner.blocks.style import FULL_HD_HALF, Style
+from runner.tasks import Choose
+from stimuli.stereo_image import StereoImage
+
+Feedback = Literal["none", "correctness", "choice"]
+_FEEDBACK_S = 2.0
+_PLACES = {
+    ("top", "first"): "the upper picture",
+    ("top", "second"): "the lower picture",
+    ("left", "first"): "the left picture",
+    ("left", "second"): "the right picture",
+}
+_ANSWERS = {
+    "first": "the first picture",
+    "second": "the second picture",
+    "no_difference": "no difference",
+    "not_sure": "not sure",
+}
+
+
+@dataclass(frozen=True, slots=True)
+class Passing:
+    """Enough practice: of the last ``of`` answers with a right and a wrong, at least ``share`` were right."""
+
+    share: float
+    of: int
+
+
+@dataclass(frozen=True, slots=True)
+class Practice(Block):
+    """The first ``most_trials`` trials of ``block``, or fewer once ``until`` is reached; recorded as ``practice``.
+
+    ``feedback`` is given before the answer is recorded: whether it was right, where that is known, or what it was.
+    Its response times are those of the block.
+    """
+
+    block: Block
+    most_trials: int
+    feedback: Feedback = "correctness"
+    until: Passing | None = None
+    style: Style = FULL_HD_HALF
+
+    @property
+    def trials(self) -> int:
+        """At most so many: no more than the block has."""
+        return min(self.most_trials, self.block.trials)
+
+    @property
+    def expected_s(self) -> float:
+        """The block's time a trial, and that of reading the feedback."""
+        each_s = self.block.expected_s / max(1, self.block.trials)
+        return self.trials * (each_s + (0.0 if self.feedback == "none" else _FEEDBACK_S))
+
+    @property
+    def keys(self) -> Mapping[str, str]:
+        """Those of the block."""
+        return self.block.keys
+
+    @property
+    def pictures(self) -> Mapping[str, Callable[[], StereoImage]]:
+        """Those of the block."""
+        return self.block.pictures
+
+    def steps(self) -> Steps:
+        """Run the block, trial by trial, until that is enough."""
+        inner = self.block.steps()
+        response: Response | None = None
+        done = 0
+        right: deque[bool] = deque(maxlen=self.until.of if self.until else 1)
+        correct: bool | None = None
+        while True:
+            try:
+                step = inner.send(response)
+            except StopIteration:
+                return
+            response = None
+            if isinstance(step, Hold):
+                yield step
+            elif not isinstance(step, Draft):
+                response = answer((yield step))
+                if isinstance(step.task, Choose) and step.task.correct is not None:
+                    correct = response.meaning == step.task.correct
+            elif not step.repeatable:
+                continue  # a page of words inside the block is no trial
+            else:
+                if isinstance(step.data.get("correct"), bool):
+                    correct = step.data["correct"]
+                words = told(step.data, correct, self.feedback)
+                if words:
+                    yield page(words, self.style)
+                done += 1
+                if correct is not None:
+                    right.append(correct)
+                correct = None
+                data = {**step.data, "practice_of": step.kind}
+                yield Draft("practice", data, step.stimuli, step.response_time_s)
+                if done == self.most_trials or self._passed(right):
+                    inner.close()
+                    return
+
+    def _passed(self, right: deque[bool]) -> bool:
+        return self.until is not None and len(right) == self.until.of and sum(right) >= self.until.share * self.until.of
+
+
+def told(data: Mapping[str, Any], correct: bool | None, feedback: Feedback) -> str:
+    """Return what to say of an answer, ``correct`` or not if that is known; nothing where there is nothing to say."""
+    if feedback == "correctness":
+        return "" if correct is None else "That was right." if correct else "That was not right."
+    if feedback == "choice":
+        given = data.get("answer")
+        if given is None:
+            return "Your answer was taken down."
+        words = _PLACES.get((str(data.get("first_position")), str(given))) or _ANSWERS.get(str(given)) or str(given)
+        return f"Your answer: {words}."
+    return ""

@@ -1,0 +1,154 @@
+"""A questionnaire: one question a page, answered by choosing, by a number or in words."""
+
+from __future__ import annotations
+
+from collections.abc import Generator
+from dataclasses import dataclass
+from typing import Any
+
+from runner.blocks.fields import Number, Words
+from runner.blocks.frames import button, lines_needed
+from runner.blocks.steps import Block, Draft, Response, Steps, answer
+from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.typing import typed
+from runner.ports import Ask
+from runner.presenter.scene import Item, Scene
+from runner.tasks import Choose
+
+SECONDS_PER_QUESTION = 8.0
+NO_ANSWER = "none"
+_PROMPT, _PITCH, _NARROW_PITCH, _ROOMY = 30, 64, 54, 9
+_WIDE, _HIGH = 760, 0.86  # of a row: its width, and the share of the pitch that its frame takes
+_NUMBERS, _LETTERS = "123456789", "abcdefghijkl"
+_MOVES = {
+    "up": "upwards",
+    "wheel_up": "upwards",
+    "pad_up": "upwards",
+    "down": "downwards",
+    "wheel_down": "downwards",
+    "pad_down": "downwards",
+}
+_TAKE = ("enter", "space", "pad_a")
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """A question with ``options``, each with a digit, or a letter if ``letters``; unless ``required``, also none."""
+
+    name: str
+    question: str
+    options: tuple[str, ...]
+    required: bool = True
+    letters: bool = False
+
+    kind = "choice"
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The keys of the options by their numbers from 1, and of none."""
+        named = zip(_LETTERS if self.letters else _NUMBERS, self.options, strict=False)
+        keys = {key: str(number) for number, (key, _) in enumerate(named, start=1)}
+        return keys if self.required else {**keys, "0": NO_ANSWER}
+
+    def ask(self, style: Style) -> Generator[Ask, Response | None, tuple[str | None, float]]:
+        """Ask it; return the option's words, None if it was left out, and the time it took in s."""
+        meanings = list(self.keys.values())
+        marked: str | None = None
+        took_s = 0.0
+        while True:
+            response = answer((yield self._page(style, marked)))
+            took_s += response.time_s
+            if response.meaning in ("upwards", "downwards"):
+                marked = _next(meanings, marked, response.meaning)
+            else:
+                return None if response.meaning == NO_ANSWER else self.options[int(response.meaning) - 1], took_s
+
+    def _page(self, style: Style, marked: str | None) -> Ask:
+        """Return the question above a row for each option; arrows mark a row, round and round, and Enter takes it."""
+        keys = self.keys
+        pitch = _PITCH if len(keys) <= _ROOMY else _NARROW_PITCH
+        prompt = lines_needed(self.question, _PROMPT, _WIDE) * _PROMPT * 1.25
+        height = prompt + 50 + pitch * len(keys) + 60
+        top = -height / 2 + prompt + 50
+        heights = {meaning: top + pitch * (row + 0.5) for row, meaning in enumerate(keys.values())}
+        items: list[Item] = [style.text(self.question, y=-height / 2 + prompt / 2, height=_PROMPT, width=_WIDE)]
+        for key, meaning in keys.items():
+            words = "No answer" if meaning == NO_ANSWER else self.options[int(meaning) - 1]
+            lit = meaning == marked
+            items += button(style, words, 0, heights[meaning], _WIDE, _HIGH * pitch, lit=lit)
+            items.append(style.text(key.upper(), -_WIDE / 2 + 30, heights[meaning], height=22, share=0.25))
+        hint = "Enter takes the one that is marked" if marked else "Press its key, or click on it"
+        items.append(style.text(hint, y=height / 2 - 20, height=20, share=0.2))
+        return Ask(
+            Scene(tuple(items)),
+            {**keys, **_MOVES, **(dict.fromkeys(_TAKE, marked) if marked else {})},
+            task=Choose(self.name, tuple(keys.values())),
+            targets={meaning: style.target(0, y, _WIDE, pitch) for meaning, y in heights.items()},
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Typed:
+    """A question answered by what its ``field`` wants; unless ``required``, it may be left empty."""
+
+    name: str
+    question: str
+    field: Words | Number
+    required: bool = True
+
+    @property
+    def kind(self) -> str:
+        """What is typed."""
+        return "number" if isinstance(self.field, Number) else "text"
+
+    def ask(self, style: Style) -> Generator[Ask, Response | None, tuple[str | float | None, float]]:
+        """Ask it; return the answer, None if it was left out, and the time it took in s."""
+        written, took_s = yield from typed(
+            self.question, style, name=self.name, field=self.field, required=self.required
+        )
+        return self.field.value(written) if written else None, took_s
+
+
+@dataclass(frozen=True, slots=True)
+class Questionnaire(Block):
+    """Questions in order, a record for each.
+
+    The response time is the sum of the times from each screen's onset to the press that ended it: from the question's
+    onset to the press that answered it, without what drawing took.
+    """
+
+    questions: tuple[Choice | Typed, ...]
+    style: Style = FULL_HD_HALF
+
+    @property
+    def trials(self) -> int:
+        """A record for each question."""
+        return len(self.questions)
+
+    @property
+    def expected_s(self) -> float:
+        """Reading and answering."""
+        return SECONDS_PER_QUESTION * len(self.questions)
+
+    @property
+    def keys(self) -> dict[str, str]:
+        """The keys that choose, and those that end what is typed."""
+        choices = {"1": "first option"} if any(isinstance(one, Choice) for one in self.questions) else {}
+        typing = {"enter": "accept", "backspace": "erase"} if any(isinstance(q, Typed) for q in self.questions) else {}
+        return {**choices, **typing}
+
+    def steps(self) -> Steps:
+        """Ask every question and record its answer."""
+        for question in self.questions:
+            given, took_s = yield from question.ask(self.style)
+            data: dict[str, Any] = {"name": question.name, "question": question.question, "answer": given}
+            if isinstance(question, Typed) and isinstance(question.field, Number) and question.field.unit:
+                data["unit"] = question.field.unit
+            yield Draft("questionnaire", {**data, "answered_by": question.kind}, response_time_s=took_s)
+
+
+def _next(meanings: list[str], marked: str | None, way: str) -> str:
+    if marked is None:
+        return meanings[0] if way == "downwards" else meanings[-1]
+    step = 1 if way == "downwards" else -1
+    return meanings[(meanings.index(marked) + step) % len(meanings)]

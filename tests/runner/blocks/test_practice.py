@@ -1,0 +1,131 @@
+"""Practice: another block's trials, told apart from it, with a word on each answer."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import pytest
+
+from runner.blocks.all_pairs import AllPairs
+from runner.blocks.layouts import PairLayout
+from runner.blocks.practice import Passing, Practice, told
+from runner.blocks.steps import Block, Draft, Steps, answer
+from runner.observers.plain import key_for, plain_key
+from runner.ports import Ask
+from runner.presenter.scene import Scene, Text
+from runner.tasks import Choose
+
+Play = Callable[..., Any]
+LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+PAIRS = AllPairs(("a", "b", "c", "d", "e"), "Which?", LAYOUT, "s", "o", break_every=2)
+
+
+@dataclass(frozen=True, slots=True)
+class Sides(Block):
+    """Which side is it on? The right answer alternates, and may be told in the data or in the task alone."""
+
+    in_data: bool = True
+
+    @property
+    def trials(self) -> int:
+        return 8
+
+    def steps(self) -> Steps:
+        for number in range(8):
+            side = ("left", "right")[number % 2]
+            ask = Ask(Scene((Text(f"{number}"),)), {"left": "left", "right": "right"}, task=_side(side))
+            given = answer((yield ask)).meaning
+            data = {"answer": given, "correct": given == side} if self.in_data else {"answer": given}
+            yield Draft("sides", data, response_time_s=0.5)
+
+
+def _side(side: str) -> Choose:
+    return Choose("side", ("left", "right"), side)
+
+
+def _words(scene: Scene) -> str:
+    return " / ".join(item.words for item in scene.items if isinstance(item, Text))
+
+
+def _wrong(ask: Ask) -> str:
+    if isinstance(ask.task, Choose):
+        return key_for(ask, next(option for option in ask.task.options if option != ask.task.correct))
+    return plain_key(ask)
+
+
+def test_it_is_the_first_trials_of_the_block_under_another_kind(play: Play) -> None:
+    practice = Practice(PAIRS, 4, feedback="none")
+    played, whole = play(practice), play(PAIRS)
+    assert practice.trials == len(played.trials) == 4
+    for trial, scored in zip(played.trials, whole.trials, strict=False):
+        assert trial.kind == "practice"
+        assert dict(trial.data) == {**scored.data, "practice_of": "all_pairs"}
+        assert trial.response_time_s == scored.response_time_s
+    assert played.shown == whole.shown[: len(played.shown)]
+    assert played.shown_at_record[-1] == len(played.shown)
+    json.dumps([trial.to_json() for trial in played.trials])
+
+
+def test_it_is_no_longer_than_the_block(play: Play) -> None:
+    practice = Practice(PAIRS, 50)
+    assert practice.trials == PAIRS.trials == len(play(practice).trials)
+    assert practice.expected_s < 3 * PAIRS.expected_s
+    assert practice.keys == PAIRS.keys
+
+
+@pytest.mark.parametrize("in_data", [True, False])
+def test_what_was_right_is_told_before_it_is_recorded(play: Play, in_data: bool) -> None:
+    for press, words in ((plain_key, "That was right."), (_wrong, "That was not right.")):
+        played = play(Practice(Sides(in_data), 3), press)
+        assert [words in _words(scene) for scene in played.shown] == [False, True] * 3
+        assert played.shown_at_record == [2, 4, 6]
+
+
+def test_without_a_right_answer_there_is_nothing_to_tell(play: Play) -> None:
+    assert play(Practice(PAIRS, 3)).shown == play(Practice(PAIRS, 3, feedback="none")).shown
+
+
+def test_the_choice_is_told_in_words(play: Play) -> None:
+    played = play(Practice(PAIRS, 1, feedback="choice"))
+    assert "Your answer: the upper picture." in _words(played.shown[1])
+    across = {"first_position": "left", "answer": "second"}
+    assert told(across, None, "choice") == "Your answer: the right picture."
+    assert told({"answer": "no_difference"}, None, "choice") == "Your answer: no difference."
+    assert told({"ratings": {"gloss": 3}}, None, "choice") == "Your answer was taken down."
+
+
+def test_it_ends_once_enough_was_right(play: Play) -> None:
+    assert len(play(Practice(Sides(), 8, until=Passing(1.0, 3))).trials) == 3
+    assert len(play(Practice(Sides(), 8, until=Passing(1.0, 3)), _wrong).trials) == 8
+    # Wrong twice, then right: two of the last three are right after the fourth.
+    asked: list[Ask] = []
+
+    def late(ask: Ask) -> str:
+        if isinstance(ask.task, Choose):
+            asked.append(ask)
+        return _wrong(ask) if len(asked) <= 2 else plain_key(ask)
+
+    assert len(play(Practice(Sides(), 8, until=Passing(0.66, 3)), late).trials) == 4
+
+
+@pytest.mark.parametrize("answered", range(6))
+def test_it_resumes_exactly(play: Play, answered: int) -> None:
+    practice = Practice(Sides(), 5, until=Passing(1.0, 6))
+    whole = play(practice)
+    rest = play(practice, logged=whole.trials[:answered])
+    assert [trial.data for trial in rest.trials] == [trial.data for trial in whole.trials[answered:]]
+    assert len(rest.shown) == 2 * (5 - answered)
+
+
+def test_it_shows_what_the_block_makes() -> None:
+    made = {"dots": lambda: pytest.fail("not asked for")}
+
+    class Maker(Sides):
+        @property
+        def pictures(self) -> Any:
+            return made
+
+    assert Practice(Maker(), 2).pictures is made
