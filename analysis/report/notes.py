@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from analysis.bradley_terry import BradleyTerryFit
 from analysis.catch_trials import catch_results
+from analysis.preferences import preferences
 from analysis.records import SessionLog
 from analysis.scores import Scores
 from analysis.separation import explain
@@ -58,6 +59,9 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
             f"Of {catch.identical} pairs of one stimulus with itself, the first place was chosen in {catch.first} "
             f"and the second in {catch.second}."
         )
+    preferred = preferences(sessions)
+    if preferred.by_observer:
+        notes.append(preferred.sentence)
     return notes
 
 

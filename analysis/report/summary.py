@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from analysis.catch_trials import catch_results
 from analysis.errors import ResultsError
 from analysis.multiplicity import ADJUSTMENTS, Adjust
+from analysis.preferences import preferences
 from analysis.records import Header, SessionLog
 from analysis.report.notes import notes_on
 from analysis.scores import Scores, score
@@ -103,6 +104,7 @@ class Summary:
             "trials": self.trials,
             "ties": self.scores.comparisons.ties,
             "catch": catch_results(self.sessions).to_json(),
+            "preferences": preferences(self.sessions).to_json(),
             "alpha": self.alpha,
             "adjust": self.adjust,
             "method": self.scores.fit.method,

@@ -13,6 +13,7 @@ from runner.presenter.scene import Item, Picture, Scene, Text
 
 _PADS = {"left": "pad_left", "right": "pad_right", "up": "pad_up", "down": "pad_down"}
 _LABEL_SHARE = 0.3
+_LETTER_SHARE = 0.55  # a letter's mean width in the type's height
 
 
 class PairView(Protocol):
@@ -87,8 +88,13 @@ class SimultaneousView:
     @property
     def _words(self) -> tuple[Item, ...]:
         layout, (x, y) = self.layout, self.layout.question_px
-        question_y = y if self.ties == "none" else y - self.style.px(16)
-        question = Text(self.words, (x, question_y), self.style.px(24), layout.question_width_px)
+        if self.ties == "none":
+            return (Text(self.words, (x, y), self.style.px(24), layout.question_width_px),)
+        # Above the other answers there is room for a line of large type, or two of small.
+        height = self.style.px(24)
+        if len(self.words) * _LETTER_SHARE * height > layout.question_width_px:
+            height = self.style.px(17)
+        question = Text(self.words, (x, y - self.style.px(16)), height, layout.question_width_px)
         return question, *tie_words(self.ties, self._answers_px, self.style)
 
     @property

@@ -285,3 +285,14 @@ def test_faults_name_their_place() -> None:
     )
     faults = list(spec.faults(Stimuli({"a": {}, "b": {}, "c": {}})))
     assert [fault.path for fault in faults] == [("catch",), ("ratings", 1, "name")]
+
+
+def test_a_long_question_leaves_room_for_the_other_answers() -> None:
+    def height(words: str) -> int:
+        block = replace(AT_ONCE, question=words, ties="both", layout=replace(COLUMN, question_width_px=880))
+        first, *_ = block.view.question().items
+        assert isinstance(first, Text)
+        return first.height_px
+
+    assert height("Which of these two pictures is closer to the plate?") == 24
+    assert height("Which of these two pictures is closer in gloss and colour to the plate that lies on your left?") < 20
