@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.records import SessionLog
+from analysis.session_comparisons import KINDS
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,13 +35,15 @@ class CatchResults:
 
 
 def catch_results(sessions: Sequence[SessionLog]) -> CatchResults:
-    """Count the catch trials of ``sessions``, each trial's last attempt."""
+    """Count the catch trials of ``sessions``, each trial's last attempt; those of a practice do not count."""
     met: dict[str, int] = {}
     missed: dict[str, int] = {}
     same: list[str] = []
     for session in sessions:
         observer = session.header.observer
         for trial in session.trials:
+            if trial.kind not in KINDS:
+                continue
             if trial.data.get("catch") == "obvious":
                 met[observer] = met.get(observer, 0) + 1
                 missed[observer] = missed.get(observer, 0) + (trial.data.get("correct") is not True)

@@ -62,3 +62,10 @@ def test_the_report_says_so(make_session: Maker) -> None:
 def test_without_them_nothing_is_said(make_session: Maker) -> None:
     summary = summarise([make_session("01", names="ab", answers=ANSWERS)])
     assert not [note for note in summary.notes if "atch" in note or "neither" in note or "itself" in note]
+
+
+def test_practice_does_not_count(make_session: Maker) -> None:
+    session = _sessions(make_session)[1]
+    practised = replace(session, answers=tuple(replace(trial, kind="practice") for trial in session.answers))
+    results = catch_results([practised])
+    assert (results.obvious, results.missed, results.identical) == (0, {}, 0)
