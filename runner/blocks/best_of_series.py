@@ -151,7 +151,7 @@ class BestOfSeries(Block):
                     "path": [[index, time_s] for index, time_s in choice.path],
                     "dwell_s": choice.dwell_s(len(series.stimuli)),
                     "ratings": ratings,
-                    "times_s": times_s,
+                    "rating_times_s": times_s,
                 },
                 stimuli=series.stimuli,
                 response_time_s=choice.time_s,

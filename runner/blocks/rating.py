@@ -83,7 +83,7 @@ class Rating(Block):
                 times_s[scale.name] = round(time_s, 6)
             yield Draft(
                 "rating",
-                {"stimulus": stimulus, "ratings": ratings, "times_s": times_s},
+                {"stimulus": stimulus, "ratings": ratings, "rating_times_s": times_s},
                 stimuli=(stimulus,),
                 response_time_s=round(sum(times_s.values()), 6),
             )

@@ -61,7 +61,7 @@ def test_the_way_through_a_series_is_kept(play: Play) -> None:
         "path": [[0, 0.5], [1, 0.5], [2, 0.5], [3, 0.5], [2, 0.5], [1, 0.5]],
         "dwell_s": [0.5, 1.0, 1.0, 0.5],
         "ratings": {"similarity": 8, "difficulty": 3},
-        "times_s": {"similarity": 1.0, "difficulty": 1.0},
+        "rating_times_s": {"similarity": 1.0, "difficulty": 1.0},
     }
     assert trial.response_time_s == 3.0
     assert [ask.scene.stimuli[0] for ask in played.asks] == ["p0", "p1", "p2", "p3", "p2", "p1", *["p1"] * 4]

@@ -36,7 +36,7 @@ def test_what_is_recorded_is_what_was_shown_and_pressed(play: Play) -> None:
         {"quality": "abc".index(trial.data["stimulus"]) + 2, "depth": 70} for trial in played.trials
     ]
     for number, trial in enumerate(played.trials):
-        assert trial.data["times_s"] == {"quality": 1.0, "depth": 1.0}
+        assert trial.data["rating_times_s"] == {"quality": 1.0, "depth": 1.0}
         assert trial.response_time_s == 2.0
         for ask in played.asks[4 * number : 4 * number + 4]:
             assert ask.scene.stimuli == (trial.data["stimulus"],)
