@@ -76,21 +76,25 @@ def _rng(seed: str) -> np.random.Generator:
 
 def _discs(places: Floats, radii: Floats, colours: Floats, side_px: int, ground_XYZ: Floats) -> NDArray[np.float32]:
     """Return discs on a ground, each pixel mixed by how much of it they cover, to about a hundredth of the pixel."""
-    reach = int(np.ceil(radii.max())) + 1
+    picture = np.zeros((3, side_px * side_px))
+    for radius in np.unique(radii):
+        same = radii == radius
+        index, share, which = _covered(places[same], float(radius), side_px)
+        for channel in range(3):
+            light = (colours[same, channel] - ground_XYZ[channel])[which]
+            picture[channel] += np.bincount(index, share * light, side_px * side_px)
+    return (picture.T + ground_XYZ).reshape(side_px, side_px, 3).astype(np.float32)
+
+
+def _covered(places: Floats, radius: float, side_px: int) -> tuple[NDArray[np.int64], Floats, NDArray[np.int64]]:
+    """Return the pixels that discs of one radius cover: index in the picture, share covered, and which disc does."""
+    reach = int(np.ceil(radius)) + 1
     steps = np.arange(-reach, reach + 1)
     corner = places + (side_px - 1) / 2
     first = np.round(corner).astype(np.int64)
     across, down = (first[:, i, None] + steps - corner[:, i, None] for i in (0, 1))
-    distance = np.sqrt(across[:, None, :] ** 2 + down[:, :, None] ** 2)
-    covered = np.clip(radii[:, None, None] + 0.5 - distance, 0.0, 1.0)
+    covered = np.clip(radius + 0.5 - np.sqrt(across[:, None, :] ** 2 + down[:, :, None] ** 2), 0.0, 1.0)
     columns, rows = first[:, 0, None] + steps, first[:, 1, None] + steps
     inside = ((rows >= 0) & (rows < side_px))[:, :, None] & ((columns >= 0) & (columns < side_px))[:, None, :]
-    inside &= covered > 0
-    index = (rows[:, :, None] * side_px + columns[:, None, :])[inside]
-    share = covered[inside]
-    which = np.broadcast_to(np.arange(len(places))[:, None, None], covered.shape)[inside]
-    picture = np.empty((side_px * side_px, 3))
-    for channel in range(3):
-        weights = share * (colours[which, channel] - ground_XYZ[channel])
-        picture[:, channel] = ground_XYZ[channel] + np.bincount(index, weights, side_px * side_px)
-    return picture.reshape(side_px, side_px, 3).astype(np.float32)
+    which, row, column = np.nonzero(inside & (covered > 0))
+    return rows[which, row] * side_px + columns[which, column], covered[which, row, column], which

@@ -18,8 +18,8 @@ def packed(radius: float, sizes: tuple[float, ...], gap: float, rng: np.random.G
     for size in sorted(sizes, reverse=True):
         smallest = size == min(sizes)
         room = (radius / (size + gap / 2)) ** 2
-        for _ in range(12 if smallest else 2):
-            count = int(room * (0.6 if smallest else 0.25)) + 8
+        for _ in range(8 if smallest else 2):
+            count = int(room * (0.5 if smallest else 0.25)) + 8
             angle, distance = rng.uniform(0, 2 * np.pi, count), (radius - size) * np.sqrt(rng.uniform(0, 1, count))
             thrown = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
             thrown = thrown[_clear(thrown, places, radii + size + gap)]
@@ -43,5 +43,6 @@ def _first(thrown: Floats, apart: float) -> NDArray[np.bool_]:
 
 
 def _squares(first: Floats, second: Floats) -> Floats:
-    across, down = (first[:, None, i] - second[None, :, i] for i in (0, 1))
-    return np.asarray(across * across + down * down)
+    """Return the squares of all distances, by one product of matrices: places are small enough for it."""
+    lengths = (first**2).sum(axis=1)[:, None] + (second**2).sum(axis=1)
+    return np.asarray(lengths - 2.0 * (first @ second.T))

@@ -25,7 +25,7 @@ Floats = NDArray[np.float64]
 Side = Literal["up", "down", "left", "right"]
 SIDES: tuple[Side, ...] = ("up", "down", "left", "right")
 TOWARDS: dict[Side, tuple[int, int]] = {"up": (0, -1), "down": (0, 1), "left": (-1, 0), "right": (1, 0)}
-_REACH = 4.0  # standard deviations after which a spot is nothing
+_REACH = 3.5  # standard deviations after which a spot is nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,8 +68,7 @@ def views(field: DotField, side: Side, parallax_px: float, seed: str) -> tuple[F
     """Return the coverage, 0 to 1 and shape (side_px, side_px), that each eye sees of `stereogram`."""
     rng = np.random.default_rng(np.frombuffer(seed.encode(), dtype=np.uint8))
     # Beyond the field's edges too, so that spots are cut there as a window cuts them.
-    margin = _REACH * max(field.spots_px) + abs(parallax_px)
-    half = field.side_px / 2 + margin
+    half = field.side_px / 2 + _REACH * max(field.spots_px)
     density = field.dots / field.side_px**2
     behind = rng.uniform(-half, half, (rng.poisson(density * (2 * half) ** 2), 2))
     middle = np.asarray(field.middle_px(side))

@@ -17,7 +17,7 @@ from stimuli.confusion_plates import SCALES, Plate
 from stimuli.random_dots import SIDES, Side
 
 NAME = "colour_vision"
-PLATE_DEG = 8.0
+PLATE_DEG = 10.0
 # How much lighter the ring of a control plate is than its ground: more than the dots differ among themselves.
 _CONTROL_SCALE = 0.25
 _WORDS = (

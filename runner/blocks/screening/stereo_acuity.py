@@ -13,8 +13,8 @@ from typing import Any, Literal
 from documents import Finding
 from runner.blocks.screening.screen import Screen
 from runner.blocks.screening.series import Level, Presentation, Series, VisionTest, four_targets
-from runner.blocks.style import Style
 from runner.errors import SessionError
+from runner.presenter.scene import Box
 from stimuli.random_dots import SIDES, DotField, stereogram
 
 NAME = "stereo_acuity"
@@ -22,8 +22,8 @@ Depth = Literal["crossed", "uncrossed", "both"]
 # The finest parallax that is called faithful, in pixels that an eye is really shown: measured back from the codes of 8
 # bits that are sent, a parallax errs by less than a tenth of it.
 FINEST_PX = 0.2
-FIELD_DEG, TARGET_SHARE, OFFSET_SHARE = 8.0, 0.26, 0.30
-_DOTS_PER_SQUARE_DEG, _SPOT_ARCMIN = 52.0, 0.9
+FIELD_DEG, TARGET_SHARE, OFFSET_SHARE = 10.0, 0.26, 0.30
+_DOTS_PER_SQUARE_DEG, _SPOT_ARCMIN = 40.0, 1.0
 # Dots brighter than a ground that is not black: what leaks from a dot to the other eye can be taken off the ground.
 GROUND_SHARE, DOT_SHARE = 0.10, 0.70
 _WORDS = (
@@ -46,7 +46,7 @@ def coarsest_arcsec(screen: Screen) -> float:
 
 
 def dot_field(screen: Screen) -> DotField:
-    """Return the field of dots; 8° wide, or as wide as fits."""
+    """Return the field of dots; 10° wide, or as wide as fits."""
     side = screen.fitting_px(FIELD_DEG)
     spots = tuple(max(float(grain), screen.px(_SPOT_ARCMIN / 60.0)) for grain in screen.grain_px)
     dots = round(_DOTS_PER_SQUARE_DEG * screen.degrees(side) ** 2 / (spots[0] * spots[1]) * _spot_area(screen))
@@ -60,7 +60,6 @@ def _spot_area(screen: Screen) -> float:
 
 def stereo_acuity(
     screen: Screen,
-    style: Style,
     seed: str,
     *,
     pass_arcsec: float,
@@ -111,8 +110,6 @@ def stereo_acuity(
         "levels_arcsec": levels,
         "not_shown_arcsec": [level for level in wanted if level not in levels],
     }
-    arm, thick = 20, 3
-    cross = (style.box(0, 0, arm + 8, arm + 8, 0.0), style.box(0, 0, arm, thick, 0.8), style.box(0, 0, thick, arm, 0.8))
     return VisionTest(
         NAME,
         "arcsec",
@@ -132,5 +129,11 @@ def stereo_acuity(
         ),
         facts,
         four_targets(field.target_offset_px, field.target_px),
-        cross,
+        _cross(field.side_px),
     )
+
+
+def _cross(side_px: int) -> tuple[Box, ...]:
+    """Return a cross on black in the middle of the field, on the screen's plane, for the eyes to meet at."""
+    arm, thick, ground = (max(1, round(share * side_px)) for share in (0.05, 0.007, 0.07))
+    return Box((0, 0), (ground, ground), 0.0), Box((0, 0), (arm, thick), 0.8), Box((0, 0), (thick, arm), 0.8)

@@ -43,7 +43,7 @@ class _TestSpec(Strict):
         return self
 
     @abstractmethod
-    def make(self, screen: Screen, setting: Setting, seed: str) -> VisionTest:
+    def make(self, screen: Screen, seed: str) -> VisionTest:
         """Return the test on ``screen``; raise SessionError if the screen cannot show its pass mark."""
 
 
@@ -55,11 +55,10 @@ class StereoAcuitySpec(_TestSpec):
     levels_arcsec: Levels = (600.0, 400.0, 280.0, 200.0, 140.0, 100.0, 70.0, 50.0)
     depth: Depth = "both"
 
-    def make(self, screen: Screen, setting: Setting, seed: str) -> VisionTest:
+    def make(self, screen: Screen, seed: str) -> VisionTest:
         """Return the test."""
         return stereo_acuity(
             screen,
-            setting.style,
             seed,
             pass_arcsec=self.pass_arcsec,
             levels_arcsec=self.levels_arcsec,
@@ -78,7 +77,7 @@ class ColourVisionSpec(_TestSpec):
     axes: Annotated[tuple[Axis, ...], Field(min_length=1)] = AXES
     controls: Annotated[int, Field(ge=0, le=20)] = 3
 
-    def make(self, screen: Screen, setting: Setting, seed: str) -> VisionTest:
+    def make(self, screen: Screen, seed: str) -> VisionTest:
         """Return the test."""
         return colour_vision(
             screen,
@@ -101,7 +100,7 @@ class NearAcuitySpec(_TestSpec):
     pass_logmar: LogMAR = 0.2
     levels_logmar: Sizes = (0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1)
 
-    def make(self, screen: Screen, setting: Setting, seed: str) -> VisionTest:
+    def make(self, screen: Screen, seed: str) -> VisionTest:
         """Return the test."""
         return near_acuity(
             screen,
@@ -135,7 +134,7 @@ class ScreeningSpec(BlockSpec):
     def make(self, setting: Setting) -> Screening:
         """Return the block, with pictures of this observer's own."""
         screen = _screen(self.tests, setting)
-        tests = tuple(test.make(screen, setting, setting.own_seed) for test in self.tests)
+        tests = tuple(test.make(screen, setting.own_seed) for test in self.tests)
         return Screening(tests, self.on_fail, self.stop_words, setting.style)
 
     def places_px(self, setting: Setting) -> tuple[Offset, ...]:
