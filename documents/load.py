@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import difflib
 from collections.abc import Iterable
+from functools import cache
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -12,6 +13,10 @@ from pydantic_core import ErrorDetails
 
 from documents.findings import Finding, InputError
 from documents.yaml_source import Path_, YamlSource, read_yaml
+
+# Nobody reads more; a file of nothing but faults would take minutes to explain.
+MOST_FINDINGS = 100
+_SHOWN = 60
 
 Model = TypeVar("Model", bound=BaseModel)
 
@@ -34,13 +39,18 @@ def load_document(path: Path, model: type[Model]) -> tuple[Model, YamlSource]:
 
 
 def _findings(errors: Iterable[ErrorDetails], source: YamlSource, model: type[BaseModel]) -> list[Finding]:
-    findings = [_finding(error, source, model) for error in errors]
-    return sorted(findings, key=lambda finding: (finding.line or 0, finding.column or 0))
+    all_errors = list(errors)
+    findings = [_finding(error, source, model) for error in all_errors[:MOST_FINDINGS]]
+    findings.sort(key=lambda finding: (finding.line or 0, finding.column or 0))
+    more = len(all_errors) - MOST_FINDINGS
+    if more > 0:
+        findings.append(Finding(f"there are {more} more faults", source.file, remedy="mend these first"))
+    return findings
 
 
 def _finding(error: ErrorDetails, source: YamlSource, model: type[BaseModel]) -> Finding:
     path = _real_path(error["loc"], source.data)
-    name = ".".join(str(part) for part in path) or "the file"
+    name = ".".join(_short(str(part)) for part in path) or "the file"
     kind = error["type"]
     key = path[-1] if path else ""
     if kind == "extra_forbidden":
@@ -59,16 +69,18 @@ def _finding(error: ErrorDetails, source: YamlSource, model: type[BaseModel]) ->
         if kind == "union_tag_invalid":
             place = source.place((*path, "kind"))
             name = f"{name}.kind" if path else "kind"
-        return _at(source, place, f"'{name}' is {value!r}", _nearest(str(value), options))
+        return _at(source, place, f"'{name}' is {_short(repr(value))}", _nearest(str(value), options))
     if kind == "union_tag_not_found":
         return _at(source, place, f"'{name}' has no 'kind'", "add 'kind:'")
     if kind == "too_short":
         least = error.get("ctx", {}).get("min_length", 1)
         return _at(source, source.place(path), f"'{name}' holds too little", f"give it at least {least}")
     message = error["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
-    shown = repr(error["input"])
-    shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
-    return _at(source, place, f"'{name}' is {shown}", message[:1].lower() + message[1:])
+    return _at(source, place, f"'{name}' is {_short(repr(error['input']))}", message[:1].lower() + message[1:])
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def _at(source: YamlSource, place: Any, message: str, remedy: str) -> Finding:
@@ -97,15 +109,20 @@ def _real_path(location: tuple[str | int, ...], data: Any) -> Path_:
 
 def _nearest(word: str, options: Iterable[str]) -> str:
     known = sorted(set(options))
-    close = difflib.get_close_matches(word, known, n=1, cutoff=0.6)
+    close = difflib.get_close_matches(word[:_SHOWN], known, n=1, cutoff=0.6)
     if close:
         return f"did you mean '{close[0]}'?"
     return "expected one of: " + ", ".join(known) if known else "remove it"
 
 
+@cache
+def _schema(model: type[BaseModel]) -> dict[str, Any]:
+    return model.model_json_schema()
+
+
 def _fields_at(model: type[BaseModel], location: tuple[str | int, ...]) -> set[str]:
     """Field names that the schema allows at ``location``, found through its JSON Schema."""
-    schema = model.model_json_schema()
+    schema = _schema(model)
     definitions = schema.get("$defs", {})
 
     def resolve(node: dict[str, Any]) -> dict[str, Any]:

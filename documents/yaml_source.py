@@ -14,11 +14,13 @@ from typing import Any
 
 import yaml
 
+from documents.characters import hidden_character
 from documents.findings import Finding, InputError
 
 MAX_BYTES = 1_000_000
 MAX_NODES = 100_000
 MAX_DEPTH = 100
+_SHOWN = 60
 
 Path_ = tuple[str | int, ...]
 
@@ -55,6 +57,15 @@ class YamlSource:
 
 class _Loader(yaml.SafeLoader):
     yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012 - PyYAML's own design
+    composed = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose a node, of so many at most: composing is what takes long in a large file."""
+        self.composed += 1
+        if self.composed > 2 * MAX_NODES:  # keys are nodes too
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+            raise yaml.MarkedYAMLError(problem=f"it holds more than {MAX_NODES} values", problem_mark=mark)
+        return super().compose_node(parent, index)
 
 
 _Loader.add_implicit_resolver(
@@ -97,6 +108,12 @@ def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
         mark = node.start_mark
         return InputError(Finding(message, file, mark.line + 1, mark.column + 1, remedy))
 
+    def refuse_hidden(node: yaml.ScalarNode) -> None:
+        hidden = hidden_character(str(node.value))
+        if hidden is not None:
+            what = f"a control character or a mark of direction (U+{ord(hidden):04X}) stands in the text"
+            raise fail(node, what, "remove it; it would hide or turn round what is read")
+
     def visit(node: yaml.Node, path: Path_, ancestors: frozenset[int]) -> Any:
         nonlocal budget
         budget -= 1
@@ -108,6 +125,8 @@ def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
             raise fail(node, f"values are nested more than {MAX_DEPTH} deep")
         if node.tag not in _CORE_TAGS:
             raise fail(node, f"the tag '{node.tag}' is not allowed", "write a plain value")
+        if isinstance(node, yaml.ScalarNode):
+            refuse_hidden(node)
         inner = ancestors | {id(node)}
         values[path] = Place(node.start_mark.line + 1, node.start_mark.column + 1)
         if isinstance(node, yaml.MappingNode):
@@ -115,9 +134,10 @@ def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
             for key_node, value_node in node.value:
                 if not isinstance(key_node, yaml.ScalarNode):
                     raise fail(key_node, "a key must be a plain word")
+                refuse_hidden(key_node)
                 key = str(key_node.value)
                 if key in mapping:
-                    raise fail(key_node, f"the key '{key}' stands twice", "keep one of them")
+                    raise fail(key_node, f"the key '{_short(key)}' stands twice", "keep one of them")
                 keys[(*path, key)] = Place(key_node.start_mark.line + 1, key_node.start_mark.column + 1)
                 mapping[key] = visit(value_node, (*path, key), inner)
             return mapping
@@ -127,9 +147,13 @@ def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
             return loader.construct_object(node)
         except (yaml.YAMLError, ValueError) as error:
             problem = getattr(error, "problem", None) or str(error)
-            raise fail(node, f"cannot read '{node.value}': {problem}") from error
+            raise fail(node, f"cannot read '{_short(str(node.value))}': {_short(problem)}") from error
 
     return YamlSource(file, visit(root, (), frozenset()), keys, values)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
 
 
 def _documents(loader: _Loader) -> Iterator[yaml.Node]:
@@ -179,9 +203,11 @@ def read_yaml(path: Path) -> YamlSource:
     """
     file = str(path)
     try:
-        if path.stat().st_size > MAX_BYTES:
+        with path.open("rb") as stream:  # of some files, nobody knows the size before
+            content = stream.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
             raise InputError(Finding(f"the file is larger than {MAX_BYTES // 1000} kB", file))
-        text = path.read_bytes().decode("utf-8")
+        text = content.decode("utf-8")
     except FileNotFoundError as error:
         raise InputError(Finding("there is no such file", file, remedy="check the path")) from error
     except OSError as error:

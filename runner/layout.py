@@ -11,11 +11,14 @@ from runner.protocol.parts import LayoutSpec
 
 _QUESTION_BAND = 80.0  # units of Style
 _ANSWER_BAND = 200.0
+_LARGEST_PX = 1_000_000
 
 
 def aperture_px(layout: LayoutSpec, panel: PanelSpec) -> tuple[int, int]:
     """Return the size (width, height) of what is shown of each picture."""
-    width, height = (round(size / panel.pixel_pitch_mm) for size in layout.size_mm)
+    width, height = (_px(size, panel) for size in layout.size_mm)
+    if width < 1 or height < 1:
+        raise SessionError(Finding(f"pictures of {width} x {height} px cannot be seen", remedy="sizes are in mm"))
     return width, height
 
 
@@ -28,7 +31,7 @@ def pair_layout(layout: LayoutSpec, panel: PanelSpec, style: Style, *, with_refe
         If they do not fit.
     """
     width, height = aperture_px(layout, panel)
-    gap = round(layout.gap_mm / panel.pixel_pitch_mm)
+    gap = _px(layout.gap_mm, panel)
     band = style.px(_QUESTION_BAND)
     vertical = layout.arrangement == "vertical"
     step = (height if vertical else width) + gap
@@ -64,7 +67,7 @@ def single_layout(layout: LayoutSpec, panel: PanelSpec, style: Style, *, with_re
         If they do not fit.
     """
     width, height = aperture_px(layout, panel)
-    gap = round(layout.gap_mm / panel.pixel_pitch_mm)
+    gap = _px(layout.gap_mm, panel)
     above, below = style.px(_QUESTION_BAND), style.px(_ANSWER_BAND)
     step = width + gap
     shift = step // 2 if with_reference else 0
@@ -77,6 +80,14 @@ def single_layout(layout: LayoutSpec, panel: PanelSpec, style: Style, *, with_re
     question = (0, top - above // 2)
     width_px = style.view_px[0] - style.px(40)
     return SingleLayout((shift, middle_y), (width, height), question, width_px, top + height, reference)
+
+
+def _px(length_mm: float, panel: PanelSpec) -> int:
+    length_px = length_mm / panel.pixel_pitch_mm
+    if length_px > _LARGEST_PX:
+        what = f"{length_mm:g} mm are {length_px:g} pixels of {panel.pixel_pitch_mm:g} mm"
+        raise SessionError(Finding(what, remedy="make size_mm or gap_mm smaller"))
+    return round(length_px)
 
 
 def _refuse_if_too_large(what: str, wide: int, high: int, style: Style) -> None:

@@ -141,7 +141,9 @@ class Recorder:
 
 
 def _write(stream: BinaryIO, line: Mapping[str, Any]) -> None:
-    data = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    text = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    # What no encoding has (half of a surrogate pair) stays as the escape that JSON has for it.
+    data = text.encode("utf-8", "backslashreplace") + b"\n"
     before = os.fstat(stream.fileno()).st_size
     try:
         left = memoryview(data)

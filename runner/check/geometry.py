@@ -10,6 +10,7 @@ from runner.protocol.experiment import Experiment
 
 # One field of view: what the colorimetry of 2 and 10 degree observers is about.
 WIDEST_DEG = 10.0
+NARROWEST_DEG = 0.2
 
 
 def geometry(checked: Checked, design: Experiment, source: YamlSource) -> None:
@@ -23,6 +24,10 @@ def geometry(checked: Checked, design: Experiment, source: YamlSource) -> None:
     if max(angle) > WIDEST_DEG:
         what = f"a picture covers {max(angle):.1f}°, more than the {WIDEST_DEG:.0f}° of one field"
         remedy = "make size_mm smaller, or sit further away"
+        checked.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+    if max(angle) < NARROWEST_DEG:
+        what = f"a picture covers {max(angle):g}° only"
+        remedy = "sizes and distances are in millimetres"
         checked.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
     if density < 2 * CYCLES_PER_DEGREE:
         what = (

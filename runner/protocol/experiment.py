@@ -22,6 +22,7 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
+from runner.protocol.limits import too_large, too_many
 from runner.protocol.schema import ExperimentSpec
 from runner.protocol.setting import Factors, Setting, Stimuli
 from stimuli.names import stimulus_factors
@@ -146,10 +147,14 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
                 findings.append(_finding(fault.message, source, ("blocks", index, *fault.path), fault.remedy))
     if rig and view_px:
         experiment = Experiment(file, spec, rig, recipe_file, stimuli or Stimuli({}), view_px)
+        faults = list(too_large(rig.display.panel.resolution_px))
         try:
             _ = experiment.places_px
+            if not findings and not faults:
+                faults += too_many(spec.blocks, experiment.blocks("01"))
         except InputError as error:
             findings += _placed(error, source, ("layout", "size_mm"))
+        findings += [_finding(fault.message, source, fault.path, fault.remedy) for fault in faults]
     if findings or experiment is None:
         raise SessionError(findings)
     return experiment
