@@ -5,7 +5,8 @@ covariance is taken from the curvature there (Laplace's approximation):
 
     g = Σ_j (W_ij p_ji − W_ji p_ij) − θ / σ²,  v = N p (1 − p),  H = diag(Σ_j v) − v + I / σ²,  θ ← θ + H⁻¹ g
 
-σ itself is learnt from the answers by expectation and maximisation: σ² is the mean of θ² + var θ. Without that, the
+σ itself is learnt from the answers (empirical Bayes), by the fixed point of [MacKay1992]: σ² is the sum of squares of
+the strengths about their mean over as many of them as the answers determine, n − 1 − Σ var θ / σ². Without that,
 answers to pairs that were chosen for being close make strengths seem further apart than they are.
 """
 
@@ -22,7 +23,8 @@ MOST_ITERATIONS = 100
 STEP_TOLERANCE = 1e-10
 MOST_HALVINGS = 60
 # As if so many more strengths of such a size had been seen: σ stays above zero and finite for any answers.
-PRIOR_ITEMS, PRIOR_SIZE, WIDEST_SD = 2.0, 1.5, 10.0
+PRIOR_ITEMS, PRIOR_SIZE, WIDEST_SD = 1.0, 1.5, 10.0
+SPREAD_TOLERANCE = 1e-4
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -79,7 +81,7 @@ def posterior(wins: Floats, prior_sd: float, start: Floats | None = None) -> Pos
     return Posterior(theta, np.linalg.inv(curvature), prior_sd, iteration, converged)
 
 
-def learnt_posterior(wins: Floats, before: Posterior | None = None, most_steps: int = 200) -> Posterior:
+def learnt_posterior(wins: Floats, before: Posterior | None = None, most_steps: int = 500) -> Posterior:
     """Return the posterior of the strengths under a prior whose standard deviation is learnt from the answers too.
 
     Parameters
@@ -89,15 +91,15 @@ def learnt_posterior(wins: Floats, before: Posterior | None = None, most_steps: 
     before
         Where to begin, such as the posterior before the last few answers.
     most_steps
-        Steps after which σ is taken as it is, if it still moves by more than a thousandth; ``converged`` says so.
+        Steps after which σ is taken as it is, if it still moves by more than 1e-4 of it; ``converged`` says so.
     """
     count = len(wins)
-    found = before or posterior(wins, PRIOR_SIZE)
+    found = posterior(wins, before.prior_sd, before.theta) if before else posterior(wins, PRIOR_SIZE)
     for _ in range(most_steps):
-        squares = float(found.theta @ found.theta + np.trace(found.covariance))
-        mean_square = (squares + PRIOR_ITEMS * PRIOR_SIZE**2) / (count + PRIOR_ITEMS)
-        prior_sd = min(float(np.sqrt(mean_square)), WIDEST_SD)
-        settled = abs(prior_sd / found.prior_sd - 1) < 1e-3
+        squares = float(((found.theta - found.theta.mean()) ** 2).sum()) + PRIOR_ITEMS * PRIOR_SIZE**2
+        unknown = float(np.trace(found.covariance) - found.covariance.sum() / count) / found.prior_sd**2
+        prior_sd = min(float(np.sqrt(squares / (count - 1 - unknown + PRIOR_ITEMS))), WIDEST_SD)
+        settled = abs(prior_sd / found.prior_sd - 1) < SPREAD_TOLERANCE
         found = posterior(wins, prior_sd, found.theta)
         if settled:
             return found

@@ -34,7 +34,7 @@ NODES = 30
 # Gains that differ by less than this share of the largest count as equal and are left to chance: the last digits of a
 # fit are not the same on every machine, and a session must be resumed in the same order on any.
 RESOLUTION = 1e-7
-_PRIOR_STEPS = 8  # towards the prior's width after each batch, from where the batch before left it
+_PRIOR_STEPS = 3  # towards the prior's width after each batch, from where the batch before left it
 
 
 def entropy_gain(mean: Floats, variance: Floats) -> Floats:
@@ -65,13 +65,16 @@ def gains(found: Posterior, gain: Gain) -> Floats:
     return variance_gain(found) if gain == "variance" else entropy_gain(*found.contrasts())
 
 
-def best_matching(gain: Floats, most: int, rng: random.Random) -> list[Pair]:
-    """Return up to ``most`` pairs, no item in two of them, taking the pair of the highest gain left each time."""
+def best_matching(gain: Floats, most: int, rng: random.Random, barred: Pair | tuple[()] = ()) -> list[Pair]:
+    """Return up to ``most`` pairs, no item in two of them, taking the pair of the highest gain left each time.
+
+    Items that are ``barred`` are in none.
+    """
     first, second = np.triu_indices(len(gain), 1)
     told = gain[first, second]
     chance = np.array([rng.random() for _ in range(len(first))])
     order = np.lexsort((chance, -np.round(told / max(float(told.max()), 1e-300) / RESOLUTION)))
-    taken: set[int] = set()
+    taken = set(barred)
     pairs: list[Pair] = []
     for i, j in zip(first[order].tolist(), second[order].tolist(), strict=True):
         if i not in taken and j not in taken:
@@ -113,7 +116,10 @@ class PairChooser:
         if self._start:
             return self._sided(self._spaced(self._start.pop(0))[:most])
         self._found = learnt_posterior(self.wins, self._found, _PRIOR_STEPS)
-        pairs = best_matching(gains(self._found, self.gain), min(most, self.batch), self.rng)
+        most = min(most, self.batch)
+        # Of three pairs or more, one can come first that shares nothing with the pair before.
+        barred = self._last if self._last and most < 3 and self.count > 5 else ()
+        pairs = best_matching(gains(self._found, self.gain), most, self.rng, barred)
         return self._sided(self._spaced(pairs))
 
     def learn(self, first: int, second: int, *, first_share: float) -> None:

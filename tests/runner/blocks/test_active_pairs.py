@@ -1,0 +1,122 @@
+"""Active pairs as a block: replayed from anywhere, recorded like all pairs, and with known scores coming back."""
+
+from __future__ import annotations
+
+import json
+import random
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pydantic import ValidationError
+
+from analysis.records import Header, SessionLog
+from analysis.session_comparisons import from_sessions
+from runner.blocks.active_pairs import ActivePairs
+from runner.blocks.layouts import PairLayout
+from runner.observers.plain import plain_key
+from runner.observers.simulated import BradleyTerryObserver
+from runner.ports import Ask
+from runner.protocol.kinds.active_pairs import ActivePairsSpec
+from runner.protocol.setting import Stimuli
+from runner.tasks import Compare
+
+Play = Callable[..., Any]
+NAMES = tuple(f"p{number:02d}" for number in range(12))
+COLUMN = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+BLOCK = ActivePairs(NAMES, "Which?", COLUMN, "s", 40, 6)
+TIMED = replace(BLOCK, fixation_s=0.5, exposure_s=1.0, blank_s=0.2, break_every=7, gain="entropy", batch=2)
+BLOCKS = {
+    "plain": BLOCK,
+    "timed": TIMED,
+    "ties": replace(BLOCK, ties="both"),
+    "two": replace(BLOCK, stimuli=("a", "b"), batch=1),
+}
+
+
+def at_random(seed: int) -> Callable[[Ask], str]:
+    rng = random.Random(seed)
+    return lambda ask: rng.choice(list(ask.keys)) if isinstance(ask.task, Compare) else plain_key(ask)
+
+
+@pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
+def test_it_keeps_what_every_block_promises(play: Play, block: ActivePairs) -> None:
+    whole = play(block, at_random(1))
+    assert len(whole.trials) == block.trials
+    assert {trial.kind for trial in whole.trials} == {"active_pairs"}
+    assert whole.shown_at_record[-1] == len(whole.shown)
+    for ask in whole.asks:
+        if isinstance(ask.task, Compare):
+            assert ask.keys == block.keys
+            assert set(ask.targets) == set(ask.keys.values())
+            assert bool(block.exposure_s) != (ask.scene.stimuli == (ask.task.first, ask.task.second))
+    for trial in whole.trials:
+        data = trial.data
+        assert json.loads(json.dumps(data)) == data
+        assert data["first_position"] == "top"
+        if data["answer"] in ("first", "second"):
+            other = "second" if data["answer"] == "first" else "first"
+            assert (data["chosen"], data["rejected"]) == (data[data["answer"]], data[other])
+        else:
+            assert "chosen" not in data
+    for answered in range(0, len(whole.trials) + 1, 3):
+        later = at_random(1)
+        for ask in whole.asks[: _asks_before(whole, answered)]:
+            later(ask)  # the random answers go on where they stopped
+        rest = play(block, later, logged=whole.trials[:answered])
+        told = [(t.trial, t.data["first"], t.data["second"], t.data["answer"]) for t in rest.trials]
+        assert told == [(t.trial, t.data["first"], t.data["second"], t.data["answer"]) for t in whole.trials[answered:]]
+    assert len(play(block).trials) == block.trials
+
+
+def _asks_before(whole: Any, answered: int) -> int:
+    return sum(len(trial.events) for trial in whole.trials[:answered])
+
+
+def test_the_next_pair_of_a_batch_is_made_ready(play: Play) -> None:
+    whole = play(BLOCK)
+    shown = [ask.scene for ask in whole.asks]
+    batches = [trial.data["batch"] for trial in whole.trials]
+    wanted = [shown[n + 1] for n in range(39) if batches[n] == batches[n + 1]]
+    assert whole.prefetched == wanted
+    assert sorted(batches) == batches
+
+
+def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
+    """Twelve stimuli, 600 answers by the law, counted by the same analysis as all pairs."""
+    scores = {name: float(np.exp(0.3 * number)) for number, name in enumerate(NAMES)}
+    observer = BradleyTerryObserver(scores, random.Random(4))
+    block = replace(BLOCK, trials_wanted=600)
+    whole = play(block, lambda ask: observer.respond(ask, 0.0).key)
+    stimuli = tuple({"name": name} for name in NAMES)
+    header = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "?", True, stimuli, {}, {}, {}, {}, {})
+    log = SessionLog(Path("s"), header, tuple(whole.trials), True)
+    comparisons = from_sessions([log])
+    assert comparisons.items == NAMES
+    assert comparisons.wins.sum() == 600
+    from analysis.bradley_terry import fit
+
+    fitted = fit(comparisons.wins)
+    truth = 0.3 * (np.arange(12) - 5.5)
+    errors = (fitted.theta - truth) / np.sqrt(np.diag(fitted.covariance))
+    assert np.abs(errors).max() < 4
+    assert np.corrcoef(fitted.theta, truth)[0, 1] > 0.95
+
+
+def _faults(count: int, **keys: object) -> list[str]:
+    spec = ActivePairsSpec.model_validate({"kind": "active_pairs", **keys})
+    return [fault.message for fault in spec.faults(Stimuli({f"p{n}": {} for n in range(count)}))]
+
+
+def test_wrong_numbers_are_faults() -> None:
+    assert _faults(30, trials=100) == []
+    assert _faults(30, trials_per_stimulus=2) == []
+    assert _faults(30, trials=28) == ["28 trials cannot link 30 stimuli"]
+    assert _faults(30, trials=100, batch=16) == ["a batch of 16 pairs cannot hold each of 30 stimuli once at most"]
+    assert _faults(30, trials=100, stimuli=["p1", "q"]) == ["the recipe makes no stimulus 'q'"]
+    for wrong in ({}, {"trials": 9, "trials_per_stimulus": 3}, {"trials": 9, "gain": "luck"}, {"trials": 0}):
+        with pytest.raises(ValidationError):
+            _faults(5, **wrong)
