@@ -1,0 +1,91 @@
+"""Observers who judge by pictures: distances against a plain loop, and a session in which the nearer picture wins."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import colour
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from numpy.typing import NDArray
+
+from analysis.records import read_session, session_files
+from devices.display_file import EyeModels, read_display
+from runner.cli.run import command
+from runner.errors import SessionError
+from runner.observers.image_distance import mean_delta_e_00
+from stimuli.exr import write_exr
+from stimuli.stereo_image import StereoImage
+
+Study = Any  # tests/conftest.py
+GREY = np.array([0.95, 1, 1.09], dtype=np.float32)
+ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
+
+
+def _models() -> EyeModels:
+    return next(iter(read_display(ASUS).modes.values()))
+
+
+def _lab(xyz_cd_m2: NDArray[Any], white_XYZ_cd_m2: NDArray[Any]) -> NDArray[Any]:
+    """Return Lab by colour-science, which takes Y of the white as 1."""
+    relative = xyz_cd_m2.astype(np.float64) / white_XYZ_cd_m2[1]
+    return np.asarray(colour.XYZ_to_Lab(relative, colour.XYZ_to_xy(white_XYZ_cd_m2)))
+
+
+def _picture(seed: int, *, flat: bool = False, size: tuple[int, int] = (5, 7)) -> StereoImage:
+    rng = np.random.default_rng(seed)
+    left, right = (rng.uniform(1, 20, (*size, 3)).astype(np.float32) for _ in range(2))
+    return StereoImage.flat(left) if flat else StereoImage(left, right)
+
+
+def test_the_distance_is_the_mean_over_both_eyes_pixels() -> None:
+    models = _models()
+    pictures = {"a": _picture(1), "b": _picture(2), "c": _picture(3, flat=True)}
+    found = mean_delta_e_00(pictures.__getitem__, pictures, "a", models)
+    assert found["a"] == 0
+    for name in ("b", "c"):
+        apart = []
+        for eye, model in (("left", models.left), ("right", models.right)):
+            white = model.white_XYZ_cd_m2
+            one, other = (_lab(np.asarray(getattr(pictures[which], eye)), white) for which in (name, "a"))
+            apart.append(np.mean(colour.delta_E(one, other, method="CIE 2000")))
+        assert found[name] == pytest.approx(np.mean(apart), abs=1e-6)
+
+
+def test_pictures_of_another_size_are_refused() -> None:
+    pictures = {"a": _picture(1), "b": _picture(2, size=(5, 8))}
+    with pytest.raises(SessionError, match="'b' is of 8 x 5 px, 'a' of 7 x 5 px"):
+        mean_delta_e_00(pictures.__getitem__, pictures, "a", _models())
+
+
+def _run(study: Study, observer: str) -> None:
+    words = [str(study.experiment), "--observer", observer, "--simulate", str(study.observers)]
+    told = CliRunner().invoke(command, [*words, "--results", str(study.results), "--json"])
+    assert told.exit_code == 0, told.output
+    assert json.loads(told.output)["ending"] == "completed"
+
+
+def test_the_nearer_picture_wins_as_often_as_stated(study: Study) -> None:
+    """Four greys of one colour, each further from the reference; slope 1 in log odds per ΔE00."""
+    light = {"one": 10.0, "two": 10.5, "three": 11.5, "four": 14.0}
+    for name, luminance in light.items():
+        grey = np.full((40, 80, 3), luminance, dtype=np.float32) * GREY
+        write_exr(study.folder / f"{name}.exr", StereoImage.flat(grey))
+    study.observers.write_text("schema_version: 1\nkind: image_based\nslope_per_delta_e_00: 1\nreference: one\n")
+    study.edit("small.yaml", "break_every: 4", "repeats: 60")
+    _run(study, "01")
+    (file,) = session_files(study.results)
+    trials = [trial for trial in read_session(file).trials if trial.kind == "all_pairs"]
+    white = read_display(study.folder / "display.yaml").modes["side-by-side"].left.white_XYZ_cd_m2
+    lab = {name: _lab(np.float32(light[name]) * GREY, white) for name in light}
+    far = {name: float(np.mean(colour.delta_E(lab[name], lab["one"], method="CIE 2000"))) for name in light}
+    for nearer, further in (("one", "two"), ("two", "three"), ("one", "three"), ("three", "four")):
+        met = [t for t in trials if {t.data["first"], t.data["second"]} == {nearer, further}]
+        wins = sum(t.data["chosen"] == nearer for t in met)
+        p = 1 / (1 + math.exp(far[nearer] - far[further]))
+        assert p > 0.55
+        assert abs(wins - 60 * p) <= 4 * math.sqrt(60 * p * (1 - p))
