@@ -1,0 +1,126 @@
+"""Screening in an experiment file: what is wrong with it, and sessions of simulated observers who see less."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from typing import Any
+
+import pytest
+
+from analysis.records import SessionLog, read_session, session_files
+from analysis.screening import outcomes, screened
+from documents import InputError
+from runner.protocol.experiment import read_experiment
+
+Study = Any  # tests/conftest.py
+SCREENING = """\
+blocks:
+  - kind: screening
+    on_fail: stop
+    tests:
+      - {test: stereo_acuity, levels_arcsec: [400], repeats: 2, required: 2}
+      - {test: colour_vision, levels_delta_uv: [0.03], repeats: 2, required: 2, controls: 1}
+      - {test: near_acuity, levels_logmar: [0.4], repeats: 2, required: 2}
+  - {kind: all_pairs}
+"""
+
+
+def screen(study: Study, old: str = "", new: str = "") -> None:
+    """Give the study a screening, with ``old`` replaced in it."""
+    told = study.experiment.read_text()
+    assert old in SCREENING
+    study.experiment.write_text(told[: told.index("blocks:")] + SCREENING.replace(old, new))
+
+
+def faults(study: Study) -> str:
+    with pytest.raises(InputError) as refused:
+        read_experiment(study.experiment)
+    return str(refused.value)
+
+
+def simulate(study: Study, observer: str, psychometric: str = "{}") -> tuple[dict[str, Any], SessionLog]:
+    """Run a simulated observer; ``psychometric`` says what it can see."""
+    told = study.observers.read_text()
+    observers = study.folder / f"observers-{observer}.yaml"
+    observers.write_text(told.replace("kind: bradley_terry\n", f"kind: bradley_terry\npsychometric: {psychometric}\n"))
+    code = "from runner.cli.main import main; main()"
+    words = ["run", study.experiment, "--observer", observer, "--simulate", observers, "--results", study.results]
+    command = [sys.executable, "-c", code, *map(str, words), "--json"]
+    done = subprocess.run(command, capture_output=True, text=True, env=dict(os.environ), timeout=120)
+    assert done.returncode == 0, done.stderr
+    (file,) = session_files(study.results / "small" / f"sub-{observer}")
+    return json.loads(done.stdout), read_session(file)
+
+
+def test_who_sees_well_goes_on_and_who_does_not_is_screened_out(study: Study) -> None:
+    screen(study)
+    done, good = simulate(study, "01")
+    assert done["ending"] == "completed"
+    assert done["answered"] == done["trials"]
+    assert [one.passed for one in outcomes(good)] == [True, True, True]
+    assert sum(trial.kind == "all_pairs" for trial in good.trials) == 6
+    facts = next(trial.data["screen"] for trial in good.trials if "outcome" in trial.data)
+    assert facts["one_pixel_arcsec"] == pytest.approx(73.5, abs=0.5)
+    assert facts["finest_arcsec"] == pytest.approx(0.2 * facts["one_pixel_arcsec"], rel=0.01)
+
+    done, bad = simulate(study, "02", "{stereo_acuity: {threshold: 1e6}}")
+    assert bad.complete
+    assert json.loads(bad.file.read_text().splitlines()[-1])["screened_out"] is True
+    assert bad.trials[-1].data["screened_out"] is True
+    assert not any(trial.kind == "all_pairs" for trial in bad.trials)
+    assert screened([good, bad]) == (good,)
+
+
+def test_a_simulated_protan_fails_that_axis_alone(study: Study) -> None:
+    screen(study, "on_fail: stop", "on_fail: continue")
+    _, log = simulate(study, "03", "{colour_vision_protan: {threshold: 10}}")
+    (told,) = (
+        trial.data for trial in log.trials if trial.data.get("test") == "colour_vision" and "outcome" in trial.data
+    )
+    assert [told["by_series"][axis]["passed"] for axis in ("protan", "deutan", "tritan")] == [False, True, True]
+    assert [one.passed for one in outcomes(log)] == [True, False, True]
+    assert sum(trial.kind == "all_pairs" for trial in log.trials) == 6
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("levels_arcsec: [400]", "pass_arcsec: 3", "not the pass mark of 3 arcsec"),
+        ("levels_logmar: [0.4]", "pass_logmar: -0.2", "not the pass mark of -0.2"),
+        ("levels_delta_uv: [0.03]", "pass_delta_uv: 0.3", "not the pass mark of 0.3"),
+        ("repeats: 2, required: 2, controls", "repeats: 2, required: 3, controls", "'required' is 3 of only 2"),
+        ("test: near_acuity", "test: near_accuity", "near_accuity"),
+        ("{test: near_acuity, levels_logmar: [0.4], ", "{test: stereo_acuity, ", "'stereo_acuity' stands twice"),
+        ("levels_arcsec: [400]", "levels_arcsec: [-4]", "greater than 0"),
+    ],
+)
+def test_what_cannot_be_is_said_before_anyone_sits_down(study: Study, old: str, new: str, words: str) -> None:
+    screen(study, old, new)
+    assert words in faults(study)
+
+
+def test_modes_that_cannot_show_a_test(study: Study) -> None:
+    screen(study)
+    study.edit("display.yaml", "quad-buffered:", "flat:")
+    study.edit("rig.yaml", "mode: side-by-side", "mode: flat")
+    assert "'flat' cannot show stereo_acuity" in faults(study)
+    study.edit("display.yaml", "flat:", "anaglyph-red-cyan:")
+    study.edit("rig.yaml", "mode: flat", "mode: anaglyph-red-cyan")
+    assert "cannot show colour_vision: its filters change colours" in faults(study)
+
+
+@pytest.mark.parametrize(
+    ("mode", "grain"),
+    [("side-by-side", 1), ("side-by-side-half", 2), ("column-interleaved", 2), ("checkerboard", 2)],
+)
+def test_modes_of_fewer_pixels_have_a_coarser_finest_disparity(study: Study, mode: str, grain: int) -> None:
+    screen(study, "levels_logmar: [0.4]", "levels_logmar: [0.4], pass_logmar: 0.4")
+    study.edit("display.yaml", "quad-buffered:", f"{mode if grain > 1 else 'quad-buffered'}:")
+    study.edit("rig.yaml", "mode: side-by-side", f"mode: {mode}")
+    block = read_experiment(study.experiment).blocks("01")[0]
+    facts = block.facts["stereo_acuity"]  # type: ignore[attr-defined]
+    assert facts["finest_px"] == pytest.approx(0.2 * grain)
+    assert facts["finest_arcsec"] == pytest.approx(facts["finest_px"] * facts["one_pixel_arcsec"], rel=0.01)
