@@ -118,12 +118,13 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
 
 
 class Person:
-    """Someone at the keyboard of the display ``screen``."""
+    """Someone at the keyboard and the mouse of the display ``screen``."""
 
     def __init__(self, screen: str, study: Study) -> None:
         self.screen = screen
         self.study = study
         self.process: subprocess.Popen[str] | None = None
+        self._pointer_px = (0, 0)
 
     def sit_down(self, *more: str) -> None:
         """Start the session and wait for its window to have drawn."""
@@ -145,6 +146,40 @@ class Person:
         for key in keys:
             self._xdotool("key", key)
             time.sleep(0.05)
+
+    def type(self, words: str) -> None:
+        """Type words, letter by letter."""
+        self._xdotool("type", "--delay", "60", words)
+
+    def wheel(self, steps: int) -> None:
+        """Turn the wheel, upwards if ``steps`` is positive."""
+        for _ in range(abs(steps)):
+            self._xdotool("click", "4" if steps > 0 else "5")
+
+    def move(self, x: int, y: int) -> None:
+        """Move the pointer, which starts in the middle, to a place in pixels from the middle of a view."""
+        right, down = x - self._pointer_px[0], y - self._pointer_px[1]
+        self._xdotool("mousemove_relative", "--", str(right), str(down))
+        self._pointer_px = (x, y)
+
+    def click(self, x: int, y: int) -> None:
+        """Click at a place in pixels from the middle of a view, once the pointer follows the mouse."""
+        time.sleep(0.4)
+        self.until(self._pointer_follows, "the pointer to follow the mouse")
+        self.move(x, y)
+        time.sleep(0.2)
+        self._xdotool("click", "1")
+
+    def _pointer_follows(self) -> bool:
+        """Move the mouse to and fro by a pixel; return whether that is seen."""
+        for step in ("1", "-1"):
+            seen = self.look()
+            self._xdotool("mousemove_relative", "--", step, "0")
+            end = time.monotonic() + 0.5
+            while time.monotonic() < end:
+                if self._sees_other_than(seen):
+                    return True
+        return False
 
     def answer(self, *keys: str) -> None:
         """Answer pairs, each pressed once the one before is on disk and the next is on the screen."""

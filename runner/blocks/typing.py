@@ -75,7 +75,7 @@ def _page(
     prompt_lines = lines_needed(prompt, _PROMPT, _WIDTH)
     above = -high / 2 - 44 - prompt_lines * _PROMPT * _LINE_SPACING / 2
     done = high / 2 + 64
-    hint = fault or ("Press Enter when you are done" if words.strip() else "Press Enter to leave it empty")
+    hint = field.wanted if fault else "Press Enter when you are done"
     if not words.strip() and not required:
         hint = f"{field.wanted}, or press Enter to leave it empty"
     accept = "refuse" if fault else "accept"

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from runner.ports import Ask, KeyPress
 from runner.presenter.scene import Offset
+from runner.tasks import Rate, Task, Write
 
 # What a key that is held down may go on doing, as long as it means the same: rub out, and move along a scale.
 HELD_MEANINGS = frozenset({"erase", "lower", "higher"})
@@ -32,14 +33,23 @@ class Person:
     _clicked_s: float = field(init=False, default=-math.inf)
     _by_mouse: bool = field(init=False, default=False)
     _last: tuple[str, str | None] = field(init=False, default=("", None))
+    _task: Task | None = field(init=False, default=None)
+    _since_s: float = field(init=False, default=0.0)
 
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
-        """Return the first press after the onset that means something here, or of ``escape``."""
+        """Return the first press after the onset that means something here, or of ``escape``.
+
+        Whoever types, or turns the wheel along a scale, is faster than pages are drawn: there a press counts from when
+        the field or scale was first shown, with the onset as its time if it was made before that.
+        """
         self.point(bool(ask.targets), self._by_mouse)
+        if not self._goes_on(ask.task):
+            self._since_s = onset_s
+        self._task = ask.task
         try:
             while True:
                 press = self._read(ask, self.wait_key())
-                if press is None or press.time_s < onset_s:
+                if press is None or press.time_s < self._since_s:
                     continue
                 meaning = ask.meaning(press.key)
                 if meaning is not None or press.key == "escape":
@@ -47,9 +57,18 @@ class Person:
                     self._by_mouse = press.key.startswith("click ")
                     if self._by_mouse:
                         self._clicked_s = press.time_s
-                    return press
+                    return KeyPress(press.key, max(press.time_s, onset_s))
         finally:
             self.point(False, False)
+
+    def _goes_on(self, task: Task) -> bool:
+        """Return whether ``task`` is the one that was answered last, and that answer did not end it."""
+        before, (_, meaning) = self._task, self._last
+        if isinstance(task, Write) and isinstance(before, Write):
+            return task.name == before.name and meaning != "accept"
+        if isinstance(task, Rate) and isinstance(before, Rate):
+            return (task.name, task.stimulus) == (before.name, before.stimulus) and meaning in ("lower", "higher")
+        return False
 
     def _read(self, ask: Ask, press: KeyPress) -> KeyPress | None:
         """Return what a click hit, and what a held key does again; None if that is nothing."""

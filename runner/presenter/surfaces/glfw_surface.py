@@ -106,7 +106,7 @@ class GlfwSurface:
         self._wheel_steps = 0.0
         self._pointer: Pointer | None = None
         self._pointed = False
-        self._cursor_px = (0.0, 0.0)
+        self._cursor_px: tuple[float, float] | None = None
         glfw.make_context_current(window)
         session.complaints.clear()
         glfw.swap_interval(1 if vsync else 0)
@@ -137,6 +137,7 @@ class GlfwSurface:
         self._check_size(glfw.get_framebuffer_size(window))
         self._listen(window)
         glfw.set_cursor_pos_callback(window, self._on_motion)
+        glfw.set_cursor_enter_callback(window, self._on_enter)
         glfw.set_window_pos_callback(window, self._on_position)
 
     @property
@@ -348,11 +349,13 @@ class GlfwSurface:
             self._presses.append(KeyPress(f"click_at {x},{y}", now_s))
 
     def _on_motion(self, _window: Any, x: float, y: float) -> None:
-        before_x, before_y = self._cursor_px
-        self._cursor_px = (x, y)
-        if self._pointer is not None:
-            self._pointer.move(x - before_x, y - before_y)
+        before_px, self._cursor_px = self._cursor_px, (x, y)
+        if self._pointer is not None and before_px is not None:
+            self._pointer.move(x - before_px[0], y - before_px[1])
             self._pointed = True
+
+    def _on_enter(self, _window: Any, _entered: int) -> None:
+        self._cursor_px = None  # what comes next is where it entered, and no motion
 
     def _on_refresh(self, _window: Any) -> None:
         self._damaged = True

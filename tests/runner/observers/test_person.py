@@ -9,6 +9,7 @@ import pytest
 from runner.observers.person import DOUBLE_CLICK_S, Person
 from runner.ports import Ask, KeyPress, Target
 from runner.presenter.scene import Scene
+from runner.tasks import Rate, Write
 
 TWO = Ask(
     Scene(),
@@ -110,3 +111,39 @@ def test_the_mouse_points_no_longer_when_the_window_was_closed() -> None:
     with pytest.raises(IndexError):
         _person([], mouse).respond(TWO, 0.0)
     assert mouse.wanted == [(True, False), (False, False)]
+
+
+def _field(name: str) -> Ask:
+    return Ask(Scene(), {"backspace": "erase", "enter": "accept"}, task=Write(name), typing=True)
+
+
+def test_what_is_typed_faster_than_it_is_drawn_is_not_lost() -> None:
+    """Characters that waited while the page was drawn again count, from its onset on."""
+    person = _person([("text a", 1.0), ("text b", 1.01), ("text c", 1.02), ("text d", 3.0)])
+    presses = [person.respond(_field("age"), onset_s) for onset_s in (0.9, 1.1, 1.2, 1.3)]
+    assert presses == [
+        KeyPress("text a", 1.0),
+        KeyPress("text b", 1.1),
+        KeyPress("text c", 1.2),
+        KeyPress("text d", 3.0),
+    ]
+
+
+def test_what_was_typed_before_the_next_field_is_not_typed_into_it() -> None:
+    person = _person([("enter", 1.0), ("text b", 1.01), ("enter", 1.02), ("text c", 3.0)])
+    assert person.respond(_field("age"), 0.9).key == "enter"
+    assert person.respond(_field("name"), 1.1) == KeyPress("text c", 3.0)
+    # Nor where the same is asked again.
+    person = _person([("enter", 1.0), ("text b", 1.01), ("text c", 3.0)])
+    assert person.respond(_field("age"), 0.9).key == "enter"
+    assert person.respond(_field("age"), 1.1) == KeyPress("text c", 3.0)
+
+
+def test_every_step_of_the_wheel_moves_the_scale_but_none_the_next_one() -> None:
+    def scale(stimulus: str) -> Ask:
+        keys = {"wheel_up": "higher", "enter": "accept"}
+        return Ask(Scene(), keys, task=Rate("gloss", 1, 10, stimulus))
+
+    person = _person([("wheel_up", 1.0), ("wheel_up", 1.0), ("enter", 1.5), ("wheel_up", 1.5), ("enter", 4.0)])
+    assert [person.respond(scale("a"), onset_s).time_s for onset_s in (0.9, 1.1, 1.2)] == [1.0, 1.1, 1.5]
+    assert person.respond(scale("b"), 1.6) == KeyPress("enter", 4.0)
