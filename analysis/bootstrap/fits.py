@@ -1,0 +1,65 @@
+"""Fit whatever counts a bootstrap brings, and say of each replicate how it was fitted.
+
+Observers drawn with replacement may leave out the only one who preferred an item. No finite strength then maximises
+the likelihood. Such a replicate is not dropped, since that would cut off the tail that it belongs to. It is fitted by
+Firth's penalised likelihood, which adds about half an answer to each side: beyond any replicate of these observers with
+one such answer, so that its place in the tail is right even if its distance is a convention. Where not even comparisons
+link all items, there is no common scale and no fit.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis import newton
+from analysis.bootstrap import firth_batch
+from analysis.bradley_terry import Method
+from analysis.separation import are_connected
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Fits:
+    """Strengths of n items in B replicates.
+
+    Attributes
+    ----------
+    theta
+        Shape (B, n): log strengths in nats, each row with mean 0; NaN in a replicate without a fit.
+    separated
+        Shape (B,): whether no maximum of the plain likelihood exists although comparisons link all items.
+    without_fit
+        Shape (B,): whether comparisons do not link all items, or the iteration did not converge.
+    """
+
+    theta: Floats
+    separated: Flags
+    without_fit: Flags
+
+
+def fit_each(wins: Floats, method: Method) -> Fits:
+    """Fit each matrix of counts: by ``method``, or by Firth's where maximum likelihood has no finite answer.
+
+    Parameters
+    ----------
+    wins
+        Shape (B, n, n), at least zero: ``wins[b, i, j]`` is how often item i was preferred over item j.
+    """
+    batch, n, _ = wins.shape
+    linked = are_connected(wins + wins.transpose(0, 2, 1))
+    sound = are_connected(wins)
+    theta = np.full((batch, n), np.nan)
+    converged = np.zeros(batch, dtype=np.bool_)
+    plainly = sound if method == "ml" else np.zeros(batch, dtype=np.bool_)
+    penalised = linked & ~plainly
+    if plainly.any():
+        theta[plainly], _, _, converged[plainly] = newton.maximise(wins[plainly])
+    if penalised.any():
+        theta[penalised], converged[penalised] = firth_batch.maximise(wins[penalised])
+    theta[~converged] = np.nan
+    return Fits(theta, linked & ~sound, ~converged)

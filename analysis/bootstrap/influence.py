@@ -1,0 +1,56 @@
+"""How far each observer pulls the strengths, and the sandwich standard errors that follow [Huber1967] [White1982].
+
+With H the information of all counts and g_s the slope of observer s's own log likelihood at θ, the observer moves the
+estimate by d_s = H⁻¹ g_s to first order. The d_s sum to zero, and S/(S − 1) Σ d_s d_sᵀ is the covariance of θ when
+observers differ in ways the model does not know: answers of one observer may then hang together in any manner.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis import laplacian
+
+Floats = NDArray[np.float64]
+
+
+def influences(by_observer: Floats, weights: Floats, theta: Floats) -> Floats:
+    """Return d_s of each observer in each replicate, in nats; shape (B, S, n).
+
+    Parameters
+    ----------
+    by_observer
+        Shape (S, n, n): each observer's counts.
+    weights
+        Shape (B, S): how often each observer was drawn; the counts of replicate b are ``weights[b] @ by_observer``.
+    theta
+        Shape (B, n): the strengths fitted to those counts, finite.
+    """
+    from scipy.special import expit
+
+    totals = by_observer + by_observer.transpose(0, 2, 1)
+    p = expit(theta[:, :, None] - theta[:, None, :])
+    people = len(by_observer)
+    counts = (weights @ totals.reshape(people, -1)).reshape(p.shape)
+    information = np.ascontiguousarray((counts * p * p.transpose(0, 2, 1)).transpose(1, 2, 0))
+    expected = np.matmul(totals.transpose(1, 0, 2), np.ascontiguousarray(p.transpose(1, 2, 0)))  # (n, S, B)
+    slope = by_observer.sum(axis=2).T[:, :, None] - expected
+    pulled = laplacian.solve(information, slope).transpose(2, 1, 0)
+    drawn = weights[:, :, None]
+    # After a penalised fit the pulls do not quite sum to zero: only their spread is the observers'.
+    return np.asarray(pulled - (drawn * pulled).sum(axis=1, keepdims=True) / drawn.sum(axis=1, keepdims=True))
+
+
+def standard_errors(pulled: Floats, weights: Floats) -> Floats:
+    """Return √(S/(S − 1) Σ w_s d_s²) of each column. Shapes (B, S, k) and (B, S) to (B, k)."""
+    people = weights.sum(axis=1)
+    variance = (weights[:, :, None] * pulled**2).sum(axis=1)
+    return np.asarray(np.sqrt(variance * (people / (people - 1))[:, None]))
+
+
+def sandwich(pulled: Floats, weights: Floats) -> Floats:
+    """Return S/(S − 1) Σ w_s d_s d_sᵀ. Shapes (B, S, n) and (B, S) to (B, n, n)."""
+    people = weights.sum(axis=1)
+    spread = np.matmul((weights[:, :, None] * pulled).transpose(0, 2, 1), pulled)
+    return np.asarray(spread * (people / (people - 1))[:, None, None])

@@ -1,0 +1,215 @@
+"""Confidence intervals of strengths, scores and differences.
+
+| kind | ends |
+|---|---|
+| ``expanded`` | percentiles of the replicates, at levels widened for few observers; the default |
+| ``percentile`` | percentiles of the replicates |
+| ``bca`` | percentiles, corrected for bias and acceleration |
+| ``expanded-bca`` | both corrections |
+| ``studentised`` | percentiles of t in the replicates, times the sandwich standard error |
+| ``sandwich`` | Student's t with S − 1 degrees of freedom, times the sandwich standard error |
+| ``model`` | normal quantile times the model's standard error, which takes all answers for independent |
+
+`analysis.bootstrap.coverage` measures how often each holds the truth; docs/uncertainty.md has the figures.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bootstrap import tails
+from analysis.bootstrap.influence import influences, standard_errors
+from analysis.bootstrap.quantities import Name, Quantity
+from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
+from analysis.errors import ResultsError
+from documents import Finding
+
+Floats = NDArray[np.float64]
+Kind = Literal["expanded", "percentile", "bca", "expanded-bca", "studentised", "sandwich", "model"]
+KINDS: tuple[Kind, ...] = get_args(Kind)
+DEFAULT: Kind = "expanded"
+Ends = tuple[Floats, Floats]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Intervals:
+    """Intervals of k values, and what they rest on.
+
+    Attributes
+    ----------
+    quantity, kind, level
+        Of what, which of `KINDS`, and the chance to hold the truth, such as 0.95.
+    names
+        For each value the name of its item, or the names of its two items.
+    estimate, low, high
+        Shape (k,): from all answers, and the ends. An end is infinite (0 or 1 for a score) where more replicates than
+        it leaves outside have no fit.
+    replicates, separated, without_fit
+        How many observers' draws there were, how many of these had to be fitted by Firth's, and how many had no fit.
+    """
+
+    quantity: Name
+    kind: Kind
+    level: float
+    names: tuple[tuple[str, ...], ...]
+    estimate: Floats
+    low: Floats
+    high: Floats
+    replicates: int
+    separated: int
+    without_fit: int
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the fields; null where an end is infinite."""
+        rows = zip(self.names, self.estimate.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
+        return {
+            "quantity": self.quantity,
+            "kind": self.kind,
+            "level": self.level,
+            "replicates": self.replicates,
+            "separated": self.separated,
+            "without_fit": self.without_fit,
+            "intervals": [
+                {"items": list(names), "estimate": estimate, "low": _finite(low), "high": _finite(high)}
+                for names, estimate, low, high in rows
+            ],
+        }
+
+
+def intervals(
+    replicates: Replicates,
+    quantity: Name = "theta",
+    *,
+    kind: Kind = DEFAULT,
+    level: float = 0.95,
+    block_numbers: int = BLOCK_NUMBERS,
+) -> Intervals:
+    """Return an interval for each item's ``quantity``, or for each pair's ``difference`` (pairs i < j in order).
+
+    Raises
+    ------
+    ResultsError
+        If ``quantity`` or ``kind`` is unknown or ``level`` is not between 0 and 1.
+    """
+    if kind not in KINDS:
+        raise ResultsError(Finding(f"there is no kind of interval '{kind}'", remedy="one of: " + ", ".join(KINDS)))
+    if not 0 < level < 1:
+        raise ResultsError(Finding(f"the level is {level:g}", remedy="give one between 0 and 1, such as 0.95"))
+    whole = Quantity.of_items(quantity, len(replicates.items))
+    rows = len(replicates.theta) * (len(replicates.observers) if kind == "studentised" else 1)
+    parts = list(whole.parts(block_numbers // rows))
+    ends = [_WAYS[kind](replicates, part, (1 - level) / 2) for part in parts]
+    least, most = whole.limits
+    pairs = zip(whole.first.tolist(), whole.second.tolist(), strict=True)
+    return Intervals(
+        quantity=quantity,
+        kind=kind,
+        level=level,
+        names=tuple(tuple(replicates.items[item] for item in dict.fromkeys(pair)) for pair in pairs),
+        estimate=whole.values(replicates.fit.theta),
+        low=np.maximum(np.concatenate([low for low, _ in ends]), least),
+        high=np.minimum(np.concatenate([high for _, high in ends]), most),
+        replicates=len(replicates.theta),
+        separated=int(replicates.separated.sum()),
+        without_fit=int(replicates.without_fit.sum()),
+    )
+
+
+def _percentiles(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
+    values, without = _sorted(replicates, quantity)
+    levels = np.full(values.shape[1], tail)
+    return tails.lower(values, levels, without), tails.upper(values, 1 - levels, without)
+
+
+def _expanded(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
+    return _percentiles(replicates, quantity, tails.widened(tail, len(replicates.observers)))
+
+
+def _bca(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
+    values, without = _sorted(replicates, quantity)
+    estimate = quantity.values(replicates.fit.theta)
+    below = (values < estimate).sum(axis=0) + (values == estimate).sum(axis=0) / 2
+    share = np.clip(below, 0.5, max(0.5, len(values) - 0.5)) / max(1, len(values))
+    sound = ~replicates.left_out.without_fit
+    speed = tails.acceleration(quantity.values(replicates.left_out.theta[sound]))
+    low, high = (tails.bias_corrected(level, share, speed) for level in (tail, 1 - tail))
+    return tails.lower(values, low, without), tails.upper(values, high, without)
+
+
+def _expanded_bca(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
+    return _bca(replicates, quantity, tails.widened(tail, len(replicates.observers)))
+
+
+def _studentised(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
+    estimate, error = _sandwich_error(replicates, quantity)
+    sound = ~replicates.without_fit
+    theta, weights = replicates.theta[sound], replicates.weights[sound]
+    n, people = len(replicates.items), len(replicates.observers)
+    size = max(1, BLOCK_NUMBERS // (n * max(n, people)))
+    t = np.empty((len(theta), len(estimate)))
+    for start in range(0, len(theta), size):
+        chosen = slice(start, start + size)
+        pulled = influences(replicates.by_observer, weights[chosen], theta[chosen])
+        errors = standard_errors(quantity.slopes(theta[chosen], pulled), weights[chosen])
+        off = quantity.values(theta[chosen]) - estimate
+        # Where all observers drawn agree there is no spread to divide by: t is as large as can be.
+        t[chosen] = np.divide(off, errors, out=np.copysign(np.where(off == 0, 0, np.inf), off), where=errors > 0)
+    t.sort(axis=0)
+    without = int(replicates.without_fit.sum())
+    levels = np.full(len(estimate), tail)
+    return (
+        estimate - tails.upper(t, 1 - levels, without) * error,
+        estimate - tails.lower(t, levels, without) * error,
+    )
+
+
+def _sandwich(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
+    from scipy.special import stdtrit
+
+    estimate, error = _sandwich_error(replicates, quantity)
+    reach = float(stdtrit(len(replicates.observers) - 1, 1 - tail)) * error
+    return estimate - reach, estimate + reach
+
+
+def _model(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
+    from scipy.special import ndtri
+
+    theta, covariance = replicates.fit.theta, replicates.fit.covariance
+    values, vectors = np.linalg.eigh(covariance)
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    error = np.sqrt((quantity.slopes(theta[None], root.T[None])[0] ** 2).sum(axis=0))
+    reach = float(ndtri(1 - tail)) * error
+    estimate = quantity.values(theta)
+    return estimate - reach, estimate + reach
+
+
+_WAYS: dict[Kind, Callable[[Replicates, Quantity, float], Ends]] = {
+    "expanded": _expanded,
+    "percentile": _percentiles,
+    "bca": _bca,
+    "expanded-bca": _expanded_bca,
+    "studentised": _studentised,
+    "sandwich": _sandwich,
+    "model": _model,
+}
+
+
+def _sandwich_error(replicates: Replicates, quantity: Quantity) -> tuple[Floats, Floats]:
+    theta, ones = replicates.fit.theta[None], np.ones((1, len(replicates.observers)))
+    pulled = influences(replicates.by_observer, ones, theta)
+    return quantity.values(theta)[0], standard_errors(quantity.slopes(theta, pulled), ones)[0]
+
+
+def _sorted(replicates: Replicates, quantity: Quantity) -> tuple[Floats, int]:
+    sound = ~replicates.without_fit
+    return np.sort(quantity.values(replicates.theta[sound]), axis=0), int((~sound).sum())
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
