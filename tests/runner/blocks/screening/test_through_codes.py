@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,7 +15,7 @@ from devices.display import DisplayModel
 from devices.display_file import Eye, EyeModels
 from devices.tone_curve import ToneCurve
 from runner.blocks.screening.screen import Screen
-from runner.blocks.screening.stereo_acuity import FINEST_PX, stereo_acuity
+from runner.blocks.screening.stereo_acuity import FINEST_PX, finest_arcsec, stereo_acuity
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
@@ -32,27 +33,57 @@ MODEL = DisplayModel(
 EYES: tuple[Eye, Eye] = ("left", "right")
 
 
-def measured_px(left: Floats, right: Floats, about_px: float) -> float:
-    """Return the parallax of two patches by the phases of their Fourier transforms along the rows, to a least square.
+def shifted(rows: Floats, by_px: float) -> Floats:
+    """Move rows to the right, by their Fourier transforms."""
+    turned = np.fft.rfft(rows, axis=1) * np.exp(-2j * np.pi * np.fft.rfftfreq(rows.shape[1]) * by_px)
+    return np.fft.irfft(turned, rows.shape[1], axis=1)
 
-    The frequencies below a quarter of what pixels can carry are weighed by their energy; both patches are windowed
-    alike after the nearest whole shift is taken off by the caller.
+
+def measured_px(left: Floats, right: Floats, patch: slice, about_px: float) -> float:
+    """Return how far right of the left eye's the right eye's columns ``patch`` are, by the phases of their transforms.
+
+    Both are moved by half of the last estimate before each of a few steps, so that the window about the patch favours
+    no answer in the end. Frequencies below a quarter of the samples' are weighed by their energy.
     """
-    window = np.hanning(left.shape[1])
-    first, second = (np.fft.rfft((view - view.mean()) * window, axis=1) for view in (left, right))
-    cross = (first * np.conj(second)).sum(axis=0)
-    frequency = np.fft.rfftfreq(left.shape[1])
+    window = np.hanning(patch.stop - patch.start)
+    frequency = np.fft.rfftfreq(len(window))
     use = (frequency > 0.02) & (frequency < 0.25)
-    turned = np.angle(cross[use] * np.exp(-2j * np.pi * frequency[use] * about_px))
-    weight = np.abs(cross[use])
-    slope = (weight * frequency[use] * turned).sum() / (weight * frequency[use] ** 2).sum()
-    return float(about_px + slope / (2 * np.pi))
+    found_px = about_px
+    for _ in range(5):
+        views = shifted(left, found_px / 2)[:, patch], shifted(right, -found_px / 2)[:, patch]
+        first, second = (np.fft.rfft((view - view.mean()) * window, axis=1) for view in views)
+        cross = (first * np.conj(second)).sum(axis=0)[use]
+        weight = np.abs(cross)
+        slope = (weight * frequency[use] * np.angle(cross)).sum() / (weight * frequency[use] ** 2).sum()
+        found_px += float(slope / (2 * np.pi))
+    return found_px
 
 
-def sent(mode: str, level: float, screen: Screen, seeds: range) -> list[float]:
+@dataclass(frozen=True)
+class Sampling:
+    """How a mode samples a view: every ``step`` columns, the right eye's first ``right_later_px`` further right."""
+
+    mode: str
+    screens_px: tuple[int, int]
+    step: int = 1
+    right_later_px: float = 0.0
+
+    def samples(self, view: Floats, eye: Eye) -> Floats:
+        """Return what the eye is shown of its view's columns, one beside the other."""
+        if self.mode != "column-interleaved":
+            return view
+        return view[:, 0::2] if eye == "left" else view[:, 1::2]
+
+
+SIDE_BY_SIDE = Sampling("side-by-side", (1000, 500))
+HALF = Sampling("side-by-side-half", (500, 500), 2)
+COLUMNS = Sampling("column-interleaved", (500, 500), 2, 1.0)
+
+
+def sent(sampling: Sampling, level: float, seeds: range) -> list[float]:
     """Return the errors, in pixels, of the parallax in the codes that are sent for stereograms of ``level`` arcsec."""
-    size = (2 * screen.view_px[0], screen.view_px[1]) if mode == "side-by-side" else screen.view_px
-    errors = []
+    screen = Screen((500, 500), 0.2768, 700.0, 65.0, (sampling.step, 1), EyeModels(MODEL, MODEL))
+    step, errors = sampling.step, []
     for seed in seeds:
         test = stereo_acuity(
             screen, str(seed), pass_arcsec=level, levels_arcsec=(level,), repeats=2, required=1, depth="both"
@@ -60,25 +91,24 @@ def sent(mode: str, level: float, screen: Screen, seeds: range) -> list[float]:
         shown = test.series[0].levels[0].presentations
         pictures = {one.picture: one.make for one in shown}
         try:
-            surface = open_surface("egl", size)
+            surface = open_surface("egl", sampling.screens_px)
         except PresentationError as error:
             pytest.skip(str(error))
-        with (
-            surface,
-            Presenter(surface, find_mode(mode), EyeModels(MODEL, MODEL), partial(_made, pictures)) as presenter,
-        ):
+        mode, models = find_mode(sampling.mode), EyeModels(MODEL, MODEL)
+        with surface, Presenter(surface, mode, models, partial(_made, pictures)) as presenter:
             for one in shown:
                 presenter.show(Scene((Picture(one.picture),)))
-                light = {eye: MODEL.xyz(presenter.eye_view(eye) / 255.0)[:, :, 1] for eye in EYES}
+                codes = {eye: sampling.samples(presenter.eye_view(eye) / 255.0, eye) for eye in EYES}
+                light = {eye: MODEL.xyz(code)[:, :, 1] for eye, code in codes.items()}
                 offset = test.targets[one.correct].offset_px
                 half = test.targets[one.correct].size_px[0] // 2 - 10
-                middle = [round(place + side / 2) for place, side in zip(offset, screen.view_px, strict=True)]
+                middle = [round(place + 250) for place in offset]
                 rows = slice(middle[1] - half, middle[1] + half)
                 wanted = float(one.details["parallax_px"])
-                whole = round(wanted / 2)
-                columns = {"left": middle[0] - whole, "right": middle[0] + whole}
-                left, right = (light[eye][rows, columns[eye] - half : columns[eye] + half] for eye in EYES)
-                found = 2 * whole + measured_px(left, right, wanted - 2 * whole)
+                patch = slice((middle[0] - half) // step, (middle[0] + half) // step)
+                about = round((wanted - sampling.right_later_px) / step)  # to the nearest whole sample, no better
+                found = measured_px(light["left"][rows], light["right"][rows], patch, about)
+                found = step * found + sampling.right_later_px
                 errors.append(found - wanted)
     return errors
 
@@ -89,16 +119,24 @@ def _made(pictures: Mapping[str, Callable[[], StereoImage]], name: str) -> Stere
 
 @pytest.mark.parametrize("arcsec", [20.0, 70.0, 140.0, 500.0])
 def test_the_codes_that_are_sent_hold_the_parallax_to_a_fiftieth_of_a_pixel(arcsec: float) -> None:
-    screen = Screen((500, 500), 0.2768, 700.0, 65.0, (1, 1), EyeModels(MODEL, MODEL))
-    errors = sent("side-by-side", arcsec, screen, range(3))
+    errors = sent(SIDE_BY_SIDE, arcsec, range(3))
     assert len(errors) == 6
     assert np.abs(errors).max() < 0.02
 
 
-def test_the_finest_parallax_is_right_to_a_tenth() -> None:
-    screen = Screen((500, 500), 0.2768, 700.0, 65.0, (1, 1), EyeModels(MODEL, MODEL))
-    errors = sent("side-by-side", 1.001 * screen.disparity_arcsec(FINEST_PX), screen, range(4))
-    assert np.abs(errors).max() < 0.1 * FINEST_PX
+@pytest.mark.parametrize("sampling", [HALF, COLUMNS], ids=lambda one: one.mode)
+@pytest.mark.parametrize("arcsec", [40.0, 140.0, 500.0])
+def test_so_do_modes_in_which_an_eye_has_half_the_columns(sampling: Sampling, arcsec: float) -> None:
+    """To a fiftieth of a pixel of those that the eye is really shown."""
+    errors = sent(sampling, arcsec, range(3))
+    assert np.abs(errors).max() < 0.02 * sampling.step
+
+
+@pytest.mark.parametrize("sampling", [SIDE_BY_SIDE, HALF, COLUMNS], ids=lambda one: one.mode)
+def test_the_finest_parallax_is_right_to_a_tenth(sampling: Sampling) -> None:
+    screen = Screen((500, 500), 0.2768, 700.0, 65.0, (sampling.step, 1), EyeModels(MODEL, MODEL))
+    errors = sent(sampling, 1.001 * finest_arcsec(screen), range(4))
+    assert np.abs(errors).max() < 0.1 * FINEST_PX * sampling.step
 
 
 def test_making_a_picture_takes_less_time_than_an_answer() -> None:
