@@ -55,7 +55,9 @@ def check_level(alpha: float) -> None:
         raise ResultsError(Finding(f"alpha is {alpha:g}", remedy="give a level between 0 and 1, such as 0.05"))
 
 
-def classify(theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm") -> Classes:
+def classify(
+    theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm", df: float | None = None
+) -> Classes:
     """Group items into perceptual classes by pairwise tests.
 
     Parameters
@@ -68,6 +70,8 @@ def classify(theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: 
         Level, between 0 and 1: two items differ where p ≤ alpha.
     adjust
         ``none``, ``holm``, ``bh`` (Benjamini-Hochberg) or ``maxz`` (single step by the largest z), over all pairs.
+    df
+        Degrees of freedom of ``covariance``: observers − 1 for a sandwich covariance, None for the model's.
 
     Raises
     ------
@@ -80,14 +84,9 @@ def classify(theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: 
     difference = theta[:, None] - theta[None, :]
     error = np.sqrt(contrast_variances(covariance))
     z = np.divide(difference, error, out=np.zeros_like(difference), where=error > 0)
-    p = adjusted_p(z, covariance, adjust)
+    p = adjusted_p(z, covariance, adjust, df)
     members = numbered(letter_display(p <= alpha), theta)
-    numbers: list[list[str]] = [[] for _ in theta]
-    for number, group in enumerate(members, start=1):
-        for item in group:
-            numbers[item].append(str(number))
-    labels = tuple("+".join(names) for names in numbers)
-    return Classes(labels, members, z, p, alpha, adjust)
+    return Classes(labelled(members, len(theta)), members, z, p, alpha, adjust)
 
 
 def letter_display(differs: NDArray[np.bool_]) -> Letters:
@@ -154,6 +153,15 @@ def _bits(items: NDArray[np.intp]) -> int:
 def _items(column: int) -> list[int]:
     """Return the items of a column, in order."""
     return [place for place, bit in enumerate(bin(column)[:1:-1]) if bit == "1"]
+
+
+def labelled(members: tuple[tuple[int, ...], ...], n: int) -> tuple[str, ...]:
+    """Return for each of ``n`` items the numbers of its classes, such as "3+4"."""
+    numbers: list[list[str]] = [[] for _ in range(n)]
+    for number, group in enumerate(members, start=1):
+        for item in group:
+            numbers[item].append(str(number))
+    return tuple("+".join(names) for names in numbers)
 
 
 def numbered(letters: Letters, theta: Floats) -> tuple[tuple[int, ...], ...]:
