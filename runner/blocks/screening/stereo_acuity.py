@@ -19,8 +19,8 @@ from stimuli.random_dots import SIDES, DotField, stereogram
 
 NAME = "stereo_acuity"
 Depth = Literal["crossed", "uncrossed", "both"]
-# The finest parallax that is called faithful, in pixels that an eye is really shown. Codes of 8 bits hold a hundredth of
-# it; how sharp the panel is between its pixels nobody measured, and that decides.
+# The finest parallax that is called faithful, in pixels that an eye is really shown. Codes of 8 bits hold a hundredth
+# of it; how sharp the panel is between its pixels nobody measured, and that decides.
 FINEST_PX = 0.2
 FIELD_DEG, TARGET_SHARE, OFFSET_SHARE = 10.0, 0.26, 0.30
 _DOTS_PER_SQUARE_DEG, _SPOT_ARCMIN = 40.0, 1.0
