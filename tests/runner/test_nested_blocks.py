@@ -62,6 +62,12 @@ def test_both_kinds_are_read_and_made(study: Study) -> None:
         ("feedback: choice", "feedback: chioce", "chioce", "'blocks.0.feedback' is 'chioce'"),
         ("{kind: all_pairs, break_every: 2}", "{kind: all_pairs, stimuli: [one, tow]}", "tow", "no stimulus 'tow'"),
         ("{kind: all_pairs, break_every: 2}", "{kind: break}", "break}", "'break' has no trials to practise"),
+        (
+            "{kind: all_pairs, break_every: 2}",
+            "{kind: screening, on_fail: stop, tests: [{test: near_acuity}]}",
+            "stop",
+            "a practice cannot end the session",
+        ),
         (", feedback", ", until: {correct: 0.8, of: 9}, feedback", "9}", "until looks at 9 answers, of 3"),
     ],
 )

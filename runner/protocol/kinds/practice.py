@@ -44,6 +44,8 @@ class PracticeSpec(BlockSpec):
         """Yield a block that cannot be practised, one's own wishes that cannot be met, and the block's faults."""
         if self.block.kind in NOT_PRACTISED:
             yield Fault(f"'{self.block.kind}' has no trials to practise", ("block", "kind"), "name a scored kind")
+        if getattr(self.block, "on_fail", None) == "stop":
+            yield Fault("a practice cannot end the session", ("block", "on_fail"), "on_fail: continue")
         if self.until and self.until.of > self.trials:
             yield Fault(f"until looks at {self.until.of} answers, of {self.trials}", ("until", "of"), "raise trials")
         for fault in self.block.faults(stimuli):

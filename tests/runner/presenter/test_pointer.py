@@ -11,6 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.display_file import EyeModels
+from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.pointer import Pointer
 from runner.presenter.presenter import Presenter
@@ -67,6 +68,25 @@ def test_both_eyes_see_it_at_the_same_place(make_presenter: MakePresenter, mode:
         # Within what a woven or squeezed eye can show of the place.
         assert seen[eye] == pytest.approx((width / 2 + 31, height / 2 - 21), abs=1.5)
     assert seen["left"] == pytest.approx(seen["right"], abs=1.0)
+
+
+def test_each_of_two_windows_has_it(same_models: EyeModels) -> None:
+    try:
+        surface = EglSurface((320, 480), windows=2)
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with (
+        surface,
+        Presenter(surface, find_mode("dual-window"), same_models, lambda name: pytest.fail(name)) as presenter,
+    ):
+        presenter.show(Scene())
+        presenter.point(True)
+        _move(presenter, 31.0, -21.0)
+        captured = presenter.capture()
+        np.testing.assert_array_equal(captured["left"], captured["right"])
+        rows, columns = np.nonzero(captured["left"].max(axis=2) > 200)
+        assert (columns.min() + columns.max() + 1) / 2 == pytest.approx(160 + 31, abs=1.0)
+        assert (rows.min() + rows.max() + 1) / 2 == pytest.approx(240 - 21, abs=1.0)
 
 
 def test_a_motion_is_a_frame_but_no_scene_and_no_onset(make_presenter: MakePresenter) -> None:
