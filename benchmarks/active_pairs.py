@@ -36,6 +36,7 @@ SPREADS = (1.0, 2.0, 3.0)
 TRIALS_PER_STIMULUS = (4, 10, 20, 40)
 SEEDS = 16
 POOLED_OBSERVERS, POOLED_TRIALS_PER_STIMULUS = 10, 10
+_TICKS_NATS = (0.3, 0.5, 1.0, 2.0)
 WAYS = ("random", "variance", "entropy")
 
 
@@ -198,6 +199,11 @@ def _plot(rows: list[Row], file: Path) -> None:
                 errors = [row["rms_learnt"] for row in here]
                 axes.plot([row["trials"] for row in here], errors, marker=marker, label=way)
             axes.set(xscale="log", yscale="log", xlabel="trials", ylabel="error in θ (nats)", title=panel)
+            axes.minorticks_off()
+            ticks = [float(str(row["trials"])) for row in here]
+            axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+            axes.set_yticks(_TICKS_NATS, [f"{tick:g}" for tick in _TICKS_NATS])
+            axes.set_ylim(0.28, 2.8)
             axes.grid(True, which="both", alpha=0.3)
         figure.axes[0].legend(frameon=False)
         figure.suptitle(TITLE)
