@@ -153,11 +153,13 @@ class Station:
         resume: bool = False,
         accept_changes: bool = False,
         on_trial: Callable[[Trial], None] = lambda trial: None,
+        on_session: Callable[[Session], None] = lambda session: None,
         remarks: tuple[str, ...] = (),
         pending: Sequence[Place] = (),
     ) -> Path:
         """Run one observer's session to its end and return its folder.
 
+        ``on_session`` is handed the session before it begins, for notes and marks from elsewhere.
         A new session's record has ``remarks`` beside the station's own; ``pending`` are trials that are to be asked
         once more after their block.
 
@@ -195,6 +197,7 @@ class Station:
                 style=self.experiment.style,
                 closing_facts=lambda: {"work": asdict(self.presenter.counters)},
             )
+            on_session(session)
             try:
                 session.run()
             except GraphicsError as error:

@@ -40,6 +40,11 @@ import click
     is_flag=True,
     help="Borrow another mode's characterisation, and mark every record of it.",
 )
+@click.option(
+    "--console/--no-console",
+    default=None,
+    help="Whether this terminal takes notes and marks during the session; it does if a person sits at the window.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
 def command(
     experiment: Path,
@@ -53,22 +58,31 @@ def command(
     replay: Path | None,
     backend: str | None,
     allow_uncharacterised: bool,
+    console: bool | None,
     as_json: bool,
 ) -> None:
     """Run a session with an observer.
 
     EXPERIMENT is a file such as experiments/dynamic_range.yaml. Every answer is on disk before the next trial
-    appears. The observer answers with the keys that the instructions name; Escape asks before leaving.
+    appears. The observer answers with the keys that the instructions name; Escape opens a
+    menu: go on, repeat, note, stop. Meanwhile the experimenter can type notes at the terminal, and 'r' to have the last
+    trial asked again.
     """
+    import sys
+    import time
+    from contextlib import ExitStack
+
     from analysis.records import Trial
+    from runner.cli.console import Console, at_a_terminal
     from runner.cli.main import WorkError
     from runner.cli.progress import build_stimuli, progress_bar
+    from runner.cli.session_status import SessionStatus
     from runner.observers.observer_file import read_observer
     from runner.observers.person import Person
     from runner.observers.replay import read_recording
     from runner.ports import WindowClosed
     from runner.protocol.experiment import check_observer, read_experiment
-    from runner.session import Left
+    from runner.session import Left, Session
     from runner.session_folders import to_resume, unfinished
     from runner.station import Station
 
@@ -84,44 +98,65 @@ def command(
         to_resume(results, design.spec.name, observer)
     elif unfinished(results, design.spec.name, observer):
         click.echo(f"note: observer {observer} has an unfinished session; --resume would go on with it", err=True)
-    total = sum(block.trials for block in design.blocks(observer))
-    answered = 0
     folder: Path | None = None
     ending = "completed"
+    backend = backend or ("egl" if law or recording else "window")
+    if console is None:
+        console = backend == "window" and not (law or recording) and at_a_terminal()
     with progress_bar(quiet=as_json) as step:
         stimuli = build_stimuli(design, step)
-        backend = backend or ("egl" if law or recording else "window")
-        with Station.open(design, stimuli, results, backend, windowed=windowed) as station:
-            for remark in station.remarks:
-                click.echo(f"warning: {remark}", err=True)
-            sitting = Person(station.surface.wait_key, station.presenter.point)
-            person = station.simulated(law, observer) if law else sitting
+    with (
+        progress_bar(quiet=as_json) as step,
+        ExitStack() as terminal,
+        Station.open(design, stimuli, results, backend, windowed=windowed) as station,
+    ):
+        for remark in station.remarks:
+            click.echo(f"warning: {remark}", err=True)
+        sitting = Person(station.surface.wait_key, station.presenter.point)
+        person = station.simulated(law, observer) if law else sitting
 
-            def on_trial(trial: Trial) -> None:
-                nonlocal answered
-                answered += trial.kind not in ("instructions", "break")
-                step(f"Observer {observer}", answered, total)
+        status = SessionStatus(
+            design.blocks(observer),
+            [block.kind for block in design.spec.blocks],
+            time.monotonic,
+            lambda: station.presenter.counters.frames_missed,
+        )
+        shown: Console | None = None
 
-            try:
-                if recording:
-                    folder = station.replay(recording, observer, accept_changes=accept_changes, on_trial=on_trial)
-                else:
-                    folder = station.run(
-                        observer,
-                        person,
-                        simulated=law is not None,
-                        resume=resume,
-                        accept_changes=accept_changes,
-                        on_trial=on_trial,
-                    )
-            except Left:
-                ending = "left"
-            except WindowClosed:
-                ending = "window closed"
-            except KeyboardInterrupt:
-                ending = "interrupted"
-            except OSError as error:
-                raise WorkError(f"the session stopped: {error}; every answer before this is saved") from error
+        def on_session(session: Session) -> None:
+            nonlocal shown
+            if console:
+                shown = terminal.enter_context(Console(session, status.line, sys.stdin, sys.stderr))
+
+        def on_trial(trial: Trial) -> None:
+            status.hear(trial)
+            if shown:
+                shown.refresh()
+            else:
+                step(f"Observer {observer}", status.answered, status.trials)
+
+        try:
+            if recording:
+                folder = station.replay(recording, observer, accept_changes=accept_changes, on_trial=on_trial)
+            else:
+                folder = station.run(
+                    observer,
+                    person,
+                    simulated=law is not None,
+                    resume=resume,
+                    accept_changes=accept_changes,
+                    on_trial=on_trial,
+                    on_session=on_session,
+                )
+        except Left:
+            ending = "left"
+        except WindowClosed:
+            ending = "window closed"
+        except KeyboardInterrupt:
+            ending = "interrupted"
+        except OSError as error:
+            raise WorkError(f"the session stopped: {error}; every answer before this is saved") from error
+    answered, total = status.answered, status.trials
     done = {"ending": ending, "answered": answered, "trials": total, "folder": str(folder) if folder else None}
     if as_json:
         click.echo(json.dumps(done))

@@ -1,0 +1,104 @@
+"""Where a session stands, for the experimenter: trial, block, time left, last answers, missed frames."""
+
+from __future__ import annotations
+
+import statistics
+from collections import deque
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+
+from analysis.records import Trial
+from documents.characters import visible
+from runner.blocks.steps import Block
+
+_PACE_OF = 20  # trials
+_SHOWN = 3
+_LONGEST_ANSWER = 24
+
+
+@dataclass(slots=True)
+class SessionStatus:
+    """Hears of each trial; ``clock`` is monotonic, in seconds."""
+
+    blocks: Sequence[Block]
+    kinds: Sequence[str]
+    clock: Callable[[], float]
+    missed_elsewhere: Callable[[], int] = lambda: 0
+    _answered: dict[int, set[int]] = field(default_factory=dict)
+    _pace: deque[float] = field(default_factory=lambda: deque(maxlen=_PACE_OF))
+    _last: deque[str] = field(default_factory=lambda: deque(maxlen=_SHOWN))
+    _block: int = 0
+    _before_s: float = field(init=False)
+    _missed: int = 0
+
+    def __post_init__(self) -> None:
+        self._before_s = self.clock()
+
+    @property
+    def trials(self) -> int:
+        """How many scored trials there are."""
+        return sum(block.trials for block in self.blocks)
+
+    @property
+    def answered(self) -> int:
+        """How many of them were answered; one asked again counts once."""
+        return sum(self._done(number) for number in range(len(self.blocks)))
+
+    @property
+    def minutes_left(self) -> float:
+        """What the blocks expect of what is left, times how fast this observer was in the last trials."""
+        usual = statistics.median(pace) if (pace := tuple(self._pace)) else 1.0
+        left_s = 0.0
+        for number, block in enumerate(self.blocks):
+            if block.trials:
+                left_s += block.expected_s * (1 - self._done(number) / block.trials)
+            elif number not in self._answered:
+                left_s += block.expected_s
+        return usual * left_s / 60
+
+    def hear(self, trial: Trial) -> None:
+        """Take note of ``trial``, also of one that a resumed session read from its log."""
+        now_s = self.clock()
+        took_s, self._before_s = now_s - self._before_s, now_s
+        if trial.attempt == 0:
+            self._answered.setdefault(trial.block, set()).add(trial.trial)
+            self._block = max(self._block, trial.block)
+        self._missed += sum(held.get("missed_frames", 0) for held in trial.data.get("timed", ()))
+        block = self.blocks[trial.block]
+        if not block.trials or took_s < trial.response_time_s:
+            return  # a page of words; or read from the log, which takes no time
+        self._pace.append(took_s * block.trials / max(block.expected_s, 1e-9))
+        again = " (again)" if trial.attempt else ""
+        self._last.append(f"{_answer(trial)} {trial.response_time_s:.1f} s{again}")
+
+    def line(self) -> str:
+        """Return all of it on one line."""
+        minutes = self.minutes_left
+        left = f"about {minutes:.0f} min left" if minutes >= 1.5 else f"about {max(0, round(60 * minutes))} s left"
+        parts = [
+            f"trial {self.answered} of {self.trials}",
+            f"block {self._block + 1} of {len(self.blocks)}: {self.kinds[self._block].replace('_', ' ')}",
+            left if self.answered < self.trials else "all answered",
+            f"missed frames {self._missed + self.missed_elsewhere()}",
+        ]
+        last = tuple(self._last)
+        return " · ".join([*parts, f"last: {', '.join(last)}"] if last else parts)
+
+    def _done(self, number: int) -> int:
+        return min(len(self._answered.get(number, ())), self.blocks[number].trials)
+
+
+def _answer(trial: Trial) -> str:
+    """Return what was answered in a word or two."""
+    for key in ("answer", "chosen"):
+        if key in trial.data:
+            return _short(str(trial.data[key]))
+    ratings = trial.data.get("ratings")
+    if isinstance(ratings, dict) and ratings:
+        return _short(", ".join(f"{name} {value}" for name, value in ratings.items()))
+    return _short(trial.events[-1][0]) if trial.events else trial.kind
+
+
+def _short(text: str) -> str:
+    words = visible(text)
+    return words if len(words) <= _LONGEST_ANSWER else f"{words[: _LONGEST_ANSWER - 1]}…"
