@@ -1,8 +1,15 @@
-"""`cyclopean scores`: Bradley-Terry scores of any table of comparisons."""
+"""`cyclopean scores`: scores of any table of comparisons, by the model asked for."""
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
+
+if TYPE_CHECKING:
+    from analysis.comparisons import Comparisons
+    from analysis.pair_models.scores import ModelScores
+    from analysis.scores import Scores
 
 
 @click.command(name="scores")
@@ -16,20 +23,45 @@ import click
     help="Correction for testing every pair.",
 )
 @click.option(
+    "--model",
+    type=click.Choice(["bradley-terry", "davidson", "rao-kupper", "thurstone"]),
+    default="bradley-terry",
+    show_default=True,
+    help="Davidson and Rao-Kupper have ties; Thurstone's Case V gives JOD.",
+)
+@click.option(
     "--method",
-    type=click.Choice(["ml", "firth"]),
+    type=click.Choice(["ml", "firth", "map"]),
     default="ml",
     show_default=True,
-    help="Maximum likelihood, or Firth's penalised fit, finite for items that always win.",
+    help="Maximum likelihood; Firth's penalised fit, or a Gaussian prior, for items that always win.",
+)
+@click.option("--prior-sd", type=float, help="Standard deviation of the prior on each strength.  [map: 2]")
+@click.option("--order-effect", is_flag=True, help="Fit what being shown first adds; needs the column 'first'.")
+@click.option(
+    "--covariance",
+    type=click.Choice(["model", "sandwich"]),
+    default="model",
+    show_default=True,
+    help="Errors from the model, or clustered by observer.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
-def command(table: str, alpha: float, adjust: str, method: str, as_json: bool) -> None:
+def command(
+    table: str,
+    alpha: float,
+    adjust: str,
+    model: str,
+    method: str,
+    prior_sd: float | None,
+    order_effect: bool,
+    covariance: str,
+    as_json: bool,
+) -> None:
     """Fit scores and perceptual classes to a table of paired comparisons.
 
-    TABLE.csv has the columns winner,loser and optionally count, observer and first (the item shown first);
-    a single dash reads the table from standard input.
+    TABLE.csv has the columns winner,loser and optionally count, observer, first (the item shown first) and outcome
+    (win or tie) or ties (how many were tied); a single dash reads the table from standard input.
     """
-    import json
     import sys
     from pathlib import Path
     from typing import cast
@@ -37,29 +69,80 @@ def command(table: str, alpha: float, adjust: str, method: str, as_json: bool) -
     from analysis.bradley_terry import Method
     from analysis.comparison_table import read_stream, read_table
     from analysis.multiplicity import Adjust
+    from analysis.pair_models.fit import DEFAULT_PRIOR_SD, CovarianceKind, Model, ModelMethod
+    from analysis.pair_models.scores import score_model
     from analysis.scores import score
-    from analysis.separation import explain
 
+    if prior_sd is not None and method != "map":
+        raise click.UsageError("--prior-sd goes with --method map.")
     comparisons = read_stream(sys.stdin.buffer, "standard input") if table == "-" else read_table(Path(table))
-    scores = score(comparisons, alpha=alpha, adjust=cast(Adjust, adjust), method=cast(Method, method))
-    if as_json:
-        click.echo(json.dumps(scores.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+    correction = cast(Adjust, adjust)
+    if model == "bradley-terry" and method != "map" and covariance == "model" and not order_effect:
+        plain = score(comparisons, alpha=alpha, adjust=correction, method=cast(Method, method))
+        sound = _tell_plain(plain, comparisons, as_json)
     else:
-        from analysis.terminal import print_scores
-
-        print_scores(scores)
-    if scores.fit.separated:
-        click.echo("cyclopean: no finite scores fit these comparisons:", err=True)
-        for sentence in explain(scores.fit.separated, comparisons.wins, comparisons.items):
-            click.echo(f"  {sentence}", err=True)
-        click.echo(f"  {_remedy(method)}", err=True)
-    elif not scores.fit.converged:
-        click.echo(f"cyclopean: the fit did not converge in {scores.fit.iterations} steps", err=True)
-    if not scores.fit.converged:
+        sound = _tell(
+            score_model(
+                comparisons,
+                cast(Model, model),
+                alpha=alpha,
+                adjust=correction,
+                method=cast(ModelMethod, method),
+                prior_sd=DEFAULT_PRIOR_SD if prior_sd is None else prior_sd,
+                order_effect=order_effect,
+                covariance=cast(CovarianceKind, covariance),
+            ),
+            as_json,
+        )
+    if not sound:
         sys.exit(1)
 
 
-def _remedy(method: str) -> str:
-    if method == "ml":
-        return "Collect more comparisons, or ask for Firth's penalised fit: --method firth."
-    return "Compare items of different groups with each other: only then have they a common scale."
+def _tell_plain(scores: Scores, comparisons: Comparisons, as_json: bool) -> bool:
+    from analysis.separation import explain
+    from analysis.terminal import print_scores
+
+    if as_json:
+        _print_json(scores.to_json())
+    else:
+        print_scores(scores)
+        if comparisons.ties:
+            click.echo(f"{comparisons.ties:g} answers prefer neither item and are left out; see --model davidson.")
+    if scores.fit.separated:
+        _explain(explain(scores.fit.separated, comparisons.wins, comparisons.items), scores.fit.method)
+    elif not scores.fit.converged:
+        click.echo(f"cyclopean: the fit did not converge in {scores.fit.iterations} steps", err=True)
+    return scores.fit.converged
+
+
+def _tell(scores: ModelScores, as_json: bool) -> bool:
+    from analysis.pair_models.terminal import print_model_scores
+
+    if as_json:
+        _print_json(scores.to_json())
+    else:
+        print_model_scores(scores)
+    fit = scores.fit
+    if fit.separation:
+        _explain(list(fit.separation.sentences), fit.method)
+    elif not fit.converged:
+        click.echo(f"cyclopean: the fit did not converge in {fit.iterations} steps", err=True)
+    return fit.converged
+
+
+def _print_json(told: dict[str, object]) -> None:
+    import json
+
+    click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
+
+
+def _explain(sentences: list[str], method: str) -> None:
+    click.echo("cyclopean: no finite scores fit these comparisons:", err=True)
+    for sentence in sentences:
+        click.echo(f"  {sentence}", err=True)
+    remedy = {
+        "ml": "Collect more comparisons, or ask for a fit that stays finite: --method firth or --method map.",
+        "firth": "Compare items of different groups with each other: only then have they a common scale.",
+        "map": "Collect answers of other kinds: the prior holds the strengths, and nothing else.",
+    }
+    click.echo(f"  {remedy[method]}", err=True)

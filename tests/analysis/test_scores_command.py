@@ -8,6 +8,7 @@ import sys
 from collections.abc import Callable, Mapping, Sequence
 from itertools import combinations
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -122,3 +123,78 @@ def test_a_page_that_cannot_be_written_ends_with_status_1(make_session: Maker, t
     done = cyclopean(["report", str(tmp_path), "-o", str(tmp_path / "file" / "page.html")])
     assert done.returncode == 1
     assert "cannot be written" in done.stderr
+
+
+TIES = """winner,loser,observer,first,outcome
+a,b,1,a,win
+b,a,2,a,
+a,b,3,b,tie
+b,c,1,b,win
+c,a,2,c,win
+a,c,3,c,win
+b,c,1,c,tie
+c,b,1,b,win
+a,b,2,b,win
+a,c,1,a,win
+c,a,3,a,win
+b,a,1,b,win
+"""
+
+
+def told_by(*options: str, table: str = TIES) -> dict[str, Any]:
+    done = cyclopean(["scores", "-", "--json", *options], table)
+    assert done.returncode == 0, done.stderr
+    told: dict[str, Any] = json.loads(done.stdout)
+    return told
+
+
+@pytest.mark.parametrize(("model", "parameter"), [("davidson", "nu"), ("rao-kupper", "eta")])
+def test_models_of_ties_tell_their_parameter_and_fit(model: str, parameter: str) -> None:
+    told = told_by("--model", model, "--order-effect", "--covariance", "sandwich")
+    assert [entry["name"] for entry in told["parameters"]] == [parameter, "order"]
+    assert told["covariance"] == "sandwich"
+    assert 0 <= told["order_test"]["p"] <= 1
+    assert told["goodness_of_fit"]["df"] == told["df"] == 6 * 2 - 4
+    assert "rough" in told["goodness_of_fit"]["caveat"]
+    assert sum(item["score"] for item in told["items"]) == pytest.approx(1)
+    assert all({*KEYS, "jnd", "jnd_se"} == set(item) for item in told["items"])
+
+
+def test_thurstone_tells_jod_in_place_of_scores() -> None:
+    told = told_by("--model", "thurstone")
+    assert all(item["score"] is None for item in told["items"])
+    assert [item["jod"] for item in told["items"]] == [item["jnd"] for item in told["items"]]
+    assert told["items"][0]["jod"] == pytest.approx(told["items"][0]["theta"] / 0.6744897501960817)
+    assert told["ties_left_out"] == 2
+    shown = cyclopean(["scores", "-", "--model", "thurstone"], TIES)
+    assert "JOD" in shown.stdout
+    assert "2 answers prefer neither item" in shown.stdout
+
+
+def test_a_prior_holds_what_is_separated_and_says_so() -> None:
+    table = "winner,loser\na,b\na,c\nb,c\nc,b\n"
+    told = told_by("--method", "map", "--prior-sd", "1.5", table=table)
+    assert told["prior_sd"] == 1.5
+    assert told["items"][0]["name"] == "a"
+    assert told["log_posterior"] < told["log_likelihood"]
+    assert "'a'" in told["held_by_prior"][0]
+    assert "Only the prior" in cyclopean(["scores", "-", "--method", "map"], table).stdout
+    assert cyclopean(["scores", "-", "--prior-sd", "1"], table).returncode == 2
+
+
+def test_separation_in_a_model_of_ties_is_explained_with_status_1() -> None:
+    done = cyclopean(
+        ["scores", "-", "--model", "davidson", "--json"], "winner,loser,ties\na,b,0\na,c,0\nb,c,1\nc,b,1\n"
+    )
+    assert done.returncode == 1
+    told = json.loads(done.stdout)
+    assert told["separated"] == ["a"]
+    assert "'a', then" in told["why"][0]
+    assert "'a', then" in done.stderr
+    assert "--method map" in done.stderr
+
+
+def test_ties_that_the_plain_fit_leaves_out_are_told() -> None:
+    done = cyclopean(["scores", "-"], TIES)
+    assert done.returncode == 0
+    assert "2 answers prefer neither item" in done.stdout
