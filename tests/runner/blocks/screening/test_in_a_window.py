@@ -1,0 +1,78 @@
+"""Vision tests in a real window, answered by real keys and clicks."""
+
+from __future__ import annotations
+
+import json
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.screening import passed
+from runner.blocks.screening.block import Screening
+from runner.protocol.experiment import read_experiment
+
+Person = Any  # tests/conftest.py
+pytestmark = pytest.mark.window
+SCREENING = """\
+blocks:
+  - kind: screening
+    on_fail: stop
+    tests:
+      - {test: stereo_acuity, levels_arcsec: [400], repeats: 2, required: 2}
+      - {test: near_acuity, levels_logmar: [0.4], repeats: 1, required: 1}
+"""
+
+
+@pytest.fixture
+def screening(person: Person) -> Screening:
+    """The block that the person who sits down will meet."""
+    told = person.study.experiment.read_text()
+    person.study.experiment.write_text(told[: told.index("blocks:")] + SCREENING)
+    block = read_experiment(person.study.experiment).blocks("07")[0]
+    assert isinstance(block, Screening)
+    return block
+
+
+def screened(person: Person) -> int:
+    return len(person.log().answers) if list(person.study.results.rglob("session.jsonl")) else 0
+
+
+def act(person: Person, key: str, *, records: bool) -> None:
+    """Press a key, and wait for the next screen and, if it answers, for its record."""
+    before, seen = screened(person), person.look()
+    person.press(key)
+    if records:
+        person.until(lambda: screened(person) > before, f"the record of '{key}'")
+    person.until(lambda: person.process.poll() is not None or np.any(person.look() != seen), "the next screen")
+
+
+def test_a_person_who_sees_passes(person: Person, screening: Screening) -> None:
+    person.sit_down()
+    for test in screening.tests:
+        act(person, "space", records=False)
+        for level in test.series[0].levels:
+            for one in level.presentations:
+                act(person, one.correct.capitalize(), records=True)
+    person.leave()
+    log = person.log()
+    assert log.complete
+    assert passed(log) is True
+    assert len(log.trials) == screening.trials
+    shown = [trial for trial in log.trials if "correct" in trial.data]
+    assert all(trial.data["correct"] and 0.0 < trial.response_time_s < 60.0 for trial in shown)
+
+
+def test_a_person_who_does_not_see_is_thanked_and_the_session_is_complete(person: Person, screening: Screening) -> None:
+    first = screening.tests[0].series[0].levels[0].presentations[0]
+    person.sit_down()
+    act(person, "space", records=False)
+    wrong = next(side for side in ("Up", "Down", "Left", "Right") if side.lower() != first.correct)
+    act(person, wrong, records=True)
+    act(person, "space", records=True)
+    told = person.leave()
+    assert "answers are in" in told
+    log = person.log()
+    assert log.complete
+    assert passed(log) is False
+    assert json.loads(log.file.read_text().splitlines()[-1])["screened_out"] is True
