@@ -78,7 +78,7 @@ def posterior(wins: Floats, prior_sd: float, start: Floats | None = None) -> Pos
         theta, objective = ahead, objective_ahead
         converged = bool(np.abs(step).max() <= STEP_TOLERANCE * max(1.0, float(np.abs(theta).max())))
     curvature = _curvature(wins, _logistic(theta[None, :] - theta[:, None])) + precision
-    return Posterior(theta, np.linalg.inv(curvature), prior_sd, iteration, converged)
+    return Posterior(theta, np.asarray(np.linalg.inv(curvature), dtype=np.float64), prior_sd, iteration, converged)
 
 
 def learnt_posterior(wins: Floats, before: Posterior | None = None, most_steps: int = 500) -> Posterior:
