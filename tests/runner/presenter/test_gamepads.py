@@ -125,3 +125,20 @@ def test_without_a_gamepad_nothing_is_read_while_waiting(window: WindowSurface) 
 def test_the_facts_say_how_exactly_gamepads_are_timed(window: WindowSurface) -> None:
     assert window.facts.gamepad_resolution_ms == 8.0
     assert window.facts.gamepads == ()
+
+
+@pytest.mark.window
+def test_a_button_held_since_the_last_answer_is_no_answer(window: WindowSurface) -> None:
+    pad = Pad("pad_a")
+    window.gamepads = Gamepads(pad.read)
+    window.follow_mouse(None)  # an answer is awaited from here on
+
+    def let_go_and_press() -> None:
+        pad.down = frozenset()
+        time.sleep(0.3)
+        pad.down = frozenset({"pad_b"})
+
+    later = threading.Timer(0.3, let_go_and_press)
+    later.start()
+    assert window.wait_key().key == "pad_b"
+    later.join()

@@ -8,7 +8,6 @@ import time
 import unicodedata
 from collections.abc import Callable, Iterator
 
-import glfw
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -76,20 +75,20 @@ def test_a_click_has_the_place_of_the_pointer_when_it_was_made(window: WindowSur
 
 
 @pytest.mark.window
-def test_a_mouse_that_comes_from_elsewhere_does_not_jump(window: WindowSurface, do: Do) -> None:
+def test_a_mouse_that_comes_from_elsewhere_does_not_jump(display: str, do: Do) -> None:
     """The window covers a part of the screen; the cursor is brought into it when the mouse may point."""
-    glfw.set_window_size(window._window, 200, 100)
-    do("mousemove", "600", "400")
-    window.poll_keys()
-    pointer = Pointer((320, 480))
-    window.follow_mouse(pointer)
-    until_s = time.monotonic() + 5.0
-    while not pointer.shown and time.monotonic() < until_s:
-        do("mousemove_relative", "1", "0")
-        time.sleep(0.05)
+    with WindowSurface((200, 100), windowed=True) as window:
+        do("mousemove", "600", "400")
         window.poll_keys()
-    assert 1 <= pointer.place_px[0] <= 8
-    assert pointer.place_px[1] == 0
+        pointer = Pointer((320, 480))
+        window.follow_mouse(pointer)
+        until_s = time.monotonic() + 5.0
+        while not pointer.shown and time.monotonic() < until_s:
+            do("mousemove_relative", "1", "0")
+            time.sleep(0.05)
+            window.poll_keys()
+        assert 1 <= pointer.place_px[0] <= 8
+        assert pointer.place_px[1] == 0
 
 
 @pytest.mark.window
