@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from devices.display_file import EyeModels
 
 Floats = NDArray[np.float64]
-# Room that is left at both ends of each channel, as a share of its full drive: for float32 pictures.
-_MARGIN = 1e-5
+# Room that is left below each channel's full drive, and what is let pass at either end: float32 pictures round.
+_MARGIN, _ROUNDING = 1e-5, 5e-7
 
 
 @dataclass(frozen=True)
@@ -43,7 +43,7 @@ class ShownRange:
     def holds(self, xyz_cd_m2: ArrayLike) -> bool:
         """Return whether XYZ in cd/m², shape (..., 3), lies within the gamut of both eyes."""
         return all(
-            bool(np.all((linear >= -_MARGIN / 2) & (linear <= 1.0 + _MARGIN / 2)))
+            bool(np.all((linear >= -_ROUNDING) & (linear <= 1.0 + _ROUNDING)))
             for linear in (model.linear(xyz_cd_m2) for model in (self.models.left, self.models.right))
         )
 
@@ -57,6 +57,6 @@ class ShownRange:
         for model in (self.models.left, self.models.right):
             start = model.linear(self._between(0.0))
             slope = model.linear(self._between(1.0)) - start
-            lowest = max(lowest, float(np.max((_MARGIN - start) / slope)))
+            lowest = max(lowest, float(np.max(-start / slope)))
             highest = min(highest, float(np.min((1.0 - _MARGIN - start) / slope)))
         return lowest, highest

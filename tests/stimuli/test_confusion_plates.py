@@ -90,6 +90,12 @@ def test_greys_and_plates_stay_within_the_gamut_of_both_eyes(shown: ShownRange) 
                 assert eye.clipping(drawn.left).any_channel == 0
 
 
+def test_around_the_plate_the_screen_is_black() -> None:
+    plate = Plate(120, ALIKE)
+    corner = plate.draw("up", plate.colour("tritan", 0.02), "s").left[:5, :5]
+    assert np.all(np.round(255 * ONE.code(corner)) == 0)
+
+
 @pytest.mark.parametrize("axis", AXES)
 def test_no_pixel_of_a_plate_tells_a_dichromat_where_the_ring_is(axis: Axis) -> None:
     """The plate of one seed with the ring coloured, and with a ring like the ground: the same to the dichromat."""
