@@ -87,7 +87,8 @@ def _view(field: DotField, behind: Floats, on_square: Floats, middle: Floats, sh
 def spots(places: Floats, spots_px: tuple[float, float], side_px: int) -> Floats:
     """Return 1 - Π (1 - spot), shape (side_px, side_px), for Gaussian spots at ``places`` (n, 2) from the middle."""
     reach = [int(np.ceil(_REACH * spot)) for spot in spots_px]
-    corner = places + (side_px - 1) / 2  # in pixels from the middle of the first
+    seen = np.all(np.abs(places) < side_px / 2 + np.asarray(reach), axis=1)
+    corner = places[seen] + (side_px - 1) / 2  # in pixels from the middle of the first
     first = np.round(corner).astype(np.int64)
     steps = [np.arange(-r, r + 1) for r in reach]
     across, down = (
@@ -95,13 +96,19 @@ def spots(places: Floats, spots_px: tuple[float, float], side_px: int) -> Floats
     )
     # The Gaussian's tail is taken down to nothing where it is cut, so that no edge moves by whole pixels.
     floor = np.exp(-0.5 * _REACH**2)
-    spot = np.clip((down[:, :, None] * across[:, None, :] - floor) / (1.0 - floor), 0.0, 1.0 - 1e-9)
-    columns, rows = first[:, 0, None] + steps[0], first[:, 1, None] + steps[1]
-    inside = ((rows >= 0) & (rows < side_px))[:, :, None] & ((columns >= 0) & (columns < side_px))[:, None, :]
-    index = (rows[:, :, None] * side_px + columns[:, None, :])[inside]
-    dark = np.bincount(index, np.log1p(-spot[inside]), side_px**2)
-    return np.asarray(-np.expm1(dark).reshape(side_px, side_px))
+    spot = (down[:, :, None] * across[:, None, :] - floor) / (1.0 - floor)
+    np.clip(spot, 0.0, 1.0 - 1e-9, out=spot)
+    # On a canvas that is wider all round, so that no spot need be cut at an edge before it is added.
+    wide, high = (side_px + 4 * r + 2 for r in reach)
+    columns, rows = (first[:, i, None] + steps[i] + 2 * reach[i] + 1 for i in (0, 1))
+    index = rows[:, :, None] * wide + columns[:, None, :]
+    dark = np.bincount(index.ravel(), np.log1p(-spot).ravel(), wide * high).reshape(high, wide)
+    top, left = 2 * reach[1] + 1, 2 * reach[0] + 1
+    return np.asarray(-np.expm1(dark[top : top + side_px, left : left + side_px]))
 
 
 def _lit(coverage: Floats, ground_XYZ: Floats, dot_XYZ: Floats) -> XYZImage:
-    return (ground_XYZ + coverage[:, :, None] * (dot_XYZ - ground_XYZ)).astype(np.float32)
+    light = np.empty((*coverage.shape, 3), dtype=np.float32)
+    for channel in range(3):
+        light[:, :, channel] = ground_XYZ[channel] + coverage * (dot_XYZ[channel] - ground_XYZ[channel])
+    return light
