@@ -1,0 +1,110 @@
+"""One small block of each kind, as people write them: what every test of all kinds goes through.
+
+A kind that is new needs an entry here; `test_every_kind.py` fails until it has one.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+from runner.blocks.steps import Block
+from runner.observers.plain import key_for, plain_key
+from runner.ports import Ask, KeyPress
+from runner.protocol.experiment import Experiment, read_experiment
+from runner.tasks import Compare
+
+ROOT = Path(__file__).parents[2]
+_SCALE = "{name: quality, question: How good, lowest: 1, highest: 5}"
+
+# Every kind, and its variants that take other ways through the code.
+BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "instructions": ("text: Look.",),
+        "break": ("text: Rest.",),
+        "all_pairs": (
+            "stimuli: [a, b, c, d], break_every: 4",
+            "stimuli: [a, b, c], repeats: 2, ties: both, fixation_s: 0.2, exposure_s: 0.5, blank_s: 0.1",
+            f"stimuli: [a, b, c, d], catch: {{every: 3, pairs: [[a, b]], identical: 1}}, ratings: [{_SCALE}]",
+            "stimuli: [a, b, c], presentation: sequence, exposure_s: 0.5",
+        ),
+        "active_pairs": ("trials: 14", "trials: 8, batch: 1, gain: entropy, ties: both, break_every: 3"),
+        "best_of_series": (
+            "series: {one: [a, b, c], two: [d, e, f]}",
+            f"series: {{one: [a, b], two: [c, d, e]}}, ratings: [{_SCALE}], see_all: false, wrap: true, break_every: 1",
+        ),
+        "rating": (
+            f"ratings: [{_SCALE}], repeats: 2",
+            f"stimuli: [a, b], ratings: [{_SCALE}], exposure_s: 0.5, fixation_s: 0.2, blank_s: 0.1, break_every: 1",
+        ),
+        "preference": (
+            "pairs: [[a, b], [c, d]], exposure_s: 0.5",
+            "pairs: [[a, b], [c, d]], presentation: simultaneous, repeats: 2, break_every: 2",
+        ),
+        "questionnaire": (
+            "questions: [{name: age, question: How old, kind: number, lowest: 1, highest: 99}, "
+            "{name: hand, question: Which hand, kind: choice, options: [left, right]}, "
+            "{name: words, question: What else, kind: text, required: false}]",
+        ),
+        "practice": (
+            "trials: 3, feedback: choice, block: {kind: all_pairs, stimuli: [a, b, c, d]}",
+            "trials: 6, until: {correct: 0.5, of: 2}, "
+            "block: {kind: all_pairs, stimuli: [a, b, c, d], catch: {every: 2, pairs: [[a, b]]}}",
+            f"trials: 2, block: {{kind: rating, ratings: [{_SCALE}]}}",
+        ),
+        "screening": (
+            "tests: [{test: stereo_acuity, pass_arcsec: 200, levels_arcsec: [400, 200], repeats: 2, required: 1}, "
+            "{test: near_acuity, pass_logmar: 0.5, levels_logmar: [0.6, 0.5], repeats: 2, required: 2}]",
+        ),
+    }
+)
+# The pages of words record no trial; the number of trials of these hangs on the answers.
+OPEN_ENDED = ("practice", "screening")
+
+
+def experiment(folder: Path, *blocks: str) -> Experiment:
+    """Write an experiment of ``blocks`` to ``folder`` and read it."""
+    folder.mkdir(exist_ok=True, parents=True)
+    pictures = "".join(f"  - {{name: {name}, file: {name}.exr}}\n" for name in "abcdef")
+    (folder / "recipe.yaml").write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n{pictures}")
+    file = folder / "every_kind.yaml"
+    file.write_text(
+        "schema_version: 1\nname: every_kind\n"
+        f"rig: {ROOT / 'configs/rigs/asus_vg248qe_3dvision.yaml'}\n"
+        "stimuli: recipe.yaml\nquestion: Which is closer?\n"
+        "layout: {arrangement: vertical, size_mm: [60, 40], gap_mm: 10}\nblocks:\n"
+        + "".join(f"  - {{{block}}}\n" for block in blocks)
+    )
+    return read_experiment(file)
+
+
+def written(kind: str, variant: int) -> str:
+    """Return the entry of a block."""
+    return f"kind: {kind}, {BLOCKS[kind][variant]}"
+
+
+def blocks_of(folder: Path, kind: str, variant: int = 0, observer: str = "01") -> tuple[Block, ...]:
+    """Return a block of the kind between two pages of words."""
+    words = "kind: instructions, text: Look."
+    return experiment(folder, words, written(kind, variant), words).blocks(observer)
+
+
+@dataclass(slots=True)
+class Fickle:
+    """Compares at random, and gives the plainest answer to all else; its time goes on by what it takes to answer."""
+
+    seed: int
+    rng: random.Random = field(init=False)
+
+    def __post_init__(self) -> None:
+        self.rng = random.Random(self.seed)
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        """Press something that means something."""
+        key = plain_key(ask)
+        if isinstance(ask.task, Compare):
+            key = key_for(ask, self.rng.choice(sorted({*ask.keys.values()})))
+        return KeyPress(key, onset_s + self.rng.uniform(0.1, 3.0))

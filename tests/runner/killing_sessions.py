@@ -1,0 +1,142 @@
+"""Sessions killed again and again: run as a program by test_kill_every_kind.py, with FOLDER KIND VARIANT SEED.
+
+Each round forks a process that begins the session, or goes on with it, and tells what has been kept so far; it is
+killed with SIGKILL at a random moment, or while it waits after an answer, so that some kills are sure to come in time.
+What it had told, and what then lay on disk, is printed as one JSON object a round.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+from analysis.records import FILE_NAME, Header, Trial, read_session
+from runner.blocks.steps import Block
+from runner.ports import Ask, Holding, KeyPress
+from runner.presenter.scene import Scene
+from runner.recorder import Recorder
+from runner.session import Session
+from tests.runner.every_kind import Fickle, blocks_of
+
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+MOST_ROUNDS = 60
+
+
+class _Screen:
+    def show(self, scene: Scene) -> float:
+        return time.monotonic()
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), 1, seconds)
+
+
+class _Slow(Fickle):
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        time.sleep(self.rng.uniform(0.0, 0.003))
+        return super().respond(ask, onset_s)
+
+
+def _sit(folder: Path, blocks: tuple[Block, ...], seed: int, told: int, waits_after: int) -> None:
+    """Run the session to its end; write a line to ``told`` once something is on disk, and wait after some answers."""
+    rng = random.Random(seed)
+    given = 0
+
+    def tell(*words: object) -> None:
+        os.write(told, (json.dumps(words) + "\n").encode())
+
+    if (folder / FILE_NAME).exists():
+        recorder, log = Recorder.reopen(folder)
+        known = {(answer.place, answer.attempt) for answer in log.answers}
+        session = Session(blocks, _Screen(), _Slow(seed), recorder, logged=log.first_attempts, pending=log.pending)
+    else:
+        known = set()
+        recorder = Recorder.create(folder, HEADER)
+        session = Session(blocks, _Screen(), _Slow(seed), recorder)
+
+    def on_trial(trial: Trial) -> None:
+        if (trial.place, trial.attempt) in known:
+            return
+        nonlocal given
+        given += 1
+        tell("answer", *trial.place, trial.attempt)
+        if rng.random() < 0.3:
+            words = f"{seed}/{rng.random()}"
+            session.note(words, "experimenter")
+            tell("note", words)
+        if rng.random() < 0.3 and not trial.attempt:
+            place = session.mark("experimenter")
+            if place:
+                tell("mark", *place)
+        if given == waits_after:
+            time.sleep(600)
+
+    session.on_trial = on_trial
+    with recorder:
+        session.run()
+    tell("end")
+
+
+def _round(folder: Path, blocks: tuple[Block, ...], rng: random.Random, *, waiting: bool) -> list[Any]:
+    """Let a session run for a moment, kill it, and return what it told."""
+    read, write = os.pipe()
+    wanted = rng.randint(1, 2) if waiting else rng.randint(0, 4)
+    seed = rng.randrange(10**9)
+    child = os.fork()
+    if child == 0:
+        try:
+            os.close(read)
+            _sit(folder, blocks, seed, write, wanted if waiting else 0)
+        except BaseException as error:
+            os.write(write, (json.dumps(["error", repr(error)]) + "\n").encode())
+        os._exit(0)
+    os.close(write)
+    told = b""
+    while told.count(b'["answer"' if waiting else b"\n") < wanted and (piece := os.read(read, 65536)):
+        told += piece
+    time.sleep(rng.uniform(0.0, 0.008))
+    os.kill(child, signal.SIGKILL)
+    os.waitpid(child, 0)
+    while piece := os.read(read, 65536):
+        told += piece
+    os.close(read)
+    return [json.loads(line) for line in told.split(b"\n")[:-1]]  # the last line may have been cut
+
+
+def main(folder: Path, kind: str, variant: int, seed: int) -> None:
+    """Kill until the session is complete."""
+    blocks = blocks_of(folder, kind, variant)
+    session = folder / "s"
+    rng = random.Random(seed)
+    for number in range(MOST_ROUNDS):
+        told = _round(session, blocks, rng, waiting=number % 2 == 0)
+        if not (session / FILE_NAME).exists():
+            if session.exists():  # killed before there was a header: nothing was begun
+                for path in session.iterdir():
+                    path.unlink()
+                session.rmdir()
+            print(json.dumps({"told": told, "answers": [], "notes": [], "marks": [], "complete": False}))
+            continue
+        log = read_session(session / FILE_NAME)
+        on_disk = {
+            "told": told,
+            "answers": [[*answer.place, answer.attempt] for answer in log.answers],
+            "notes": [note.text for note in log.notes],
+            "marks": [[mark.block, mark.trial] for mark in log.marks],
+            "complete": log.complete,
+        }
+        print(json.dumps(on_disk))
+        if log.complete:
+            return
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))

@@ -1,0 +1,193 @@
+"""What must hold for every kind of block that an experiment file can have, whoever wrote it."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import ModuleType
+from typing import Any, get_args
+
+import pytest
+
+from analysis.records import Mark, Note, Trial
+from runner.blocks.steps import Block
+from runner.observers.plain import plain_key
+from runner.ports import Ask, Holding, KeyPress
+from runner.presenter.scene import Scene
+from runner.protocol.schema import AnyBlockSpec
+from runner.session import Session
+
+MOST_ASKS = 5_000
+
+
+def _load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+EVERY = _load("every_kind")
+VARIANTS = [(kind, variant) for kind, written in EVERY.BLOCKS.items() for variant in range(len(written))]
+WORDS = ("instructions", "break")
+
+
+@dataclass
+class Play:
+    """A presenter, a sink and what they got to see of a session."""
+
+    shown: list[Scene] = field(default_factory=list)
+    trials: list[Trial] = field(default_factory=list)
+    shown_at_record: list[int] = field(default_factory=list)
+    asks: list[Ask] = field(default_factory=list)
+    ended: bool = False
+
+    def show(self, scene: Scene) -> float:
+        self.shown.append(scene)
+        return float(len(self.shown))
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), round(seconds * 60), 1 / 60)
+
+    def append(self, trial: Trial) -> None:
+        self.trials.append(trial)
+        self.shown_at_record.append(len(self.shown))
+
+    def note(self, note: Note) -> None:
+        raise AssertionError
+
+    def mark(self, mark: Mark) -> None:
+        raise AssertionError
+
+    def answers(self) -> Sequence[Trial]:
+        return self.trials
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        self.ended = True
+
+
+class Plain:
+    """Who gives the plainest answers, each after a second."""
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        return KeyPress(plain_key(ask), onset_s + 1.0)
+
+
+def _play(blocks: Sequence[Block], observer: Any, logged: Sequence[Trial] = ()) -> Play:
+    play = Play()
+
+    class _Watched:
+        def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+            play.asks.append(ask)
+            assert len(play.asks) < MOST_ASKS, "the block asks without end"
+            press: KeyPress = observer.respond(ask, onset_s)
+            return press
+
+    Session(blocks, play, _Watched(), play, logged=logged, utc=lambda: "2026-01-01T00:00:00.000+00:00").run()
+    assert play.ended
+    return play
+
+
+def _told(trial: Trial) -> Any:
+    """Return what a record says, but for how long scenes stood."""
+    data = {key: value for key, value in trial.data.items() if key != "timed"}
+    return trial.place, trial.kind, trial.events, trial.response_time_s, data
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    return tmp_path
+
+
+def test_no_kind_is_forgotten() -> None:
+    union, _ = get_args(AnyBlockSpec)
+    kinds = {kind for spec in get_args(union) for kind in get_args(spec.model_fields["kind"].annotation)}
+    assert set(EVERY.BLOCKS) == kinds, "give each kind an entry in tests/runner/every_kind.py"
+
+
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_equal_seeds_make_equal_sessions(kind: str, variant: int, folder: Path) -> None:
+    one, again = (_play(EVERY.blocks_of(folder, kind, variant), EVERY.Fickle(5)) for _ in range(2))
+    assert one.shown == again.shown
+    assert one.trials == again.trials
+
+
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_whoever_answers_without_eyes_comes_to_its_end(kind: str, variant: int, folder: Path) -> None:
+    (block,) = EVERY.experiment(folder, EVERY.written(kind, variant)).blocks("01")
+    play = _play((block,), Plain())
+    assert {key for ask in play.asks for key in ask.keys} >= set(block.keys)
+    if kind in EVERY.OPEN_ENDED:
+        assert block.trials > 0
+    else:
+        assert sum(trial.kind not in WORDS for trial in play.trials) == block.trials
+
+
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_records_are_of_its_kind_plain_and_timed(kind: str, variant: int, folder: Path) -> None:
+    block = EVERY.blocks_of(folder, kind, variant)[1]
+    play = _play((block,), EVERY.Fickle(7))
+    assert {trial.kind for trial in play.trials} == {kind}
+    for trial in play.trials:
+        assert json.loads(json.dumps(trial.data, allow_nan=False)) == trial.data
+        assert 0 <= trial.response_time_s <= sum(seconds for _, seconds in trial.events) + 1e-9
+    names = {name for ask in play.asks for name in ask.scene.stimuli} | {n for s in play.shown for n in s.stimuli}
+    assert names <= {*"abcdef", *block.pictures}
+
+
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_no_scene_comes_after_its_last_record(kind: str, variant: int, folder: Path) -> None:
+    for seed in range(3):
+        play = _play(EVERY.blocks_of(folder, kind, variant)[1:2], EVERY.Fickle(seed))
+        assert play.shown_at_record[-1] == len(play.shown)
+        assert sorted(play.shown_at_record) == play.shown_at_record
+
+
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_it_is_gone_on_with_from_any_answer(kind: str, variant: int, folder: Path) -> None:
+    """With any first part of its log, the rest is asked and shown as it was, and what is logged is not shown again."""
+    blocks = EVERY.blocks_of(folder, kind, variant)
+    whole = _play(blocks, EVERY.Fickle(11))
+    pressed = [(key, seconds) for trial in whole.trials for key, seconds in trial.events]
+    for answered in range(len(whole.trials) + 1):
+        before = sum(len(trial.events) for trial in whole.trials[:answered])
+        rest = _play(blocks, _Scripted(pressed[before:]), logged=whole.trials[:answered])
+        assert [_told(trial) for trial in rest.trials] == [_told(trial) for trial in whole.trials[answered:]]
+        since = whole.shown_at_record[answered - 1] if answered else 0
+        assert rest.shown == whole.shown[since:][len(whole.shown[since:]) - len(rest.shown) :]
+
+
+@dataclass
+class _Scripted:
+    """Presses what was pressed, as long after each onset."""
+
+    pressed: list[tuple[str, float]]
+
+    def __post_init__(self) -> None:
+        self.pressed = list(self.pressed)
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        key, seconds = self.pressed.pop(0)
+        return KeyPress(key, onset_s + seconds)
+
+
+SHUFFLED = ("all_pairs", "active_pairs", "best_of_series", "rating", "preference", "practice", "screening")
+
+
+@pytest.mark.parametrize("kind", SHUFFLED)
+def test_observers_meet_it_in_orders_of_their_own(kind: str, folder: Path) -> None:
+    shown = set()
+    for observer in ("01", "02", "03", "04", "05", "06"):
+        play = _play(EVERY.blocks_of(folder, kind, 0, observer)[1:2], Plain())
+        shown.add(tuple(scene.stimuli for scene in play.shown))
+    assert len(shown) >= 3

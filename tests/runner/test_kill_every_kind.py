@@ -1,0 +1,115 @@
+"""Every kind of block, killed with SIGKILL at random moments with notes and marks in between, goes on to its end."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import os
+import subprocess
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from analysis.records import FILE_NAME, Note, Trial, read_session
+from runner.ports import Ask, Holding, KeyPress
+from runner.presenter.scene import Scene
+from runner.session import Session
+
+HERE = Path(__file__).parent
+
+
+def _load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, HERE / f"{name}.py")
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+EVERY = _load("every_kind")
+VARIANTS = [(kind, variant) for kind, written in EVERY.BLOCKS.items() for variant in range(len(written))]
+
+
+class _Nobody:
+    """A screen, an observer and a sink of which nothing may be wanted any more."""
+
+    def show(self, scene: Scene) -> float:
+        raise AssertionError("a scene is shown although the log holds everything")
+
+    def prefetch(self, scene: Scene) -> None:
+        raise AssertionError("a scene is prefetched although the log holds everything")
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        raise AssertionError("a scene is held although the log holds everything")
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        raise AssertionError("something is asked although the log holds everything")
+
+    def append(self, trial: Trial) -> None:
+        raise AssertionError("a trial is recorded although the log holds everything")
+
+    def note(self, note: Note) -> None:
+        raise AssertionError
+
+    def mark(self, mark: Any) -> None:
+        raise AssertionError
+
+    def answers(self) -> Sequence[Trial]:
+        return ()
+
+    def end(self, facts: Any) -> None:
+        pass
+
+
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked here, so that killing many takes no time")
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path) -> None:
+    seed = 100 * VARIANTS.index((kind, variant))
+    program = [sys.executable, "-m", "tests.runner.killing_sessions", str(tmp_path), kind, str(variant), str(seed)]
+    done = subprocess.run(program, capture_output=True, text=True, cwd=HERE.parents[1], timeout=300)
+    assert done.returncode == 0, done.stderr
+    rounds = [json.loads(line) for line in done.stdout.splitlines()]
+    before: dict[str, list[Any]] = {"answers": [], "notes": [], "marks": []}
+    for told in rounds:
+        for what, *words in told["told"]:
+            assert what != "error", words
+            if what == "answer":
+                assert words in told["answers"]
+            elif what == "note":
+                assert words[0] in told["notes"]
+            elif what == "mark":
+                assert words in told["marks"]
+            else:
+                assert told["complete"]
+        for what, kept in before.items():
+            assert told[what][: len(kept)] == kept  # what was on disk stays there, in its order
+            before[what] = told[what]
+    assert rounds[-1]["complete"]
+    assert len(rounds) > 1  # it was killed at least once on its way
+    assert all(not told["complete"] for told in rounds[:-1])
+    log = read_session(tmp_path / "s" / FILE_NAME)
+    assert log.pending == ()
+    assert len(set(rounds[-1]["notes"])) == len(rounds[-1]["notes"])
+    _is_whole(log.first_attempts, log.answers)
+    # Read again from its log alone, the session asks nothing more.
+    nobody = _Nobody()
+    Session(EVERY.blocks_of(tmp_path, kind, variant), nobody, nobody, nobody, logged=log.first_attempts).run()
+
+
+def _is_whole(first: Sequence[Trial], answers: Sequence[Trial]) -> None:
+    """Say whether each trial of each block stands there once, in order, and each attempt after the one before."""
+    assert {trial.block for trial in first} == {0, 1, 2}
+    for block in range(3):
+        assert [trial.trial for trial in first if trial.block == block] == list(
+            range(sum(trial.block == block for trial in first))
+        )
+    attempts: dict[tuple[int, int], int] = {}
+    for answer in answers:
+        assert answer.attempt == attempts.get(answer.place, -1) + 1
+        attempts[answer.place] = answer.attempt
