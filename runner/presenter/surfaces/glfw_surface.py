@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import time
-from collections import deque
 from collections.abc import Callable, Mapping
 from ctypes import c_void_p
 from typing import Any, Self
@@ -18,11 +17,10 @@ from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
-from runner.presenter.surfaces.characters import typed_character
 from runner.presenter.surfaces.gamepads import PERIOD_S, Gamepads, gamepad_names
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import GlfwSession
-from runner.presenter.surfaces.keys import key_name
+from runner.presenter.surfaces.input import Input
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
@@ -98,15 +96,10 @@ class GlfwSurface:
         self._frame_due_s = 0.0
         self._session = session
         self._window = window
-        self._presses: deque[KeyPress] = deque()
+        self._input = Input()
         self._damaged = False
         self._moved = False
         self._woken = False
-        self._again = False
-        self._wheel_steps = 0.0
-        self._pointer: Pointer | None = None
-        self._pointed = False
-        self._cursor_px: tuple[float, float] | None = None
         glfw.make_context_current(window)
         session.complaints.clear()
         glfw.swap_interval(1 if vsync else 0)
@@ -136,8 +129,7 @@ class GlfwSurface:
         self.bits, self.remarks = given_bits(bits, found)
         self._check_size(glfw.get_framebuffer_size(window))
         self._listen(window)
-        glfw.set_cursor_pos_callback(window, self._on_motion)
-        glfw.set_cursor_enter_callback(window, self._on_enter)
+        self._input.listen_to_motion(window)
         glfw.set_window_pos_callback(window, self._on_position)
 
     @property
@@ -186,11 +178,11 @@ class GlfwSurface:
         repeats it; a click gives ``click_at X,Y``, its place in pixels from the middle of a view. Raises WindowClosed
         once the window is closed.
         """
-        while not self._presses:
+        while not self._input.presses:
             if self._closed():
                 raise WindowClosed("the window was closed")
-            pads = self._read_gamepads()
-            if self._presses:
+            pads = self._input.read_gamepads(self.gamepads)
+            if self._input.presses:
                 break
             if self.on_frame is not None:
                 self._next_frame(self.on_frame)
@@ -200,18 +192,15 @@ class GlfwSurface:
                 glfw.wait_events()
             self._mend()
             self._serve()
-        return self._presses.popleft()
+        return self._input.presses.popleft()
 
     def follow_mouse(self, pointer: Pointer | None) -> None:
         """Let the mouse move ``pointer`` from now on, and stamp clicks with its place; with None it does neither.
 
         A gamepad's buttons that are down now are not pressed by what follows.
         """
-        self._pointer, self._pointed = pointer, False
+        self._input.follow_mouse(self._window, pointer)
         self.gamepads.settle()
-        if pointer is not None and glfw.get_input_mode(self._window, glfw.CURSOR) != glfw.CURSOR_DISABLED:
-            glfw.set_input_mode(self._window, glfw.CURSOR, glfw.CURSOR_DISABLED)
-            self._cursor_px = glfw.get_cursor_pos(self._window)
 
     def wake(self) -> None:
         """Wake whoever sleeps in ``wait_key``, from any thread, to call ``on_wake``."""
@@ -224,8 +213,8 @@ class GlfwSurface:
         self._mend()
         if self._closed():
             raise WindowClosed("the window was closed")
-        presses = tuple(self._presses)
-        self._presses.clear()
+        presses = tuple(self._input.presses)
+        self._input.presses.clear()
         return presses
 
     def close(self) -> None:
@@ -270,27 +259,18 @@ class GlfwSurface:
                 self.on_move()
         if self._damaged:
             self._damaged = False
-            self._pointed = False  # it is drawn with all else
+            self._input.pointed = False  # it is drawn with all else
             if self.on_damage is not None:
                 self.on_damage()
-        if self._pointed:
-            self._pointed = False
+        if self._input.pointed:
+            self._input.pointed = False
             if self.on_point is not None:
                 self.on_point()
 
     def _listen(self, window: Any) -> None:
         """Hear what is done at ``window``."""
-        glfw.set_key_callback(window, self._on_key)
-        glfw.set_char_callback(window, self._on_character)
-        glfw.set_scroll_callback(window, self._on_wheel)
-        glfw.set_mouse_button_callback(window, self._on_button)
+        self._input.listen(window)
         glfw.set_window_refresh_callback(window, self._on_refresh)
-
-    def _read_gamepads(self) -> bool:
-        """Take what was pressed at gamepads; return whether there are any."""
-        presses = self.gamepads.presses(time.monotonic())
-        self._presses.extend(presses or ())
-        return presses is not None
 
     def _next_frame(self, draw: Callable[[], object]) -> None:
         """Sleep until the next frame is due or something happens; draw the frame if it is due.
@@ -305,7 +285,7 @@ class GlfwSurface:
         else:
             glfw.poll_events()
         begun_s = time.monotonic()
-        if self._presses or begun_s < self._frame_due_s:
+        if self._input.presses or begun_s < self._frame_due_s:
             return
         draw()
         now_s = time.monotonic()
@@ -316,46 +296,10 @@ class GlfwSurface:
 
     def _serve(self) -> None:
         """Do what it was woken for, unless a key is waiting: that goes first."""
-        if self._woken and not self._presses:
+        if self._woken and not self._input.presses:
             self._woken = False
             if self.on_wake is not None:
                 self.on_wake()
-
-    def _on_key(self, _window: Any, key: int, scancode: int, action: int, _modifiers: int) -> None:
-        now_s = time.monotonic()
-        self._again = action == glfw.REPEAT
-        if action != glfw.RELEASE and (name := key_name(key, scancode)):
-            self._presses.append(KeyPress(f"again {name}" if self._again else name, now_s))
-
-    def _on_character(self, _window: Any, codepoint: int) -> None:
-        now_s = time.monotonic()
-        character = typed_character(codepoint)
-        if character is not None and not self._again:
-            self._presses.append(KeyPress(f"text {character}", now_s))
-
-    def _on_wheel(self, _window: Any, _right: float, up: float) -> None:
-        now_s = time.monotonic()
-        self._wheel_steps += up  # touchpads turn it by parts of a step
-        while abs(self._wheel_steps) >= 1.0:
-            step = 1.0 if self._wheel_steps > 0.0 else -1.0
-            self._wheel_steps -= step
-            self._presses.append(KeyPress("wheel_up" if step > 0.0 else "wheel_down", now_s))
-
-    def _on_button(self, _window: Any, button: int, action: int, _modifiers: int) -> None:
-        now_s = time.monotonic()
-        pointer = self._pointer
-        if pointer is not None and pointer.shown and button == glfw.MOUSE_BUTTON_LEFT and action == glfw.PRESS:
-            x, y = pointer.place_px
-            self._presses.append(KeyPress(f"click_at {x},{y}", now_s))
-
-    def _on_motion(self, _window: Any, x: float, y: float) -> None:
-        before_px, self._cursor_px = self._cursor_px, (x, y)
-        if self._pointer is not None and before_px is not None:
-            self._pointer.move(x - before_px[0], y - before_px[1])
-            self._pointed = True
-
-    def _on_enter(self, _window: Any, _entered: int) -> None:
-        self._cursor_px = None  # what comes next is where it entered, and no motion
 
     def _on_refresh(self, _window: Any) -> None:
         self._damaged = True

@@ -106,7 +106,7 @@ def test_without_a_gamepad_nothing_is_read_while_waiting(window: WindowSurface) 
     window.gamepads = Gamepads(pad.read)
 
     def type_x() -> None:
-        window._on_character(None, ord("x"))
+        window._input.on_character(None, ord("x"))
         glfw.post_empty_event()
 
     later = threading.Timer(2.0, type_x)
