@@ -2,15 +2,18 @@
 
 | kind | ends |
 |---|---|
-| ``expanded`` | percentiles of the replicates, at levels widened for few observers; the default |
-| ``percentile`` | percentiles of the replicates |
+| ``expanded-bca`` | both corrections below at once; the default |
 | ``bca`` | percentiles, corrected for bias and acceleration |
-| ``expanded-bca`` | both corrections |
+| ``expanded`` | percentiles, at levels widened for few observers |
+| ``percentile`` | percentiles of the replicates |
 | ``studentised`` | percentiles of t in the replicates, times the sandwich standard error |
 | ``sandwich`` | Student's t with S − 1 degrees of freedom, times the sandwich standard error |
 | ``model`` | normal quantile times the model's standard error, which takes all answers for independent |
 
 `analysis.bootstrap.coverage` measures how often each holds the truth; docs/uncertainty.md has the figures.
+
+Where all answers together are separated, observers agree without exception about some item, in every draw. Each
+interval then reaches at least as far as the ``model``'s.
 """
 
 from __future__ import annotations
@@ -31,9 +34,9 @@ from analysis.errors import ResultsError
 from documents import Finding
 
 Floats = NDArray[np.float64]
-Kind = Literal["expanded", "percentile", "bca", "expanded-bca", "studentised", "sandwich", "model"]
+Kind = Literal["expanded-bca", "bca", "expanded", "percentile", "studentised", "sandwich", "model"]
 KINDS: tuple[Kind, ...] = get_args(Kind)
-DEFAULT: Kind = "expanded"
+DEFAULT: Kind = "expanded-bca"
 Ends = tuple[Floats, Floats]
 
 
@@ -52,6 +55,8 @@ class Intervals:
         it leaves outside have no fit.
     replicates, separated, without_fit
         How many observers' draws there were, how many of these had to be fitted by Firth's, and how many had no fit.
+    whole_separated
+        Whether all answers together had to be, so that intervals reach at least as far as the model's.
     """
 
     quantity: Name
@@ -64,6 +69,7 @@ class Intervals:
     replicates: int
     separated: int
     without_fit: int
+    whole_separated: bool
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields; null where an end is infinite."""
@@ -75,6 +81,7 @@ class Intervals:
             "replicates": self.replicates,
             "separated": self.separated,
             "without_fit": self.without_fit,
+            "whole_separated": self.whole_separated,
             "intervals": [
                 {"items": list(names), "estimate": estimate, "low": _finite(low), "high": _finite(high)}
                 for names, estimate, low, high in rows
@@ -104,7 +111,7 @@ def intervals(
     whole = Quantity.of_items(quantity, len(replicates.items))
     rows = len(replicates.theta) * (len(replicates.observers) if kind == "studentised" else 1)
     parts = list(whole.parts(block_numbers // rows))
-    ends = [_WAYS[kind](replicates, part, (1 - level) / 2) for part in parts]
+    ends = [_ends(replicates, part, kind, (1 - level) / 2) for part in parts]
     least, most = whole.limits
     pairs = zip(whole.first.tolist(), whole.second.tolist(), strict=True)
     return Intervals(
@@ -118,7 +125,16 @@ def intervals(
         replicates=len(replicates.theta),
         separated=int(replicates.separated.sum()),
         without_fit=int(replicates.without_fit.sum()),
+        whole_separated=replicates.whole_separated,
     )
+
+
+def _ends(replicates: Replicates, quantity: Quantity, kind: Kind, tail: float) -> Ends:
+    low, high = _WAYS[kind](replicates, quantity, tail)
+    if replicates.whole_separated:
+        model_low, model_high = _model(replicates, quantity, tail)
+        return np.minimum(low, model_low), np.maximum(high, model_high)
+    return low, high
 
 
 def _percentiles(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:

@@ -6,7 +6,7 @@ counts come from one product of matrices and are fitted in blocks, so that memor
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,6 +16,7 @@ from analysis.bootstrap.fits import Fits, fit_each
 from analysis.bradley_terry import BradleyTerryFit, Method, fit
 from analysis.comparisons import Comparisons
 from analysis.errors import ResultsError
+from analysis.separation import are_connected
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -39,6 +40,9 @@ class Replicates:
         Shape (S, n, n): each observer's counts.
     fit
         The fit to all answers.
+    whole_separated
+        Whether all answers together have no maximum of the plain likelihood, so that ``fit`` is Firth's of necessity.
+        Observers who agree without exception agree in every draw: the draws then say too little.
     weights
         Shape (R, S): how often each observer was drawn.
     theta
@@ -58,6 +62,7 @@ class Replicates:
     observers: tuple[str, ...]
     by_observer: Floats
     fit: BradleyTerryFit
+    whole_separated: bool
     weights: Floats
     theta: Floats
     separated: Flags
@@ -93,10 +98,32 @@ def resample(
     ResultsError
         If there are fewer than two observers, or all answers together have no fit by ``method``.
     """
+    by_observer, observers = counts_by_observer(comparisons)
+    return resample_counts(
+        by_observer,
+        comparisons.items,
+        observers,
+        replicates=replicates,
+        seed=seed,
+        method=method,
+        block_numbers=block_numbers,
+    )
+
+
+def resample_counts(
+    by_observer: Floats,
+    items: Sequence[str],
+    observers: Sequence[str],
+    *,
+    replicates: int = REPLICATES,
+    seed: int = SEED,
+    method: Method = "ml",
+    block_numbers: int = BLOCK_NUMBERS,
+) -> Replicates:
+    """As `resample`, from each observer's counts, shape (S, n, n), S at least 2."""
     if replicates < 1:
         raise ResultsError(Finding(f"{replicates} replicates were asked for", remedy="ask for 1000"))
-    by_observer, observers = counts_by_observer(comparisons)
-    whole = fit(comparisons.wins, method=method)
+    whole = fit(by_observer.sum(axis=0), method=method)
     if whole.separated or not whole.converged:
         remedy = "use the method 'firth', which needs comparisons that link all items"
         raise ResultsError(
@@ -108,10 +135,11 @@ def resample(
     others = [fit_each(wins, method) for wins in blocks(by_observer, 1 - np.eye(people), block_numbers)]
     drawn, left_out = _joined(each), _joined(others)
     return Replicates(
-        items=comparisons.items,
-        observers=observers,
+        items=tuple(items),
+        observers=tuple(observers),
         by_observer=by_observer,
         fit=whole,
+        whole_separated=not bool(are_connected(by_observer.sum(axis=0)[None])[0]),
         weights=weights,
         theta=drawn.theta,
         separated=drawn.separated,

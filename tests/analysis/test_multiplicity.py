@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.errors import ResultsError
 from analysis.multiplicity import adjusted_p, benjamini_hochberg, holm, single_step
 
+Floats = NDArray[np.float64]
 P_VALUES = st.lists(st.floats(0, 1), min_size=1, max_size=20).map(np.array)
 
 
@@ -63,3 +67,24 @@ def test_unadjusted_p_values_are_those_of_the_normal_law() -> None:
 def test_an_unknown_adjustment_is_refused() -> None:
     with pytest.raises(ResultsError, match="tukey"):
         adjusted_p(np.zeros((2, 2)), np.eye(2), "tukey")  # type: ignore[arg-type]  # wrong on purpose
+
+
+@pytest.mark.parametrize("correct", [holm, benjamini_hochberg])
+def test_many_rows_are_corrected_as_each_alone(correct: Callable[[Floats], Floats]) -> None:
+    p = np.random.default_rng(8).random((5, 4, 7)) ** 3
+    assert (correct(p)[2, 3] == correct(p[2, 3])).all()
+    assert (correct(p) == np.array([[correct(row) for row in rows] for rows in p])).all()
+
+
+def test_with_degrees_of_freedom_the_law_is_students() -> None:
+    z = np.array([[0, 2.5], [-2.5, 0]])
+    p = adjusted_p(z, np.eye(2), "none", df=7)
+    assert p[0, 1] == pytest.approx(2 * stats.t.sf(2.5, 7), rel=1e-12)
+
+
+@pytest.mark.parametrize(("n", "df"), [(2, 5), (6, 14), (10, 29)])
+def test_the_largest_t_of_equal_items_follows_the_studentised_range(n: int, df: int) -> None:
+    z = np.array([2.0, 2.5, 3.0, 3.5])
+    found = single_step(z, np.eye(n) - 1 / n, df)
+    expected = stats.studentized_range.sf(z * np.sqrt(2), n, df)
+    assert (np.abs(found - expected) <= 5 * np.sqrt(expected * (1 - expected) / 200_000)).all()

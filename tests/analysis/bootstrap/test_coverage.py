@@ -1,0 +1,52 @@
+"""Simulated studies: their truth, and a small calibration whose bounds fit its size."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from analysis.bootstrap.coverage import Design, coverage, family_error
+from analysis.bradley_terry import fit
+
+# Medina 2016, Table 4.4.
+THETA = np.log([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
+CENTRED = THETA - THETA.mean()
+
+
+def test_observers_who_are_alike_have_the_strengths_they_were_given() -> None:
+    assert Design(CENTRED, 30).truth() == pytest.approx(CENTRED, abs=1e-9)
+
+
+def test_the_truth_is_where_many_studies_lie() -> None:
+    design = Design(CENTRED, 20_000, observer_sd=0.7)
+    (by_observer,) = design.studies(1, seed=3)
+    found = fit(by_observer.sum(axis=0))
+    assert np.abs(found.theta - design.truth()).max() < 0.03
+    assert np.abs(CENTRED - design.truth()).max() > 0.1
+
+
+def test_each_observer_answers_each_pair_once() -> None:
+    for by_observer in Design(CENTRED, 3, 0.5).studies(2, seed=1):
+        assert (by_observer + by_observer.transpose(0, 2, 1) == 1 - np.eye(10)).all()
+
+
+def test_the_default_interval_holds_the_truth_as_often_as_it_says_and_the_models_does_not() -> None:
+    """Sixty studies of observers who differ: four standard errors, between studies, are about 3 %."""
+    design = Design(CENTRED, 15, observer_sd=0.7)
+    found = coverage(design, ["expanded-bca", "model"], ["difference"], studies=60, replicates=400)
+    ours, model = found
+    assert ours.standard_error < 0.01
+    assert 0.92 < ours.covered < 0.98
+    assert model.covered < 0.91
+    assert ours.too_high + ours.too_low == pytest.approx(1 - ours.covered)
+    assert ours.worst <= ours.covered
+
+
+def test_equal_items_are_seldom_told_apart() -> None:
+    """Of 300 studies 5 % are 15; four standard deviations are 15 more."""
+    shares = family_error(
+        Design(np.zeros(10), 30), [("maxz", "model"), ("holm", "model"), ("none", "model")], studies=300
+    )
+    assert shares["maxz", "model"] < 0.1
+    assert shares["holm", "model"] <= shares["maxz", "model"] + 0.02
+    assert shares["none", "model"] > 0.4

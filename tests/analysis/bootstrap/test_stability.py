@@ -1,0 +1,93 @@
+"""Class stability against classifying each replicate on its own."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from scipy import stats
+
+from analysis.bootstrap.influence import influences, sandwich
+from analysis.bootstrap.replicates import resample
+from analysis.bootstrap.stability import Covariance, class_stability
+from analysis.bradley_terry import fit
+from analysis.classes import classify
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.errors import ResultsError
+from analysis.multiplicity import Adjust
+
+Study = Callable[..., Comparisons]
+STRENGTHS = (-1.2, -0.9, 0.1, 0.5, 1.5)
+
+
+@pytest.mark.parametrize("adjust", ["none", "holm", "bh"])
+@pytest.mark.parametrize("covariance", ["model", "sandwich"])
+def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjust, covariance: Covariance) -> None:
+    found = resample(study(STRENGTHS, observers=20), replicates=60)
+    stability = class_stability(found, alpha=0.1, adjust=adjust, covariance=covariance)
+    shared, labels = np.zeros((5, 5)), [Counter[str]() for _ in range(5)]
+    counts = Counter[int]()
+    for weights, theta, separated in zip(found.weights, found.theta, found.separated, strict=True):
+        wins = np.tensordot(weights, found.by_observer, 1)
+        spread = fit(wins, method="firth" if separated else "ml").covariance
+        if covariance == "sandwich" and not separated:
+            ones = weights[None]
+            spread = sandwich(influences(found.by_observer, ones, theta[None]), ones)[0]
+        df = 19 if covariance == "sandwich" else None
+        classes = classify(theta, spread, alpha=0.1, adjust=adjust, df=df)
+        shared += [[bool(set(a.split("+")) & set(b.split("+"))) for b in classes.labels] for a in classes.labels]
+        counts[len(classes.members)] += 1
+        for label, met in zip(classes.labels, labels, strict=True):
+            met[label] += 1
+    assert stability.shared == pytest.approx(shared / 60)
+    for label, share, met in zip(stability.labels, stability.label_shares, labels, strict=True):
+        assert met[label] == max(met.values()) == pytest.approx(60 * share)
+    assert stability.class_counts == dict(sorted(counts.items()))
+
+
+def test_far_apart_is_never_shared_and_the_same_as_often_as_the_normal_law_says(study: Study) -> None:
+    """Over the bootstrap z is about normal, with variance 1, about the z of all answers."""
+    comparisons = study((-2.0, 0.0, 0.0, 2.0), observers=40, observer_sd=0.0)
+    stability = class_stability(resample(comparisons, replicates=400), adjust="maxz")
+    fitted = fit(comparisons.wins)
+    z = classify(fitted.theta, fitted.covariance).z[1, 2]
+    critical = stats.studentized_range.ppf(0.95, 4, np.inf) / np.sqrt(2)
+    assert stability.shared[0, 3] == 0
+    assert stability.shared[1, 2] == pytest.approx(
+        stats.norm.cdf(critical - z) - stats.norm.cdf(-critical - z), abs=0.1
+    )
+    assert (np.diag(stability.shared) == 1).all()
+    assert (stability.shared == stability.shared.T).all()
+    assert stability.labels[3] == "1"
+    assert stability.label_shares[3] == 1
+
+
+def test_a_looser_level_parts_more_pairs(study: Study) -> None:
+    found = resample(study(STRENGTHS, observers=20), replicates=100)
+    strict, loose = (class_stability(found, alpha=alpha).shared for alpha in (0.001, 0.2))
+    assert (loose <= strict).all()
+    assert (loose < strict).any()
+
+
+def test_draws_without_a_fit_are_counted_and_left_out() -> None:
+    answers = [Answer("a", "b", observer="1"), Answer("b", "a", observer="2")]
+    answers += [Answer("b", "c", observer="3"), Answer("c", "b", observer="4")]
+    stability = class_stability(resample(from_answers(answers), replicates=100))
+    assert stability.without_fit > 0
+    assert stability.shared[0, 0] == 1
+    assert sum(stability.class_counts.values()) == 100 - stability.without_fit
+    told = stability.to_json()
+    assert told["without_fit"] == stability.without_fit
+    assert [item["name"] for item in told["items"]] == ["a", "b", "c"]
+
+
+def test_wrong_input_is_refused(study: Study) -> None:
+    found = resample(study(STRENGTHS), replicates=5)
+    with pytest.raises(ResultsError, match="alpha"):
+        class_stability(found, alpha=5)
+    with pytest.raises(ResultsError, match="tukey"):
+        class_stability(found, adjust="tukey")  # type: ignore[arg-type]  # wrong on purpose
+    with pytest.raises(ResultsError, match="robust"):
+        class_stability(found, covariance="robust")  # type: ignore[arg-type]  # wrong on purpose
