@@ -8,6 +8,7 @@ stretch has a place at which a catch trial shares no stimulus with its neighbour
 from __future__ import annotations
 
 import random
+from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -56,11 +57,13 @@ def mix_in(
     rng = random.Random(f"{order_seed}/catch")
     waiting = [*_obvious(catch, random.Random(f"{side_seed}/catch"), flip=flip), *_identical(catch, stimuli, rng)]
     rng.shuffle(waiting)
+    kinds = Counter(waiting)
     mixed: list[Comparison] = []
     for number in range(catch.count):
         start, end = (len(trials) * edge // catch.count for edge in (number, number + 1))
-        gap, item = _placed(trials, waiting, start, end, rng)
-        waiting.remove(item)
+        gap, chosen = _placed(trials, waiting, kinds, start, end, rng)
+        item = waiting.pop(chosen)
+        kinds[item] -= 1
         mixed += [*trials[start:gap], item, *trials[gap:end]]
     return mixed
 
@@ -85,14 +88,29 @@ def _identical(catch: CatchTrials, stimuli: Sequence[str], rng: random.Random) -
 
 
 def _placed(
-    trials: Sequence[Comparison], waiting: Sequence[Comparison], start: int, end: int, rng: random.Random
-) -> tuple[int, Comparison]:
-    """Return after which trial of the stretch which catch trial comes: the first that fits, of a random order."""
+    trials: Sequence[Comparison],
+    waiting: Sequence[Comparison],
+    kinds: Counter[Comparison],
+    start: int,
+    end: int,
+    rng: random.Random,
+) -> tuple[int, int]:
+    """Return after which trial of the stretch which of ``waiting`` comes: the first that fits, of a random order.
+
+    ``kinds`` counts those that are equal: once one of each was tried in vain, none will fit.
+    """
     gaps = list(range(start + 1, end + 1))
     rng.shuffle(gaps)
-    for item in waiting:
-        for gap in gaps:
-            beside = {name for trial in trials[gap - 1 : gap + 1] for name in trial.stimuli}
-            if not beside & set(item.stimuli):
-                return gap, item
-    return gaps[0], waiting[0]
+    besides = [(gap, {name for trial in trials[gap - 1 : gap + 1] for name in trial.stimuli}) for gap in gaps]
+    left = sum(count > 0 for count in kinds.values())
+    tried: set[Comparison] = set()
+    for index, item in enumerate(waiting):
+        if item in tried:
+            continue
+        tried.add(item)
+        for gap, beside in besides:
+            if beside.isdisjoint(item.stimuli):
+                return gap, index
+        if len(tried) == left:
+            break
+    return gaps[0], 0

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 from runner.ports import Target
 from runner.presenter.scene import Box, Offset, Text
@@ -12,16 +12,16 @@ from runner.presenter.scene import Box, Offset, Text
 class Style:
     """Sizes for an eye's view of ``view_px`` (width, height).
 
-    Lengths are given in units of which a view of 960 x 1080 pixels, half of a full HD screen, has one a pixel; larger
-    views show the same picture larger. Places are from the middle of the view, x to the right and y down.
+    Lengths are given in units of ``unit_px`` pixels. A view of 960 x 1080 pixels, half of a full HD screen, has one pixel
+    to the unit; larger views show the same picture larger. Places are from the middle of the view, x to the right and y
+    down.
     """
 
     view_px: tuple[int, int] = (960, 1080)
+    unit_px: float = field(init=False, compare=False, repr=False)
 
-    @property
-    def unit_px(self) -> float:
-        """Pixels in a unit."""
-        return min(self.view_px[0] / 960.0, self.view_px[1] / 1080.0)
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "unit_px", min(self.view_px[0] / 960.0, self.view_px[1] / 1080.0))
 
     def px(self, units: float) -> int:
         """Return a length in whole pixels."""
