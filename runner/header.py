@@ -48,7 +48,8 @@ def _display_digest(rig: Rig) -> str:
 
 def _rig_digest(rig: Rig) -> str:
     panel = rig.display.panel.model_dump(mode="json")
-    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, rig.distance_mm, rig.glasses, panel])
+    viewing = [rig.distance_mm, rig.interpupillary_distance_mm, rig.glasses]
+    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, *viewing, panel])
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:

@@ -114,7 +114,8 @@ def rate(
     ended it. ``stimulus`` and ``reference`` say what the number is about; ``upcoming`` is the scene to make ready.
     """
     current: int | None = None
-    took_s = 0.0
+    earlier_s = here_s = 0.0
+    before: tuple[Item, ...] | None = None
     while True:
         drawn = scale_items(scale, style, current, layout)
         keys = {**scale.number_keys, **_jumps(scale, current), **_STEPS, **(_ACCEPT if current is not None else {})}
@@ -126,7 +127,10 @@ def rate(
             scale_targets(scale, style, current, layout),
         )
         response = answer((yield ask))
-        took_s += response.time_s
+        if drawn != before:  # a press that moves nothing leaves the same screen, and times still count from its onset
+            earlier_s, before = earlier_s + here_s, drawn
+        here_s = response.time_s
+        took_s = earlier_s + here_s
         if response.meaning == "accept" and current is not None:
             return current, took_s
         current = scale.moved(current, response.meaning)

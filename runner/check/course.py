@@ -60,6 +60,7 @@ def _particulars(spec: Any, block: Block) -> Mapping[str, Any]:
     catch = getattr(block, "catch", None)
     if catch is not None:
         told["catch_trials"] = catch.count
+    told |= getattr(block, "facts", {})
     ratings = getattr(spec, "ratings", None)
     if ratings:
         told["ratings"] = [scale.name for scale in ratings]

@@ -76,7 +76,7 @@ class Experiment:
     @property
     def places_px(self) -> tuple[Offset, ...]:
         """Where stimuli are shown, as offsets from the middle of each eye's view, each once."""
-        blocks = zip(self.spec.blocks, self._settings("01"), strict=True)
+        blocks = zip(self.spec.blocks, self.settings("01"), strict=True)
         return tuple(dict.fromkeys(place for spec, setting in blocks for place in spec.places_px(setting)))
 
     @property
@@ -86,10 +86,11 @@ class Experiment:
 
     def blocks(self, observer: str) -> tuple[Block, ...]:
         """Return the blocks as ``observer`` will meet them: the order is drawn from experiment and observer."""
-        settings = self._settings(observer)
+        settings = self.settings(observer)
         return tuple(spec.make(setting) for spec, setting in zip(self.spec.blocks, settings, strict=True))
 
-    def _settings(self, observer: str) -> list[Setting]:
+    def settings(self, observer: str) -> list[Setting]:
+        """Return what ``observer`` meets each block in."""
         spec = self.spec
         common = spec.name, spec.seed, spec.question, spec.layout, self.rig, self.view_px, self.stimuli
         return [Setting(*common, observer, index) for index in range(len(spec.blocks))]
@@ -148,6 +149,11 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
     if rig and view_px:
         experiment = Experiment(file, spec, rig, recipe_file, stimuli or Stimuli({}), view_px)
         faults = list(too_large(rig.display.panel.resolution_px))
+        if stimuli:
+            for block, setting in zip(spec.blocks, experiment.settings("01"), strict=True):
+                for fault in block.rig_faults(setting):
+                    path = ("blocks", setting.index, *fault.path)
+                    findings.append(_finding(fault.message, source, path, fault.remedy))
         try:
             _ = experiment.places_px
             if not findings and not faults:

@@ -38,6 +38,10 @@ class BlockSpec(Strict):
         """Yield what is wrong with it beyond its own keys: stimuli that there are not, or that do not suit it."""
         yield from ()
 
+    def rig_faults(self, setting: Setting) -> Iterator[Fault]:
+        """Yield what the rig of ``setting`` cannot show of it, beside its layout."""
+        yield from ()
+
     def places_px(self, setting: Setting) -> tuple[Offset, ...]:
         """Return where it shows stimuli, as offsets from the middle of each eye's view.
 

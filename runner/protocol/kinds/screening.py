@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from abc import abstractmethod
+from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field, PositiveFloat, model_validator
 
-from documents import Finding
+from documents import Finding, InputError
 from runner.blocks.screening.block import STOP_WORDS, Screening
 from runner.blocks.screening.colour_vision import colour_vision
 from runner.blocks.screening.near_acuity import near_acuity
@@ -18,8 +19,7 @@ from runner.errors import SessionError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.scene import Offset
-from runner.protocol.kinds.block_spec import BlockSpec
+from runner.protocol.kinds.block_spec import BlockSpec, Fault
 from runner.protocol.parts import Strict, Words
 from runner.protocol.setting import Setting
 from stimuli.confusion_lines import AXES, Axis
@@ -137,10 +137,12 @@ class ScreeningSpec(BlockSpec):
         tests = tuple(test.make(screen, setting.own_seed) for test in self.tests)
         return Screening(tests, self.on_fail, self.stop_words, setting.style)
 
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return no place, for none of the recipe's stimuli is shown; raise SessionError if a test cannot be shown."""
-        self.make(setting)
-        return ()
+    def rig_faults(self, setting: Setting) -> Iterator[Fault]:
+        """Yield which tests the rig cannot show, or not as far as their pass marks."""
+        try:
+            self.make(setting)
+        except InputError as error:
+            yield from (Fault(finding.message, remedy=finding.remedy or "") for finding in error.findings)
 
 
 def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
