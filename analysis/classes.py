@@ -100,11 +100,11 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
     n = len(differs)
     alike = [_bits(np.flatnonzero(~row)) for row in np.asarray(differs)]
     columns: list[int] = []  # sets as bits
-    for item in range(n):
+    for item in np.argsort(differs.sum(axis=0), kind="stable").tolist():  # this order meets the fewest columns
         met = [column & alike[item] for column in columns] or [0]
         columns = [column for column in columns if column & ~alike[item]]
         columns += [group | 1 << item for group in _largest(met)]
-    return tuple(frozenset(_items(column)) for column in _swept(columns))
+    return _swept([_items(column) for column in columns], n)
 
 
 def _largest(groups: list[int]) -> list[int]:
@@ -116,34 +116,32 @@ def _largest(groups: list[int]) -> list[int]:
     return kept
 
 
-def _swept(columns: list[int]) -> list[int]:
-    """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs."""
-    kept = sorted(columns, key=lambda column: (column.bit_count(), _items(column)))
-    holding: dict[int, list[int]] = {}  # for each item the places in `kept` of the columns that hold it
-    for place, column in enumerate(kept):
-        for item in _items(column):
-            holding.setdefault(item, []).append(place)
-    for place, column in enumerate(kept):
-        items = _items(column)
-        if all(_is_needless(place, item, kept, holding) for item in items):
-            kept[place] = 0
-            for item in items:
-                holding[item].remove(place)
-    for place in range(len(kept)):
-        for item in _items(kept[place]):
-            if _is_needless(place, item, kept, holding):
-                kept[place] &= ~(1 << item)
-                holding[item].remove(place)
-    return [column for column in kept if column]
+def _swept(columns: list[list[int]], n: int) -> Letters:
+    """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs.
 
-
-def _is_needless(place: int, item: int, kept: list[int], holding: dict[int, list[int]]) -> bool:
-    """Say whether ``item`` shares another column with each item of the column at ``place``, itself included."""
-    elsewhere = 0
-    for other in holding[item]:
-        if other != place:
-            elsewhere |= kept[other]
-    return not kept[place] & ~elsewhere
+    ``shared`` counts for any two items the columns that hold both: what is in two is not needed in one of them.
+    """
+    kept = [np.array(column) for column in sorted(columns, key=lambda column: (len(column), column))]
+    shared = np.zeros((n, n), dtype=np.int32)
+    for column in kept:
+        shared[np.ix_(column, column)] += 1
+    for place, column in enumerate(kept):
+        block = np.ix_(column, column)
+        if (shared[block] > 1).all():
+            shared[block] -= 1
+            kept[place] = column[:0]
+    for place, column in enumerate(kept):
+        needs = shared[np.ix_(column, column)] <= 1
+        number = needs.sum(axis=1)
+        stays = np.ones(len(column), dtype=bool)
+        for index, item in enumerate(column.tolist()):
+            if not number[index]:
+                shared[item, column[stays]] -= 1
+                stays[index] = False
+                shared[column[stays], item] -= 1
+                number -= needs[:, index]
+        kept[place] = column[stays]
+    return tuple(frozenset(column.tolist()) for column in kept if len(column))
 
 
 def _bits(items: NDArray[np.intp]) -> int:
