@@ -6,6 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
+FARTHEST = 8.0  # standard deviations: beyond any draw, where a level of two or three observers may round to 0 or 1
 
 
 def lower(values: Floats, level: Floats, without: int) -> Floats:
@@ -42,7 +43,9 @@ def _order_statistic(values: Floats, place: Floats, without: int, beyond: float)
     above = np.minimum(below + 1, count - 1)
     column = np.arange(columns)
     low, high = values[below, column], values[above, column]
-    ends = low + (held - below) * (high - low)
+    share = held - below
+    apart = np.subtract(high, low, out=np.zeros(columns), where=low < high)  # ends may be infinite
+    ends = low + np.multiply(share, apart, out=np.zeros(columns), where=share > 0)
     outside = place < 1 if beyond < 0 else place > count
     return np.where(outside & (without > 0), beyond, ends)
 
@@ -77,7 +80,7 @@ def bias_corrected(level: float, below: Floats, acceleration: Floats) -> Floats:
     from scipy.special import ndtr, ndtri
 
     bias = ndtri(below)
-    reach = bias + ndtri(level)
+    reach = bias + np.clip(ndtri(level), -FARTHEST, FARTHEST)
     room = 1 - acceleration * reach
     # Where the formula has no room left, the interval runs to the end of the replicates.
     moved = np.divide(reach, room, out=np.full_like(reach, np.inf) * np.sign(reach), where=room > 0)

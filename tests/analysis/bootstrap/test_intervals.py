@@ -71,6 +71,9 @@ def test_replicates_without_a_value_lie_on_both_sides() -> None:
     assert tails.lower(values, np.array([0.001]), 0).tolist() == [1]
     assert tails.upper(values, np.array([0.999]), 0).tolist() == [89]
     assert tails.lower(np.empty((0, 1)), level, 5).tolist() == [-np.inf]
+    endless = np.array([[-np.inf], [-np.inf], [0], [np.inf]])
+    for rank, expected in ((1.5, -np.inf), (3, 0), (3.5, np.inf), (4, np.inf)):
+        assert tails.upper(endless, np.array([rank / 5]), 0).tolist() == [expected]
 
 
 def test_a_weak_link_leaves_intervals_open() -> None:
