@@ -1,7 +1,7 @@
 """Rao and Kupper's law of ties: neither is preferred where the perceived difference is below a threshold [Rao1967].
 
 p_first = 1 / (1 + exp(τ − d)), p_second = 1 / (1 + exp(τ + d)), and the rest are ties: with η = exp(τ) ≥ 1, π_i over
-π_i + η π_j. As p_tie = (η² − 1) p_first p_second, the likelihood needs no difference of near numbers. The parameter is
+π_i + η π_j. As p_tie = (η² − 1) p_first p_second, no near numbers are subtracted. The parameter is
 k = τ = log η.
 """
 
@@ -39,9 +39,8 @@ class RaoKupper:
 
         if k <= 0:
             return np.full_like(d, -np.inf)
-        first, second = cells.won + cells.tied, cells.lost + cells.tied
-        log_ties = 2 * k + np.log(-np.expm1(-2 * k))
-        return np.asarray(first * log_expit(d - k) + second * log_expit(-d - k) + cells.tied * log_ties)
+        neither = np.log(-np.expm1(-2 * k)) + log_expit(k - d) + log_expit(k + d)
+        return np.asarray(cells.won * log_expit(d - k) + cells.lost * log_expit(-d - k) + cells.tied * neither)
 
     def slopes(self, cells: Cells, d: Floats, k: float) -> Slopes:
         """Return the derivatives."""
@@ -51,8 +50,8 @@ class RaoKupper:
         p, not_p, q, not_q = expit(d - k), expit(k - d), expit(-d - k), expit(k + d)
         spread_first, spread_second = first * p * not_p, second * q * not_q
         return Slopes(
-            d=first * not_p - second * not_q,
-            k=-first * not_p - second * not_q - 2 * cells.tied / np.expm1(-2 * k),
+            d=cells.won * not_p - cells.lost * not_q + cells.tied * (q - p),
+            k=cells.tied * (p + q + 2 / np.expm1(2 * k)) - cells.won * not_p - cells.lost * not_q,
             dd=spread_first + spread_second,
             dk=spread_second - spread_first,
             kk=spread_first + spread_second + cells.tied / np.sinh(k) ** 2,

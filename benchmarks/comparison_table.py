@@ -1,0 +1,89 @@
+"""Time and memory to read tables of comparisons: like answers counted together, beside a list of every answer.
+
+    python benchmarks/comparison_table.py
+
+Each table is read in a process of its own, whose largest memory is told in the note.
+"""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+sys.path.insert(0, str(Path(__file__).parent))
+from curves import OUT, write
+
+Row = dict[str, object]
+
+TITLE = "Tables of comparisons: time to read"
+ROWS = (10_000, 100_000, 1_000_000)
+MOST_ROWS = 10_000_000
+ITEMS, OBSERVERS = 200, 1000
+OURS = "from analysis.comparison_table import read_table; from pathlib import Path; read_table(Path(sys.argv[1]))"
+PLAIN = """
+import csv
+from analysis.comparisons import Answer, from_answers
+rows = csv.DictReader(open(sys.argv[1], encoding="utf-8", newline=""))
+from_answers([Answer(r["winner"], r["loser"], float(r["count"]), r["observer"], r["first"]) for r in rows])
+"""
+TIMED = """
+import resource, sys, time
+import numpy, analysis.comparison_table
+start = time.perf_counter()
+{work}
+print(time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
+"""
+
+
+def run() -> dict[str, Any]:
+    """Measure and return the title and the rows."""
+    rows: list[Row] = []
+    with tempfile.TemporaryDirectory() as folder:
+        for count in (*ROWS, MOST_ROWS):
+            table = Path(folder) / f"{count}.csv"
+            _write_table(table, count)
+            rows.append(_row("counted while reading", count, OURS, table))
+            if count < MOST_ROWS:
+                rows.append(_row("a list of every answer", count, PLAIN, table))
+            table.unlink()
+    return {"name": "comparison_table", "title": TITLE, "rows": rows}
+
+
+def _write_table(file: Path, count: int) -> None:
+    random = np.random.default_rng(1)
+    with file.open("w", encoding="utf-8") as stream:
+        stream.write("winner,loser,count,observer,first\n")
+        for start in range(0, count, 100_000):
+            size = min(100_000, count - start)
+            first = random.integers(ITEMS, size=size)
+            second = (first + random.integers(1, ITEMS, size=size)) % ITEMS
+            person = random.integers(OBSERVERS, size=size)
+            lines = zip(first.tolist(), second.tolist(), person.tolist(), strict=True)
+            stream.write("".join(f"picture {a},picture {b},1,{c},picture {a}\n" for a, b, c in lines))
+
+
+def _row(series: str, count: int, work: str, table: Path) -> Row:
+    done = subprocess.run(
+        [sys.executable, "-c", TIMED.format(work=work), str(table)], capture_output=True, text=True, check=True
+    )
+    seconds, megabytes = map(float, done.stdout.split())
+    note = f"{count / seconds:,.0f} rows/s, at most {megabytes:.0f} MB"
+    return {"series": series, "parameter": f"{count:,} rows", "seconds": seconds, "error": 0.0, "note": note}
+
+
+def main() -> None:
+    """Measure and write the three files."""
+    result = run()
+    write(result["name"], TITLE, result["rows"], OUT)
+    for row in result["rows"]:
+        print(f"{row['series']}, {row['parameter']}: {row['seconds']:.3g} s, {row['note']}")
+    print(f"written to {OUT}")
+
+
+if __name__ == "__main__":
+    main()
