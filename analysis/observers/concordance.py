@@ -1,0 +1,192 @@
+"""How well observers agree with each other: Kendall's coefficient u [Kendall1940], and two tests of it.
+
+Two observers agree on a pair if their verdicts are the same. u is the share of agreements among all (two observers, a
+pair both answered) less that of disagreements: 1 if all are of one mind, about 0 by chance, never much below. A tie
+agrees with nothing and contradicts nothing: it counts 0. Without ties and gaps this is Kendall's u.
+
+Two tests ask different things. Against coin tosses: is there more agreement than answers without any judgement give?
+But observers who follow tastes of their own are no coins: their verdicts hang together, and so do their agreements.
+Against strangers: each observer keeps their own judgement with its consistency, but the items' names are shuffled anew
+for each of them. Do the observers share more than such strangers would?
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import comb
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.comparisons import Comparisons
+from analysis.observers.tails import Tail, from_chances, from_moments
+from analysis.observers.verdicts import verdicts
+
+Floats = NDArray[np.float64]
+
+SHUFFLES = 9999
+MOST_STEPS = 50_000_000
+_SEED = 1940
+_MOST_NUMBERS = 300_000_000
+_FEWEST_SHUFFLES = 999
+_BLOCK = 1_000_000
+
+
+@dataclass(frozen=True, slots=True)
+class ChiSquare:
+    """Kendall's χ² of agreement, 1 off for continuity, its degrees of freedom (in general no whole number), and p."""
+
+    statistic: float
+    df: float
+    p: float
+
+
+@dataclass(frozen=True, slots=True)
+class Concordance:
+    """Agreement between observers.
+
+    Attributes
+    ----------
+    u
+        Kendall's coefficient, or its extension to ties and gaps.
+    least
+        The smallest u that so many observers could have had, with as many ties.
+    observers
+        How many observers share at least one pair with another.
+    agreements, disagreements, shared
+        How often two observers had the same verdict, opposite ones, or both answered the same pair.
+    chance
+        Chance of at least so much agreement if each verdict were the toss of a coin; None where there are only ties.
+    chi_square
+        Kendall's approximation of that; None with ties or gaps, or for 2 observers.
+    strangers_p
+        Chance of at least so much agreement between strangers, by shuffled names of the items; None unless every
+        observer compared every two items.
+    """
+
+    u: float
+    least: float
+    observers: int
+    agreements: int
+    disagreements: int
+    shared: int
+    chance: Tail | None
+    chi_square: ChiSquare | None
+    strangers_p: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        kendall = self.chi_square
+        return {
+            "u": self.u,
+            "least_u": self.least,
+            "observers": self.observers,
+            "agreements": self.agreements,
+            "disagreements": self.disagreements,
+            "shared": self.shared,
+            "test": self.chance.to_json() if self.chance else None,
+            "chi_square": {"statistic": kendall.statistic, "df": kendall.df, "p": kendall.p} if kendall else None,
+            "strangers_p": self.strangers_p,
+        }
+
+
+def concordance(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance | None:
+    """Return the agreement between observers; None if no two of them answered the same pair.
+
+    ``shuffles`` names the items anew so often for the test against strangers, with a fixed seed; 0 leaves it out. Of
+    many items or observers there are fewer shuffles, at least 999.
+    """
+    n = len(comparisons.items)
+    answered = np.zeros((n, n), dtype=np.int64)
+    decided, balance = answered.copy(), answered.copy()
+    pairs_each = []
+    for items, verdict, compared in verdicts(comparisons):
+        place = np.ix_(items, items)
+        answered[place] += compared
+        decided[place] += verdict != 0
+        balance[place] += verdict
+        pairs_each.append(int(compared.sum()) // 2)
+    above = np.triu_indices(n, 1)
+    met, k, lead = answered[above], decided[above], balance[above]
+    shared = int((met * (met - 1)).sum()) // 2
+    if not shared:
+        return None
+    split = (k**2 - lead**2) // 4
+    disagreements, decided_twice = int(split.sum()), int((k * (k - 1)).sum()) // 2
+    full = pairs_each == [comb(n, 2)] * len(pairs_each)
+    return Concordance(
+        u=(decided_twice - 2 * disagreements) / shared,
+        least=(decided_twice - 2 * int((k**2 // 4).sum())) / shared,
+        observers=_sharing(comparisons, answered),
+        agreements=decided_twice - disagreements,
+        disagreements=disagreements,
+        shared=shared,
+        chance=_chance(k[k > 1], disagreements) if (k > 1).any() else None,
+        chi_square=_chi_square(int(k[0]), len(k), decided_twice - disagreements)
+        if (k == len(pairs_each)).all()
+        else None,
+        strangers_p=_strangers_p(comparisons, balance, shuffles) if full and shuffles else None,
+    )
+
+
+def _sharing(comparisons: Comparisons, answered: NDArray[np.int64]) -> int:
+    return sum(
+        bool((answered[np.ix_(items, items)][compared] > 1).any()) for items, _, compared in verdicts(comparisons)
+    )
+
+
+def _chance(k: NDArray[np.int64], disagreements: int) -> Tail:
+    """Return the chance of at most so many disagreements if ``k`` observers toss a coin for each pair."""
+    support = int((k**2 // 4).sum())
+    if support * int((k // 2 + 1).sum()) <= MOST_STEPS:
+        return from_chances(disagreement_chances(k), disagreements)
+    together = k * (k - 1)
+    mean, variance, third = together.sum() / 4, together.sum() / 8, -(together * (k - 2)).sum() / 8
+    half_step = 1.0 if (k % 2).all() else 0.5
+    return from_moments(float(disagreements), half_step, float(mean), float(variance), float(third))
+
+
+def disagreement_chances(k: NDArray[np.int64]) -> Floats:
+    """Return the chances of 0, 1, ..., Σ⌊k²/4⌋ disagreements if, pair by pair, ``k`` observers toss a coin each."""
+    chances = np.ones(1)
+    for people in k.tolist():
+        longer = np.zeros(len(chances) + people**2 // 4)
+        for for_first in range(people + 1):
+            start = for_first * (people - for_first)
+            longer[start : start + len(chances)] += chances * (comb(people, for_first) / 2**people)
+        chances = longer
+    return chances
+
+
+def _chi_square(m: int, pairs: int, agreements: int) -> ChiSquare | None:
+    if m < 3:
+        return None
+    from scipy.special import chdtrc
+
+    expected = pairs * comb(m, 2) / 2
+    statistic = 4 / (m - 2) * (agreements - 1 - expected * (m - 3) / (m - 2))
+    df = pairs * m * (m - 1) / (m - 2) ** 2
+    return ChiSquare(statistic, df, float(chdtrc(df, max(statistic, 0.0))))
+
+
+def _strangers_p(comparisons: Comparisons, balance: NDArray[np.int64], shuffles: int) -> float:
+    """Return the share of shuffles with as much agreement, the observed order counted among them.
+
+    Agreements less disagreements are half of the sum of squares of ``balance``, shape (n, n), less a constant.
+    """
+    everyone = np.array([verdict for _, verdict, _ in verdicts(comparisons)])
+    people, n, _ = everyone.shape
+    shuffles = min(shuffles, max(_FEWEST_SHUFFLES, _MOST_NUMBERS // (people * n * n)))
+    random = np.random.default_rng([_SEED, people, n])
+    observed = int((balance**2).sum())
+    as_much = 1
+    block = max(1, _BLOCK // (n * n))
+    for start in range(0, shuffles, block):
+        size = min(block, shuffles - start)
+        summed = np.zeros((size, n, n), dtype=np.int32)
+        for verdict in everyone:
+            order = random.permuted(np.tile(np.arange(n), (size, 1)), axis=1)
+            summed += verdict[order[:, :, None], order[:, None, :]]
+        as_much += int(((summed.astype(np.int64) ** 2).sum(axis=(1, 2)) >= observed).sum())
+    return as_much / (shuffles + 1)

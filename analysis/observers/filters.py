@@ -1,0 +1,121 @@
+"""Leaving observers out by a rule that is stated, and saying who was left out and why."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from analysis import screening as vision
+from analysis.errors import ResultsError
+from analysis.observers.catch_answers import catch_answers
+from analysis.records import SessionLog
+from documents import Finding
+
+
+@dataclass(frozen=True, slots=True)
+class Filter:
+    """Whom to leave out; as it stands without arguments, nobody.
+
+    Attributes
+    ----------
+    without
+        Observers to leave out by hand, by their codes.
+    most_missed
+        How many obvious catch trials an observer may miss, over all their sessions; None: any number. Who met none
+        stays.
+    screening
+        Tests of vision that must have been passed, by the last of the observer's sessions that tells; None asks for
+        nothing, an empty tuple for every test that was taken.
+    unscreened
+        Whether to keep observers whose sessions tell nothing about these tests.
+    """
+
+    without: tuple[str, ...] = ()
+    most_missed: int | None = None
+    screening: tuple[str, ...] | None = None
+    unscreened: vision.Unscreened = "keep"
+
+    @property
+    def sentence(self) -> str:
+        """The rule in words, for a Methods paragraph."""
+        rules = []
+        if self.without:
+            rules.append(f"observers {', '.join(self.without)} were left out by hand")
+        if self.most_missed is not None:
+            rules.append(f"observers who missed more than {self.most_missed} obvious catch trials were left out")
+        if self.screening is not None:
+            tests = f" ({', '.join(self.screening)})" if self.screening else ""
+            others = "kept" if self.unscreened == "keep" else "left out"
+            rules.append(f"observers who failed the vision screening{tests} were left out, unscreened ones {others}")
+        text = "; ".join(rules) or "no observer was left out"
+        return f"{text[0].upper()}{text[1:]}."
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """The ``sessions`` that remain, in order, the ``rule``, and for each observer ``left_out`` the reasons."""
+
+    sessions: tuple[SessionLog, ...]
+    rule: Filter
+    left_out: Mapping[str, tuple[str, ...]]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return rule and reasons as plain values for JSON."""
+        reasons = {observer: list(why) for observer, why in self.left_out.items()}
+        return {"rule": self.rule.sentence, "left_out": reasons}
+
+
+def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
+    """Return the sessions of the observers that ``rule`` keeps; an observer is kept or left out as a whole.
+
+    Raises
+    ------
+    ResultsError
+        If the rule names an observer who is not there, is no rule, or leaves nobody.
+    """
+    by_observer = sessions_by_observer(sessions)
+    for name in rule.without:
+        if name not in by_observer:
+            there = ", ".join(by_observer) or "none"
+            raise ResultsError(Finding(f"there is no observer '{name}' to leave out", remedy=f"observers: {there}"))
+    if rule.most_missed is not None and rule.most_missed < 0:
+        what = f"no observer can miss {rule.most_missed} catch trials"
+        raise ResultsError(Finding(what, remedy="allow 0 or more"))
+    left_out = {name: why for name, own in by_observer.items() if (why := _reasons(name, own, rule))}
+    if sessions and len(left_out) == len(by_observer):
+        everyone = "; ".join(f"{name}: {', '.join(reasons)}" for name, reasons in left_out.items())
+        raise ResultsError(Finding(f"the filter leaves no observer ({everyone})", remedy="ask for less"))
+    kept = tuple(session for session in sessions if session.header.observer not in left_out)
+    return Kept(kept, rule, left_out)
+
+
+def sessions_by_observer(sessions: Sequence[SessionLog]) -> dict[str, list[SessionLog]]:
+    """Return the sessions of each observer, in the order in which they come."""
+    by_observer: dict[str, list[SessionLog]] = {}
+    for session in sessions:
+        by_observer.setdefault(session.header.observer, []).append(session)
+    return by_observer
+
+
+def screened_well(sessions: Sequence[SessionLog], tests: Sequence[str] = ()) -> bool | None:
+    """Return whether one observer passed ``tests`` by the last of their sessions that tells; None if none does."""
+    in_time = sorted(sessions, key=lambda session: session.header.started_utc)
+    verdicts = [verdict for session in in_time if (verdict := vision.passed(session, tests)) is not None]
+    return verdicts[-1] if verdicts else None
+
+
+def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[str, ...]:
+    reasons = []
+    if name in rule.without:
+        reasons.append("by hand")
+    caught = catch_answers(sessions)
+    if rule.most_missed is not None and caught.missed > rule.most_missed:
+        reasons.append(f"missed {caught.missed} of {caught.obvious} obvious catch trials")
+    if rule.screening is not None:
+        verdict = screened_well(sessions, rule.screening)
+        if verdict is False:
+            reasons.append("failed the vision screening")
+        elif verdict is None and rule.unscreened == "leave_out":
+            reasons.append("was not screened")
+    return tuple(reasons)

@@ -1,0 +1,188 @@
+"""All that is known of each observer, a line each, with nobody left out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from analysis.bradley_terry import BradleyTerryFit, fit
+from analysis.comparisons import Comparisons
+from analysis.observers.catch_answers import CatchAnswers, catch_answers
+from analysis.observers.concordance import SHUFFLES, Concordance, concordance
+from analysis.observers.consistency import Consistency, consistencies
+from analysis.observers.filters import screened_well, sessions_by_observer
+from analysis.observers.fit_to_rest import LEVEL, FitToRest, fits_to_rest
+from analysis.observers.repeats import SelfAgreement, self_agreements
+from analysis.observers.response_times import TOO_FAST_S, ResponseTimes, response_times
+from analysis.observers.sides import SideBias, side_biases
+from analysis.records import SessionLog
+from analysis.screening import Outcome, outcomes
+from analysis.session_comparisons import from_sessions
+
+
+@dataclass(frozen=True, slots=True)
+class ObserverLine:
+    """One observer.
+
+    Attributes
+    ----------
+    name
+        The observer's code; empty where a table of comparisons names none.
+    answers, ties
+        How many comparisons prefer one of the two, and how many neither.
+    sessions, complete
+        How many sessions there are, and how many of them were completed; 0 from a table of comparisons.
+    consistency, fit, side, repeats
+        None where the answers do not tell.
+    times, catch, screening, screening_passed
+        From sessions only; ``screening_passed`` is None without a vision test.
+    """
+
+    name: str
+    answers: float = 0.0
+    ties: float = 0.0
+    sessions: int = 0
+    complete: int = 0
+    consistency: Consistency | None = None
+    fit: FitToRest | None = None
+    side: SideBias | None = None
+    repeats: SelfAgreement | None = None
+    times: ResponseTimes | None = None
+    catch: CatchAnswers | None = None
+    screening: tuple[Outcome, ...] = ()
+    screening_passed: bool | None = None
+
+    @property
+    def flags(self) -> tuple[str, ...]:
+        """What a reader should look at, in words; a reason to look, not to leave out."""
+        words = []
+        if self.fit and self.fit.outlier:
+            words.append("answers unlike the others")
+        test = self.consistency.test if self.consistency else None
+        if test and test.p > LEVEL >= test.least_p:
+            words.append("not clearly more consistent than chance")
+        if self.catch and self.catch.missed:
+            words.append(f"missed {self.catch.missed} of {self.catch.obvious} catch trials")
+        if self.times and self.times.too_fast:
+            words.append(f"{self.times.too_fast} answers below {self.times.limit_s:g} s")
+        if self.screening_passed is False:
+            words.append("failed the vision screening")
+        if self.complete < self.sessions:
+            words.append("not completed")
+        return tuple(words)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON, null where nothing is known."""
+        return {
+            "observer": self.name,
+            "answers": self.answers,
+            "ties": self.ties,
+            "sessions": self.sessions,
+            "complete": self.complete,
+            "consistency": self.consistency.to_json() if self.consistency else None,
+            "fit": self.fit.to_json() if self.fit else None,
+            "side": self.side.to_json() if self.side else None,
+            "repeats": self.repeats.to_json() if self.repeats else None,
+            "times": self.times.to_json() if self.times else None,
+            "catch": self.catch.to_json() if self.catch else None,
+            "screening_passed": self.screening_passed,
+            "screening": [{"test": one.test, "passed": one.passed} for one in self.screening],
+            "flags": list(self.flags),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ObserverTable:
+    """Every observer's line, in the order in which they first come, and how well they agree; None where nobody can."""
+
+    lines: tuple[ObserverLine, ...]
+    concordance: Concordance | None
+    level: float
+
+    @property
+    def outliers(self) -> tuple[str, ...]:
+        """Observers whose answers are unlike the others'."""
+        return tuple(line.name for line in self.lines if line.fit and line.fit.outlier)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "observers": [line.to_json() for line in self.lines],
+            "concordance": self.concordance.to_json() if self.concordance else None,
+            "outlier_level": self.level,
+            "outliers": list(self.outliers),
+        }
+
+
+def observers_in_sessions(
+    sessions: Sequence[SessionLog], *, level: float = LEVEL, too_fast_s: float = TOO_FAST_S, shuffles: int = SHUFFLES
+) -> ObserverTable:
+    """Describe the observers of one experiment's sessions; several sessions of one observer are taken together.
+
+    Parameters
+    ----------
+    level
+        Chance of calling anybody an outlier if all follow the same scores.
+    too_fast_s
+        Response times below this many seconds are counted as too fast.
+    shuffles
+        As for `analysis.observers.concordance.concordance`.
+
+    Raises
+    ------
+    ResultsError
+        As `analysis.session_comparisons.from_sessions`.
+    """
+    comparisons = from_sessions(sessions)
+    theta = dict(zip(comparisons.items, _strengths(comparisons).theta.tolist(), strict=True))
+    described = {line.name: line for line in _lines(comparisons, level)}
+    lines = []
+    for name, own in sessions_by_observer(sessions).items():
+        lines.append(
+            replace(
+                described.get(name, ObserverLine(name)),
+                sessions=len(own),
+                complete=sum(session.complete for session in own),
+                times=response_times(own, theta, too_fast_s),
+                catch=catch_answers(own),
+                screening=tuple(outcome for session in own for outcome in outcomes(session)),
+                screening_passed=screened_well(own),
+            )
+        )
+    return ObserverTable(tuple(lines), concordance(comparisons, shuffles), level)
+
+
+def observers_in_comparisons(
+    comparisons: Comparisons, *, level: float = LEVEL, shuffles: int = SHUFFLES
+) -> ObserverTable:
+    """Describe the observers of a table of comparisons; ``level`` and ``shuffles`` as for `observers_in_sessions`."""
+    return ObserverTable(tuple(_lines(comparisons, level)), concordance(comparisons, shuffles), level)
+
+
+def _lines(comparisons: Comparisons, level: float) -> list[ObserverLine]:
+    people = len(comparisons.observers)
+    answers = np.bincount(comparisons.observer, comparisons.count, people).tolist()
+    ties = np.bincount(comparisons.tied.observer, comparisons.tied.count, people).tolist()
+    columns = zip(
+        comparisons.observers,
+        answers,
+        ties,
+        consistencies(comparisons),
+        fits_to_rest(comparisons, level),
+        side_biases(comparisons),
+        self_agreements(comparisons),
+        strict=True,
+    )
+    return [
+        ObserverLine(name, given, tied, consistency=consistent, fit=fitted, side=side, repeats=again)
+        for name, given, tied, consistent, fitted, side, again in columns
+    ]
+
+
+def _strengths(comparisons: Comparisons) -> BradleyTerryFit:
+    """Return the scores; Firth's where the likelihood has no maximum; NaN where comparisons do not link all items."""
+    plain = fit(comparisons.wins)
+    return fit(comparisons.wins, method="firth") if plain.separated else plain

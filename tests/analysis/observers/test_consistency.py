@@ -1,0 +1,190 @@
+"""Circular triads, ζ and its test: the dog, brute force, and p values that are uniform under chance."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from itertools import combinations
+from math import comb
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.stats import kstest
+
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.observers import consistency as module
+from analysis.observers.consistency import circular_triads, consistencies, consistency, most_circular_triads
+from analysis.observers.tails import from_moments
+from analysis.observers.tournaments import EXACT_UP_TO, triad_chances
+
+Study = Callable[..., Comparisons]
+Verdicts = NDArray[np.int8]
+# Kendall and Babington Smith (1940): a dog's choices between six kinds of food.
+DOG = ["011011", "000110", "010111", "100000", "000101", "010100"]
+
+
+def drawn(n: int, seed: int, gaps: float = 0.0, ties: float = 0.0) -> tuple[Verdicts, NDArray[np.bool_]]:
+    random = np.random.default_rng(seed)
+    verdict = np.triu(random.choice(np.array([-1, 1], dtype=np.int8), (n, n)), 1)
+    compared = np.triu(random.random((n, n)) >= gaps, 1)
+    verdict[np.triu(random.random((n, n)) < ties, 1) | ~compared] = 0
+    return verdict - verdict.T, compared | compared.T
+
+
+def one_by_one(verdict: Verdicts, compared: NDArray[np.bool_]) -> tuple[float, int]:
+    """Return circular triads and triads: each three items, and each way to break their ties, looked at."""
+    circular, triads = 0.0, 0
+    for three in combinations(range(len(verdict)), 3):
+        pairs = [(three[0], three[1]), (three[1], three[2]), (three[2], three[0])]
+        if not all(compared[pair] for pair in pairs):
+            continue
+        triads += 1
+        ways = np.array(np.meshgrid(*([verdict[pair]] if verdict[pair] else [1, -1] for pair in pairs))).reshape(3, -1)
+        circular += float((abs(ways.sum(axis=0)) == 3).mean())
+    return circular, triads
+
+
+def test_the_dog() -> None:
+    answers = [
+        Answer("ABCDEF"[row], "ABCDEF"[column])
+        for row, line in enumerate(DOG)
+        for column, won in enumerate(line)
+        if won == "1"
+    ]
+    (dog,) = consistencies(from_answers(answers, "ABCDEF"))
+    assert dog.circular == 5
+    assert dog.triads == 20
+    assert dog.zeta == pytest.approx(0.375, abs=1e-15)
+    assert dog.test is not None
+    assert dog.test.p == pytest.approx((720 + 960 + 2240 + 2880 + 6240 + 3648) / 2**15, rel=1e-14)
+
+
+@pytest.mark.parametrize(("n", "most"), [(3, 1), (4, 2), (5, 5), (6, 8), (7, 14), (8, 20), (9, 30), (10, 40)])
+def test_zeta_is_0_where_there_are_as_many_as_there_can_be(n: int, most: int) -> None:
+    assert most_circular_triads(n) == most
+    if n <= 7:
+        assert np.flatnonzero(triad_chances(n))[-1] == most
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(2, 7), st.integers(0, 10**6), st.sampled_from([0.0, 0.3]), st.sampled_from([0.0, 0.4]))
+def test_counts_are_those_of_brute_force(n: int, seed: int, gaps: float, ties: float) -> None:
+    verdict, compared = drawn(n, seed, gaps, ties)
+    found = consistency(verdict, compared)
+    circular, triads = one_by_one(verdict, compared)
+    assert found.circular == pytest.approx(circular, abs=1e-12)
+    assert found.triads == triads
+    assert found.ties == (np.count_nonzero(compared) - np.count_nonzero(verdict)) // 2
+    assert (found.zeta is None) == (n < 3 or not compared[np.triu_indices(n, 1)].all())
+    order = np.random.default_rng(seed).permutation(n)
+    again = consistency(verdict[np.ix_(order, order)], compared[np.ix_(order, order)])
+    assert again.circular == pytest.approx(found.circular, abs=1e-12)
+    assert (again.test is None) == (found.test is None)
+    if again.test and found.test:
+        assert again.test.p == pytest.approx(found.test.p, abs=1e-12)
+
+
+@pytest.mark.parametrize(("gaps", "ties"), [(0.0, 0.0), (0.25, 0.0), (0.0, 0.3), (0.2, 0.2)])
+def test_the_moments_are_those_of_all_coin_tosses(gaps: float, ties: float) -> None:
+    verdict, compared = drawn(5, 3, gaps, ties)
+    first, second = np.nonzero(np.triu(verdict))
+    ways = (np.arange(2 ** len(first))[:, None] >> np.arange(len(first))) & 1
+    tossed = np.zeros((len(ways), 5, 5), dtype=np.int8)
+    tossed[:, first, second] = 2 * ways - 1
+    counts = circular_triads(tossed - tossed.transpose(0, 2, 1), compared)
+    variance, third = module._spread(verdict, compared)
+    assert counts.mean() == pytest.approx(consistency(verdict, compared).triads / 4)
+    assert variance == pytest.approx(counts.var())
+    assert third == pytest.approx(((counts - counts.mean()) ** 3).mean())
+
+
+def test_the_law_of_moments_is_kendalls_chi_square_and_near_the_exact_one() -> None:
+    from scipy.stats import chi2
+
+    n = EXACT_UP_TO + 1
+    triads = comb(n, 3)
+    exact = np.cumsum(triad_chances(n))
+    df = n * (n - 1) * (n - 2) / (n - 4) ** 2
+    for circular in range(most_circular_triads(n) + 1):
+        tail = from_moments(circular, 0.5, triads / 4, 3 * triads / 16, -3 * triads * (n - 4) / 32)
+        statistic = 8 / (n - 4) * (triads / 4 - circular - 0.5) + df
+        assert tail.p == pytest.approx(chi2.sf(statistic, df), rel=1e-9)
+        # Near the levels that matter it is within 4 %; far out it is too large, and never too small.
+        assert tail.p >= 0.96 * exact[circular] - 1e-12
+        if exact[circular] > 0.01:
+            assert tail.p == pytest.approx(exact[circular], rel=0.04)
+
+
+@pytest.mark.parametrize(("gaps", "ties"), [(0.3, 0.0), (0.0, 0.25), (0.3, 0.2)])
+def test_gaps_and_ties_by_moments_are_near_simulated_tosses(gaps: float, ties: float) -> None:
+    verdict, compared = drawn(9, 5, gaps, ties)
+    random = np.random.default_rng(1)
+    first, second = np.nonzero(np.triu(verdict))
+    tossed = np.zeros((20_000, 9, 9), dtype=np.int8)
+    tossed[:, first, second] = random.choice(np.array([-1, 1], dtype=np.int8), (len(tossed), len(first)))
+    counts = circular_triads(tossed - tossed.transpose(0, 2, 1), compared)
+    for share in (0.01, 0.05, 0.2):
+        circular = float(np.quantile(counts, share))
+        simulated = float((counts <= circular + 1e-9).mean())
+        variance, third = module._spread(verdict, compared)
+        half_step = 0.25 if ties else 0.5
+        tail = from_moments(circular, half_step, float(counts.mean()), variance, third)
+        assert tail.p == pytest.approx(simulated, abs=0.012)
+
+
+@pytest.mark.parametrize("n", [5, 8, 12])
+def test_p_is_uniform_under_chance(n: int) -> None:
+    random = np.random.default_rng(n)
+    tests = [consistency(*drawn(n, seed)).test for seed in range(1500)]
+    tails = [test for test in tests if test]
+    assert len(tails) == 1500
+    assert all(test.exact == (n <= 10) for test in tails)
+    assert kstest([test.randomised_p(random.random()) for test in tails], "uniform").pvalue > 0.01
+    mid_p = np.array([test.mid_p for test in tails])
+    assert mid_p.mean() == pytest.approx(0.5, abs=0.02)
+    # The plain p value errs by being too large, never too small: 3 standard errors of 1500 draws are allowed.
+    p = np.array([test.p for test in tails])
+    for level in (0.01, 0.05, 0.1, 0.5):
+        assert (p <= level).mean() <= level + 3 * np.sqrt(level * (1 - level) / 1500) + (0.003 if n > 10 else 0)
+
+
+def test_repeated_pairs_count_once_by_majority_and_even_splits_as_ties() -> None:
+    answers = [Answer("a", "b", 2), Answer("b", "a", 1), Answer("b", "c", 1), Answer("c", "b", 1), Answer("c", "a", 1)]
+    (found,) = consistencies(from_answers(answers, "abc"))
+    assert (found.circular, found.ties, found.zeta) == (0.5, 1, 0.5)
+    undecided = Answer("a", "b", 9, tie=True)
+    (same,) = consistencies(from_answers([*answers, undecided], "abc"))
+    assert same == found
+    (only,) = consistencies(from_answers([*answers[2:], undecided], "abc"))
+    assert only.ties == 2
+
+
+def test_two_items_and_untouched_items_leave_nothing_to_test() -> None:
+    (two,) = consistencies(from_answers([Answer("a", "b", 3)]))
+    assert (two.circular, two.triads, two.zeta, two.test) == (0, 0, None, None)
+    both = consistencies(
+        from_answers(
+            [Answer("a", "b", 1, "01"), Answer("b", "c", 1, "01"), Answer("a", "c", 1, "01")]
+            + [Answer("c", "d", 1, "02")]
+        )
+    )
+    # Observer 01 never met d, and compared all of a, b and c.
+    assert both[0].zeta == 1
+    assert both[0].test is not None
+    assert both[0].test.p == both[0].test.least_p == 0.75
+    assert both[1].zeta is None
+
+
+def test_consistent_observers_are_told_from_guessing_ones(study: Study) -> None:
+    random = np.random.default_rng(4)
+    theta = np.array([np.linspace(-4, 4, 8), np.zeros(8)])
+    sure, guessing = consistencies(study(theta, random))
+    assert sure.zeta is not None
+    assert sure.zeta > 0.9
+    assert sure.test is not None
+    assert sure.test.p < 0.001
+    assert guessing.test is not None
+    assert guessing.test.p > 0.01
+    assert sure.to_json()["test"]["p"] == sure.test.p
