@@ -12,9 +12,9 @@ from runner.presenter.scene import Box, Offset, Text
 class Style:
     """Sizes for an eye's view of ``view_px`` (width, height).
 
-    Lengths are given in units of ``unit_px`` pixels. A view of 960 x 1080 pixels, half of a full HD screen, has one pixel
-    to the unit; larger views show the same picture larger. Places are from the middle of the view, x to the right and y
-    down.
+    Lengths are given in units of ``unit_px`` pixels. A view of 960 x 1080 pixels, half of a full HD screen, has one
+    pixel to the unit; larger views show the same picture larger. Places are from the middle of the view, x to the right
+    and y down.
     """
 
     view_px: tuple[int, int] = (960, 1080)

@@ -1,0 +1,133 @@
+"""What the engine costs for each kind of block, without drawing and without the disk; and that it keeps nothing."""
+
+from __future__ import annotations
+
+import time
+import tracemalloc
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any, get_args
+
+import pytest
+
+from analysis.records import Mark, Note, Trial
+from runner.observers.plain import plain_key
+from runner.ports import Ask, Holding, KeyPress
+from runner.presenter.scene import Scene
+from runner.protocol.experiment import read_experiment
+from runner.protocol.schema import AnyBlockSpec
+from runner.session import Session
+
+pytestmark = pytest.mark.stress
+ROOT = Path(__file__).parents[2]
+LIMIT_S = 1e-3
+SCALE = "{name: quality, question: How good}"
+SERIES = ", ".join(f"s{number}: [a, b, c, d, e, f]" for number in range(500))
+QUESTIONS = ", ".join(
+    f"{{name: c{n}, question: Which, kind: choice, options: [left, right]}}, {{name: t{n}, question: What, kind: text}}"
+    for n in range(100)
+)
+# As many trials of each kind as its file can ask for, up to some thousands.
+MANY: Mapping[str, Sequence[str]] = {
+    "all_pairs": (
+        "repeats: 400",
+        "repeats: 400, catch: {every: 5, pairs: [[a, b]], identical: 3}, ties: both, fixation_s: 0.2, exposure_s: 1",
+        f"repeats: 200, ratings: [{SCALE}]",
+        "repeats: 300, presentation: sequence, exposure_s: 0.5",
+    ),
+    "active_pairs": ("trials: 5000",),
+    "best_of_series": (f"series: {{{SERIES}}}",),
+    "rating": (f"repeats: 800, ratings: [{SCALE}]",),
+    "preference": ("repeats: 2500, pairs: [[a, b], [c, d]]",),
+    "questionnaire": (f"questions: [{QUESTIONS}]",),
+    "practice": ("trials: 5000, block: {kind: all_pairs, repeats: 400}",),
+    "screening": (
+        "tests: [{test: stereo_acuity, repeats: 20, required: 3}, {test: colour_vision, repeats: 20, required: 3}]",
+    ),
+}
+CASES = [(kind, entry) for kind, entries in MANY.items() for entry in entries]
+
+
+class _Nothing:
+    """A screen, a sink and an observer that keep nothing; half a second passes with each answer."""
+
+    def __init__(self) -> None:
+        self.trials = 0
+        self.sizes: dict[int, int] = {}
+
+    def show(self, scene: Scene) -> float:
+        return 0.0
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(0.0, 1, seconds)
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        return KeyPress(plain_key(ask), onset_s + 0.5)
+
+    def append(self, trial: Trial) -> None:
+        self.trials += 1
+        if tracemalloc.is_tracing() and self.trials in (20_000, 95_000):
+            self.sizes[self.trials] = tracemalloc.get_traced_memory()[0]
+
+    def note(self, note: Note) -> None:
+        pass
+
+    def mark(self, mark: Mark) -> None:
+        pass
+
+    def answers(self) -> tuple[Trial, ...]:
+        return ()
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        pass
+
+
+def _run(folder: Path, kind: str, entry: str) -> tuple[_Nothing, float]:
+    """Return what counted the trials, and the processor's seconds for each, drawing up the order included."""
+    pictures = "".join(f"  - {{name: {name}, file: {name}.exr}}\n" for name in "abcdef")
+    (folder / "recipe.yaml").write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n{pictures}")
+    (folder / "many.yaml").write_text(
+        f"schema_version: 1\nname: many\nrig: {ROOT}/configs/rigs/asus_vg248qe_3dvision.yaml\nstimuli: recipe.yaml\n"
+        "question: Which is closer?\nlayout: {arrangement: vertical, size_mm: [60, 40]}\n"
+        f"blocks:\n  - {{kind: {kind}, {entry}}}\n"
+    )
+    blocks = read_experiment(folder / "many.yaml").blocks("01")
+    nothing = _Nothing()
+    began_s = time.process_time()
+    Session(blocks, nothing, nothing, nothing).run()
+    return nothing, (time.process_time() - began_s) / nothing.trials
+
+
+def test_no_scored_kind_is_forgotten() -> None:
+    union, _ = get_args(AnyBlockSpec)
+    kinds = {kind for spec in get_args(union) for kind in get_args(spec.model_fields["kind"].annotation)}
+    assert set(MANY) == kinds - {"instructions", "break"}
+
+
+@pytest.mark.parametrize(("kind", "entry"), CASES, ids=[f"{kind}-{number}" for number, (kind, _) in enumerate(CASES)])
+def test_a_trial_costs_under_a_millisecond(kind: str, entry: str, tmp_path: Path) -> None:
+    nothing, each_s = _run(tmp_path, kind, entry)
+    print(f"{kind}: {nothing.trials} trials, {1000 * each_s:.3f} ms each")
+    assert nothing.trials > 30
+    assert each_s < LIMIT_S
+
+
+@pytest.mark.parametrize(
+    ("kind", "entry"),
+    [
+        ("all_pairs", "repeats: 5555, catch: {every: 5, pairs: [[a, b]], identical: 3}"),
+        ("preference", "repeats: 50000, pairs: [[a, b], [c, d]]"),
+    ],
+)
+def test_a_hundred_thousand_trials_keep_nothing(kind: str, entry: str, tmp_path: Path) -> None:
+    """What is drawn up at the start stays; after that, a trial leaves nothing behind."""
+    tracemalloc.start()
+    try:
+        nothing, _ = _run(tmp_path, kind, entry)
+    finally:
+        tracemalloc.stop()
+    assert nothing.trials > 99_000
+    assert nothing.sizes[95_000] - nothing.sizes[20_000] < 100_000
