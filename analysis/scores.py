@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -12,6 +12,9 @@ from analysis.bradley_terry import BradleyTerryFit, Method, fit
 from analysis.classes import Classes, check_level, classify
 from analysis.comparisons import Comparisons
 from analysis.multiplicity import Adjust
+
+if TYPE_CHECKING:
+    from analysis.pair_models.goodness import Goodness
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,13 +57,27 @@ class Scores:
     fit: BradleyTerryFit
     classes: Classes | None
 
+    def goodness(self) -> Goodness | None:
+        """Return how well the model fits, with a caveat where counts are small; None if the items are separated."""
+        from analysis.pair_models.cells import count_cells
+        from analysis.pair_models.goodness import goodness_of_fit
+        from analysis.pair_models.logistic import Logistic
+
+        if not np.isfinite(self.fit.theta).all():
+            return None
+        cells, _ = count_cells(self.comparisons, ordered=False, ties=False)
+        chances = Logistic().probabilities(cells.differences(self.fit.theta, 0.0), 0.0)
+        return goodness_of_fit(cells, chances, cells.n - 1, ties=False)
+
     def to_json(self) -> dict[str, Any]:
         """Return what `cyclopean scores --json` prints: no NaN, null where there is no finite value."""
+        goodness = self.goodness()
         return {
             "items": [item.to_json() for item in self.items],
             "log_likelihood": _finite(self.fit.log_likelihood),
             "deviance": _finite(self.fit.deviance),
             "df": self.fit.df,
+            "goodness_of_fit": goodness.to_json() if goodness else None,
             "converged": self.fit.converged,
             "separated": [self.comparisons.items[item] for item in self.fit.separated_items],
         }

@@ -66,8 +66,11 @@ def summary_line(scores: Scores) -> str:
         return "No finite scores: the items are separated."
     name = {"none": "unadjusted", "holm": "Holm", "bh": "Benjamini-Hochberg", "maxz": "single-step max z"}
     method = "maximum likelihood" if fitted.method == "ml" else "Firth's penalised likelihood"
+    goodness = scores.goodness()
+    p = "" if goodness is None or goodness.p_deviance is None else f" (p = {goodness.p_deviance:.2g})"
+    rough = ", small counts: p is rough" if p and goodness and goodness.caveat else ""
     return (
-        f"{method}; deviance {fitted.deviance:.4g} on {fitted.df} df; "
+        f"{method}; deviance {fitted.deviance:.4g} on {fitted.df} df{p}{rough}; "
         f"classes at alpha {scores.classes.alpha:g}, {name[scores.classes.adjust]}"
     )
 

@@ -44,7 +44,16 @@ def test_table_4_4_in_json(table_4_4: Table, tmp_path: Path) -> None:
     done = cyclopean(["scores", str(table), "--alpha", "0.045", "--adjust", "none", "--json"])
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
-    assert set(told) == {"items", "log_likelihood", "deviance", "df", "converged", "separated"}
+    assert set(told) == {
+        "items",
+        "log_likelihood",
+        "deviance",
+        "df",
+        "goodness_of_fit",
+        "converged",
+        "separated",
+    }
+    assert told["goodness_of_fit"]["p_deviance"] == pytest.approx(1)
     assert all(set(item) == KEYS for item in told["items"])
     assert [item["name"] for item in told["items"]] == ["6", "4", "10", "3", "9", "5", "1", "7", "2", "8"]
     for item in told["items"]:
@@ -67,6 +76,7 @@ def test_separated_items_are_named_and_the_penalised_fit_is_offered() -> None:
     assert told["converged"] is False
     assert [item["theta"] for item in told["items"]] == [None, None, None]
     assert told["log_likelihood"] is None
+    assert told["goodness_of_fit"] is None
     assert "'a': never lost to any of the other items" in done.stderr
     assert "--method firth" in done.stderr
     penalised = cyclopean(["scores", "-", "--json", "--method", "firth"], table)
