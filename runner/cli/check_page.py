@@ -92,10 +92,14 @@ def _blocks(blocks: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         keys: dict[str, list[str]] = {}
         for key, meaning in block["keys"].items():
             keys.setdefault(meaning, []).append(key)
-        what = ", ".join(f"{' or '.join(pressed)} = {meaning.replace('_', ' ')}" for meaning, pressed in keys.items())
+        what = "; ".join(f"{' or '.join(pressed)} = {meaning.replace('_', ' ')}" for meaning, pressed in keys.items())
         trials = str(block["trials"]) if block["trials"] else "-"
         lead = f"{number}  {block['kind']}".ljust(_LABEL)
-        yield f"{lead}{trials:>6}  {block['minutes']:>7.1f}  {what}"
+        lead += f"{trials:>6}  {block['minutes']:>7.1f}  "
+        width = max(40, shutil.get_terminal_size((110, 24)).columns - len(lead) - 2)
+        for line in textwrap.wrap(what, width, break_long_words=False, break_on_hyphens=False) or [""]:
+            yield lead + line
+            lead = " " * len(lead)
         more = {k: v for k, v in block.items() if k not in ("kind", "trials", "minutes", "keys")}
         if more:
             told = "; ".join(f"{key.replace('_', ' ')}: {_words('', value)}" for key, value in more.items())
