@@ -85,7 +85,7 @@ def resample(
     Parameters
     ----------
     replicates
-        At least 1; 1000 hold the ends of a 95 % interval to about a tenth of its width.
+        At least 1; 1000 hold the ends of a 95 % interval to about 3 % of its width.
     seed
         The same seed gives the same draws, whatever ``block_numbers``.
     method
