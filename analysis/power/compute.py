@@ -1,0 +1,186 @@
+"""Blocks of work done here, by processes of this machine, or by a lab's Dask scheduler: the results are the same.
+
+A block must bring its own random seed and nothing that depends on who does it. Results stand in the order of the
+blocks, whoever finished first. A worker that dies costs time only: Dask gives its blocks to another, and puts a new
+local process in its place.
+
+Dask is imported only where a cluster is needed. Servers listen on the loopback address alone, and there is no
+dashboard.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
+from time import perf_counter
+from typing import TYPE_CHECKING, TypeVar
+
+if TYPE_CHECKING:
+    from distributed import Client, LocalCluster
+
+Block = TypeVar("Block")
+Result = TypeVar("Result")
+Done = Callable[[int, int], None]
+
+# Two processes are up after about 3 s, and halve what is left: below this it is quicker to go on alone.
+WORTH_A_CLUSTER_S = 12.0
+CONNECT_S, FIRST_WORKER_S = 10, 60
+
+
+class ComputeError(Exception):
+    """Blocks could not be computed: no scheduler, no worker, or workers that die again and again."""
+
+
+def compute(
+    work: Callable[[Block], Result],
+    blocks: Sequence[Block],
+    *,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    done: Done | None = None,
+    connect_s: float = CONNECT_S,
+) -> list[Result]:
+    """Return ``work(block)`` of each block, in order.
+
+    Parameters
+    ----------
+    work
+        A function of a module, which workers import by name: a scheduler's workers need the same version installed.
+    blocks
+        What to work on; each is sent to a worker whole.
+    scheduler
+        Address of a Dask scheduler, such as ``tcp://10.0.0.5:8786``; None for this machine.
+    workers
+        How many local processes; 1 works in this process. None decides by the clock: this process begins, and starts
+        one process for each core once what is left would take it longer than `WORTH_A_CLUSTER_S`.
+    done
+        Told after each block how many are done, and of how many.
+    connect_s
+        How long to wait for the scheduler to answer, in seconds.
+
+    Raises
+    ------
+    ComputeError
+        If the scheduler does not answer or has no workers, or workers die too often at one block. What ``work``
+        raises comes through as it is.
+    """
+    results: list[Result] = []
+    tell = done or (lambda count, of: None)
+    if scheduler is None and (workers is None or workers == 1):
+        processes = workers or cores()
+        for result in _here(work, blocks, processes):
+            results.append(result)
+            tell(len(results), len(blocks))
+        if len(results) == len(blocks):
+            return results
+        workers = processes
+    left = blocks[len(results) :]
+    connection = _local(min(workers or 1, len(left))) if scheduler is None else _remote(scheduler, connect_s)
+    begun = len(results)
+    with connection as client:
+        return results + _on(client, work, left, lambda count: tell(begun + count, len(blocks)))
+
+
+def cores() -> int:
+    """Return how many processor cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def _here(work: Callable[[Block], Result], blocks: Sequence[Block], processes: int) -> Iterator[Result]:
+    """Work in this process until done, or until more processes are worth their start."""
+    began = perf_counter()
+    for count, block in enumerate(blocks):
+        left = len(blocks) - count
+        if processes > 1 and count and left > 1 and (perf_counter() - began) / count * left > WORTH_A_CLUSTER_S:
+            return
+        yield work(block)
+
+
+def _on(
+    client: Client, work: Callable[[Block], Result], blocks: Sequence[Block], tell: Callable[[int], None]
+) -> list[Result]:
+    from distributed import KilledWorker, as_completed
+    from distributed.client import FutureCancelledError
+
+    futures = client.map(work, blocks, pure=False)
+    place = {future.key: index for index, future in enumerate(futures)}
+    found: dict[int, Result] = {}
+    try:
+        for future in as_completed(futures):
+            found[place[future.key]] = future.result()
+            tell(len(found))
+    except KilledWorker as error:
+        raise ComputeError(f"workers died again and again at the same block: {error}") from error
+    except (FutureCancelledError, OSError) as error:
+        raise ComputeError(f"the connection to the scheduler was lost: {error}") from error
+    except ImportError as error:
+        raise ComputeError(f"a worker lacks what the work needs (is cyclopean installed there?): {error}") from error
+    return [found[index] for index in range(len(blocks))]
+
+
+@contextmanager
+def _local(processes: int) -> Iterator[Client]:
+    import logging
+    from tempfile import TemporaryDirectory
+
+    import dask
+    from distributed import Client, LocalCluster
+
+    with ExitStack() as stack:
+        scratch = stack.enter_context(TemporaryDirectory(prefix="cyclopean-", ignore_cleanup_errors=True))
+        stack.enter_context(dask.config.set(_QUIET))
+        cluster: LocalCluster
+        # A keyboard's Ctrl-C reaches every process of the terminal. Threads and processes that are started while it
+        # is blocked never see it: this process alone does, and ends the others in order.
+        with _interrupts_held():
+            cluster = stack.enter_context(
+                LocalCluster(
+                    n_workers=processes,
+                    threads_per_worker=1,
+                    processes=True,
+                    host="127.0.0.1",
+                    dashboard_address="127.0.0.1:0",
+                    worker_dashboard_address="127.0.0.1:0",
+                    local_directory=scratch,
+                    silence_logs=logging.CRITICAL,
+                )
+            )
+            client = stack.enter_context(Client(cluster))
+        yield client
+
+
+@contextmanager
+def _remote(scheduler: str, connect_s: float) -> Iterator[Client]:
+    from distributed import Client
+
+    try:
+        client = Client(scheduler, timeout=connect_s)
+    except (OSError, ValueError, TypeError) as error:
+        raise ComputeError(f"no Dask scheduler answers at {scheduler}: {error}") from error
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=FIRST_WORKER_S)
+        except TimeoutError as error:
+            raise ComputeError(f"the scheduler at {scheduler} has no workers") from error
+        yield client
+
+
+_QUIET: dict[str, list[str]] = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
+
+
+@contextmanager
+def _interrupts_held() -> Iterator[None]:
+    if not hasattr(signal, "pthread_sigmask"):
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    # Processes are started beside a tracker, the start of which would let interrupts through again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)

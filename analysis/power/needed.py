@@ -1,0 +1,163 @@
+"""How many observers are needed for the pairs that matter."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.errors import ResultsError
+from analysis.power.power import Power
+from documents import Finding
+
+TARGET = 0.8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Needed:
+    """The fewest observers, of those tried, with which the pairs that matter separate often enough.
+
+    Attributes
+    ----------
+    power
+        Where it comes from.
+    target
+        The chance (0 to 1) that each pair is to have.
+    pairs
+        Shape (k,): indices of the pairs that matter, of the P pairs of ``power``.
+    named
+        Whether they were named; if not, they are those that the right classes part.
+    observers
+        The fewest with which all of them reach the target, and with which every larger number tried keeps it; None if
+        there are none.
+    by_pair
+        Shape (P,): the same for each pair alone; 0 if there are none.
+    """
+
+    power: Power
+    target: float
+    pairs: NDArray[np.intp]
+    named: bool
+    observers: int | None
+    by_pair: NDArray[np.intp]
+
+    @property
+    def weakest(self) -> tuple[int, int]:
+        """Index of the number of observers told of (the one needed, or the largest), and of its weakest pair."""
+        sizes = self.power.observers
+        size = len(sizes) - 1 if self.observers is None else sizes.index(self.observers)
+        return size, int(self.pairs[np.argmin(self.power.separates[size, self.pairs])])
+
+    @property
+    def sentence(self) -> str:
+        """The answer in words."""
+        size, pair = self.weakest
+        observers = self.power.observers[size]
+        one, other = self.power.pair_names[pair]
+        chance, error = self.power.separates[size, pair], self.power.separates_error[size, pair]
+        how = f"{100 * chance:.0f} % of the studies (± {100 * error:.1f} %)"
+        target = f"{100 * self.target:g} % power"
+        if self.observers is None:
+            reach = int((self.power.separates[size, self.pairs] >= self.target).sum())
+            return (
+                f"{_people(observers)}, the most tried, are too few for {target} on {self._which}: {reach} of "
+                f"{len(self.pairs)} reach it, and the hardest, {one} and {other}, separate in {how}."
+            )
+        hardest = "they" if len(self.pairs) == 1 else f"the hardest, {one} and {other},"
+        few = ", the fewest tried," if size == 0 else ""
+        return f"{_people(observers)}{few} give {target} on {self._which}: {hardest} separate in {how}."
+
+    @property
+    def doubt(self) -> str | None:
+        """What two standard errors of the simulation leave open, or None."""
+        reached = self.power.separates[:, self.pairs] + 2 * self.power.separates_error[:, self.pairs] >= self.target
+        sure = self.power.separates[:, self.pairs] - 2 * self.power.separates_error[:, self.pairs] >= self.target
+        sizes = self.power.observers
+        perhaps, surely = _first_kept(np.asarray(reached.all(axis=1))), _first_kept(np.asarray(sure.all(axis=1)))
+        if perhaps == surely:
+            return None
+        fewest = sizes[perhaps] if perhaps is not None else sizes[-1]
+        most = str(sizes[surely]) if surely is not None else f"more than {sizes[-1]}"
+        return f"The simulation leaves open whether it takes {fewest} or {most}; more replicates would tell."
+
+    @property
+    def _which(self) -> str:
+        if self.named and len(self.pairs) == 1:
+            return "{} and {}".format(*self.power.pair_names[int(self.pairs[0])])
+        if self.named:
+            return f"the {len(self.pairs)} pairs named"
+        return f"all {len(self.pairs)} pairs that should differ"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the answer with the pairs that it is about."""
+        names = self.power.pair_names
+        return {
+            "target": self.target,
+            "observers": self.observers,
+            "sentence": self.sentence,
+            "doubt": self.doubt,
+            "pairs": [
+                {"items": list(names[index]), "observers": int(self.by_pair[index]) or None}
+                for index in self.pairs.tolist()
+            ],
+        }
+
+
+def needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = TARGET) -> Needed:
+    """Find how many observers it takes until ``pairs``, by name, separate with the chance ``target``.
+
+    Raises
+    ------
+    ResultsError
+        If a name is no item's, a pair is named with itself, ``target`` is out of range, or no pair should differ.
+    """
+    if not 0 < target < 1:
+        raise ResultsError(Finding(f"the power is {target:g}", remedy="give a chance between 0 and 1, such as 0.8"))
+    chosen = chosen_pairs(power.plan.items, pairs) if pairs else np.flatnonzero(power.plan.differs)
+    if not len(chosen):
+        raise ResultsError(Finding("no two items should differ", remedy="name the pairs that matter with --pair"))
+    enough = power.separates >= target
+    index = _first_kept(np.asarray(enough[:, chosen].all(axis=1)))
+    by_pair = [_first_kept(column) for column in enough.T]
+    return Needed(
+        power,
+        target,
+        chosen,
+        bool(pairs),
+        None if index is None else power.observers[index],
+        np.array([0 if size is None else power.observers[size] for size in by_pair], dtype=np.intp),
+    )
+
+
+def chosen_pairs(items: Sequence[str], pairs: Sequence[tuple[str, str]]) -> NDArray[np.intp]:
+    """Return the indices of ``pairs``, by name, in the order of ``numpy.triu_indices``, each once."""
+    import difflib
+
+    first, second = np.triu_indices(len(items), 1)
+    index = {pair: place for place, pair in enumerate(zip(first.tolist(), second.tolist(), strict=True))}
+    found = []
+    for pair in pairs:
+        for name in pair:
+            if name not in items:
+                near = difflib.get_close_matches(name, items, n=1)
+                remedy = f"did you mean '{near[0]}'?" if near else "there are: " + ", ".join(items[:20])
+                raise ResultsError(Finding(f"there is no item '{name}' to compare", remedy=remedy))
+        one, other = sorted(items.index(name) for name in pair)
+        if one == other:
+            raise ResultsError(Finding(f"'{pair[0]}' is paired with itself", remedy="name two items"))
+        found.append(index[one, other])
+    return np.unique(np.array(found, dtype=np.intp))
+
+
+def _first_kept(enough: NDArray[np.bool_]) -> int | None:
+    """Return the first index from which on all are true."""
+    short = np.flatnonzero(~enough)
+    first = int(short[-1]) + 1 if len(short) else 0
+    return first if first < len(enough) else None
+
+
+def _people(observers: int) -> str:
+    return "1 observer" if observers == 1 else f"{observers} observers"

@@ -1,0 +1,137 @@
+"""The study that is planned: what is compared how often, what is assumed of stimuli and observers, how it is tested."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bootstrap.stability import Covariance
+from analysis.bradley_terry import probabilities
+from analysis.classes import check_level
+from analysis.errors import ResultsError
+from analysis.laplacian import pseudo_inverse
+from analysis.multiplicity import Adjust, single_step
+from documents import Finding
+
+Floats = NDArray[np.float64]
+Interval = Literal["wald", "bootstrap"]
+MAXZ_SAMPLES = 50_000  # standard error 0.001 at p = 0.05
+INTERVALS: tuple[Interval, ...] = get_args(Interval)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Plan:
+    """A design of paired comparisons of n items, with P pairs i < j in the order of ``numpy.triu_indices``.
+
+    Attributes
+    ----------
+    items
+        Names.
+    theta
+        Shape (n,): assumed log scores in nats.
+    times
+        Shape (P,): how often each observer compares each pair, whole, at least 0.
+    differs
+        Shape (P,): whether the classes that are right part the pair.
+    observer_sd
+        Standard deviation in nats of each observer's own strength of each item about ``theta``.
+    lapse_rate
+        Share (0 to 1) of answers that are a toss-up.
+    alpha, adjust, covariance
+        How pairs are tested: level, correction, and whose standard errors.
+    interval, level
+        What kind of interval is put around log10 scores, and its coverage.
+    """
+
+    items: tuple[str, ...]
+    theta: Floats
+    times: NDArray[np.int64]
+    differs: NDArray[np.bool_]
+    observer_sd: float = 0.0
+    lapse_rate: float = 0.0
+    alpha: float = 0.05
+    adjust: Adjust = "holm"
+    covariance: Covariance = "model"
+    interval: Interval = "wald"
+    level: float = 0.95
+
+    @property
+    def pairs(self) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+        """The items of each pair, i < j; shape (P,) each."""
+        first, second = np.triu_indices(len(self.theta), 1)
+        return first.astype(np.intp), second.astype(np.intp)
+
+    @property
+    def by_observer(self) -> bool:
+        """Whether who gave which answer matters, not only how many there were."""
+        return self.observer_sd > 0 or self.covariance == "sandwich" or self.interval == "bootstrap"
+
+    def chances(self, theta: Floats) -> Floats:
+        """Return the probability that each pair's first item is preferred. Shapes (..., n) to (..., P)."""
+        from scipy.special import expit
+
+        first, second = self.pairs
+        attentive = expit(theta[..., first] - theta[..., second])
+        return np.asarray(attentive * (1 - self.lapse_rate) + self.lapse_rate / 2)
+
+    def degrees_of_freedom(self, observers: int) -> int | None:
+        """Return those of the standard errors: observers − 1 where these are estimated from observers, else None."""
+        return observers - 1 if self.covariance == "sandwich" else None
+
+    def critical_z(self, observers: int) -> float:
+        """Return the |z| at which a pair differs by the single-step maximum, under the assumed strengths.
+
+        The joint law of all z depends on the strengths only weakly: one quantile serves all studies of a size.
+        """
+        n, (first, second) = len(self.theta), self.pairs
+        totals = np.zeros((n, n))
+        totals[first, second] = totals[second, first] = self.times
+        p = probabilities(self.theta)
+        covariance = pseudo_inverse(totals * p * p.T)
+        grid = np.geomspace(0.01, 1e4, 20_001)
+        p_values = single_step(grid, covariance, self.degrees_of_freedom(observers), MAXZ_SAMPLES)
+        small = np.flatnonzero(p_values <= self.alpha)
+        return float(grid[small[0]]) if len(small) else float("inf")
+
+
+def check(plan: Plan) -> None:
+    """Refuse a plan that no study could follow.
+
+    Raises
+    ------
+    ResultsError
+        If strengths are not finite, a number is out of range, or comparisons do not link all items.
+    """
+    check_level(plan.alpha)
+    n = len(plan.items)
+    if n < 2:
+        raise ResultsError(Finding(f"there are {n} items to compare", remedy="compare two or more"))
+    if not np.isfinite(plan.theta).all() or np.ptp(plan.theta) > MOST_NATS:
+        what = "the assumed scores are not finite, or too far apart to be simulated"
+        raise ResultsError(Finding(what, remedy=f"assume scores within {MOST_NATS:g} nats of each other"))
+    if not (np.isfinite(plan.observer_sd) and 0 <= plan.observer_sd <= MOST_NATS):
+        raise ResultsError(Finding(f"observers' spread is {plan.observer_sd:g} nats", remedy="0 or a little more"))
+    if not 0 <= plan.lapse_rate < 1:
+        raise ResultsError(Finding(f"the share of lapses is {plan.lapse_rate:g}", remedy="give 0 or more, below 1"))
+    groups = _linked(plan)
+    if groups > 1:
+        what = f"the pairs that are compared leave the items in {groups} groups without a common scale"
+        raise ResultsError(Finding(what, remedy="compare items of different groups too"))
+
+
+MOST_NATS = 30.0
+
+
+def _linked(plan: Plan) -> int:
+    from scipy.sparse import coo_array
+    from scipy.sparse.csgraph import connected_components
+
+    first, second = plan.pairs
+    n = len(plan.theta)
+    met = plan.times > 0
+    graph = coo_array((plan.times[met], (first[met], second[met])), shape=(n, n)).tocsr()
+    count, _ = connected_components(graph, directed=False)
+    return int(count)

@@ -1,0 +1,76 @@
+"""The numbers of a power simulation as rows: of a table on a page or a terminal, and of a CSV file."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TextIO
+
+from analysis.power.needed import Needed
+
+COLUMNS = ("observers", "quantity", "item", "other", "value", "standard_error")
+
+
+@dataclass(frozen=True, slots=True)
+class SizeRow:
+    """One number of observers in words: chances in per cent with their Monte-Carlo standard errors."""
+
+    observers: int
+    hardest: str
+    reached: str
+    alike: str
+    recovery: str
+    width: str
+
+
+def size_rows(needed: Needed) -> list[SizeRow]:
+    """Return a row for each number of observers; the hardest pair is the same in all: that of `Needed.weakest`."""
+    power = needed.power
+    _, hardest = needed.weakest
+    return [
+        SizeRow(
+            observers=observers,
+            hardest=percent(power.separates[index, hardest], power.separates_error[index, hardest]),
+            reached=f"{int((power.separates[index, needed.pairs] >= needed.target).sum())} of {len(needed.pairs)}",
+            alike=percent(power.alike[index], power.alike_error[index]),
+            recovery=percent(power.recovery[index], power.recovery_error[index]),
+            width=_width(power.mean_width[index], power.mean_width_error[index]),
+        )
+        for index, observers in enumerate(power.observers)
+    ]
+
+
+def _width(value: float, error: float) -> str:
+    return f"{value:.3f}" if error < 0.0005 else f"{value:.3f} ± {error:.3f}"
+
+
+def percent(share: float, error: float) -> str:
+    """Return a share as per cent, with its standard error."""
+    return f"{100 * share:.1f} ± {100 * error:.1f} %"
+
+
+def csv_rows(needed: Needed) -> Iterator[tuple[int, str, str, str, float, float]]:
+    """Yield every value with its Monte-Carlo standard error, one a row, in the order of `COLUMNS`."""
+    power = needed.power
+    for index, observers in enumerate(power.observers):
+        yield observers, "class_recovery", "", "", float(power.recovery[index]), float(power.recovery_error[index])
+        yield observers, "pairs_alike", "", "", float(power.alike[index]), float(power.alike_error[index])
+        for place, item in enumerate(power.plan.items):
+            width, error = float(power.width[index, place]), float(power.width_error[index, place])
+            yield observers, "log10_width", item, "", width, error
+        for place, (item, other) in enumerate(power.pair_names):
+            chance, error = float(power.separates[index, place]), float(power.separates_error[index, place])
+            yield observers, "separates", item, other, chance, error
+
+
+def write_csv(needed: Needed, file: TextIO | Path) -> None:
+    """Write every value as CSV with a heading, numbers in full."""
+    if isinstance(file, Path):
+        with file.open("w", encoding="utf-8", newline="") as opened:
+            write_csv(needed, opened)
+        return
+    writer = csv.writer(file)
+    writer.writerow(COLUMNS)
+    writer.writerows(csv_rows(needed))

@@ -1,0 +1,122 @@
+"""Many studies of one plan at once: their answers, their fits, and what the tests and intervals make of them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bootstrap.firth_batch import contrast_variances, pseudo_inverses
+from analysis.bootstrap.fits import fit_each
+from analysis.bradley_terry import probabilities
+from analysis.multiplicity import benjamini_hochberg, holm, two_sided_p
+from analysis.power.plan import Plan
+
+Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Studies:
+    """B studies by S observers each, fitted.
+
+    Attributes
+    ----------
+    plan, observers
+        Their plan, and S.
+    won
+        Shape (B, S, P), or (B, 1, P) where it does not matter who answered: how often the first item of each pair won.
+    theta
+        Shape (B, n): strengths in nats, mean 0; by Firth's fit where items are separated, as in a report; NaN where no
+        fit converged.
+    covariance
+        Shape (B, n, n): of ``theta``, by the kind that the plan names.
+    separated
+        Shape (B,): whether the plain likelihood has no maximum.
+    """
+
+    plan: Plan
+    observers: int
+    won: Floats
+    theta: Floats
+    covariance: Floats
+    separated: Flags
+
+    def only(self, chosen: Flags) -> Studies:
+        """Return some of the studies."""
+        if chosen.all():
+            return self
+        won, theta, covariance = (part[chosen] for part in (self.won, self.theta, self.covariance))
+        return Studies(self.plan, self.observers, won, theta, covariance, self.separated[chosen])
+
+    def significant(self, critical_z: float) -> Flags:
+        """Return which pairs differ at the plan's level, shape (B, P); ``critical_z`` is `Plan.critical_z`'s."""
+        first, second = self.plan.pairs
+        error = np.sqrt(contrast_variances(self.covariance)[:, first, second])
+        off = np.abs(self.theta[:, first] - self.theta[:, second])
+        z = np.divide(off, error, out=np.zeros_like(off), where=error > 0)
+        if self.plan.adjust == "maxz":
+            return np.asarray(z >= critical_z)
+        p = two_sided_p(z, self.plan.degrees_of_freedom(self.observers))
+        if self.plan.adjust == "holm":
+            p = holm(p)
+        elif self.plan.adjust == "bh":
+            p = benjamini_hochberg(p)
+        return np.asarray(p <= self.plan.alpha)
+
+
+def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Studies:
+    """Simulate ``replicates`` studies by ``observers`` each, and fit them."""
+    won = draw(plan, observers, replicates, random)
+    totals = matrices(np.broadcast_to(plan.times * float(observers), (replicates, len(plan.times))))
+    wins = np.tril(totals.transpose(0, 2, 1), -1)
+    first, second = plan.pairs
+    summed = won.sum(axis=1)
+    wins[:, first, second] = summed
+    wins[:, second, first] -= summed
+    fits = fit_each(wins, "ml")
+    p = probabilities(fits.theta)
+    covariance = pseudo_inverses(totals * p * p.transpose(0, 2, 1))
+    if plan.covariance == "sandwich":
+        # Observers who agree without exception have no spread: then the model is all there is.
+        kept = fits.separated
+        covariance[~kept] = _sandwich(plan, won[~kept], p[~kept], covariance[~kept])
+    return Studies(plan, observers, won, fits.theta, covariance, fits.separated)
+
+
+def draw(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Floats:
+    """Return how often the first item of each pair won: shape (B, S, P), or (B, 1, P) of all observers together."""
+    if not plan.by_observer:
+        totals = plan.times * observers
+        return random.binomial(totals, plan.chances(plan.theta), (replicates, 1, len(totals))).astype(np.float64)
+    size = (replicates, observers, len(plan.times))
+    own = plan.theta
+    if plan.observer_sd > 0:
+        own = own + random.normal(0, plan.observer_sd, (replicates, observers, len(plan.theta)))
+    chances = np.broadcast_to(plan.chances(own), size)
+    if (plan.times == 1).all():
+        return (random.random(size) < chances).astype(np.float64)
+    return random.binomial(plan.times, chances).astype(np.float64)
+
+
+def matrices(values: Floats) -> Floats:
+    """Spread values of pairs over symmetric matrices. Shapes (B, P) to (B, n, n)."""
+    n = (1 + int(np.sqrt(1 + 8 * values.shape[-1]))) // 2
+    first, second = np.triu_indices(n, 1)
+    spread = np.zeros((len(values), n, n))
+    spread[:, first, second] = spread[:, second, first] = values
+    return spread
+
+
+def _sandwich(plan: Plan, won: Floats, p: Floats, inverse: Floats) -> Floats:
+    """Return S/(S − 1) H⁻¹ Σ g_s g_sᵀ H⁻¹ of each study, g_s being the slope of observer s's log likelihood."""
+    first, second = plan.pairs
+    people, n = won.shape[1], p.shape[1]
+    pull = won - (plan.times * p[:, first, second])[:, None, :]
+    incidence = np.zeros((len(first), n))
+    incidence[np.arange(len(first)), first] = 1
+    incidence[np.arange(len(first)), second] = -1
+    slope = pull @ incidence
+    spread = inverse @ (slope.transpose(0, 2, 1) @ slope) @ inverse
+    return np.asarray(spread * (people / (people - 1)))

@@ -1,0 +1,26 @@
+"""Plans to simulate."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from analysis.power.assumed import parted
+from analysis.power.plan import Plan
+
+MakePlan = Callable[..., Plan]
+
+
+@pytest.fixture(scope="session")
+def plan_of() -> MakePlan:
+    """Make a plan from log scores, with a class of its own for each; other fields by name."""
+
+    def make(*theta: float, times: int = 1, **fields: object) -> Plan:
+        strengths = np.array(theta) - np.mean(theta)
+        names = tuple(f"item {item}" for item in range(len(theta)))
+        every = np.full(len(theta) * (len(theta) - 1) // 2, times, dtype=np.int64)
+        return Plan(names, strengths, every, parted(strengths), **fields)  # type: ignore[arg-type]
+
+    return make

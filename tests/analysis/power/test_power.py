@@ -1,0 +1,166 @@
+"""Power: the same whoever computes it, with errors that are true, and refused where it means nothing."""
+
+from __future__ import annotations
+
+import os
+import signal
+from collections.abc import Callable
+from dataclasses import replace
+from multiprocessing import active_children
+
+import numpy as np
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.power import compute as compute_module
+from analysis.power.blocks import blocks_of, simulate
+from analysis.power.plan import Plan
+from analysis.power.power import Power, power
+
+MakePlan = Callable[..., Plan]
+STRENGTHS = (-1.2, -0.4, 0.1, 0.3, 1.2)
+
+
+def numbers(found: Power) -> list[bytes]:
+    """Return all numbers, to the last bit."""
+    return [value.tobytes() for name in Power.__slots__ if isinstance(value := getattr(found, name), np.ndarray)]
+
+
+def test_a_number_of_observers_comes_to_the_same_whichever_others_are_asked_for(plan_of: MakePlan) -> None:
+    plan = plan_of(*STRENGTHS)
+    alone, among = power(plan, [20], replicates=600), power(plan, [30, 20, 10], replicates=600)
+    assert among.observers == (10, 20, 30)
+    assert among.separates[1].tolist() == alone.separates[0].tolist()
+    assert among.mean_width[1] == alone.mean_width[0]
+
+
+def test_another_seed_gives_other_studies(plan_of: MakePlan) -> None:
+    plan = plan_of(*STRENGTHS)
+    assert numbers(power(plan, [20], replicates=300)) == numbers(power(plan, [20], replicates=300))
+    assert numbers(power(plan, [20], replicates=300)) != numbers(power(plan, [20], replicates=300, seed=1))
+
+
+def test_every_study_is_counted_once(plan_of: MakePlan) -> None:
+    blocks = blocks_of(plan_of(*STRENGTHS, observer_sd=1.0), [5, 3000], 700, 1)
+    for observers in (5, 3000):
+        mine = [block for block in blocks if block.observers == observers]
+        assert sum(block.replicates for block in mine) == 700
+        assert [block.index for block in mine] == list(range(len(mine)))
+        assert max(block.replicates for block in mine) * observers * 10 <= 7.5e6
+    streams = [block.random().integers(2**62) for block in blocks]
+    assert len(set(streams)) == len(blocks)
+
+
+def test_the_errors_told_are_those_between_seeds(plan_of: MakePlan) -> None:
+    plan = plan_of(-0.8, 0.0, 0.9)
+    runs = [power(plan, [25], replicates=100, seed=seed) for seed in range(80)]
+    for name in ("separates", "alike", "mean_width", "recovery"):
+        values = np.array([np.atleast_1d(getattr(run, name)[0]) for run in runs])
+        told = np.array([np.atleast_1d(getattr(run, f"{name}_error")[0]) for run in runs]).mean(axis=0)
+        spread, mean = values.std(axis=0, ddof=1), values.mean(axis=0)
+        # Errors of shares near 0 or 1 are told on the safe side. The standard deviation of 80 values is known to 8 %.
+        open_ = (mean > 0.05) & (mean < 0.95)
+        assert open_.any()
+        np.testing.assert_allclose(told[open_], spread[open_], rtol=0.3)
+        assert (told[~open_] > 0.7 * spread[~open_]).all()
+
+
+def test_more_observers_find_more_and_equal_items_seldom_differ(plan_of: MakePlan) -> None:
+    found = power(plan_of(0, 0, 0, 1.5), [10, 40], replicates=500)
+    assert (found.separates[1, [2, 4, 5]] > found.separates[0, [2, 4, 5]]).all()
+    assert (found.mean_width[1], found.recovery[1]) == (
+        pytest.approx(found.mean_width[0] / 2, rel=0.1),
+        found.recovery.max(),
+    )
+    family = found.separates[:, [0, 1, 3]].sum(axis=1)  # at least the chance of any of them
+    assert (family < 0.08).all()
+
+
+def test_items_that_always_win_are_fitted_and_told_of(plan_of: MakePlan) -> None:
+    found = power(plan_of(-6, 0, 6), [4], replicates=100)
+    assert found.separated[0] > 0.5
+    assert found.unfitted[0] == 0
+    assert np.isfinite(found.mean_width).all()
+
+
+def test_classes_that_come_out_are_those_named(plan_of: MakePlan) -> None:
+    plan = plan_of(-1.5, -1.5, 1.5, 1.5)
+    found = power(plan, [60], replicates=300)
+    assert found.recovery[0] > 0.85
+    merged = replace(plan, differs=np.zeros(6, dtype=bool))
+    assert power(merged, [60], replicates=300).recovery[0] == 0
+
+
+@pytest.mark.parametrize("interval", ["wald", "bootstrap"])
+def test_processes_give_the_same_answer_to_the_last_bit(plan_of: MakePlan, interval: str) -> None:
+    plan = plan_of(*STRENGTHS, observer_sd=0.5, covariance="sandwich", interval=interval)
+    replicates = 1000 if interval == "wald" else 30
+    here = power(plan, [8, 12], replicates=replicates, workers=1)
+    there = power(plan, [8, 12], replicates=replicates, workers=2)
+    assert numbers(there) == numbers(here)
+
+
+def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> None:
+    plan = plan_of(*STRENGTHS, interval="bootstrap")
+    expected = power(plan, [10], replicates=120, workers=1)
+    killed: list[int] = []
+
+    def kill_one(done: int, of: int) -> None:
+        if done == 2:
+            process = active_children()[0]
+            assert process.pid is not None
+            os.kill(process.pid, signal.SIGKILL)
+            killed.append(done)
+
+    found = power(plan, [10], replicates=120, workers=2, done=kill_one)
+    assert killed == [2]
+    assert numbers(found) == numbers(expected)
+
+
+def test_work_moves_to_processes_once_it_is_worth_it(plan_of: MakePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+    plan = plan_of(*STRENGTHS)
+    expected = power(plan, [10, 20], replicates=750)
+    monkeypatch.setattr(compute_module, "WORTH_A_CLUSTER_S", 0.0)
+    monkeypatch.setattr(compute_module, "cores", lambda: 2)
+    children: list[int] = []
+    found = power(plan, [10, 20], replicates=750, done=lambda done, of: children.append(len(active_children())))
+    assert children[0] < children[-1]
+    assert len(children) == 6
+    assert numbers(found) == numbers(expected)
+
+
+@pytest.mark.parametrize(
+    ("change", "finding"),
+    [
+        ({"theta": np.array([0.0, np.nan, 1.0])}, "not finite"),
+        ({"theta": np.array([0.0, 50.0, 1.0])}, "too far apart"),
+        ({"observer_sd": -1.0}, "observers' spread is -1 nats"),
+        ({"lapse_rate": 1.0}, "the share of lapses is 1"),
+        ({"alpha": 0.0}, "alpha is 0"),
+        ({"times": np.array([1, 0, 0])}, "leave the items in 2 groups"),
+    ],
+)
+def test_a_plan_that_no_study_could_follow_is_refused(
+    plan_of: MakePlan, change: dict[str, object], finding: str
+) -> None:
+    with pytest.raises(ResultsError, match=finding):
+        power(replace(plan_of(0, 1, 2), **change), [10])  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("observers", [[], [0, 10], [10**9]])
+def test_absurd_numbers_of_observers_are_refused(plan_of: MakePlan, observers: list[int]) -> None:
+    with pytest.raises(ResultsError, match="the numbers of observers are"):
+        power(plan_of(0, 1), observers)
+
+
+def test_one_observer_has_no_sandwich(plan_of: MakePlan) -> None:
+    with pytest.raises(ResultsError, match="give numbers from 2"):
+        power(plan_of(0, 1, covariance="sandwich"), [1, 10])
+
+
+def test_a_block_is_the_sum_of_its_studies(plan_of: MakePlan) -> None:
+    plan = plan_of(*STRENGTHS)
+    blocks = blocks_of(plan, [10], 500, 2016)
+    found = power(plan, [10], replicates=500)
+    right = np.sum([simulate(block).right for block in blocks], axis=0)
+    np.testing.assert_allclose(found.separates[0] * 500, right)

@@ -1,0 +1,198 @@
+"""Studies simulated and analysed a block at a time, beside the same done one by one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+from math import comb
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from analysis.bootstrap.coverage import Design
+from analysis.bootstrap.influence import influences, sandwich
+from analysis.bootstrap.intervals import intervals
+from analysis.bootstrap.replicates import resample_counts
+from analysis.bradley_terry import BradleyTerryFit, fit, probabilities
+from analysis.classes import classify
+from analysis.multiplicity import Adjust
+from analysis.power import widths as width_module
+from analysis.power.assumed import parted
+from analysis.power.plan import Plan
+from analysis.power.studies import Studies, draw, run
+from analysis.power.widths import widths
+
+Floats = NDArray[np.float64]
+MakePlan = Callable[..., Plan]
+STRENGTHS = (-1.5, -0.4, 0.1, 0.2, 1.6)
+
+
+def counts_of(studies: Studies, study: int) -> Floats:
+    """Return each observer's counts of one study, answer by answer."""
+    plan, won = studies.plan, studies.won[study]
+    counts = np.zeros((len(won), len(plan.items), len(plan.items)))
+    totals = plan.times * (studies.observers // len(won))
+    for pair, (one, other) in enumerate(zip(*plan.pairs, strict=True)):
+        counts[:, one, other] = won[:, pair]
+        counts[:, other, one] = totals[pair] - won[:, pair]
+    return counts
+
+
+def fitted(wins: Floats) -> BradleyTerryFit:
+    """Fit as a report does."""
+    plain = fit(wins)
+    return fit(wins, method="firth") if plain.separated else plain
+
+
+def covariance_of(studies: Studies, study: int) -> Floats:
+    """Return the covariance as `scores` finds it."""
+    counts = counts_of(studies, study)
+    found = fitted(counts.sum(axis=0))
+    if studies.plan.covariance == "model" or found.method == "firth":
+        return found.covariance
+    ones = np.ones((1, len(counts)))
+    return np.asarray(sandwich(influences(counts, ones, found.theta[None]), ones)[0])
+
+
+@pytest.mark.parametrize("observers", [2, 9])
+@pytest.mark.parametrize("covariance", ["model", "sandwich"])
+@pytest.mark.parametrize("adjust", ["none", "holm", "bh"])
+def test_every_study_is_fitted_and_tested_as_scores_does(
+    plan_of: MakePlan, observers: int, covariance: str, adjust: Adjust
+) -> None:
+    plan = plan_of(*STRENGTHS, covariance=covariance, adjust=adjust, observer_sd=0.4, lapse_rate=0.05, alpha=0.1)
+    studies = run(plan, observers, 60, np.random.default_rng(3))
+    found = studies.significant(float("nan"))
+    first, second = plan.pairs
+    assert studies.separated.any() == (observers == 2)
+    for study in range(60):
+        slow = fitted(counts_of(studies, study).sum(axis=0))
+        spread = covariance_of(studies, study)
+        np.testing.assert_allclose(studies.theta[study], slow.theta, atol=1e-8)
+        np.testing.assert_allclose(studies.covariance[study], spread, atol=1e-8)
+        df = observers - 1 if covariance == "sandwich" else None
+        classes = classify(slow.theta, spread, alpha=0.1, adjust=adjust, df=df)
+        assert (found[study] == (classes.p <= 0.1)[first, second]).all()
+
+
+@pytest.mark.parametrize("covariance", ["model", "sandwich"])
+def test_one_quantile_of_the_largest_z_decides_like_one_for_each_study(plan_of: MakePlan, covariance: str) -> None:
+    plan = plan_of(*STRENGTHS, covariance=covariance, adjust="maxz")
+    studies = run(plan, 25, 15, np.random.default_rng(4))
+    found = studies.significant(plan.critical_z(25))
+    first, second = plan.pairs
+    df = 24 if covariance == "sandwich" else None
+    own = [
+        (classify(theta, spread, adjust="maxz", df=df).p <= 0.05)[first, second]
+        for theta, spread in zip(studies.theta, studies.covariance, strict=True)
+    ]
+    assert 0.3 < found.mean() < 0.9
+    assert (found == np.array(own)).mean() > 0.97
+
+
+def test_the_critical_z_of_two_items_is_the_normal_quantile(plan_of: MakePlan) -> None:
+    assert plan_of(0, 1, adjust="maxz").critical_z(10) == pytest.approx(1.96, abs=0.02)
+    assert plan_of(0, 1, adjust="maxz", covariance="sandwich").critical_z(5) == pytest.approx(2.776, abs=0.06)
+
+
+def test_wald_widths_are_those_of_the_report(plan_of: MakePlan) -> None:
+    plan = plan_of(*STRENGTHS)
+    studies = run(plan, 12, 20, np.random.default_rng(5))
+    found = widths(studies, np.random.default_rng(0))
+    for study in range(20):
+        one = fitted(counts_of(studies, study).sum(axis=0))
+        gradient = np.eye(5) - one.score[None, :]
+        error = np.sqrt(np.diag(gradient @ one.covariance @ gradient.T)) / np.log(10)
+        np.testing.assert_allclose(found[study], 2 * 1.959963984540054 * error, rtol=1e-7)
+
+
+def test_bootstrap_widths_are_those_of_the_bootstrap(plan_of: MakePlan, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(width_module, "BOOTSTRAPS", 200)
+    plan = plan_of(*STRENGTHS, interval="bootstrap")
+    studies = run(plan, 6, 4, np.random.default_rng(6))
+    found, random = widths(studies, np.random.default_rng(0)), np.random.default_rng(0)
+    for study in range(4):
+        counts, seed = counts_of(studies, study), int(random.integers(2**31))
+        method = fitted(counts.sum(axis=0)).method
+        names = [str(number) for number in range(6)]
+        drawn = resample_counts(counts, plan.items, names, replicates=200, seed=seed, method=method)
+        ends = intervals(drawn, "log10_score")
+        np.testing.assert_array_equal(found[study], ends.high - ends.low)
+
+
+@pytest.mark.parametrize("observers", [12, 20])
+def test_two_items_separate_as_often_as_the_binomial_law_says(plan_of: MakePlan, observers: int) -> None:
+    plan, replicates = plan_of(0.9, -0.1), 4000
+    found = run(plan, observers, replicates, np.random.default_rng(7)).significant(float("nan"))
+    p, chance = probabilities(plan.theta)[0, 1], 0.0
+    for wins in range(observers + 1):
+        half = 0.5 if wins in (0, observers) else 0.0  # what Firth's fit adds
+        won, lost = wins + half, observers - wins + half
+        q = won / (won + lost)
+        z = np.log(won / lost) * np.sqrt(observers * q * (1 - q))
+        if abs(z) >= 1.959964:
+            chance += comb(observers, wins) * p**wins * (1 - p) ** (observers - wins)
+    error = np.sqrt(chance * (1 - chance) / replicates)
+    assert 0.05 < chance < 0.95
+    assert found.mean() == pytest.approx(chance, abs=4 * error)
+
+
+@pytest.mark.parametrize("fields", [{}, {"covariance": "sandwich"}, {"times": 3, "covariance": "sandwich"}])
+def test_answers_are_drawn_as_the_law_says(plan_of: MakePlan, fields: dict[str, object]) -> None:
+    plan = plan_of(*STRENGTHS, lapse_rate=0.1, **fields)
+    first, second = plan.pairs
+    won = draw(plan, 8, 2000, np.random.default_rng(8)).sum(axis=1)
+    each = 8 * plan.times
+    p = 0.9 * probabilities(plan.theta)[first, second] + 0.05
+    np.testing.assert_array_less(np.abs(won.mean(axis=0) - each * p), 4.5 * np.sqrt(each * p * (1 - p) / 2000))
+    np.testing.assert_allclose(won.var(axis=0), each * p * (1 - p), rtol=0.2)
+
+
+def test_observers_who_differ_bring_the_shares_together(plan_of: MakePlan) -> None:
+    plan = plan_of(*STRENGTHS, observer_sd=0.8)
+    first, second = plan.pairs
+    share = draw(plan, 20, 2000, np.random.default_rng(9)).mean(axis=(0, 1))
+    # What endless observers would give; the fit to their shares is close to it.
+    expected = probabilities(Design(plan.theta, 20, 0.8).truth())[first, second]
+    np.testing.assert_allclose(share, expected, atol=0.02)
+    assert np.abs(share - probabilities(plan.theta)[first, second]).max() > 0.03
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    theta=st.lists(st.floats(-2, 2), min_size=2, max_size=6),
+    seed=st.integers(0, 2**32 - 1),
+    covariance=st.sampled_from(["model", "sandwich"]),
+)
+def test_the_order_of_items_and_observers_does_not_matter(theta: list[float], seed: int, covariance: str) -> None:
+    random = np.random.default_rng(seed)
+    n = len(theta)
+    times = np.ones(n * (n - 1) // 2, dtype=np.int64)
+    names, strengths = tuple(f"item {item}" for item in range(n)), np.array(theta)
+    plan = Plan(names, strengths, times, parted(strengths), covariance=covariance)  # type: ignore[arg-type]
+    order, people = random.permutation(n), random.permutation(7)
+    drawn = (random.random((4, 7, len(times))) < plan.chances(strengths)).astype(np.float64)
+
+    def analysed(chosen: Plan, won: Floats) -> Studies:
+        with pytest.MonkeyPatch.context() as patch:
+            patch.setattr("analysis.power.studies.draw", lambda *_: won)
+            return run(chosen, 7, 4, random)
+
+    first, second = plan.pairs
+    ahead = np.zeros((4, 7, n, n))
+    ahead[..., first, second], ahead[..., second, first] = drawn, 1 - drawn
+    moved = ahead[:, people][..., order, :][..., order][..., first, second]
+    plain, other = analysed(plan, drawn), analysed(replace(plan, theta=strengths[order]), moved)
+    np.testing.assert_allclose(other.theta, plain.theta[:, order], atol=1e-7)
+    np.testing.assert_allclose(other.covariance, plain.covariance[:, order][:, :, order], atol=1e-7)
+    assert (other.separated == plain.separated).all()
+
+
+def test_right_classes_part_what_shares_no_label_and_what_is_not_equal() -> None:
+    theta = np.array([2.0, 1.0, 1.0])
+    assert parted(theta).tolist() == [True, True, False]
+    assert parted(theta, ["1", "1+2", "2"]).tolist() == [False, True, False]
+    assert parted(theta, ["1", "", "2"]).tolist() == [True, True, False]
