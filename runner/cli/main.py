@@ -14,6 +14,7 @@ COMMANDS = {
     "report": "Write an HTML report on the results of one experiment.",
     "export": "Write results as a BIDS dataset.",
     "scores": "Fit scores and perceptual classes to a table of paired comparisons.",
+    "power": "Say how many observers an experiment needs, by simulated studies.",
     "preview": "Write what each eye sees in every trial, as PNG.",
     "show": "Show one stereo image with the display's response undone.",
     "demo": "Re-enact the thesis's second experiment with simulated observers.",

@@ -1,0 +1,195 @@
+"""`cyclopean power`: how many observers an experiment needs."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import click
+
+if TYPE_CHECKING:
+    from analysis.power.needed import Needed
+    from runner.protocol.experiment import Experiment
+
+
+class Numbers(click.ParamType[tuple[int, ...]]):
+    """Numbers of observers: 30, or 10,20,40, or 10:60:5 for 10 to 60 in steps of 5."""
+
+    name = "numbers"
+    most = 1000
+
+    def convert(self, value: object, param: click.Parameter | None, ctx: click.Context | None) -> tuple[int, ...]:
+        """Return the numbers, ascending, each once."""
+        if isinstance(value, tuple):
+            return value
+        found: set[int] = set()
+        for part in str(value).split(","):
+            ends = part.split(":")
+            if not all(end.strip().isdecimal() for end in ends) or len(ends) > 3:
+                self.fail(f"'{part}' is neither a number nor such as 10:60:5", param, ctx)
+            first, last, step = (int(end) for end in [*ends, *ends[-1:], "1"][:3]) if len(ends) < 3 else map(int, ends)
+            if first < 1 or last < first or step < 1:
+                self.fail(f"'{part}' holds no number of observers", param, ctx)
+            if (last - first) // step >= self.most:
+                self.fail(f"'{part}' holds more than {self.most} numbers", param, ctx)
+            found |= set(range(first, last + 1, step))
+        return tuple(sorted(found))
+
+
+@click.command(name="power")
+@click.argument("experiment", type=click.Path(path_type=Path))
+@click.option(
+    "--observers", type=Numbers(), default="10:60:5", show_default=True, help="How many: 30, or first:last:step."
+)
+@click.option("--replicates", type=click.IntRange(2), default=1000, show_default=True, help="Studies for each of them.")
+@click.option(
+    "--scores", type=click.Path(path_type=Path), help="Assumed scores: simulated observers, or scores --json."
+)
+@click.option("--simulate", type=click.Path(path_type=Path), help="Simulated observers: their scores and lapses.")
+@click.option("--spread", type=float, help="Assume scores at even steps over so many nats.  [2, without a file]")
+@click.option("--observer-sd", type=float, default=0.0, show_default=True, help="How observers differ, in nats.")
+@click.option("--lapse-rate", type=float, help="Share of random answers.  [that of --simulate, or 0]")
+@click.option("--pair", nargs=2, multiple=True, metavar="A B", help="A pair that matters; may be repeated.")
+@click.option(
+    "--power", "target", type=float, default=0.8, show_default=True, help="Chance that each such pair is to have."
+)
+@click.option("--alpha", type=float, help="Level at which two stimuli differ; the experiment's if left out.")
+@click.option(
+    "--adjust",
+    type=click.Choice(["holm", "bh", "maxz", "none"]),
+    help="Correction for testing every pair; the experiment's if left out.",
+)
+@click.option(
+    "--covariance",
+    type=click.Choice(["model", "sandwich"]),
+    default="model",
+    show_default=True,
+    help="Errors from the model, or clustered by observer.",
+)
+@click.option(
+    "--interval",
+    type=click.Choice(["wald", "bootstrap"]),
+    default="wald",
+    show_default=True,
+    help="Intervals by standard errors, or by drawing each study's observers anew (slow).",
+)
+@click.option("--seed", type=click.IntRange(0), default=2016, show_default=True, help="Gives the same answer again.")
+@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, such as tcp://10.0.0.5:8786.")
+@click.option("--workers", type=click.IntRange(1), help="Local processes; as many as are worth it if left out.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write curves and tables as an HTML page.")
+@click.option(
+    "--csv", "table", type=click.Path(path_type=Path), help="Write every value as CSV; a dash for the terminal."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+def command(
+    experiment: Path,
+    observers: tuple[int, ...],
+    replicates: int,
+    scores: Path | None,
+    simulate: Path | None,
+    spread: float | None,
+    observer_sd: float,
+    lapse_rate: float | None,
+    pair: tuple[tuple[str, str], ...],
+    target: float,
+    alpha: float | None,
+    adjust: str | None,
+    covariance: str,
+    interval: str,
+    seed: int,
+    scheduler: str | None,
+    workers: int | None,
+    output: Path | None,
+    table: Path | None,
+    as_json: bool,
+) -> None:
+    """Say how many observers an experiment needs, by simulated studies.
+
+    EXPERIMENT is an experiment file with a block of all pairs; its stimuli need not be built. Whole studies are
+    simulated under assumed scores, and analysed as `scores` does.
+    """
+    from typing import cast
+
+    from analysis.bootstrap.stability import Covariance
+    from analysis.multiplicity import Adjust
+    from analysis.power.compute import ComputeError
+    from analysis.power.needed import chosen_pairs, needed
+    from analysis.power.page import assumed_notes
+    from analysis.power.plan import Interval, Plan
+    from analysis.power.power import power
+    from runner.assumed_scores import assume
+    from runner.cli.main import WorkError
+    from runner.cli.progress import progress_bar
+    from runner.pair_design import pair_design
+    from runner.protocol.experiment import read_experiment
+
+    if sum(given is not None for given in (scores, simulate, spread)) > 1:
+        raise click.UsageError("Give one of --scores, --simulate and --spread.")
+    if scheduler is not None and workers is not None:
+        raise click.UsageError("--workers are local processes; a scheduler has its own.")
+    if as_json and str(table) == "-":
+        raise click.UsageError("Both --json and --csv - would go to the terminal.")
+    design = read_experiment(experiment)
+    pairs = pair_design(design)
+    assumed = assume(pairs, scores=scores, simulate=simulate, spread_nats=spread)
+    plan = Plan(
+        items=pairs.items,
+        theta=assumed.theta,
+        times=pairs.times,
+        differs=assumed.differs,
+        observer_sd=observer_sd,
+        lapse_rate=assumed.lapse_rate if lapse_rate is None else lapse_rate,
+        alpha=design.spec.analysis.alpha if alpha is None else alpha,
+        adjust=cast(Adjust, adjust or design.spec.analysis.adjust),
+        covariance=cast(Covariance, covariance),
+        interval=cast(Interval, interval),
+    )
+    if pair:
+        chosen_pairs(plan.items, pair)  # a wrong name is told before the work, not after it
+    try:
+        with progress_bar(quiet=as_json) as step:
+            found = power(
+                plan,
+                observers,
+                replicates=replicates,
+                seed=seed,
+                scheduler=scheduler,
+                workers=workers,
+                done=lambda done, of: step("Simulating studies", done, of),
+            )
+    except ComputeError as error:
+        raise WorkError(str(error)) from error
+    answer = needed(found, pair, target)
+    _tell(answer, design, [*assumed.notes, *assumed_notes(plan)], output, table, as_json)
+
+
+def _tell(
+    answer: Needed, design: Experiment, notes: list[str], output: Path | None, table: Path | None, as_json: bool
+) -> None:
+    import json
+    import sys
+
+    from analysis.power.page import write_page
+    from analysis.power.rows import write_csv
+    from analysis.power.terminal import print_power
+    from runner.cli.main import WorkError
+
+    try:
+        if output is not None:
+            write_page(answer, output, design.spec.name, notes)
+        if table is not None and str(table) != "-":
+            write_csv(answer, table)
+    except OSError as error:
+        raise WorkError(f"{error.filename} cannot be written: {error.strerror}") from error
+    if as_json:
+        told = {"experiment": design.spec.name, "notes": notes, "needed": answer.to_json(), **answer.power.to_json()}
+        click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
+        return
+    if str(table) == "-":
+        write_csv(answer, sys.stdout)
+        return
+    print_power(answer)
+    for note in notes:
+        click.echo(note)
+    if output is not None:
+        click.echo(f"The page: {output}")
