@@ -133,8 +133,12 @@ def _spread(verdict: Verdicts, compared: Flags) -> tuple[float, float]:
     linked = compared.astype(np.float64)
     products = np.trace(coins @ linked @ coins) / 2
     around = np.trace(coins @ coins @ coins) / 6
-    stars = 0.0
-    for row in coins > 0:
-        partners = linked[np.ix_(row, row)]
-        stars += np.trace(partners @ partners @ partners) / 6
-    return float(products / 16), float((around - stars) * 6 / 64)
+    return float(products / 16), float((around - _stars(coins > 0, linked)) * 6 / 64)
+
+
+def _stars(coins: Flags, linked: Floats) -> float:
+    """Count the items with three ``coins``, together with those, whose three partners are ``linked`` to each other."""
+    if linked.sum() == len(linked) * (len(linked) - 1):
+        return float(sum(comb(degree, 3) for degree in coins.sum(axis=1).tolist()))
+    parts = [linked[np.ix_(row, row)] for row in coins]
+    return float(sum(np.trace(part @ part @ part) for part in parts)) / 6

@@ -41,14 +41,16 @@ class Filter:
         """The rule in words, for a Methods paragraph."""
         rules = []
         if self.without:
-            rules.append(f"observers {', '.join(self.without)} were left out by hand")
+            who = "observer" if len(self.without) == 1 else "observers"
+            rules.append(f"{who} {', '.join(self.without)} left out by hand")
         if self.most_missed is not None:
-            rules.append(f"observers who missed more than {self.most_missed} obvious catch trials were left out")
+            trials = f"{self.most_missed} obvious catch trial{'' if self.most_missed == 1 else 's'}"
+            rules.append(f"observers who missed more than {trials} left out")
         if self.screening is not None:
             tests = f" ({', '.join(self.screening)})" if self.screening else ""
             others = "kept" if self.unscreened == "keep" else "left out"
-            rules.append(f"observers who failed the vision screening{tests} were left out, unscreened ones {others}")
-        text = "; ".join(rules) or "no observer was left out"
+            rules.append(f"observers who failed the vision screening{tests} left out, unscreened ones {others}")
+        text = "; ".join(rules) or "no observer left out"
         return f"{text[0].upper()}{text[1:]}."
 
 
@@ -60,10 +62,19 @@ class Kept:
     rule: Filter
     left_out: Mapping[str, tuple[str, ...]]
 
+    @property
+    def sentence(self) -> str:
+        """Who was left out and why, in words."""
+        if not self.left_out:
+            return "Nobody was left out."
+        reasons = "; ".join(f"{name} ({', '.join(why)})" for name, why in self.left_out.items())
+        return f"Left out: {reasons}."
+
     def to_json(self) -> dict[str, Any]:
-        """Return rule and reasons as plain values for JSON."""
+        """Return rule and reasons as plain values for JSON, with the observers who remain."""
         reasons = {observer: list(why) for observer, why in self.left_out.items()}
-        return {"rule": self.rule.sentence, "left_out": reasons}
+        remain = list(sessions_by_observer(self.sessions))
+        return {"rule": self.rule.sentence, "kept": remain, "left_out": reasons}
 
 
 def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:

@@ -32,6 +32,7 @@ from analysis.observers.tails import lower_tail
 Floats = NDArray[np.float64]
 
 LEVEL = 0.05
+MOST_ITEMS = 300
 _MOST_NUMBERS = 4_000_000
 
 
@@ -84,11 +85,13 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
 
     None for an observer without an answer that prefers one item; where the others' answers do not link all items, so
     that they have no common scale; and where they hold all items the observer met to be alike and foretell nothing.
-    Counts are taken for numbers of answers: with weights, z is too large or too small. Work grows with observers times
-    the cube of the items, memory with the square; observers are gone through in blocks.
+    None for all above 300 items: work grows with observers times the cube of the items, memory with the square.
+    Counts are taken for numbers of answers: with weights, z is too large or too small.
     """
+    people, n = len(comparisons.observers), len(comparisons.items)
+    if n > MOST_ITEMS:
+        return (None,) * people
     by_observer = comparisons.wins_by_observer()
-    people, n, _ = by_observer.shape
     together = fit_each(comparisons.wins[None], "firth").theta[0]
     theta = np.full((people, n), np.nan)
     parts = np.full((people, 4), np.nan)

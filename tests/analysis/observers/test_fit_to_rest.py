@@ -152,6 +152,11 @@ def test_a_lone_observer_and_one_whose_rest_is_not_linked_have_no_fit() -> None:
     assert by_name(ties_only)["03"] is None
 
 
+def test_too_many_items_are_not_fitted_for_every_observer() -> None:
+    path = [Answer(f"{item}", f"{item + 1}", 1, f"0{item % 2}") for item in range(module.MOST_ITEMS)]
+    assert fits_to_rest(from_answers(path)) == (None, None)
+
+
 def two_items() -> list[Answer]:
     return [Answer("a", "b", 4, "01"), Answer("b", "a", 1, "01"), Answer("a", "b", 3, "02"), Answer("b", "a", 2, "02")]
 
