@@ -95,7 +95,7 @@ def _svg(draw: Callable[[Axes], None], salt: str, label: str) -> str:
         axes.patch.set_alpha(0)
         draw(axes)
         axes.set_xlabel("observers")
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
         axes.grid(True, color=FAINT, alpha=0.4, linewidth=0.6)
         axes.spines[["top", "right"]].set_visible(False)
         if axes.get_legend_handles_labels()[1]:

@@ -114,8 +114,7 @@ def needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = 
     ResultsError
         If a name is no item's, a pair is named with itself, ``target`` is out of range, or no pair should differ.
     """
-    if not 0 < target < 1:
-        raise ResultsError(Finding(f"the power is {target:g}", remedy="give a chance between 0 and 1, such as 0.8"))
+    check_target(target)
     chosen = chosen_pairs(power.plan.items, pairs) if pairs else np.flatnonzero(power.plan.differs)
     if not len(chosen):
         raise ResultsError(Finding("no two items should differ", remedy="name the pairs that matter with --pair"))
@@ -130,6 +129,12 @@ def needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = 
         None if index is None else power.observers[index],
         np.array([0 if size is None else power.observers[size] for size in by_pair], dtype=np.intp),
     )
+
+
+def check_target(target: float) -> None:
+    """Raise ResultsError unless ``target`` lies between 0 and 1."""
+    if not 0 < target < 1:
+        raise ResultsError(Finding(f"the power is {target:g}", remedy="give a chance between 0 and 1, such as 0.8"))
 
 
 def chosen_pairs(items: Sequence[str], pairs: Sequence[tuple[str, str]]) -> NDArray[np.intp]:

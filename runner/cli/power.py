@@ -27,7 +27,8 @@ class Numbers(click.ParamType[tuple[int, ...]]):
             ends = part.split(":")
             if not all(end.strip().isdecimal() for end in ends) or len(ends) > 3:
                 self.fail(f"'{part}' is neither a number nor such as 10:60:5", param, ctx)
-            first, last, step = (int(end) for end in [*ends, *ends[-1:], "1"][:3]) if len(ends) < 3 else map(int, ends)
+            numbers = [int(end) for end in ends]
+            first, last, step = numbers[0], numbers[min(1, len(ends) - 1)], numbers[2] if len(ends) == 3 else 1
             if first < 1 or last < first or step < 1:
                 self.fail(f"'{part}' holds no number of observers", param, ctx)
             if (last - first) // step >= self.most:
@@ -113,7 +114,7 @@ def command(
     from analysis.bootstrap.stability import Covariance
     from analysis.multiplicity import Adjust
     from analysis.power.compute import ComputeError
-    from analysis.power.needed import chosen_pairs, needed
+    from analysis.power.needed import check_target, chosen_pairs, needed
     from analysis.power.page import assumed_notes
     from analysis.power.plan import Interval, Plan
     from analysis.power.power import power
@@ -144,8 +145,9 @@ def command(
         covariance=cast(Covariance, covariance),
         interval=cast(Interval, interval),
     )
+    check_target(target)  # what is wrong with the question is told before the work, not after it
     if pair:
-        chosen_pairs(plan.items, pair)  # a wrong name is told before the work, not after it
+        chosen_pairs(plan.items, pair)
     try:
         with progress_bar(quiet=as_json) as step:
             found = power(

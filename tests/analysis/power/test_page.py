@@ -1,0 +1,83 @@
+"""The page and the table of numbers: whole, escaped, and what was simulated."""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+from markupsafe import escape
+
+from analysis.power.needed import Needed, needed
+from analysis.power.page import assumed_notes, render, write_page
+from analysis.power.plan import Plan
+from analysis.power.power import power
+from analysis.power.rows import COLUMNS, write_csv
+
+MakePlan = Callable[..., Plan]
+NASTY = '<script>alert("1")</script>'
+
+
+class Tags(HTMLParser):
+    """Collect the tags of a page, and where it leads."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.tags: list[str] = []
+        self.links: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append(tag)
+        self.links += [value or "" for name, value in attrs if name in ("src", "href", "xlink:href")]
+
+
+@pytest.fixture(scope="module")
+def answer(plan_of: MakePlan) -> Needed:
+    """Three items, one with a name that would be dangerous."""
+    plan = replace(plan_of(1, 0, -1), items=(NASTY, "$x_1$ & co", "=1+1"))
+    return needed(power(plan, [5, 10, 20], replicates=60))
+
+
+def test_the_page_stands_alone_and_holds_every_number(answer: Needed) -> None:
+    page = render(answer, NASTY, ["A note with <b>."])
+    seen = Tags()
+    seen.feed(page)
+    assert seen.tags.count("svg") == 3
+    assert "script" not in seen.tags
+    assert "b" not in seen.tags
+    assert all(link.startswith(("#", "data:")) for link in seen.links)
+    assert not re.search(r"nan|inf\b|None", re.sub(r"<svg.*?</svg>", "", page, flags=re.DOTALL))
+    assert str(escape(answer.sentence)) in page
+    for chance, error in zip(answer.power.alike, answer.power.alike_error, strict=True):
+        assert f"{100 * chance:.1f} ± {100 * error:.1f} %" in page
+    for facts in ("60, seed 2016", "level 0.05, Holm", "95 %, estimate ± quantile × standard error"):
+        assert facts in page
+
+
+def test_the_page_is_written_whole(answer: Needed, tmp_path: Path) -> None:
+    page = tmp_path / "new" / "power.html"
+    write_page(answer, page, "small")
+    assert page.read_text(encoding="utf-8") == render(answer, "small")
+    assert list(page.parent.iterdir()) == [page]
+
+
+def test_the_table_holds_every_number_in_full(answer: Needed, tmp_path: Path) -> None:
+    file = tmp_path / "power.csv"
+    write_csv(answer, file)
+    with file.open(encoding="utf-8", newline="") as opened:
+        rows = list(csv.DictReader(opened))
+    assert tuple(rows[0]) == COLUMNS
+    assert len(rows) == 3 * (2 + 3 + 3)
+    (row,) = [row for row in rows if (row["observers"], row["item"], row["other"]) == ("10", NASTY, "=1+1")]
+    assert float(row["value"]) == answer.power.separates[1, 1]
+    assert float(row["standard_error"]) == answer.power.separates_error[1, 1]
+
+
+def test_observers_who_differ_call_for_a_sandwich(plan_of: MakePlan) -> None:
+    assert assumed_notes(plan_of(0, 1)) == []
+    assert "--covariance sandwich" in assumed_notes(plan_of(0, 1, observer_sd=0.5))[0]
+    assert assumed_notes(plan_of(0, 1, observer_sd=0.5, covariance="sandwich")) == []

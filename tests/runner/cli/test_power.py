@@ -1,0 +1,158 @@
+"""`cyclopean power` on experiments as people write them."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from runner.cli.main import group
+
+ROOT = Path(__file__).parents[3]
+THESIS = str(ROOT / "experiments/dynamic_range.yaml")
+TABLE_4_4 = str(ROOT / "configs/observers/table_4_4.yaml")
+
+
+def ask(*words: str) -> Result:
+    """Call the command."""
+    return CliRunner(catch_exceptions=True).invoke(group, ["power", *words])
+
+
+def told(*words: str) -> dict[str, Any]:
+    """Return what the command prints as JSON."""
+    result = ask(*words, "--json")
+    assert result.exit_code == 0, result.output
+    found: dict[str, Any] = json.loads(result.stdout)
+    return found
+
+
+def test_the_thesis_s_design_by_its_own_scores() -> None:
+    found = told(THESIS, "--scores", TABLE_4_4, "--observers", "10:30:20", "--replicates", "200")
+    assert [size["observers"] for size in found["sizes"]] == [10, 30]
+    assert (found["alpha"], found["adjust"]) == (0.045, "none")  # the experiment's
+    assert len(found["items"]) == 10
+    assert len(found["sizes"][0]["pairs"]) == 45
+    # Table 4.4's classes part 33 of the 45 pairs.
+    assert len(found["needed"]["pairs"]) == 33
+    apart = next(pair for pair in found["sizes"][1]["pairs"] if set(pair["items"]) == {"2.1-stereo", "3.2-flat"})
+    assert apart["should_differ"]
+    assert apart["separates"] == 1.0
+    assert found["notes"] == []
+
+
+@pytest.mark.parametrize(
+    ("words", "sizes"), [("7", [7]), ("4:6", [4, 5, 6]), ("5:12:3", [5, 8, 11]), ("9,5:6,5", [5, 6, 9])]
+)
+def test_numbers_of_observers(words: str, sizes: list[int]) -> None:
+    found = told(THESIS, "--observers", words, "--replicates", "2")
+    assert [size["observers"] for size in found["sizes"]] == sizes
+
+
+def test_a_table_answers_in_a_sentence_and_writes_a_page_and_csv(tmp_path: Path) -> None:
+    page, table = tmp_path / "power.html", tmp_path / "power.csv"
+    words = [THESIS, "--scores", TABLE_4_4, "--observers", "10,30", "--replicates", "200", "-o", str(page)]
+    result = ask(*words, "--csv", str(table), "--pair", "1.1-stereo", "1.1-flat")
+    assert result.exit_code == 0, result.output
+    plain = " ".join(result.stdout.split())
+    assert "observers, the fewest tried, give 80 % power on 1.1-stereo and 1.1-flat: they separate in" in plain
+    assert "<h1>dynamic_range</h1>" in page.read_text(encoding="utf-8")
+    assert len(table.read_text(encoding="utf-8").splitlines()) == 1 + 2 * (2 + 10 + 45)
+
+
+def test_without_scores_a_spread_is_assumed_and_said() -> None:
+    found = told(THESIS, "--observers", "10", "--replicates", "20")
+    thetas = [item["theta"] for item in found["items"]]
+    assert max(thetas) - min(thetas) == pytest.approx(2.0)
+    assert "even steps over 2 nats" in found["notes"][0]
+    assert "88 times in 100" in found["notes"][0]
+
+
+def test_simulated_observers_bring_their_lapses(tmp_path: Path) -> None:
+    careless = str(ROOT / "configs/observers/careless.yaml")
+    found = told(THESIS, "--simulate", careless, "--observers", "10", "--replicates", "20")
+    assert found["lapse_rate"] == 0.02
+    assert found["notes"] == [
+        "Of the observers in the file, their leaning to the first place and their fatigue are not simulated."
+    ]
+    assert told(THESIS, "--scores", careless, "--observers", "10", "--replicates", "20")["lapse_rate"] == 0
+    changed = told(THESIS, "--simulate", careless, "--lapse-rate", "0.1", "--observers", "10", "--replicates", "20")
+    assert changed["lapse_rate"] == 0.1
+
+
+def test_scores_of_a_pilot_are_taken_as_they_were_printed(tmp_path: Path) -> None:
+    names = [item["name"] for item in told(THESIS, "--observers", "5", "--replicates", "5")["items"]]
+    table = "winner,loser\n" + "".join(f"{one},{other}\n" for one in names for other in names if one != other)
+    (tmp_path / "pilot.csv").write_text(table + f"{names[0]},{names[1]}\n" * 3)
+    printed = CliRunner().invoke(group, ["scores", str(tmp_path / "pilot.csv"), "--json"]).stdout
+    (tmp_path / "pilot.json").write_text(printed)
+    found = told(THESIS, "--scores", str(tmp_path / "pilot.json"), "--observers", "5", "--replicates", "5")
+    thetas = {item["name"]: item["theta"] for item in json.loads(printed)["items"]}
+    assert {item["name"]: item["theta"] for item in found["items"]} == pytest.approx(thetas, abs=1e-9)
+
+
+def test_processes_print_the_same() -> None:
+    words = [THESIS, "--scores", TABLE_4_4, "--observers", "10", "--replicates", "600"]
+    assert told(*words, "--workers", "2") == told(*words, "--workers", "1")
+
+
+@pytest.mark.parametrize(
+    ("words", "finding"),
+    [
+        (["--observers", "60:10"], "'60:10' holds no number of observers"),
+        (["--observers", "0"], "'0' holds no number of observers"),
+        (["--observers", "many"], "'many' is neither a number nor such as 10:60:5"),
+        (["--observers", "1:1000000"], "more than 1000 numbers"),
+        (["--spread", "2", "--scores", TABLE_4_4], "Give one of"),
+        (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "a scheduler has its own"),
+        (["--json", "--csv", "-"], "would go to the terminal"),
+    ],
+)
+def test_wrong_words_are_refused(words: list[str], finding: str) -> None:
+    result = ask(THESIS, *words)
+    assert result.exit_code == 2
+    assert finding in " ".join(result.output.split())
+
+
+def run_for_real(*words: str) -> subprocess.CompletedProcess[str]:
+    """Run the program as a shell does."""
+    code = "from runner.cli.main import main; main()"
+    return subprocess.run([sys.executable, "-c", code, "power", *words], capture_output=True, text=True, cwd=ROOT)
+
+
+@pytest.mark.parametrize(
+    ("words", "status", "finding"),
+    [
+        (
+            [THESIS, "--pair", "2.1-stereo", "2.1-stero"],
+            2,
+            "no item '2.1-stero' to compare (did you mean '2.1-stereo'?)",
+        ),
+        ([str(ROOT / "experiments/exposure_series.yaml")], 2, "no block compares all pairs"),
+        ([THESIS, "--scores", "no.json"], 2, "no.json"),
+        ([THESIS, "--spread", "-1"], 2, "the spread is -1 nats"),
+        ([THESIS, "--spread", "nan"], 2, "the spread is nan nats"),
+        ([THESIS, "--power", "1.5"], 2, "the power is 1.5"),
+        ([THESIS, "--observers", "5", "--replicates", "5", "-o", "/proc/none/p.html"], 1, "cannot be written"),
+        ([THESIS, "--observers", "5", "--scheduler", "nonsense"], 1, "no Dask scheduler answers at nonsense"),
+    ],
+)
+def test_what_is_wrong_is_said_in_a_line(words: list[str], status: int, finding: str) -> None:
+    told = run_for_real(*words)
+    assert told.returncode == status
+    assert finding in told.stderr
+    assert "Traceback" not in told.stderr
+
+
+def test_small_work_imports_no_dask() -> None:
+    code = (
+        "import sys\nfrom runner.cli.main import group\n"
+        f"group(['power', {THESIS!r}, '--observers', '5', '--replicates', '5', '--json'], standalone_mode=False)\n"
+        "print(sorted({name.partition('.')[0] for name in sys.modules} & {'dask', 'distributed', 'matplotlib'}))"
+    )
+    told = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT)
+    assert told.stdout.splitlines()[-1] == "[]"
