@@ -62,8 +62,8 @@ class ObserverLine:
         if self.fit and self.fit.outlier:
             words.append("answers unlike the others")
         test = self.consistency.test if self.consistency else None
-        if test and test.p > LEVEL >= test.least_p:
-            words.append("not clearly more consistent than chance")
+        if test and test.mid_p > 0.5 and test.least_p <= LEVEL:
+            words.append("no more consistent than chance")
         if self.catch and self.catch.missed:
             words.append(f"missed {self.catch.missed} of {self.catch.obvious} catch trials")
         if self.times and self.times.too_fast:

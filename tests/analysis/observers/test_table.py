@@ -127,7 +127,7 @@ def test_flags_say_what_to_look_at_and_drop_nobody(make_session: Maker) -> None:
     assert table.outliers == ("odd",)
     assert line.flags == (
         "answers unlike the others",
-        "not clearly more consistent than chance",
+        "no more consistent than chance",
         "missed 1 of 1 catch trials",
         "15 answers below 0.2 s",
     )
