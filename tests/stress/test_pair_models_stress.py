@@ -44,7 +44,8 @@ def test_ten_million_lines_are_read_in_less_than_a_gigabyte(items: int, observer
         lines = zip(first.tolist(), second.tolist(), person.tolist(), strict=True)
         reader.stdin.write("".join(f"picture {a},picture {b},1,{c},picture {a}\n" for a, b, c in lines))
     reader.stdin.close()
-    told = reader.stdout.read().split()
+    with reader.stdout as stream:
+        told = stream.read().split()
     assert reader.wait() == 0
     assert [int(told[0]), int(told[1]), float(told[2])] == [items, observers, ROWS]
     assert int(told[3]) / 1024 < 1000  # megabytes
