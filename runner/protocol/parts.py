@@ -33,7 +33,12 @@ class LayoutSpec(Strict):
 
 
 class AnalysisSpec(Strict):
-    """How the report forms perceptual classes: level of the pairwise tests and their adjustment."""
+    """How the report forms perceptual classes: level of the pairwise tests, their adjustment and standard errors.
+
+    ``covariance`` is ``model``, which takes all answers for independent; ``sandwich``, which takes only the observers
+    for that; or ``auto``: ``sandwich`` from 10 observers on.
+    """
 
     alpha: Annotated[float, Field(gt=0, lt=1)] = 0.05
     adjust: Literal["none", "holm", "bh", "maxz"] = "holm"
+    covariance: Literal["auto", "model", "sandwich"] = "auto"
