@@ -4,22 +4,24 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.bradley_terry import BradleyTerryFit
 from analysis.catch_trials import catch_results
 from analysis.preferences import preferences
 from analysis.records import SessionLog
+from analysis.report.estimate import Estimate
 from analysis.scores import Scores
 from analysis.separation import explain
 
 FEWEST_EXPECTED = 5.0
+FEWEST_FOR_CHOSEN_PAIRS = 5
 
 
-def notes_on(sessions: Sequence[SessionLog], scores: Scores, plain: BradleyTerryFit) -> tuple[str, ...]:
-    """Return the notes, the weightiest first; ``plain`` is the fit by maximum likelihood."""
-    return (*_on_sessions(sessions), *_on_answers(sessions, scores), *_on_fit(scores, plain))
+def notes_on(sessions: Sequence[SessionLog], found: Estimate) -> tuple[str, ...]:
+    """Return the notes on paired comparisons, the weightiest first."""
+    return (*on_sessions(sessions), *_on_answers(sessions, found.scores), *_on_fit(found))
 
 
-def _on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
+def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
+    """Return what must be known of the sessions, whatever was asked in them."""
     notes = []
     simulated = sum(session.header.simulated for session in sessions)
     if simulated == len(sessions):
@@ -65,12 +67,21 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
     return notes
 
 
-def _on_fit(scores: Scores, plain: BradleyTerryFit) -> list[str]:
+def _on_fit(found: Estimate) -> list[str]:
+    scores, plain = found.scores, found.plain
     comparisons = scores.comparisons
     notes = []
-    if plain.separated:
+    if found.way == "learnt_prior":
+        few = len(comparisons.observers) < FEWEST_FOR_CHOSEN_PAIRS
+        notes.append(
+            "Pairs were chosen by the answers before them. Scores are therefore the posterior under a normal prior "
+            "whose width is learnt from the answers: a plain fit would make stimuli look further apart than they are. "
+            + ("With so few observers, classes, consistency" if few else "Classes, consistency")
+            + " and order effects are not to be read as if pairs had been drawn at random."
+        )
+    elif plain.separated:
         why = " ".join(explain(plain.separated, comparisons.wins, comparisons.items))
-        if scores.fit.method == "firth":
+        if found.way == "firth":
             notes.append(f"No finite scores maximise the likelihood, so Firth's penalised fit is shown. {why}")
         else:
             notes.append(f"The stimuli have no common scale, so there are no scores. {why}")

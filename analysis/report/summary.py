@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import median
@@ -15,13 +16,11 @@ from analysis.errors import ResultsError
 from analysis.multiplicity import ADJUSTMENTS, Adjust
 from analysis.preferences import preferences
 from analysis.records import Header, SessionLog
+from analysis.report.estimate import COVARIANCE_WISHES, TWO_SIDED_95, CovarianceWish, Estimate, estimate
 from analysis.report.notes import notes_on
-from analysis.scores import Scores, score
-from analysis.separation import compared_groups
+from analysis.scores import Scores
 from analysis.session_comparisons import from_sessions, is_comparison
 from documents import Finding
-
-TWO_SIDED_95 = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -36,8 +35,8 @@ class Summary:
         The sessions, in the order given.
     scores
         Items best first, with fit and classes.
-    log10_interval
-        Shape (items, 2): 95 % limits of log10 score, in the order of ``scores.items``; NaN where there is no score.
+    estimate
+        How the scores were found: method, standard errors, intervals, stability of classes.
     first_share
         Share (0 to 1) of answers that chose the first position, or None; ``first_share_interval``: Wilson's 95 %.
     response_time_s
@@ -53,12 +52,17 @@ class Summary:
     scores: Scores
     alpha: float
     adjust: Adjust
-    log10_interval: NDArray[np.float64]
+    estimate: Estimate
     first_share: float | None
     first_share_interval: tuple[float, float] | None
     response_time_s: float
     fit_p: float | None
     notes: tuple[str, ...]
+
+    @property
+    def log10_interval(self) -> NDArray[np.float64]:
+        """Shape (items, 2): 95 % limits of log10 score, in the order of ``scores.items``; NaN where there is none."""
+        return self.estimate.log10_interval
 
     @property
     def observers(self) -> tuple[str, ...]:
@@ -107,7 +111,16 @@ class Summary:
             "preferences": preferences(self.sessions).to_json(),
             "alpha": self.alpha,
             "adjust": self.adjust,
-            "method": self.scores.fit.method,
+            "method": self.estimate.way,
+            "covariance": self.estimate.covariance,
+            "intervals": {
+                "kind": self.estimate.interval_kind,
+                "log10_score": [
+                    {"name": item.name, "low": _finite(low), "high": _finite(high)}
+                    for item, (low, high) in zip(self.scores.items, self.log10_interval.tolist(), strict=True)
+                ],
+            },
+            "stability": self.estimate.stability.to_json() if self.estimate.stability else None,
             "first_share": self.first_share,
             "fit_p": self.fit_p,
             "notes": list(self.notes),
@@ -115,11 +128,16 @@ class Summary:
         }
 
 
-def summarise(sessions: Sequence[SessionLog], alpha: float | None = None, adjust: Adjust | None = None) -> Summary:
+def summarise(
+    sessions: Sequence[SessionLog],
+    alpha: float | None = None,
+    adjust: Adjust | None = None,
+    covariance: CovarianceWish | None = None,
+) -> Summary:
     """Fit, classify and describe the comparisons of one experiment's sessions.
 
-    ``alpha`` and ``adjust`` are those of the first session's header where None. If no maximum of the likelihood
-    exists and all stimuli are linked by comparisons, Firth's penalised fit takes its place, and a note says so.
+    ``alpha``, ``adjust`` and ``covariance`` are those of the first session's header where None. If no maximum of
+    the likelihood exists and all stimuli are linked by comparisons, Firth's penalised fit takes its place, and a note says so.
 
     Raises
     ------
@@ -130,10 +148,10 @@ def summarise(sessions: Sequence[SessionLog], alpha: float | None = None, adjust
     header = sessions[0].header
     alpha = _level(header, sessions[0]) if alpha is None else alpha
     adjust = _adjustment(header, sessions[0]) if adjust is None else adjust
-    scores = score(comparisons, alpha=alpha, adjust=adjust)
-    plain = scores.fit
-    if plain.separated and len(compared_groups(comparisons.wins)) == 1:
-        scores = score(comparisons, alpha=alpha, adjust=adjust, method="firth")
+    covariance = _covariance(header, sessions[0]) if covariance is None else covariance
+    chosen = any(trial.kind == "active_pairs" for session in sessions for trial in session.trials)
+    found = estimate(comparisons, alpha=alpha, adjust=adjust, covariance=covariance, chosen=chosen)
+    scores = found.scores
     times = [trial.response_time_s for session in sessions for trial in session.trials if is_comparison(trial)]
     share = comparisons.first_share()
     noted = int((comparisons.winner_was_first >= 0).sum())
@@ -143,12 +161,12 @@ def summarise(sessions: Sequence[SessionLog], alpha: float | None = None, adjust
         scores=scores,
         alpha=alpha,
         adjust=adjust,
-        log10_interval=_log10_interval(scores),
+        estimate=found,
         first_share=share,
         first_share_interval=None if share is None else wilson_interval(share, noted),
         response_time_s=median(times),
         fit_p=_fit_p(scores),
-        notes=notes_on(sessions, scores, plain),
+        notes=notes_on(sessions, found),
     )
 
 
@@ -167,14 +185,13 @@ def _adjustment(header: Header, session: SessionLog) -> Adjust:
     raise ResultsError(Finding(f"the header's adjustment is {wish!r}", str(session.file), 1, 1, "give --adjust"))
 
 
-def _log10_interval(scores: Scores) -> NDArray[np.float64]:
-    """Return 95 % limits of log10 score by the delta method: its gradient in θ is the unit vector less the scores."""
-    fit = scores.fit
-    gradient = np.eye(len(fit.score)) - fit.score[None, :]
-    variance = np.einsum("ij,jk,ik->i", gradient, fit.covariance, gradient)
-    half_width = TWO_SIDED_95 * np.sqrt(np.maximum(variance, 0)) / np.log(10)
-    limits = np.stack([fit.log10_score - half_width, fit.log10_score + half_width], axis=1)
-    return np.asarray(limits[list(scores.order)])
+def _covariance(header: Header, session: SessionLog) -> CovarianceWish:
+    wish = header.analysis.get("covariance", "auto")
+    for known in COVARIANCE_WISHES:
+        if wish == known:
+            return known
+    what = f"the header's covariance is {wish!r}"
+    raise ResultsError(Finding(what, str(session.file), 1, 1, "give --covariance"))
 
 
 def _fit_p(scores: Scores) -> float | None:
@@ -182,6 +199,10 @@ def _fit_p(scores: Scores) -> float | None:
 
     fit = scores.fit
     return float(chi2.sf(fit.deviance, fit.df)) if fit.df > 0 and not fit.separated else None
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None
 
 
 def wilson_interval(share: float, count: int) -> tuple[float, float]:

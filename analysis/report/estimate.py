@@ -1,0 +1,171 @@
+"""The strengths that a report shows, whose standard errors its classes rest on, and the intervals beside them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Any, Literal, cast, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.bootstrap.intervals import DEFAULT, intervals
+from analysis.bootstrap.replicates import Replicates, resample
+from analysis.bootstrap.stability import Covariance, Stability, class_stability
+from analysis.bradley_terry import BradleyTerryFit
+from analysis.classes import classify
+from analysis.comparisons import Comparisons
+from analysis.gaussian_prior import learnt_posterior
+from analysis.multiplicity import Adjust
+from analysis.scores import Scores, score
+from analysis.separation import compared_groups
+
+Floats = NDArray[np.float64]
+CovarianceWish = Literal["auto", "model", "sandwich"]
+COVARIANCE_WISHES: tuple[CovarianceWish, ...] = get_args(CovarianceWish)
+Way = Literal["ml", "firth", "learnt_prior"]
+FEWEST_FOR_SANDWICH = 10
+MOST_ITEMS_DRAWN = 60  # of more, a thousand draws and their classes take too long
+TWO_SIDED_95 = 1.959963984540054
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Estimate:
+    """How scores were found.
+
+    Attributes
+    ----------
+    scores
+        Items best first; standard errors and classes by ``covariance``.
+    plain
+        The fit by maximum likelihood, whatever is shown.
+    way
+        ``ml``, ``firth`` where that has no maximum, or ``learnt_prior`` where pairs were chosen by the answers.
+    prior_sd
+        Of the learnt prior, in nats; None without.
+    covariance, df
+        Whose standard errors, and their degrees of freedom; None for the model's.
+    log10_interval, interval_kind
+        Shape (items, 2): 95 % limits of log10 score in the order of the scores' items; ``expanded-bca`` from observers
+        drawn anew, or ``model``.
+    stability
+        How often classes come out so over these draws; None without.
+    """
+
+    scores: Scores
+    plain: BradleyTerryFit
+    way: Way
+    prior_sd: float | None
+    covariance: Covariance
+    df: int | None
+    log10_interval: Floats
+    interval_kind: Literal["expanded-bca", "model"]
+    stability: Stability | None
+
+
+def estimate(
+    comparisons: Comparisons, *, alpha: float, adjust: Adjust, covariance: CovarianceWish = "auto", chosen: bool = False
+) -> Estimate:
+    """Fit, classify, and say how sure it is.
+
+    Parameters
+    ----------
+    covariance
+        ``model``, ``sandwich``, or ``auto``: ``sandwich`` from 10 observers on. Observers who agree without exception
+        about some item have no spread there; then, and for fewer than two observers, it is the model's after all.
+    chosen
+        Whether pairs were chosen by the answers before them: strengths then come from the posterior under a prior whose
+        width is learnt, since a plain fit makes such stimuli look further apart than they are.
+    """
+    scores = score(comparisons, alpha=alpha, adjust=adjust)
+    plain, prior_sd = scores.fit, None
+    way: Way = "ml"
+    linked = len(compared_groups(comparisons.wins)) == 1
+    if chosen and linked:
+        scores, prior_sd = _under_prior(comparisons, alpha, adjust)
+        limits = delta_interval(scores.fit.score, scores.fit.log10_score, scores.fit.covariance)
+        ordered = limits[list(scores.order)]
+        return Estimate(scores, plain, "learnt_prior", prior_sd, "model", None, ordered, "model", None)
+    if plain.separated and linked:
+        scores, way = score(comparisons, alpha=alpha, adjust=adjust, method="firth"), "firth"
+    sound = bool(np.isfinite(scores.fit.theta).all())
+    drawn = _drawn(comparisons, way) if sound else None
+    limits = delta_interval(scores.fit.score, scores.fit.log10_score, scores.fit.covariance)
+    if drawn is not None:
+        found = intervals(drawn, "log10_score")
+        limits = np.stack([found.low, found.high], axis=1)
+    used, df = _covariance(covariance, comparisons, way, sound)
+    if df is not None:
+        scores = _with_sandwich(scores, alpha, adjust, df)
+    stable = class_stability(drawn, alpha=alpha, adjust=adjust, covariance=used) if drawn is not None else None
+    kind = cast("Literal['expanded-bca', 'model']", DEFAULT if drawn is not None else "model")
+    return Estimate(scores, plain, way, prior_sd, used, df, limits[list(scores.order)], kind, stable)
+
+
+def _covariance(wish: CovarianceWish, comparisons: Comparisons, way: Way, sound: bool) -> tuple[Covariance, int | None]:
+    people = len(comparisons.observers)
+    if not sound or way != "ml" or people < 2 or wish == "model":
+        return "model", None
+    if wish == "sandwich" or people >= FEWEST_FOR_SANDWICH:
+        return "sandwich", people - 1
+    return "model", None
+
+
+def _drawn(comparisons: Comparisons, way: Way) -> Replicates | None:
+    if len(comparisons.observers) < 2 or len(comparisons.items) > MOST_ITEMS_DRAWN:
+        return None
+    return resample(comparisons, method="firth" if way == "firth" else "ml")
+
+
+def _with_sandwich(scores: Scores, alpha: float, adjust: Adjust, df: int) -> Scores:
+    from analysis.pair_models.fit import fit_model
+
+    spread = fit_model(scores.comparisons, covariance="sandwich").covariance
+    return _with(scores, {"covariance": spread}, alpha, adjust, df)
+
+
+def _under_prior(comparisons: Comparisons, alpha: float, adjust: Adjust) -> tuple[Scores, float]:
+    scores = score(comparisons, alpha=alpha, adjust=adjust, method="firth")
+    found = learnt_posterior(comparisons.wins)
+    theta = found.theta - found.theta.mean()
+    n = len(theta)
+    centre = np.eye(n) - 1 / n
+    log_score = theta - np.logaddexp.reduce(theta)
+    fitted: dict[str, Any] = {
+        "theta": theta,
+        "covariance": centre @ found.covariance @ centre,
+        "score": np.exp(log_score),
+        "log10_score": log_score / np.log(10),
+        "iterations": found.iterations,
+        "converged": found.converged,
+    }
+    return _with(scores, fitted, alpha, adjust, None), found.prior_sd
+
+
+def _with(scores: Scores, fitted: dict[str, Any], alpha: float, adjust: Adjust, df: int | None) -> Scores:
+    """Return the scores with parts of the fit replaced, and standard errors, order and classes that follow."""
+    se = np.sqrt(np.maximum(np.diag(fitted["covariance"]), 0))
+    whole = replace(scores.fit, se=se, **fitted)
+    classes = classify(whole.theta, whole.covariance, alpha=alpha, adjust=adjust, df=df)
+    before = {index: item for index, item in zip(scores.order, scores.items, strict=True)}
+    order: Sequence[int] = [int(index) for index in np.argsort(-whole.theta, kind="stable")]
+    items = tuple(
+        replace(
+            before[index],
+            theta=float(whole.theta[index]),
+            se=float(se[index]),
+            score=float(whole.score[index]),
+            log10_score=float(whole.log10_score[index]),
+            label=classes.labels[index],
+        )
+        for index in order
+    )
+    return Scores(items, tuple(order), scores.comparisons, whole, classes)
+
+
+def delta_interval(score: Floats, log10_score: Floats, covariance: Floats) -> Floats:
+    """Return 95 % limits (n, 2) of log10 score by the delta method: its gradient is the unit vector less scores."""
+    gradient = np.eye(len(score)) - score[None, :]
+    variance = np.einsum("ij,jk,ik->i", gradient, covariance, gradient)
+    half_width = TWO_SIDED_95 * np.sqrt(np.maximum(variance, 0)) / np.log(10)
+    return np.stack([log10_score - half_width, log10_score + half_width], axis=1)
