@@ -1,0 +1,113 @@
+"""How much of the free scores the factors explain, and whether what they leave is more than chance.
+
+The free model gives each item a strength of its own. With D the deviance, the share of deviance is
+(D_null − D_factors) / (D_null − D_free), null being the model of equal strengths. R² sets fitted strengths θ̂ against
+free ones θ with all the precision of θ as weight, H being their information (the pseudo-inverse of their covariance):
+
+    R² = 1 − (θ − θ̂)ᵀ H (θ − θ̂) / θᵀ H θ
+
+which is generalised least squares' [Buse1973]. Lack of fit is the likelihood-ratio test of the factors against the
+free model.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis import bradley_terry
+from analysis.factors.ascent import Fit
+from analysis.factors.likelihood_ratio import chance
+from analysis.pair_models.cells import Cells
+from analysis.pair_models.logistic import Logistic
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Explained:
+    """What the factors explain.
+
+    Attributes
+    ----------
+    deviance_null, deviance_factors, deviance_free
+        Against one free chance for each pair. ``deviance_free`` is None where the items have no finite free strengths.
+    deviance_share, r_squared
+        As above, at most 1; None where there are no free strengths, or nothing to explain.
+    free_theta
+        Shape (n,): the free strengths, in nats, mean 0; NaN where there are none.
+    lack_of_fit, lack_of_fit_df, lack_of_fit_p
+        Likelihood-ratio statistic, its degrees of freedom, and the χ² chance of as much if the factors are all there
+        is; p is None where there are no degrees left or a prior was used, and all are None where there are no free
+        strengths.
+    missing
+        Why there are no free strengths; None if there are.
+    """
+
+    deviance_null: float
+    deviance_factors: float
+    deviance_free: float | None
+    deviance_share: float | None
+    r_squared: float | None
+    free_theta: Floats
+    lack_of_fit: float | None
+    lack_of_fit_df: int | None
+    lack_of_fit_p: float | None
+    missing: str | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "deviance_null": self.deviance_null,
+            "deviance_factors": self.deviance_factors,
+            "deviance_free": self.deviance_free,
+            "deviance_share": self.deviance_share,
+            "r_squared": self.r_squared,
+            "lack_of_fit": self.lack_of_fit,
+            "lack_of_fit_df": self.lack_of_fit_df,
+            "lack_of_fit_p": self.lack_of_fit_p,
+            "missing": self.missing,
+        }
+
+
+def explain(cells: Cells, wins: Floats, fit: Fit, *, tested: bool) -> Explained:
+    """Hold ``fit`` against the null and the free model of the same answers; ``tested`` if it is a maximum."""
+    from scipy.special import xlogy
+
+    law = Logistic()
+    best = xlogy(cells.won, cells.won / cells.total) + xlogy(cells.lost, cells.lost / cells.total)
+    equal = law.log_likelihood(cells, np.zeros(len(cells.first)), 0.0)
+    null, factors = (max(0.0, float(2 * (best - terms).sum())) for terms in (equal, fit.terms))
+    free = bradley_terry.fit(wins)
+    if not free.converged:
+        why = "the items are separated, or not all linked by comparisons" if free.separated else "no convergence"
+        return Explained(null, factors, None, None, None, free.theta, None, None, None, why)
+    free_terms = law.log_likelihood(cells, cells.differences(free.theta, 0.0), 0.0)
+    to_explain = float(2 * (free_terms - equal).sum())
+    lack = max(0.0, float(2 * (free_terms - fit.terms).sum()))
+    df = cells.n - 1 - len(fit.gamma)
+    weight = cells.total * _spread(cells, free.theta)
+    all_of_it = float(weight @ cells.differences(free.theta, 0.0) ** 2)
+    missed = float(weight @ cells.differences(free.theta - fit.theta, 0.0) ** 2)
+    # Below rounding of the likelihood the items are equal, and there is nothing to explain.
+    anything = to_explain > 1e-12 * float(np.abs(equal).sum())
+    return Explained(
+        deviance_null=null,
+        deviance_factors=factors,
+        deviance_free=free.deviance,
+        deviance_share=1 - lack / to_explain if anything else None,
+        r_squared=1 - missed / all_of_it if anything else None,
+        free_theta=free.theta,
+        lack_of_fit=lack,
+        lack_of_fit_df=df,
+        lack_of_fit_p=chance(lack, df) if tested and df > 0 else None,
+        missing=None,
+    )
+
+
+def _spread(cells: Cells, theta: Floats) -> Floats:
+    first, second, _ = Logistic().probabilities(cells.differences(theta, 0.0), 0.0)
+    return first * second

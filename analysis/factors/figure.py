@@ -1,0 +1,92 @@
+"""The effects of the factors with their intervals, as SVG to be put into a page."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Sequence
+
+from analysis.errors import ResultsError
+from analysis.factors.drawn_rows import DrawnRow, drawn_rows
+from analysis.factors.result import FactorEffects
+from analysis.report.figure import FAINT, INK
+from documents import Finding
+
+EFFECT, LONGEST_NAME = "#165466", 26
+
+
+def effects_svg(found: FactorEffects, width_in: float = 6.5) -> str:
+    """Return an ``<svg>`` element: effects in nats, a row per level, factor by factor.
+
+    The thick bar is the model's 95 % interval, the thin line with ends the one by observers. A reference level is a
+    hollow circle at 0. The numbers are those of `analysis.factors.drawn_rows.drawn_rows`.
+
+    Raises
+    ------
+    ResultsError
+        If there are no effects to draw.
+    """
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    rows = drawn_rows(found)
+    if not rows:
+        why = " ".join(found.separation) or "there are none"
+        raise ResultsError(Finding(f"there are no finite effects to draw: {why}", remedy="fit with a prior (map)"))
+    places = _places(rows)
+    height_in = 0.75 + 0.31 * (max(places) + 1)
+    style = {
+        "svg.fonttype": "none",
+        "svg.hashsalt": f"factors-{width_in:g}",
+        "text.parse_math": False,
+        "font.size": 10.0,
+    }
+    with rc_context(style):  # type: ignore[arg-type]  # its keys are known names to the stubs, and plain text here
+        figure = Figure(figsize=(width_in, height_in), layout="constrained")
+        figure.patch.set_alpha(0)
+        axes = figure.subplots()
+        axes.patch.set_alpha(0)
+        axes.axvline(0, color=INK, linewidth=0.8, zorder=1)
+        axes.hlines(places, 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=0)
+        for place, row in zip(places, rows, strict=True):
+            level = [place, place]
+            if row.interval is not None:
+                axes.plot(row.interval, level, color=EFFECT, linewidth=6, alpha=0.35, solid_capstyle="butt", zorder=2)
+            if row.robust_interval is not None:
+                axes.plot(row.robust_interval, level, color=INK, linewidth=1.3, solid_capstyle="butt", zorder=3)
+                axes.plot(row.robust_interval, level, "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=3)
+            face = "white" if row.is_reference else EFFECT
+            axes.plot([row.estimate], [place], "o", color=INK, markerfacecolor=face, markersize=7, zorder=5)
+        axes.set_yticks(places, [_label(row) for row in rows])
+        axes.set_ylim(max(places) + 0.6, -0.6)
+        axes.set_xlabel("effect on the strength (nats)")
+        axes.tick_params(axis="y", length=0, colors=INK)
+        axes.tick_params(axis="x", colors=INK)
+        axes.spines[["top", "right", "left"]].set_visible(False)
+        axes.spines["bottom"].set_color(INK)
+        out = io.StringIO()
+        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    return _for_a_page(out.getvalue(), len(found.factors))
+
+
+def _places(rows: Sequence[DrawnRow]) -> list[float]:
+    """Return where rows stand, with half a row between factors."""
+    places: list[float] = []
+    for row, before in zip(rows, (None, *rows), strict=False):
+        apart = 1.0 if before is not None and before.factor == row.factor else 1.5
+        places.append(places[-1] + apart if places else 0.0)
+    return places
+
+
+def _label(row: DrawnRow) -> str:
+    text = f"{row.factor}: {row.level}"
+    return text if len(text) <= LONGEST_NAME else text[: LONGEST_NAME - 1] + "…"
+
+
+def _for_a_page(svg: str, factors: int) -> str:
+    """Drop what only a file of its own needs: the XML prologue, metadata, name spaces and the fixed size."""
+    body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    head, rest = body.split(">", 1)
+    view = re.search(r'viewBox="[^"]*"', head)
+    label = f"Effects of {factors} factor{'s' if factors > 1 else ''} with 95 % intervals"
+    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{label}">{rest}'

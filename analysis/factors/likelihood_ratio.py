@@ -1,0 +1,184 @@
+"""Likelihood-ratio tests of type II: each factor against the model of all the others.
+
+An interaction is tested against the model of all factors without interactions, one at a time. Beside each test of a
+factor stands Wald's with the sandwich covariance by observer, which needs no independence within an observer: with G
+observers and r effects, W (G − r) / (r (G − 1)) is held against F with r and G − r degrees of freedom.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.factors.aliasing import orthonormal, rank_gained
+from analysis.factors.ascent import Fit, climb
+from analysis.factors.existence import separated_effects
+from analysis.factors.terms import Term, empty_cell, interaction_term
+from analysis.factors.values import Factor
+from analysis.multiplicity import holm
+from analysis.pair_models.cells import Cells
+from analysis.separation import Groups
+
+Floats = NDArray[np.float64]
+NO_SPREAD = 1e-6
+WORST_CONDITION = 1e12
+
+
+@dataclass(frozen=True, slots=True)
+class FactorTest:
+    """Test of one factor.
+
+    Attributes
+    ----------
+    name
+        The factor.
+    statistic, df, p
+        Twice the log likelihood lost without it, its degrees of freedom, and the χ² chance of as much by accident.
+    robust_statistic, robust_p
+        Wald's statistic with the sandwich covariance, as F, and its p; None where there are too few observers.
+    """
+
+    name: str
+    statistic: float
+    df: int
+    p: float
+    robust_statistic: float | None
+    robust_p: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "name": self.name,
+            "type": "II",
+            "statistic": self.statistic,
+            "df": self.df,
+            "p": self.p,
+            "robust_statistic": self.robust_statistic,
+            "robust_p": self.robust_p,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class InteractionTest:
+    """Test of two factors' interaction, or why there is none.
+
+    ``p_holm`` is p after Holm's adjustment for all the interactions that were tested.
+    """
+
+    names: tuple[str, str]
+    statistic: float | None
+    df: int | None
+    p: float | None
+    p_holm: float | None
+    not_fitted: str | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "names": list(self.names),
+            "statistic": self.statistic,
+            "df": self.df,
+            "p": self.p,
+            "p_holm": self.p_holm,
+            "not_fitted": self.not_fitted,
+        }
+
+
+def centred_basis(terms: Sequence[Term], n: int) -> Floats:
+    """Return an orthonormal basis, shape (n, p), of the terms' columns, each less its mean."""
+    if not terms:
+        return np.empty((n, 0))
+    columns = np.hstack([term.columns for term in terms])
+    return orthonormal(columns - columns.mean(axis=0))
+
+
+def statistic(larger: Fit, smaller: Fit) -> float:
+    """Return twice the gain in log likelihood, summed by pair, so that little is lost where counts are huge."""
+    return max(0.0, float(2 * (larger.terms - smaller.terms).sum()))
+
+
+def chance(value: float, df: int) -> float:
+    """Return the chance of at least ``value`` by the χ² distribution; ``df`` above zero."""
+    from scipy.special import gammaincc
+
+    return float(gammaincc(df / 2, value / 2))
+
+
+def factor_tests(
+    cells: Cells, terms: Sequence[Term], full: Fit, robust: Sequence[tuple[float, float] | None]
+) -> tuple[FactorTest, ...]:
+    """Test each factor of the fit ``full``; ``robust`` holds Wald's F and p of each."""
+    tests = []
+    for place, (term, wald) in enumerate(zip(terms, robust, strict=True)):
+        others = [other for other in terms if other is not terms[place]]
+        lost = statistic(full, climb(cells, centred_basis(others, cells.n)))
+        told = wald or (None, None)
+        tests.append(FactorTest(term.names[0], lost, term.width, chance(lost, term.width), *told))
+    return tuple(tests)
+
+
+def robust_wald(effects: Floats, covariance: Floats, model_se: Floats, observers: int) -> tuple[float, float] | None:
+    """Return F and its p for ``effects`` (r,) with a sandwich covariance (r, r).
+
+    None with no more observers than effects, or where observers hardly differ: the sandwich then says nothing.
+    """
+    from scipy.special import fdtrc
+
+    r = len(effects)
+    if observers <= r:
+        return None
+    scale = np.sqrt(np.diag(covariance))
+    if not (scale > NO_SPREAD * model_se).all():
+        return None
+    correlation = covariance / scale / scale[:, None]
+    if np.linalg.cond(correlation) > WORST_CONDITION:
+        return None
+    z = effects / scale
+    ratio = float(z @ np.linalg.solve(correlation, z)) * (observers - r) / (r * (observers - 1))
+    return ratio, float(fdtrc(r, observers - r, ratio))
+
+
+def interaction_tests(
+    cells: Cells, factors: Sequence[Factor], terms: Sequence[Term], full: Fit, groups: Groups
+) -> tuple[InteractionTest, ...]:
+    """Test every two factors' interaction, each added alone to ``full``."""
+    tests = [
+        _interaction(cells, (factors[one], factors[other]), (terms[one], terms[other]), terms, full, groups)
+        for one, other in combinations(range(len(terms)), 2)
+    ]
+    fitted = [place for place, test in enumerate(tests) if test.p is not None]
+    adjusted = holm(np.array([tests[place].p for place in fitted], dtype=np.float64))
+    for place, p in zip(fitted, adjusted.tolist(), strict=True):
+        tests[place] = replace(tests[place], p_holm=p)
+    return tuple(tests)
+
+
+def _interaction(
+    cells: Cells,
+    factors: tuple[Factor, Factor],
+    pair: tuple[Term, Term],
+    terms: Sequence[Term],
+    full: Fit,
+    groups: Groups,
+) -> InteractionTest:
+    names = (factors[0].name, factors[1].name)
+    empty = empty_cell(*factors)
+    if empty:
+        return InteractionTest(names, None, None, None, None, empty)
+    added = interaction_term(*pair)
+    if rank_gained(terms, added, groups) < added.width:
+        return InteractionTest(names, None, None, None, None, "the factors already tell all or part of it")
+    whole = [*terms, added]
+    if separated_effects(cells, whole):
+        why = "with it the answers are fitted ever better without end: it has no finite maximum"
+        return InteractionTest(names, None, None, None, None, why)
+    fit = climb(cells, centred_basis(whole, cells.n))
+    if not fit.converged:
+        return InteractionTest(names, None, None, None, None, f"the fit did not converge in {fit.iterations} steps")
+    gained = statistic(fit, full)
+    return InteractionTest(names, gained, added.width, chance(gained, added.width), None, None)

@@ -1,0 +1,111 @@
+"""What the factors do to the scores, with all tests: the result of a fit."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.factors.explained import Explained
+from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
+from analysis.factors.rows import Effect
+from analysis.factors.terms import Coding
+from analysis.factors.values import Factor, LeftOut
+
+Floats = NDArray[np.float64]
+FactorMethod = Literal["ml", "map"]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FactorEffects:
+    """What the factors do to the strengths of ``n`` items, and whether it can be trusted.
+
+    Attributes
+    ----------
+    items
+        Names of the items.
+    factors
+        The factors in the model, in order, with their levels, the reference first.
+    left_out
+        The others, and why each is constant, unknown of some items, or aliased.
+    coding, method, prior_sd
+        What was asked for; ``prior_sd`` in nats, None unless ``method`` is ``map``.
+    effects
+        One for each level, or number; empty where there is no finite maximum.
+    joint_covariance, sandwich_covariance
+        Shape (e, e): of all effects together, in nats², by the model and by observers (None with fewer than two).
+    tests, interactions
+        Likelihood-ratio tests of type II; empty unless ``method`` is ``ml``.
+    explained
+        Share of the free scores and lack of fit; None where there is no finite maximum.
+    theta
+        Shape (n,): fitted strengths in nats, mean 0; NaN where there is no finite maximum.
+    log_likelihood
+        Σ W log p, without binomial coefficients; NaN where there is no finite maximum.
+    observers
+        How many observers gave answers that count.
+    converged, iterations
+        Whether the last step was below the tolerance; Newton steps taken.
+    separation
+        Sentences why there is no finite maximum; empty if the fit is sound.
+    held_by_prior
+        The same sentences where only the prior keeps the effects finite.
+    ties_left_out
+        How many answers prefer neither item: the model has no place for them.
+    """
+
+    items: tuple[str, ...]
+    factors: tuple[Factor, ...]
+    left_out: tuple[LeftOut, ...]
+    coding: Coding
+    method: FactorMethod
+    prior_sd: float | None
+    effects: tuple[Effect, ...]
+    joint_covariance: Floats
+    sandwich_covariance: Floats | None
+    tests: tuple[FactorTest, ...]
+    interactions: tuple[InteractionTest, ...]
+    explained: Explained | None
+    theta: Floats
+    log_likelihood: float
+    observers: int
+    converged: bool
+    iterations: int
+    separation: tuple[str, ...]
+    held_by_prior: tuple[str, ...]
+    ties_left_out: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON, without NaN."""
+        sound = not self.separation
+        free = self.explained.free_theta if self.explained else self.theta
+        return {
+            "coding": self.coding,
+            "method": self.method,
+            "prior_sd": self.prior_sd,
+            "factors": [
+                {"name": factor.name, "kind": factor.kind, "levels": list(factor.levels)} for factor in self.factors
+            ],
+            "left_out": [one.to_json() for one in self.left_out],
+            "effects": [one.to_json() for one in self.effects],
+            "tests": [test.to_json() for test in self.tests],
+            "interactions": [test.to_json() for test in self.interactions],
+            "explained": self.explained.to_json() if self.explained else None,
+            "items": [
+                {"name": name, "fitted": _finite(fitted), "free": _finite(own)}
+                for name, fitted, own in zip(self.items, self.theta, free, strict=True)
+            ],
+            "log_likelihood": self.log_likelihood if sound else None,
+            "observers": self.observers,
+            "converged": self.converged,
+            "iterations": self.iterations,
+            "separation": list(self.separation),
+            "held_by_prior": list(self.held_by_prior),
+            "ties_left_out": self.ties_left_out,
+        }
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if np.isfinite(value) else None

@@ -1,0 +1,298 @@
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Mapping
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from analysis import bradley_terry
+from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.errors import ResultsError
+from analysis.factors.effects import factor_effects
+from analysis.factors.result import FactorEffects
+
+Floats = NDArray[np.float64]
+Factors = Mapping[str, Mapping[str, str | float]]
+Drawer = Callable[..., Comparisons]
+Regression = Callable[[Comparisons, Floats], tuple[Floats, float]]
+
+TRUTH = {"blue": 0.5, "red": -0.4, "stereo": 0.8, "per unit": 0.6}
+
+
+def strengths(grid: Factors) -> dict[str, float]:
+    return {
+        name: TRUTH.get(str(one["paint"]), 0.0)
+        + TRUTH.get(str(one["view"]), 0.0)
+        + TRUTH["per unit"] * float(one["exposure_s"])
+        for name, one in grid.items()
+    }
+
+
+def dummies(grid: Factors) -> Floats:
+    """Columns of blue, red, stereo and the exposure, as one would write them by hand."""
+    return np.array(
+        [
+            [one["paint"] == "blue", one["paint"] == "red", one["view"] == "stereo", float(one["exposure_s"])]
+            for one in grid.values()
+        ],
+        dtype=np.float64,
+    )
+
+
+def of(found: FactorEffects, *names: str) -> list[float]:
+    return [found_one.estimate for name in names for found_one in found.effects if found_one.level == name]
+
+
+def test_effects_are_those_of_a_logistic_regression(grid: Factors, draw: Drawer, regression: Regression) -> None:
+    answers = draw(strengths(grid))
+    found = factor_effects(answers, grid)
+    assert [effect.level for effect in found.effects] == ["blue", "red", "stereo", "per unit"]
+    beta, log_likelihood = regression(answers, dummies(grid))
+    np.testing.assert_allclose([effect.estimate for effect in found.effects], beta, atol=1e-6)
+    assert found.log_likelihood == pytest.approx(log_likelihood, abs=1e-9)
+    assert found.converged
+
+
+def test_covariances_are_those_of_the_regression_answer_by_answer(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid))
+    found = factor_effects(answers, grid)
+    columns = dummies(grid)
+    beta = np.array([effect.estimate for effect in found.effects])
+    information = np.zeros((4, 4))
+    scores = np.zeros((len(answers.observers), 4))
+    for winner, loser, observer in zip(answers.winner, answers.loser, answers.observer, strict=True):
+        x = columns[winner] - columns[loser]
+        lost = 1 / (1 + np.exp(x @ beta))
+        information += lost * (1 - lost) * np.outer(x, x)
+        scores[observer] += lost * x
+    inverse = np.linalg.inv(information)
+    people = len(scores)
+    sandwich = people / (people - 1) * inverse @ (scores.T @ scores) @ inverse
+    np.testing.assert_allclose(found.joint_covariance, inverse, rtol=1e-9)
+    assert found.sandwich_covariance is not None
+    np.testing.assert_allclose(found.sandwich_covariance, sandwich, rtol=1e-8, atol=1e-12)
+    np.testing.assert_allclose([effect.se for effect in found.effects], np.sqrt(np.diag(inverse)), rtol=1e-9)
+    # Student's 97.5 % point with 11 degrees of freedom, from a table.
+    (stereo,) = (effect for effect in found.effects if effect.level == "stereo")
+    assert stereo.robust_se is not None
+    assert stereo.robust_high is not None
+    assert stereo.robust_high - stereo.estimate == pytest.approx(2.201 * stereo.robust_se, rel=1e-4)
+    wald = beta[:2] @ np.linalg.solve(sandwich[:2, :2], beta[:2]) * (people - 2) / (2 * (people - 1))
+    assert found.tests[0].robust_statistic == pytest.approx(wald, rel=1e-8)
+
+
+def test_tests_are_differences_of_log_likelihoods(grid: Factors, draw: Drawer, regression: Regression) -> None:
+    answers, columns = draw(strengths(grid)), dummies(grid)
+    found = factor_effects(answers, grid)
+    _, whole = regression(answers, columns)
+    for test, without in zip(found.tests, ([2, 3], [0, 1, 3], [0, 1, 2]), strict=True):
+        _, smaller = regression(answers, columns[:, without])
+        assert test.statistic == pytest.approx(2 * (whole - smaller), abs=1e-6)
+        assert test.df == 4 - len(without)
+    products = {
+        ("paint", "view"): columns[:, :2] * columns[:, [2]],
+        ("paint", "exposure_s"): columns[:, :2] * columns[:, [3]],
+        ("view", "exposure_s"): columns[:, [2]] * columns[:, [3]],
+    }
+    for interaction in found.interactions:
+        _, larger = regression(answers, np.hstack([columns, products[interaction.names]]))
+        assert interaction.statistic == pytest.approx(2 * (larger - whole), abs=1e-6)
+        assert interaction.p is not None
+        assert interaction.p_holm is not None
+        assert interaction.p <= interaction.p_holm <= 1
+    assert len(found.interactions) == 3
+
+
+def test_one_level_for_each_item_is_the_free_model(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid))
+    named = {name: {"stimulus": name} for name in grid}
+    found = factor_effects(answers, named, use=("stimulus",))
+    free = bradley_terry.fit(answers.wins)
+    np.testing.assert_allclose(found.theta, free.theta, atol=1e-10, rtol=0)
+    np.testing.assert_allclose([e.estimate for e in found.effects], free.theta[1:] - free.theta[0], atol=1e-10, rtol=0)
+    variances = np.diag(free.covariance)[1:] + free.covariance[0, 0] - 2 * free.covariance[0, 1:]
+    np.testing.assert_allclose(np.diag(found.joint_covariance), variances, rtol=1e-10)
+    assert found.explained is not None
+    assert found.explained.deviance_share == pytest.approx(1, abs=1e-12)
+    assert found.explained.r_squared == pytest.approx(1, abs=1e-12)
+    assert found.explained.deviance_factors == pytest.approx(free.deviance, abs=1e-9)
+    assert found.explained.lack_of_fit_df == 0
+    assert found.explained.lack_of_fit_p is None
+
+
+def test_share_and_r_squared_by_hand(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid), seed=4)
+    found = factor_effects(answers, grid, use=("view",))
+    free = bradley_terry.fit(answers.wins)
+    told = found.explained
+    assert told is not None
+    null = float(answers.count.sum() * np.log(0.5))
+    share = (found.log_likelihood - null) / (free.log_likelihood - null)
+    assert told.deviance_share == pytest.approx(share, rel=1e-10)
+    assert told.deviance_factors - free.deviance == pytest.approx(told.lack_of_fit, rel=1e-9)
+    assert told.lack_of_fit_df == 10
+    precision = np.linalg.pinv(free.covariance)
+    missed = free.theta - found.theta
+    expected = 1 - missed @ precision @ missed / (free.theta @ precision @ free.theta)
+    assert told.r_squared == pytest.approx(expected, rel=1e-8)
+    assert 0.1 < share < 0.9
+    assert told.lack_of_fit_p is not None
+    assert told.lack_of_fit_p < 1e-3
+
+
+@pytest.mark.parametrize("method", ["ml", "map"])
+def test_coding_and_reference_do_not_move_the_strengths(grid: Factors, draw: Drawer, method: str) -> None:
+    answers = draw(strengths(grid))
+    one = factor_effects(answers, grid, method=method)  # type: ignore[arg-type]
+    other = factor_effects(answers, grid, coding="sum", method=method)  # type: ignore[arg-type]
+    third = factor_effects(answers, grid, references={"paint": "red", "view": "stereo"}, method=method)  # type: ignore[arg-type]
+    np.testing.assert_allclose(other.theta, one.theta, atol=1e-9)
+    np.testing.assert_allclose(third.theta, one.theta, atol=1e-9)
+    levels = [effect for effect in other.effects if effect.factor == "paint"]
+    assert [effect.level for effect in levels] == ["grey", "blue", "red"]
+    assert sum(effect.estimate for effect in levels) == pytest.approx(0, abs=1e-12)
+    assert levels[1].estimate - levels[0].estimate == pytest.approx(one.effects[0].estimate, abs=1e-9)
+    (flat,) = (effect for effect in third.effects if effect.level == "flat")
+    assert flat.reference == "stereo"
+    assert flat.estimate == pytest.approx(-of(one, "stereo")[0], abs=1e-9)
+
+
+def test_a_logarithm_counts_per_doubling_and_a_unit_is_a_unit(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid))
+    (unit,) = of(factor_effects(answers, grid), "per unit")
+    (doubling,) = of(factor_effects(answers, grid, log=("exposure_s",)), "per doubling")
+    # From 0.125 to 1 there are 0.875 units and 3 doublings.
+    assert 3 * doubling == pytest.approx(0.875 * unit, abs=1e-9)
+    scaled = {name: {**one, "exposure_s": float(one["exposure_s"]) * 1e12} for name, one in grid.items()}
+    (small,) = of(factor_effects(answers, scaled), "per unit")
+    assert small * 1e12 == pytest.approx(unit, rel=1e-9)
+
+
+@given(seed=st.integers(0, 10**6), scale=st.sampled_from([1e-3, 1.0, 1e9]))
+@settings(max_examples=15, deadline=None)
+def test_order_names_and_size_of_counts_do_not_matter(seed: int, scale: float, grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid), observers=6)
+    rng = np.random.default_rng(seed)
+    names = list(grid)
+    renamed = dict(zip(names, rng.permutation([f"item {place}" for place in range(len(names))]).tolist(), strict=True))
+    lines = [
+        Answer(renamed[names[winner]], renamed[names[loser]], scale, f"person {observer}")
+        for winner, loser, observer in zip(answers.winner, answers.loser, answers.observer, strict=True)
+    ]
+    shuffled = from_answers(
+        [lines[place] for place in rng.permutation(len(lines))], rng.permutation(list(renamed.values())).tolist()
+    )
+    told = {renamed[name]: dict(one) for name, one in grid.items()}
+    wishes = {"paint": "grey", "view": "flat"}
+    one = factor_effects(answers, grid, references=wishes)
+    other = factor_effects(shuffled, told, references=wishes)
+    mine = {(effect.factor, effect.level): effect for effect in other.effects}
+    for effect in one.effects:
+        same = mine[effect.factor, effect.level]
+        assert same.estimate == pytest.approx(effect.estimate, abs=1e-8)
+        assert same.se * np.sqrt(scale) == pytest.approx(effect.se, rel=1e-8)
+        assert same.robust_se == pytest.approx(effect.robust_se, rel=1e-7)
+    assert {test.name: test.statistic / scale for test in other.tests} == pytest.approx(
+        {test.name: test.statistic for test in one.tests}, rel=1e-6, abs=1e-9
+    )
+
+
+def test_two_items_are_the_log_odds() -> None:
+    answers = from_answers([Answer("a", "b", 30), Answer("b", "a", 10)])
+    found = factor_effects(answers, {"a": {"view": "stereo"}, "b": {"view": "flat"}}, references={"view": "flat"})
+    assert found.effects[0].estimate == pytest.approx(np.log(3), abs=1e-12)
+    assert found.effects[0].se == pytest.approx(np.sqrt(1 / 30 + 1 / 10), rel=1e-12)
+    assert found.effects[0].robust_se is None
+    assert found.effects[0].odds_factor == pytest.approx(3)
+
+
+def test_observers_who_do_not_differ_give_no_robust_error() -> None:
+    lines = [Answer("a", "b", count, f"{who}") for who in range(3) for count in (3.0,)]
+    lines += [Answer("b", "a", 1.0, f"{who}") for who in range(3)]
+    found = factor_effects(from_answers(lines), {"a": {"view": "stereo"}, "b": {"view": "flat"}})
+    assert found.effects[0].robust_se is None
+    assert found.tests[0].robust_p is None
+
+
+def test_equal_items_leave_nothing_to_explain() -> None:
+    answers = from_answers(
+        [Answer(*pair) for a, b in (("a", "b"), ("b", "c"), ("a", "c")) for pair in ((a, b), (b, a))]
+    )
+    found = factor_effects(answers, {"a": {"view": "x"}, "b": {"view": "x"}, "c": {"view": "y"}})
+    assert found.effects[0].estimate == pytest.approx(0, abs=1e-12)
+    assert found.explained is not None
+    assert found.explained.deviance_share is None
+    assert found.explained.r_squared is None
+
+
+def test_a_prior_pulls_effects_towards_zero(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid))
+    sizes = [
+        float(np.linalg.norm(factor_effects(answers, grid, method="map", prior_sd=sd).theta)) for sd in (0.1, 1, 100)
+    ]
+    plain = float(np.linalg.norm(factor_effects(answers, grid).theta))
+    assert sizes[0] < sizes[1] < sizes[2] < plain
+    assert sizes[2] == pytest.approx(plain, rel=1e-3)
+    found = factor_effects(answers, grid, method="map")
+    assert found.tests == ()
+    assert found.interactions == ()
+    assert found.explained is not None
+    assert found.explained.lack_of_fit_p is None
+
+
+def test_the_posterior_is_that_of_the_pair_models_for_free_items(grid: Factors, draw: Drawer) -> None:
+    from analysis.pair_models.fit import fit_model
+
+    answers = draw(strengths(grid))
+    named = {name: {"stimulus": name} for name in grid}
+    found = factor_effects(answers, named, use=("stimulus",), method="map", prior_sd=0.7)
+    np.testing.assert_allclose(found.theta, fit_model(answers, method="map", prior_sd=0.7).theta, atol=1e-9)
+
+
+def test_json_has_no_nan(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid))
+    always = from_answers([Answer("a", "b", 3)])
+    for found in (
+        factor_effects(answers, grid),
+        factor_effects(answers, grid, coding="sum", method="map"),
+        factor_effects(always, {"a": {"view": "x"}, "b": {"view": "y"}}),
+    ):
+        json.dumps(found.to_json(), allow_nan=False)
+
+
+@pytest.mark.parametrize(
+    ("wish", "message"),
+    [
+        ({"coding": "helmert"}, "there is no coding 'helmert'"),
+        ({"method": "firth"}, "there is no method 'firth'"),
+        ({"method": "map", "prior_sd": 0.0}, "the prior's standard deviation is 0"),
+        ({"use": ("colour",)}, "there is no factor 'colour'"),
+        ({"references": {"view": "mono"}}, "no level 'mono'"),
+        ({"log": ("view",)}, "'view' is no number"),
+        ({"log": ("exposure_s",), "categorical": ("exposure_s",)}, "cannot be both"),
+        ({"use": ()}, "no factor whose effect could be told"),
+    ],
+)
+def test_wrong_wishes_are_told(wish: dict[str, object], message: str, grid: Factors, draw: Drawer) -> None:
+    with pytest.raises(ResultsError, match=message) as raised:
+        factor_effects(draw(strengths(grid), observers=2), grid, **wish)  # type: ignore[arg-type]
+    assert len(raised.value.findings) == 1
+
+
+def test_an_item_without_factors_and_no_answers_are_told(grid: Factors, draw: Drawer) -> None:
+    answers = draw(strengths(grid), observers=2)
+    with pytest.raises(ResultsError, match="no factors of 'red-stereo-1'"):
+        factor_effects(answers, {name: one for name, one in grid.items() if name != "red-stereo-1"})
+    with pytest.raises(ResultsError, match="no two items"):
+        factor_effects(from_answers([]), grid)
+
+
+def test_ties_are_left_out_and_counted() -> None:
+    answers = from_answers([Answer("a", "b", 3), Answer("b", "a", 1), Answer("a", "b", 2, tie=True)])
+    found = factor_effects(answers, {"a": {"view": "x"}, "b": {"view": "y"}})
+    assert found.ties_left_out == 2
+    assert found.effects[0].estimate == pytest.approx(-np.log(3), abs=1e-12)

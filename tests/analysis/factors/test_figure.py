@@ -1,0 +1,49 @@
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from xml.etree import ElementTree
+
+import pytest
+
+from analysis.comparisons import Comparisons
+from analysis.factors.drawn_rows import drawn_rows
+from analysis.factors.effects import factor_effects
+from analysis.factors.figure import effects_svg
+
+Factors = Mapping[str, Mapping[str, str | float]]
+Drawer = Callable[..., Comparisons]
+
+
+def test_rows_are_the_effects_with_references_and_ranges(grid: Factors, draw: Drawer) -> None:
+    answers = draw(dict.fromkeys(grid, 0.0))
+    found = factor_effects(answers, grid, log=("exposure_s",))
+    rows = drawn_rows(found)
+    assert [(row.factor, row.level, row.is_reference) for row in rows] == [
+        ("paint", "grey", True),
+        ("paint", "blue", False),
+        ("paint", "red", False),
+        ("view", "flat", True),
+        ("view", "stereo", False),
+        ("exposure_s", "0.125 to 1", False),
+    ]
+    assert rows[1].estimate == found.effects[0].estimate
+    assert rows[0].interval is None
+    # Three doublings.
+    assert rows[-1].estimate == pytest.approx(3 * found.effects[-1].estimate)
+    assert rows[-1].interval == pytest.approx((3 * found.effects[-1].low, 3 * found.effects[-1].high))
+    assert rows[-1].to_json()["robust_high"] == pytest.approx(3 * (found.effects[-1].robust_high or 0))
+    by_mean = drawn_rows(factor_effects(answers, grid, coding="sum"))
+    assert not any(row.is_reference for row in by_mean)
+
+
+def test_the_picture_is_sound_and_names_every_row(grid: Factors, draw: Drawer) -> None:
+    told = {name: {**one, "paint": f"<b>{one['paint']}&"} for name, one in grid.items()}
+    found = factor_effects(draw(dict.fromkeys(grid, 0.0)), told)
+    svg = effects_svg(found)
+    root = ElementTree.fromstring(svg.replace("xlink:href", "href"))
+    text = ["".join(element.itertext()).strip() for element in root.iter() if element.tag.endswith("text")]
+    for row in drawn_rows(found):
+        assert f"{row.factor}: {row.level}" in text
+    assert root.attrib["aria-label"] == "Effects of 3 factors with 95 % intervals"
+    assert "<b>" not in svg
+    assert effects_svg(found) == svg
