@@ -215,7 +215,7 @@ def cochran(rows: Floats) -> tuple[float | None, float | None]:
     for row in varying:
         sums += random.permuted(np.broadcast_to(row, (draws, k)), axis=1)
     drawn = (k - 1) * (sums**2).sum(axis=1) / within
-    return statistic, float((1 + (drawn >= statistic * (1 - 1e-9)).sum()) / (1 + draws))
+    return statistic, float((1 + (drawn >= statistic - 1e-9 * max(1.0, statistic)).sum()) / (1 + draws))
 
 
 def neighbours_tests(choices: Choices) -> tuple[NeighboursTest, ...]:

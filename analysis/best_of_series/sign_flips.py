@@ -16,7 +16,7 @@ MOST_EXACT = 16
 DRAWS = 100_000
 SEED = 1935
 _BLOCK_NUMBERS = 4_000_000
-_ROUNDING = 1e-9
+_ROUNDING = 1e-11
 
 
 def p_by_flips(differences: Floats, statistic: Callable[[Floats], Floats]) -> float:
@@ -41,7 +41,8 @@ def p_by_flips(differences: Floats, statistic: Callable[[Floats], Floats]) -> fl
     canonical = rows * np.sign(first)
     canonical = canonical[np.lexsort(canonical.T)]
     seen = float(statistic(rows.sum(axis=0)[None])[0])
-    reach = seen - _ROUNDING * max(abs(seen), 1e-300)
+    # Sums that are equal but for rounding count as equal, also where they cancel out to next to nothing.
+    reach = seen - _ROUNDING * max(abs(seen), float(statistic(np.abs(rows).sum(axis=0)[None])[0]))
     as_large = total = 0
     for signs in _signs(len(rows)):
         as_large += int((statistic(signs @ canonical) >= reach).sum())
@@ -58,7 +59,9 @@ def _signs(observers: int) -> Iterator[Floats]:
     random = np.random.default_rng(SEED)
     block = max(1, _BLOCK_NUMBERS // observers)
     for start in range(0, DRAWS, block):
-        yield random.choice([-1.0, 1.0], size=(min(block, DRAWS - start), observers))
+        shape = min(block, DRAWS - start), observers
+        bits = np.unpackbits(np.frombuffer(random.bytes(-(-shape[0] * shape[1] // 8)), np.uint8))
+        yield bits[: shape[0] * shape[1]].reshape(shape).astype(np.float64) * 2 - 1
 
 
 def mean_difference_p(differences: Floats) -> float:

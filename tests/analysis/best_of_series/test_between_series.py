@@ -52,6 +52,12 @@ def test_drawn_signs_come_close_to_all_signs() -> None:
     assert mean_difference_p(rows[::-1]) == mean_difference_p(rows)
 
 
+@pytest.mark.parametrize("size", [1e-3, 1 / 3, 1e9])
+def test_differences_that_cancel_out_but_for_rounding_are_none(size: float) -> None:
+    assert mean_difference_p(size * np.array([1.0, 2.0, 3.0, -6.0])) == 1.0
+    assert mean_difference_p(size * np.array([0.1, 0.2, -0.3, 0.0])) == 1.0
+
+
 def test_no_difference_at_all_is_no_evidence() -> None:
     assert mean_difference_p(np.zeros(5)) == 1.0
 
