@@ -183,6 +183,16 @@ def test_strangers_with_firm_tastes_of_their_own_do_not_agree(study: Study) -> N
     assert np.mean(against_strangers) <= 0.05 + 3 * np.sqrt(0.05 * 0.95 / 150)
 
 
+def test_the_observed_order_and_equal_shuffles_count() -> None:
+    # Opposed on their one pair: no shuffle agrees less, so that all count, and the observed order with them.
+    opposed = concordance(table(np.array([[1], [-1]], dtype=object), 2), shuffles=9)
+    assert opposed is not None
+    assert opposed.strangers_p == 1
+    same = concordance(table(np.array([[1] * 15] * 5, dtype=object), 6), shuffles=9)
+    assert same is not None
+    assert same.strangers_p == 0.1
+
+
 def test_strangers_need_every_pair() -> None:
     gap = concordance(table(np.array([[1, 1, None], [1, 1, 1]], dtype=object), 3))
     assert gap is not None

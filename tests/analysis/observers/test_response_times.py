@@ -25,7 +25,7 @@ def timed(session: SessionLog, seconds: list[float]) -> SessionLog:
 def test_times_that_follow_the_difference_give_its_slope(make_session: Maker) -> None:
     random = np.random.default_rng(1)
     gap = np.array([abs(THETA[a] - THETA[b]) for a, b in PAIRS])
-    seconds = np.exp(1 - 0.4 * gap + random.normal(0, 0.05, len(gap)))
+    seconds = np.exp(3 - 0.4 * gap + random.normal(0, 0.05, len(gap)))
     found = response_times([timed(make_session(names="abcd", answers=PAIRS), seconds.tolist())], THETA)
     assert found is not None
     assert found.median_s == pytest.approx(np.median(seconds))

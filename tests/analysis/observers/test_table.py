@@ -135,11 +135,21 @@ def test_flags_say_what_to_look_at_and_drop_nobody(make_session: Maker) -> None:
 
 
 def test_few_items_are_no_reason_to_doubt(make_session: Maker) -> None:
+    straight, circle = [("a", "b"), ("b", "c"), ("a", "c")], [("a", "b"), ("b", "c"), ("c", "a")]
     table = observers_in_sessions(
-        [make_session(f"0{n}", names="abc", answers=[("a", "b"), ("b", "c"), ("a", "c")]) for n in range(3)]
+        [make_session(f"0{number}", names="abc", answers=straight) for number in range(3)]
+        + [make_session("03", names="abc", answers=circle)]
     )
-    # Three items cannot prove anyone consistent: p is 0.75 at best.
-    assert all(line.flags == () for line in table.lines)
+    # Three items cannot prove anyone consistent: p is 0.75 at best, and so nobody can be called inconsistent.
+    assert all("no more consistent than chance" not in line.flags for line in table.lines)
+
+
+def test_some_circular_triads_are_no_reason_to_doubt(make_session: Maker) -> None:
+    firm = [("f", "a") if pair == ("a", "f") else pair for pair in combinations(NAMES, 2)]
+    (line,) = observers_in_sessions([make_session("01", names=NAMES, answers=firm)]).lines
+    assert line.consistency
+    assert line.consistency.circular == 4
+    assert line.flags == ()
 
 
 def test_separated_and_unlinked_answers_still_give_a_table(make_session: Maker) -> None:
