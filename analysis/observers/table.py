@@ -10,6 +10,7 @@ import numpy as np
 
 from analysis.bradley_terry import BradleyTerryFit, fit
 from analysis.comparisons import Comparisons
+from analysis.mixtures import refuse_mixtures
 from analysis.observers.catch_answers import CatchAnswers, catch_answers
 from analysis.observers.concordance import SHUFFLES, Concordance, concordance
 from analysis.observers.consistency import Consistency, consistencies
@@ -20,7 +21,7 @@ from analysis.observers.response_times import TOO_FAST_S, ResponseTimes, respons
 from analysis.observers.sides import SideBias, side_biases
 from analysis.records import SessionLog
 from analysis.screening import Outcome, outcomes
-from analysis.session_comparisons import from_sessions
+from analysis.session_comparisons import from_sessions, is_comparison, is_tie
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,6 +123,8 @@ def observers_in_sessions(
 ) -> ObserverTable:
     """Describe the observers of one experiment's sessions; several sessions of one observer are taken together.
 
+    Sessions without any paired comparison, such as those of series or of screening alone, leave the rest of each line.
+
     Parameters
     ----------
     level
@@ -134,16 +137,22 @@ def observers_in_sessions(
     Raises
     ------
     ResultsError
-        As `analysis.session_comparisons.from_sessions`.
+        As `analysis.mixtures.refuse_mixtures`, or if a record is damaged.
     """
-    comparisons = from_sessions(sessions)
-    theta = dict(zip(comparisons.items, _strengths(comparisons).theta.tolist(), strict=True))
-    described = {line.name: line for line in _lines(comparisons, level)}
+    refuse_mixtures(sessions)
+    compared = any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials)
+    comparisons = from_sessions(sessions) if compared else None
+    theta: dict[str, float] = {}
+    described: dict[str, ObserverLine] = {}
+    if comparisons:
+        theta = dict(zip(comparisons.items, _strengths(comparisons).theta.tolist(), strict=True))
+        described = {line.name: line for line in _lines(comparisons, level)}
     lines = []
     for name, own in sessions_by_observer(sessions).items():
         lines.append(
             replace(
                 described.get(name, ObserverLine(name)),
+                ties=float(sum(is_comparison(trial) and is_tie(trial) for log in own for trial in log.trials)),
                 sessions=len(own),
                 complete=sum(session.complete for session in own),
                 times=response_times(own, theta, too_fast_s),
@@ -152,7 +161,7 @@ def observers_in_sessions(
                 screening_passed=screened_well(own),
             )
         )
-    return ObserverTable(tuple(lines), concordance(comparisons, shuffles), level)
+    return ObserverTable(tuple(lines), concordance(comparisons, shuffles) if comparisons else None, level)
 
 
 def observers_in_comparisons(

@@ -93,6 +93,27 @@ def test_who_answered_nothing_or_only_ties_or_little_keeps_a_line(make_session: 
     json.dumps(table.to_json(), allow_nan=False)
 
 
+def test_sessions_without_comparisons_leave_the_rest(make_session: Maker) -> None:
+    outcome = {"passed": False, "threshold": None, "estimate": None, "pass_mark": 140.0, "unit": "arcsec"}
+    screening = Trial(0, 0, "screening", (), 1.0, "", {"test": "stereo_acuity", "outcome": outcome})
+    empty = make_session("01", names=NAMES, answers=[])
+    tie = {"first": "a", "second": "b", "answer": "not_sure"}
+    undecided = replace(
+        make_session("02", names=NAMES, answers=[]), answers=(Trial(1, 0, "all_pairs", (), 2.0, "", tie),)
+    )
+    table = observers_in_sessions([replace(empty, answers=(screening,)), undecided])
+    assert table.concordance is None
+    assert [line.flags for line in table.lines] == [("failed the vision screening",), ()]
+    assert table.lines[1].ties == 1
+    assert table.lines[1].times
+    assert table.lines[1].times.median_s == 2
+    json.dumps(table.to_json(), allow_nan=False)
+    with pytest.raises(ResultsError, match="would count twice"):
+        observers_in_sessions([empty, empty])
+    with pytest.raises(ResultsError, match="no session"):
+        observers_in_sessions([])
+
+
 def test_one_observer_and_two_items(make_session: Maker) -> None:
     table = observers_in_sessions([make_session("01", names="ab", answers=[("a", "b")])])
     (line,) = table.lines
