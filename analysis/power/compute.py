@@ -24,7 +24,7 @@ Block = TypeVar("Block")
 Result = TypeVar("Result")
 Done = Callable[[int, int], None]
 
-# Two processes are up after about 3 s, and halve what is left: below this it is quicker to go on alone.
+# Two processes are up after two to four seconds, and halve what is left: below this it is quicker to go on alone.
 WORTH_A_CLUSTER_S = 12.0
 CONNECT_S, FIRST_WORKER_S = 10, 60
 
@@ -108,8 +108,11 @@ def _on(
     place = {future.key: index for index, future in enumerate(futures)}
     found: dict[int, Result] = {}
     try:
-        for future in as_completed(futures):
+        coming = as_completed(futures)
+        futures.clear()  # a result that was fetched is let go: were its worker to die, it would be computed again
+        for future in coming:
             found[place[future.key]] = future.result()
+            future.release()
             tell(len(found))
     except KilledWorker as error:
         raise ComputeError(f"workers died again and again at the same block: {error}") from error

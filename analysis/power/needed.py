@@ -60,6 +60,9 @@ class Needed:
         chance, error = self.power.separates[size, pair], self.power.separates_error[size, pair]
         how = f"{100 * chance:.0f} % of the studies (± {100 * error:.1f} %)"
         target = f"{100 * self.target:g} % power"
+        if self.observers is None and len(self.pairs) == 1:
+            too_few = f"{_people(observers)}, the most tried, are too few for {target}"
+            return f"{too_few} on {self._which}: they separate in {how}."
         if self.observers is None:
             reach = int((self.power.separates[size, self.pairs] >= self.target).sum())
             return (
@@ -85,7 +88,7 @@ class Needed:
 
     @property
     def _which(self) -> str:
-        if self.named and len(self.pairs) == 1:
+        if len(self.pairs) == 1:
             return "{} and {}".format(*self.power.pair_names[int(self.pairs[0])])
         if self.named:
             return f"the {len(self.pairs)} pairs named"

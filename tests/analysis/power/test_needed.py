@@ -55,6 +55,13 @@ def test_too_few_are_called_too_few(found: Power) -> None:
     )
 
 
+def test_one_pair_that_stays_hard(found: Power) -> None:
+    assert needed(found, [PAIRS[2]]).sentence == (
+        "30 observers, the most tried, are too few for 80 % power on item 1 and item 2: they separate in 70 % of the "
+        "studies (± 1.0 %)."
+    )
+
+
 def test_a_number_that_larger_ones_fall_behind_is_not_enough(found: Power) -> None:
     luck = replace(found, separates=np.array([[0.85, 1, 1], [0.79, 1, 1], [0.9, 1, 1]]))
     assert needed(luck).observers == 30

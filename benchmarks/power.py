@@ -1,0 +1,133 @@
+"""Power by simulation: run time against error, a block of studies at a time beside the same studies one by one.
+
+    python benchmarks/power.py
+
+The error is the root mean square, over the 45 pairs of ten stimuli with the thesis's scores and 30 observers, of the
+chance to separate, against 40,000 studies from another seed. The last rows have no error: they time whole jobs, in this
+process and in two.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+sys.path.insert(0, str(Path(__file__).parent))
+from curves import OUT, seconds, times_faster, write
+
+from analysis.bradley_terry import fit, probabilities
+from analysis.classes import classify
+from analysis.power.assumed import parted, spread_theta
+from analysis.power.plan import Plan
+from analysis.power.power import power
+
+Floats = NDArray[np.float64]
+Row = dict[str, object]
+
+TITLE = "Power by simulation: time against error"
+# Medina 2016, Table 4.4.
+PRINTED = np.array([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
+OBSERVERS, SIZES = 30, tuple(range(10, 61, 5))
+REFERENCE, REFERENCE_SEED = 40_000, 1
+
+
+def plan(theta: Floats, **fields: Any) -> Plan:
+    """Return a plan of all pairs, each once."""
+    theta = theta - theta.mean()
+    names = tuple(f"item {item}" for item in range(len(theta)))
+    return Plan(names, theta, np.ones(len(theta) * (len(theta) - 1) // 2, dtype=np.int64), parted(theta), **fields)
+
+
+def one_by_one(design: Plan, observers: int, replicates: int) -> Floats:
+    """Return the chance that each pair separates, study after study: the plain way."""
+    random = np.random.default_rng(5)
+    n, p = len(design.theta), probabilities(design.theta)
+    first, second = design.pairs
+    times = np.zeros(len(first))
+    for _ in range(replicates):
+        wins = np.zeros((n, n))
+        for one, other in zip(first.tolist(), second.tolist(), strict=True):
+            won = random.binomial(observers, p[one, other])
+            wins[one, other], wins[other, one] = won, observers - won
+        found = fit(wins)
+        if found.separated:
+            found = fit(wins, method="firth")
+        classes = classify(found.theta, found.covariance, alpha=design.alpha, adjust=design.adjust)
+        ahead = np.sign(found.theta[first] - found.theta[second])
+        right = ahead == np.sign(design.theta[first] - design.theta[second])
+        times += (classes.p[first, second] <= design.alpha) & right
+    return times / replicates
+
+
+def run() -> dict[str, Any]:
+    """Measure and return the rows and the ratio."""
+    design = plan(np.log(PRINTED))
+    truth = power(design, [OBSERVERS], replicates=REFERENCE, seed=REFERENCE_SEED, workers=1).separates[0]
+    ratio = times_faster(
+        lambda: power(design, [OBSERVERS], replicates=200, workers=1),
+        lambda: one_by_one(design, OBSERVERS, 200),
+        rounds=5,
+    )
+    rows = [*_curves(design, truth), *_jobs(design)]
+    return {"name": "power", "title": TITLE, "rows": rows, "ratio": ratio}
+
+
+def _curves(design: Plan, truth: Floats) -> Iterator[Row]:
+    for replicates in (100, 300, 1000, 3000, 10_000):
+        found = power(design, [OBSERVERS], replicates=replicates, workers=1)
+        told = float(np.sqrt((found.separates_error**2).mean()))
+        time = seconds(lambda r=replicates: power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
+        note = f"standard error told: {told:.2g}"
+        yield _row("in blocks", f"{replicates} studies", time, _error(found.separates[0], truth), note)
+    for replicates in (30, 100, 300):
+        began = perf_counter()
+        found_slowly = one_by_one(design, OBSERVERS, replicates)
+        time = perf_counter() - began
+        yield _row("one by one", f"{replicates} studies", time, _error(found_slowly, truth))
+
+
+def _jobs(design: Plan) -> Iterator[Row]:
+    theta = np.log(PRINTED)
+    whole = "10 to 60 observers by 5, 1000 studies each"
+    jobs = {
+        f"ten stimuli, {whole}": (design, SIZES, 1000),
+        f"ten stimuli, observers differ, sandwich, {whole}": (
+            plan(theta, observer_sd=0.5, covariance="sandwich"),
+            SIZES,
+            1000,
+        ),
+        "ten stimuli, 30 observers, bootstrap intervals, 200 studies": (plan(theta, interval="bootstrap"), (30,), 200),
+        "60 stimuli, 30 observers, 1000 studies": (plan(spread_theta(60, 3)), (30,), 1000),
+    }
+    for job, (wanted, sizes, replicates) in jobs.items():
+        for workers in (1, 2):
+            began = perf_counter()
+            power(wanted, sizes, replicates=replicates, workers=workers)
+            where = "this process" if workers == 1 else "two processes, their start included"
+            yield _row(job, where, perf_counter() - began, None)
+
+
+def _error(found: Floats, truth: Floats) -> float:
+    return float(np.sqrt(((found - truth) ** 2).mean()))
+
+
+def _row(series: str, parameter: str, time: float, error: float | None, note: str = "") -> Row:
+    return {"series": series, "parameter": parameter, "seconds": time, "error": error, "note": note}
+
+
+def main() -> None:
+    """Measure, write the three files, and print the ratio."""
+    result = run()
+    write(result["name"], result["title"], result["rows"], OUT)
+    print(f"a block of studies is simulated {result['ratio']:.0f} times as fast as one by one")
+    print(f"written to {OUT}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,79 @@
+"""Power simulated at its edges: many stimuli in bounded memory, scores far apart, workers that keep dying."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+from multiprocessing import active_children
+from typing import Any
+
+import numpy as np
+import pytest
+
+from analysis.power.assumed import parted, spread_theta
+from analysis.power.plan import Plan
+from analysis.power.power import Power, power
+
+pytestmark = pytest.mark.stress
+
+MANY = """
+import resource, sys
+import numpy as np
+from analysis.power.assumed import parted, spread_theta
+from analysis.power.plan import Plan
+from analysis.power.power import power
+theta = spread_theta(100, 3)
+plan = Plan(tuple(map(str, range(100))), theta, np.ones(4950, dtype=np.int64), parted(theta), observer_sd=0.5,
+            covariance="sandwich")
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+found = power(plan, [200], replicates=20, workers=1)
+assert np.isfinite(found.separates).all() and np.isfinite(found.mean_width).all()
+print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
+"""
+
+
+def plan_of(theta: np.ndarray[tuple[int, ...], np.dtype[np.float64]], **fields: Any) -> Plan:
+    """Return a plan of all pairs, each once."""
+    names = tuple(f"item {item}" for item in range(len(theta)))
+    return Plan(names, theta, np.ones(len(theta) * (len(theta) - 1) // 2, dtype=np.int64), parted(theta), **fields)
+
+
+def numbers(found: Power) -> list[bytes]:
+    """Return all numbers, to the last bit."""
+    return [value.tobytes() for name in Power.__slots__ if isinstance(value := getattr(found, name), np.ndarray)]
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss is in kilobytes on Linux alone")
+def test_a_hundred_stimuli_and_two_hundred_observers_fit_into_half_a_gigabyte() -> None:
+    told = subprocess.run([sys.executable, "-c", MANY], capture_output=True, text=True, check=True)
+    assert int(told.stdout) < 512
+
+
+@pytest.mark.parametrize("nats", [0.0, 12.0, 30.0])
+@pytest.mark.parametrize("fields", [{}, {"covariance": "sandwich"}, {"adjust": "maxz"}, {"observer_sd": 5.0}])
+def test_scores_far_apart_and_not_at_all_stay_finite(nats: float, fields: dict[str, Any]) -> None:
+    found = power(plan_of(spread_theta(8, nats), **fields), [2, 30], replicates=200, workers=1)
+    for name in ("separates", "reversed", "width", "recovery", "alike"):
+        assert np.isfinite(getattr(found, name)).all(), name
+    assert (found.unfitted == 0).all()
+    if nats == 12.0 and not fields.get("observer_sd"):
+        assert found.separated[0] > 0.9
+
+
+def test_workers_that_keep_dying_change_nothing() -> None:
+    plan = plan_of(spread_theta(10, 2), interval="bootstrap")
+    expected = power(plan, [15], replicates=250, workers=1)
+    killed = []
+
+    def kill_now_and_then(done: int, of: int) -> None:
+        alive = [process for process in active_children() if process.is_alive()]
+        if done in (2, 12, 22) and alive:
+            assert alive[0].pid is not None
+            os.kill(alive[0].pid, signal.SIGKILL)
+            killed.append(done)
+
+    found = power(plan, [15], replicates=250, workers=2, done=kill_now_and_then)
+    assert len(killed) == 3
+    assert numbers(found) == numbers(expected)
