@@ -12,7 +12,7 @@ from analysis.factors.result import FactorEffects
 from analysis.report.figure import FAINT, INK
 from documents import Finding
 
-EFFECT, LONGEST_NAME = "#165466", 26
+EFFECT, LONGEST_NAME = "#165466", 34
 
 
 def effects_svg(found: FactorEffects, width_in: float = 6.5) -> str:
@@ -59,7 +59,7 @@ def effects_svg(found: FactorEffects, width_in: float = 6.5) -> str:
             axes.plot([row.estimate], [place], "o", color=INK, markerfacecolor=face, markersize=7, zorder=5)
         axes.set_yticks(places, [_label(row) for row in rows])
         axes.set_ylim(max(places) + 0.6, -0.6)
-        axes.set_xlabel("effect on the strength (nats)")
+        axes.set_xlabel("effect on the strength (nats)", color=INK)
         axes.tick_params(axis="y", length=0, colors=INK)
         axes.tick_params(axis="x", colors=INK)
         axes.spines[["top", "right", "left"]].set_visible(False)
