@@ -106,17 +106,18 @@ def rating_test(scale: str, conditions: Sequence[str], ratings: Floats) -> Ratin
     w = kendall_w(ratings)
     nemenyi = nemenyi_p(ratings)
     pairs = list(combinations(range(k), 2))
-    differences = [ratings[:, one] - ratings[:, other] for one, other in pairs]
-    p = np.array([mean_difference_p(difference) for difference in differences])
+    differences = np.stack([ratings[:, one] - ratings[:, other] for one, other in pairs], axis=1)
+    estimates = means(differences, np.ones(differences.shape))
+    p = np.array([mean_difference_p(difference) for difference in differences.T])
     adjusted = holm(p)
     tests = []
-    for number, ((one, other), difference) in enumerate(zip(pairs, differences, strict=True)):
+    for number, ((one, other), difference) in enumerate(zip(pairs, differences.T, strict=True)):
         spread = float(difference.std(ddof=1))
         tests.append(
             PairTest(
                 conditions[one],
                 conditions[other],
-                means(difference[:, None], np.ones((observers, 1)))[0],
+                estimates[number],
                 float(difference.mean()) / spread if spread > 1e-12 * float(np.abs(difference).max()) else None,
                 int((difference > 0).sum()),
                 int((difference < 0).sum()),
