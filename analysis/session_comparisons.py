@@ -6,6 +6,7 @@ from collections.abc import Sequence
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
+from analysis.mixtures import refuse_mixtures
 from analysis.records import SessionLog, Trial
 from documents import Finding
 
@@ -34,7 +35,7 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
         If there is no session or no answer, a session stands there twice, the sessions belong to different
         experiments or show different stimuli, or a trial names no stimulus of its header.
     """
-    _refuse_mixtures(sessions)
+    refuse_mixtures(sessions)
     names = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
     answers = [
         _answer(session, trial, names) for session in sessions for trial in session.trials if is_comparison(trial)
@@ -67,27 +68,3 @@ def _answer(session: SessionLog, trial: Trial, names: Sequence[str]) -> Answer:
         raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
     first = trial.data.get("first")
     return Answer(one, other, 1.0, session.header.observer, None if first is None else str(first), tie)
-
-
-def _refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
-    if not sessions:
-        raise ResultsError(
-            Finding("there is no session to read", remedy="name a folder that holds session.jsonl files")
-        )
-    reference = sessions[0]
-    stimuli = {str(stimulus["name"]) for stimulus in reference.header.stimuli}
-    seen: dict[tuple[str, ...], SessionLog] = {}
-    for session in sessions:
-        header = session.header
-        if header.experiment != reference.header.experiment:
-            what = f"this session is of '{header.experiment}', {reference.file} of '{reference.header.experiment}'"
-            raise ResultsError(Finding(what, str(session.file), 1, 1, "report on one experiment at a time"))
-        differing = stimuli ^ {str(stimulus["name"]) for stimulus in header.stimuli}
-        if differing:
-            what = f"this session and {reference.file} do not show the same stimuli: '{min(differing)}' is in one only"
-            raise ResultsError(Finding(what, str(session.file), 1, 1, "report on them separately"))
-        identity = (header.observer, header.session, header.started_utc)
-        if identity in seen:
-            what = f"this is the same session as {seen[identity].file}: its answers would count twice"
-            raise ResultsError(Finding(what, str(session.file), 1, 1, "remove one of the copies"))
-        seen[identity] = session
