@@ -66,6 +66,15 @@ def test_answers_that_only_repeat_an_observer_s_first_add_nothing() -> None:
     assert (none.low, none.high) == pytest.approx(wilson_interval(0.0, 15))
 
 
+def test_answers_are_worth_what_their_scatter_among_observers_says() -> None:
+    chosen, of = np.array([0.0, 1.0, 2.0, 5.0, 4.0, 0.0]), np.full(6, 5.0)
+    (found,) = shares(chosen[:, None], of[:, None])
+    # Of equal numbers of answers: the variance of the observers' own shares over that of a share of 30.
+    effect = (chosen / 5).var(ddof=1) / 6 / (0.4 * 0.6 / 30)
+    assert effect > 1
+    assert (found.low, found.high) == pytest.approx(wilson_interval(0.4, 30 / effect))
+
+
 def test_nothing_comes_of_nothing() -> None:
     assert shares(np.zeros((3, 1)), np.zeros((3, 1)))[0].value is None
     assert means(np.zeros((3, 1)), np.zeros((3, 1)))[0].value is None
