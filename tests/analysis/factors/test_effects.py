@@ -250,7 +250,11 @@ def test_the_posterior_is_that_of_the_pair_models_for_free_items(grid: Factors, 
     answers = draw(strengths(grid))
     named = {name: {"stimulus": name} for name in grid}
     found = factor_effects(answers, named, use=("stimulus",), method="map", prior_sd=0.7)
-    np.testing.assert_allclose(found.theta, fit_model(answers, method="map", prior_sd=0.7).theta, atol=1e-9)
+    posterior = fit_model(answers, method="map", prior_sd=0.7)
+    np.testing.assert_allclose(found.theta, posterior.theta, atol=1e-9)
+    v = posterior.covariance
+    np.testing.assert_allclose([e.se for e in found.effects], np.sqrt(np.diag(v) + v[0, 0] - 2 * v[0])[1:], rtol=1e-8)
+    assert found.iterations <= 8
 
 
 def test_json_has_no_nan(grid: Factors, draw: Drawer) -> None:
