@@ -1,0 +1,50 @@
+"""Which number a file writes for full drive: 1, 255 or 1023, as declared, or as the largest value tells."""
+
+from __future__ import annotations
+
+import re
+
+from devices.errors import DeviceError
+from documents import Finding
+
+_RANGE = re.compile(r"^\s*(?:0\s*(?:\.\.+|-|–|to)\s*)?(\d+(?:\.\d*)?)\s*$")
+_TELLING = (255.0, 1023.0)
+
+
+def parse_code_range(text: str, file: str, line: int | None = None) -> float:
+    """Return the code of full drive that ``0..255`` or ``255`` names.
+
+    Raises
+    ------
+    DeviceError
+        If the text is no such range.
+    """
+    match = _RANGE.match(text)
+    if not match or float(match[1]) <= 0:
+        raise DeviceError(
+            Finding(f"'{text.strip()}' is no range of codes", file, line, remedy="write 0..1, 0..255 or 0..1023")
+        )
+    return float(match[1])
+
+
+def full_code(largest: float, declared: float | None, file: str) -> tuple[float, str]:
+    """Return the code of full drive, and a sentence about what was assumed, empty where it was ``declared``.
+
+    Raises
+    ------
+    DeviceError
+        If the range was not declared and ``largest``, the largest code in the file, does not tell it.
+    """
+    if declared is not None:
+        return declared, ""
+    if 0 < largest <= 1:
+        return 1.0, f"codes were taken to be 0..1, because the largest is {largest:g}"
+    if largest in _TELLING:
+        return largest, f"codes were taken to be 0..{largest:g}, because the largest is {largest:g}"
+    raise DeviceError(
+        Finding(
+            f"the largest code is {largest:g}, which does not tell what code is full drive",
+            file,
+            remedy="declare it in a line '# codes: 0..255', or with --codes 0..255",
+        )
+    )

@@ -1,0 +1,185 @@
+"""Measurements as CSV: ``name,red,green,blue,X,Y,Z[,time_s][,eye]``, with what holds for all in comments above.
+
+The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``, ``# instrument: ...`` and
+``# notes: ...``; ``R,G,B`` may stand for ``red,green,blue``, and names may be left out.
+"""
+
+from __future__ import annotations
+
+import csv
+import difflib
+import io
+import math
+from collections.abc import Iterable
+from pathlib import Path
+from typing import cast
+
+import numpy as np
+
+from devices.errors import DeviceError
+from devices.measurements.code_range import full_code, parse_code_range
+from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
+from documents import Finding
+
+_NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
+_KNOWN = ("name", *_NUMBERS, "time_s", "eye")
+_ALSO = {"r": "red", "g": "green", "b": "blue"}
+_SAID = ("codes", "mode", "eye", "instrument", "notes")
+_MOST_FINDINGS = 20
+
+
+def read_csv(path: Path, code_range: str | None = None) -> Measurements:
+    """Read the measurements in the CSV file at ``path`` (UTF-8, with or without a byte-order mark).
+
+    ``code_range`` is what the file's codes run over, such as ``0..255``; where it is None, the file's own comment
+    counts, and failing that the largest code, if it tells: the result's ``assumptions`` then say so.
+
+    Raises
+    ------
+    DeviceError
+        With file, line, column, value and remedy of the first twenty faults.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError as error:
+        raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from error
+    except UnicodeDecodeError as error:
+        raise DeviceError(Finding("the table is not UTF-8 text", str(path), remedy="save it as UTF-8")) from error
+    except OSError as error:
+        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
+    return parse_csv(text.splitlines(keepends=True), str(path), code_range)
+
+
+def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) -> Measurements:
+    """Read the measurements in ``lines``; ``file`` is the name that findings carry; else as `read_csv`."""
+    said: dict[str, str] = {}
+    said_line: dict[str, int] = {}
+    kept: list[tuple[int, str]] = []
+    for number, line in enumerate(lines, start=1):
+        bare = line.strip().strip("\ufeff")
+        if bare.startswith("#"):
+            key, _, value = bare.lstrip("# ").partition(":")
+            if key.strip().lower() in _SAID:
+                said[key.strip().lower()] = value.strip()
+                said_line[key.strip().lower()] = number
+        elif bare:
+            kept.append((number, bare))
+    if len(kept) < 2:
+        raise DeviceError(Finding("the table holds no measurements", file, remedy=f"columns: {','.join(_KNOWN)}"))
+    try:
+        rows = [(number, next(csv.reader([line], strict=True))) for number, line in kept]
+    except csv.Error as error:
+        raise DeviceError(Finding(f"the table is not CSV: {error}", file)) from error
+    columns, ignored = _header(rows[0][1], file, rows[0][0])
+    findings: list[Finding] = []
+    values = np.full((len(rows) - 1, 7), np.nan)
+    names: list[str] = []
+    eyes: list[PatchEye] = []
+    everywhere = said.get("eye", "both")
+    for index, (line_number, cells) in enumerate(rows[1:]):
+        if len(cells) != len(rows[0][1]):
+            findings.append(
+                Finding(f"the line has {len(cells)} fields, the header {len(rows[0][1])}", file, line_number)
+            )
+            continue
+        for place, column in enumerate((*_NUMBERS, "time_s")):
+            if column in columns:
+                values[index, place] = _number(cells[columns[column]], column, file, line_number, columns, findings)
+        names.append(cells[columns["name"]].strip() if "name" in columns else f"patch{index + 1}")
+        eye = (cells[columns["eye"]].strip() if "eye" in columns else "") or everywhere
+        if eye not in PATCH_EYES:
+            where = columns["eye"] + 1 if "eye" in columns else None
+            findings.append(Finding(f"'{eye}' is no eye", file, line_number, where, "left, right or both"))
+        eyes.append(cast(PatchEye, eye))
+    if findings:
+        raise DeviceError(findings[:_MOST_FINDINGS])
+    declared = code_range if code_range is not None else said.get("codes")
+    declared_line = None if code_range is not None else said_line.get("codes")
+    full, assumed = full_code(
+        float(values[:, :3].max()), None if declared is None else parse_code_range(declared, file, declared_line), file
+    )
+    codes = values[:, :3] / full
+    for index, code_row in enumerate(codes):
+        for place, code in enumerate(code_row):
+            if not 0 <= code <= 1:
+                asked = values[index, place]
+                where = columns[_NUMBERS[place]] + 1
+                findings.append(
+                    Finding(f"the code {asked:g} lies outside 0..{full:g}", file, rows[index + 1][0], where)
+                )
+    if findings:
+        raise DeviceError(findings[:_MOST_FINDINGS])
+    left_out = f"the columns {', '.join(ignored)} were not read" if ignored else ""
+    return Measurements(
+        codes,
+        values[:, 3:6],
+        tuple(names),
+        values[:, 6] if "time_s" in columns else None,
+        tuple(eyes),
+        said.get("mode", ""),
+        instrument=said.get("instrument", ""),
+        notes=said.get("notes", ""),
+        assumptions=tuple(text for text in (assumed, left_out) if text),
+    )
+
+
+def _header(cells: list[str], file: str, line: int) -> tuple[dict[str, int], list[str]]:
+    columns: dict[str, int] = {}
+    ignored: list[str] = []
+    for place, cell in enumerate(cells):
+        bare = cell.strip()
+        by_case = {known.lower(): known for known in _KNOWN}
+        column = _ALSO.get(bare.lower()) or by_case.get(bare.lower())
+        if column is None:
+            near = difflib.get_close_matches(bare, _KNOWN, n=1, cutoff=0.75)
+            if near:
+                raise DeviceError(
+                    Finding(f"there is no column '{bare}'", file, line, place + 1, f"did you mean '{near[0]}'?")
+                )
+            ignored.append(bare)
+        elif column in columns:
+            raise DeviceError(Finding(f"the column '{column}' stands twice", file, line, place + 1))
+        else:
+            columns[column] = place
+    missing = [column for column in _NUMBERS if column not in columns]
+    if missing:
+        raise DeviceError(
+            Finding(f"the header has no {', '.join(missing)}", file, line, remedy=f"columns: {','.join(_KNOWN)}")
+        )
+    return columns, ignored
+
+
+def _number(cell: str, column: str, file: str, line: int, columns: dict[str, int], findings: list[Finding]) -> float:
+    try:
+        value = float(cell)
+    except ValueError:
+        value = math.nan
+    if not math.isfinite(value):
+        findings.append(
+            Finding(f"{column} is '{cell.strip()}'", file, line, columns[column] + 1, "a finite number is needed")
+        )
+    return value
+
+
+def write_csv(measurements: Measurements, path: Path, full: float = 255.0) -> None:
+    """Write ``measurements`` to ``path`` as CSV whose codes run over 0..``full``; reading it gives the same table."""
+    path.write_text(format_csv(measurements, full), encoding="utf-8")
+
+
+def format_csv(measurements: Measurements, full: float = 255.0) -> str:
+    """Return ``measurements`` as CSV text, comments first; see `write_csv`. Spectra are not part of it."""
+    out = io.StringIO()
+    out.write(f"# codes: 0..{full:g}\n")
+    for key in ("mode", "instrument", "notes"):
+        if text := " ".join(str(getattr(measurements, key)).split()):
+            out.write(f"# {key}: {text}\n")
+    timed = measurements.time_s is not None
+    writer = csv.writer(out, lineterminator="\n")
+    writer.writerow(["name", *_NUMBERS, *(["time_s"] if timed else []), "eye"])
+    for index in range(len(measurements)):
+        codes = [f"{round(code * full, 10):.12g}" for code in measurements.codes[index]]
+        light = [repr(float(value)) for value in measurements.XYZ[index]]
+        time = [repr(float(measurements.time_s[index]))] if measurements.time_s is not None else []
+        name = " ".join(measurements.name[index].split()).lstrip("#") or f"patch{index + 1}"
+        writer.writerow([name, *codes, *light, *time, measurements.eye[index]])
+    return out.getvalue()

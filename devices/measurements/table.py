@@ -1,0 +1,136 @@
+"""The table of measurements: device codes as sent, XYZ as measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.errors import DeviceError
+
+Floats = NDArray[np.float64]
+PatchEye = Literal["left", "right", "both"]
+PATCH_EYES: tuple[PatchEye, ...] = ("left", "right", "both")
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Measurements:
+    """Readings of patches, in the order in which they were read.
+
+    ``codes``: device codes as sent, shape (n, 3), in 0..1. ``XYZ``: shape (n, 3), CIE 1931 2°, absolute, Y in cd/m².
+    ``name``: n names, ``patch1`` and on where none are given. ``time_s``: shape (n,), seconds from the first reading
+    or any other moment, or None. ``eye``: through which lens each was read, n of ``left``, ``right``, ``both``.
+    ``spectra``: shape (n, m), W/(sr m² nm), at ``wavelengths_nm``, shape (m,), or both None. ``assumptions`` says in
+    sentences what the reader of a file took for granted.
+
+    Raises DeviceError if shapes disagree, a code lies outside 0..1, or a number is not finite.
+    """
+
+    codes: Floats
+    XYZ: Floats
+    name: tuple[str, ...] = ()
+    time_s: Floats | None = None
+    eye: tuple[PatchEye, ...] = ()
+    mode: str = ""
+    spectra: Floats | None = None
+    wavelengths_nm: Floats | None = None
+    instrument: str = ""
+    notes: str = ""
+    assumptions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        count = len(np.asarray(self.codes))
+        shapes: dict[str, tuple[int, ...]] = {"codes": (count, 3), "XYZ": (count, 3), "time_s": (count,)}
+        if (self.spectra is None) != (self.wavelengths_nm is None):
+            raise DeviceError("spectra and their wavelengths go together; one of them is missing")
+        if self.wavelengths_nm is not None:
+            bands = len(np.asarray(self.wavelengths_nm))
+            shapes |= {"wavelengths_nm": (bands,), "spectra": (count, bands)}
+        for what, shape in shapes.items():
+            given = getattr(self, what)
+            if given is None:
+                continue
+            array = np.array(given, dtype=np.float64)
+            if array.shape != shape:
+                raise DeviceError(f"{what} of {count} measurements has the shape {array.shape}, expected {shape}")
+            if not np.all(np.isfinite(array)):
+                raise DeviceError(f"{what} of measurements holds a number that is not finite")
+            array.flags.writeable = False
+            object.__setattr__(self, what, array)
+        if count and (self.codes.min() < 0 or self.codes.max() > 1):
+            raise DeviceError(f"codes must lie in 0..1; they lie in {self.codes.min():g}..{self.codes.max():g}")
+        names = self.name or tuple(f"patch{number}" for number in range(1, count + 1))
+        eyes = self.eye or ("both",) * count
+        if len(names) != count or len(eyes) != count:
+            raise DeviceError(f"{count} measurements have {len(names)} names and {len(eyes)} eyes")
+        if not set(eyes) <= set(PATCH_EYES):
+            raise DeviceError(f"an eye is one of {', '.join(PATCH_EYES)}, not {sorted(set(eyes) - set(PATCH_EYES))}")
+        object.__setattr__(self, "name", tuple(names))
+        object.__setattr__(self, "eye", tuple(eyes))
+
+    def __len__(self) -> int:
+        return len(self.codes)
+
+    def select(self, rows: ArrayLike) -> Measurements:
+        """Return the readings of ``rows``: their numbers from 0, or one truth value for each."""
+        chosen = np.atleast_1d(np.asarray(rows))
+        index = np.flatnonzero(chosen) if chosen.dtype == np.bool_ else chosen.astype(np.intp)
+        return replace(
+            self,
+            codes=self.codes[index],
+            XYZ=self.XYZ[index],
+            name=tuple(self.name[i] for i in index),
+            time_s=None if self.time_s is None else self.time_s[index],
+            eye=tuple(self.eye[i] for i in index),
+            spectra=None if self.spectra is None else self.spectra[index],
+        )
+
+    def for_eye(self, eye: PatchEye) -> Measurements:
+        """Return the readings through the lens of ``eye``, and those that hold for both."""
+        return self.select(np.array([found in (eye, "both") for found in self.eye], dtype=bool))
+
+    def says(self, *sentences: str) -> Measurements:
+        """Return the same table with more said in ``assumptions``."""
+        return replace(self, assumptions=self.assumptions + sentences)
+
+
+def joined(tables: Sequence[Measurements]) -> Measurements:
+    """Return the readings of ``tables`` one after the other; spectra stay only where all are of the same wavelengths.
+
+    Raises
+    ------
+    DeviceError
+        If there is no table, or their modes differ.
+    """
+    if not tables:
+        raise DeviceError("there are no measurements to join")
+    modes = {table.mode for table in tables if table.mode}
+    if len(modes) > 1:
+        raise DeviceError(f"measurements in different modes cannot be joined: {', '.join(sorted(modes))}")
+    first = tables[0]
+    waves = [table.wavelengths_nm for table in tables]
+    same = all(
+        w is not None and first.wavelengths_nm is not None and np.array_equal(w, first.wavelengths_nm) for w in waves
+    )
+    timed = all(table.time_s is not None for table in tables)
+    texts = {
+        field.name: "; ".join(dict.fromkeys(text for table in tables if (text := getattr(table, field.name))))
+        for field in fields(Measurements)
+        if field.name in ("instrument", "notes")
+    }
+    return Measurements(
+        np.concatenate([table.codes for table in tables]),
+        np.concatenate([table.XYZ for table in tables]),
+        tuple(name for table in tables for name in table.name),
+        np.concatenate([t for table in tables if (t := table.time_s) is not None]) if timed else None,
+        tuple(eye for table in tables for eye in table.eye),
+        modes.pop() if modes else "",
+        np.concatenate([s for table in tables if (s := table.spectra) is not None]) if same else None,
+        first.wavelengths_nm if same else None,
+        texts["instrument"],
+        texts["notes"],
+        tuple(dict.fromkeys(said for table in tables for said in table.assumptions)),
+    )
