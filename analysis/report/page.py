@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 from analysis.multiplicity import Adjust
+from analysis.observers.filters import Filter
 from analysis.records import SessionLog
-from analysis.report.clipping import clipping_rows
-from analysis.report.figure import scores_svg
-from analysis.report.matrix import matrix_rows
+from analysis.report.blocks import Section
+from analysis.report.contents import ADJUSTMENT_NAMES, sections_of, tables_of
+from analysis.report.csv_files import write_csv_files
+from analysis.report.estimate import CovarianceWish
 from analysis.report.palette import class_colours
-from analysis.report.summary import Summary, summarise
+from analysis.report.report import Report, describe
+from analysis.report.sections.shown import Thumbnails
+from analysis.report.words import chance, fixed
 from analysis.terminal import Published
 
-WIDE_IN, NARROW_IN = 7.6, 4.2
-ADJUSTMENT_NAMES: Mapping[str, str] = {
-    "none": "no correction for the number of pairs",
-    "holm": "Holm's correction",
-    "bh": "Benjamini and Hochberg's correction",
-    "maxz": "the single-step maximum of z",
-}
-UNITS: Mapping[str, str] = {"_cd_m2": "cd/m²", "_mm": "mm", "_px": "pixels", "_hz": "Hz", "_s": "s"}
+__all__ = ["ADJUSTMENT_NAMES", "render", "write_report"]
 
 
 def write_report(
@@ -31,8 +27,12 @@ def write_report(
     *,
     alpha: float | None = None,
     adjust: Adjust | None = None,
+    covariance: CovarianceWish | None = None,
+    rule: Filter | None = None,
     published: Published | None = None,
-) -> Summary:
+    thumbnails: Thumbnails | None = None,
+    csv_folder: Path | None = None,
+) -> Report:
     """Write a self-contained HTML page on one experiment's sessions, and return what it is drawn from.
 
     Parameters
@@ -41,29 +41,42 @@ def write_report(
         Sessions of one experiment.
     output
         The page; written whole or not at all. Its folder is made if need be.
-    alpha, adjust
-        Level and correction of the classes; those of the first session's header where None.
+    alpha, adjust, covariance
+        Level, correction and standard errors of the classes; those of the first session's header where None.
+    rule
+        Whom to leave out; nobody if None. The page says it.
     published
         For each stimulus, where there is one, a score and class published before, to stand beside.
+    thumbnails
+        For each stimulus, where there is one, a small PNG by eye: ``left`` and ``right``, or ``both``.
+    csv_folder
+        Where to write each table as CSV; nowhere if None.
 
     Raises
     ------
     ResultsError
-        As `summarise`.
+        As `analysis.report.report.describe`.
     OSError
-        If the page cannot be written.
+        If the page or a table cannot be written.
     """
-    summary = summarise(sessions, alpha, adjust)
-    page = render(summary, published or {})
+    report = describe(sessions, alpha, adjust, covariance, rule)
+    sections = sections_of(report, published or {}, thumbnails or {})
+    page = _page(report, sections)
     output.parent.mkdir(parents=True, exist_ok=True)
     draft = output.with_name(output.name + ".part")
     draft.write_text(page, encoding="utf-8")
     draft.replace(output)
-    return summary
+    if csv_folder is not None:
+        write_csv_files(tables_of(sections), csv_folder)
+    return report
 
 
-def render(summary: Summary, published: Published) -> str:
+def render(report: Report, published: Published | None = None, thumbnails: Thumbnails | None = None) -> str:
     """Return the page's HTML; text from people is escaped."""
+    return _page(report, sections_of(report, published or {}, thumbnails or {}))
+
+
+def _page(report: Report, sections: tuple[Section, ...]) -> str:
     from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
@@ -74,59 +87,12 @@ def render(summary: Summary, published: Published) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["fixed"] = _fixed
-    environment.filters["key"] = key_words
-    environment.filters["plain"] = plain
-    environment.filters["colours"] = class_colours
-    values: dict[str, Any] = {
-        "summary": summary,
-        "header": summary.header,
-        "items": list(zip(summary.scores.items, summary.log10_interval.tolist(), strict=True)),
-        "fit": summary.scores.fit,
-        "published": published,
-        "adjustment": ADJUSTMENT_NAMES[summary.adjust],
-        "clipping": clipping_rows(summary.header, [item.name for item in summary.scores.items]),
-        "matrix": matrix_rows(summary.scores),
+    filters: Mapping[str, Callable[..., object]] = {
+        "fixed": fixed,
+        "chance": chance,
+        "colours": class_colours,
         # matplotlib escapes the text that it writes.
-        "wide_figure": Markup(scores_svg(summary, WIDE_IN)),
-        "narrow_figure": Markup(scores_svg(summary, NARROW_IN)),
-        "first_position": _first_position(summary),
+        "drawn": Markup,
     }
-    return environment.get_template("report.html.j2").render(values)
-
-
-def _fixed(value: float | None, digits: int = 4) -> str:
-    """Return a number with fixed digits and a real minus sign; a dash for none."""
-    if value is None or value != value:
-        return "–"
-    return f"{value:.{digits}f}".replace("-", "−")
-
-
-def key_words(key: object) -> str:
-    """Return a key of a header as words, its unit in brackets."""
-    words = str(key)
-    for suffix, unit in UNITS.items():
-        if words.endswith(suffix):
-            words = f"{words.removesuffix(suffix)} ({unit})"
-    return words.replace("_", " ")
-
-
-def plain(value: object) -> str:
-    """Return a value of a header as words: mappings as "key: value", lists with commas, none as a dash."""
-    if value is None or value == "" or value == () or value == []:
-        return "–"
-    if isinstance(value, Mapping):
-        return "; ".join(f"{key_words(key)}: {plain(inner)}" for key, inner in value.items())
-    if isinstance(value, list | tuple):
-        return ", ".join(plain(inner) for inner in value)
-    if isinstance(value, bool):
-        return "yes" if value else "no"
-    return str(value)
-
-
-def _first_position(summary: Summary) -> str:
-    for session in summary.sessions:
-        for trial in session.trials:
-            if "first_position" in trial.data:
-                return str(trial.data["first_position"])
-    return "first"
+    environment.filters.update(filters)
+    return environment.get_template("report.html.j2").render(report=report, header=report.header, sections=sections)

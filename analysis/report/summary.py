@@ -137,7 +137,7 @@ def summarise(
     """Fit, classify and describe the comparisons of one experiment's sessions.
 
     ``alpha``, ``adjust`` and ``covariance`` are those of the first session's header where None. If no maximum of
-    the likelihood exists and all stimuli are linked by comparisons, Firth's penalised fit takes its place, and a note says so.
+    the likelihood exists and comparisons link all stimuli, Firth's penalised fit takes its place, and a note says so.
 
     Raises
     ------

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from analysis.report.report import Report
 from analysis.report.summary import Summary
 from analysis.terminal import Published, print_scores
 
@@ -30,4 +31,20 @@ def print_table(summary: Summary, published: Published | None = None, console: C
     print_scores(summary.scores, published, console)
     console.print(Text(summary.sentence))
     for note in summary.notes:
+        console.print(Text(f"Note: {note}", style="yellow"))
+
+
+def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
+    """Print scores where there are any, a sentence for each part, who was left out, and what must be known."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = console or Console()
+    if report.pairs is not None:
+        print_scores(report.pairs.scores, published, console)
+    for sentence in report.sentences:
+        console.print(Text(sentence))
+    if report.kept.left_out:
+        console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
+    for note in report.notes:
         console.print(Text(f"Note: {note}", style="yellow"))

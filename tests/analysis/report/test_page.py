@@ -14,7 +14,7 @@ import pytest
 from analysis.records import SessionLog
 from analysis.report import summarise, write_report
 from analysis.report.figure import scores_svg
-from analysis.report.page import plain
+from analysis.report.words import plain
 
 Maker = Callable[..., SessionLog]
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
@@ -66,15 +66,16 @@ def test_the_page_asks_for_nothing_outside_itself(sessions: list[SessionLog], tm
         assert tag not in ("script", "iframe", "object", "embed", "base", "img")
         for name in ("src", "href", "xlink:href", "srcset", "action"):
             value = attributes.get(name) or "#"
-            assert value.startswith(("#", "data:,"))
+            assert value.startswith(("#", "data:,", "data:image/png;base64,"))
 
 
 def test_the_page_loads_and_shows_every_stimulus(sessions: list[SessionLog], tmp_path: Path) -> None:
     page = tmp_path / "report.html"
-    summary = write_report(sessions, page, published={"2.1 stereo": (0.2574, "1")})
+    report = write_report(sessions, page, published={"2.1 stereo": (0.2574, "1")})
+    assert report.pairs is not None
     document = open_in_browser(page, tmp_path, "--dump-dom")
     shown = Tags(document).text
-    for item in summary.scores.items:
+    for item in report.pairs.scores.items:
         assert item.score is not None
         assert shown.count(item.name) >= 4  # both pictures, the table, the matrix
         assert f"{item.score:.4f}" in shown

@@ -1,0 +1,66 @@
+"""What the report's figures share: type, colours, and SVG that goes into a page."""
+
+from __future__ import annotations
+
+import io
+import re
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+INK = "#23282d"
+FAINT = "#d8dde1"
+DEEP = "#165466"
+WIDE_IN, NARROW_IN = 7.6, 4.2
+LONGEST_NAME = 26
+
+
+@contextmanager
+def drawing(salt: str, width_in: float, height_in: float) -> Iterator[tuple[Figure, Axes]]:
+    """Yield a figure with axes on no ground; equal ``salt`` and content give equal SVG."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    style: dict[str, Any] = {
+        "svg.fonttype": "none",
+        "svg.hashsalt": f"{salt}-{width_in:g}",
+        "text.parse_math": False,
+        "font.size": 10.0,
+    }
+    with rc_context(style):  # type: ignore[arg-type]  # its keys are known names to the stubs, and plain text here
+        figure = Figure(figsize=(width_in, height_in), layout="constrained")
+        figure.patch.set_alpha(0)
+        axes = figure.subplots()
+        axes.patch.set_alpha(0)
+        yield figure, axes
+
+
+def svg_of(figure: Figure, label: str) -> str:
+    """Return an ``<svg>`` element: without XML prologue, metadata and fixed size, with ``label`` for those who hear."""
+    from markupsafe import escape
+
+    out = io.StringIO()
+    figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    svg = out.getvalue()
+    body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
+    head, rest = body.split(">", 1)
+    view = re.search(r'viewBox="[^"]*"', head)
+    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{escape(label)}">{rest}'
+
+
+def rows_only(axes: Axes, rows: int) -> None:
+    """Draw faint lines along the rows and leave only the lower axis."""
+    axes.hlines(range(rows), 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=1)
+    axes.tick_params(axis="y", length=0, colors=INK)
+    axes.tick_params(axis="x", colors=INK)
+    axes.spines[["top", "right", "left"]].set_visible(False)
+    axes.spines["bottom"].set_color(INK)
+
+
+def short(name: str) -> str:
+    """Return a name that fits beside a row."""
+    return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"

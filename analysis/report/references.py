@@ -1,0 +1,98 @@
+"""The works that a Methods paragraph may cite, worded as in docs/references.md."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+REFERENCES: Mapping[str, str] = MappingProxyType(
+    {
+        "Benjamini1995": (
+            "Y. Benjamini, Y. Hochberg. Controlling the false discovery rate: a practical and powerful "
+            "approach to multiple testing. Journal of the Royal Statistical Society B 57 (1995) 289–300."
+        ),
+        "Bradley1952": (
+            "R. A. Bradley, M. E. Terry. Rank analysis of incomplete block designs: I. The method of paired "
+            "comparisons. Biometrika 39 (1952) 324–345."
+        ),
+        "Cameron2015": (
+            "A. C. Cameron, D. L. Miller. A practitioner’s guide to cluster-robust inference. Journal of "
+            "Human Resources 50 (2015) 317–372."
+        ),
+        "Efron1987": (
+            "B. Efron. Better bootstrap confidence intervals. Journal of the American Statistical "
+            "Association 82 (1987) 171–185."
+        ),
+        "Firth1993": "D. Firth. Bias reduction of maximum likelihood estimates. Biometrika 80 (1993) 27–38.",
+        "Hesterberg2015": (
+            "T. C. Hesterberg. What teachers should know about the bootstrap: resampling in the "
+            "undergraduate statistics curriculum. The American Statistician 69 (2015) 371–386."
+        ),
+        "Holm1979": (
+            "S. Holm. A simple sequentially rejective multiple test procedure. Scandinavian Journal of "
+            "Statistics 6 (1979) 65–70."
+        ),
+        "Huber1967": (
+            "P. J. Huber. The behavior of maximum likelihood estimates under nonstandard conditions. Proc. "
+            "Fifth Berkeley Symposium on Mathematical Statistics and Probability 1 (1967) 221–233."
+        ),
+        "Kendall1940": (
+            "M. G. Kendall, B. Babington Smith. On the method of paired comparisons. Biometrika 31 (1940) 324–345."
+        ),
+        "MacKay1992": "D. J. C. MacKay. Bayesian interpolation. Neural Computation 4 (1992) 415–447.",
+        "Medina2016": (
+            "V. Medina. Visuo-perceptual validation methods for physically based image synthesis. Doctoral "
+            "thesis, MINES ParisTech, PSL, 2016."
+        ),
+        "Piepho2004": (
+            "H.-P. Piepho. An algorithm for a letter-based representation of all-pairwise comparisons. "
+            "Journal of Computational and Graphical Statistics 13 (2004) 456–466."
+        ),
+        "Sharma2005": (
+            "G. Sharma, W. Wu, E. N. Dalal. The CIEDE2000 color-difference formula: implementation notes, "
+            "supplementary test data, and mathematical observations. Color Research and Application 30 "
+            "(2005) 21–30."
+        ),
+        "White1982": "H. White. Maximum likelihood estimation of misspecified models. Econometrica 50 (1982) 1–25.",
+        "Wilson1927": (
+            "E. B. Wilson. Probable inference, the law of succession, and statistical inference. Journal of "
+            "the American Statistical Association 22 (1927) 209–212."
+        ),
+        "Davidson1970": (
+            "R. R. Davidson. On extending the Bradley-Terry model to accommodate ties in paired comparison "
+            "experiments. Journal of the American Statistical Association 65 (1970) 317–328."
+        ),
+        "DavidsonBeaver1977": (
+            "R. R. Davidson, R. J. Beaver. On extending the Bradley-Terry model to incorporate within-pair "
+            "order effects. Biometrics 33 (1977) 693–702."
+        ),
+        "ITU500": (
+            "Recommendation ITU-R BT.500. Methodologies for the subjective assessment of the quality of "
+            "television images. International Telecommunication Union."
+        ),
+        "Gescheider1997": "G. A. Gescheider. Psychophysics: the fundamentals, 3rd edition. Lawrence Erlbaum, 1997.",
+        "Friedman1937": (
+            "M. Friedman. The use of ranks to avoid the assumption of normality implicit in the analysis of "
+            "variance. Journal of the American Statistical Association 32 (1937) 675–701."
+        ),
+    }
+)
+
+
+@dataclass(slots=True)
+class Citations:
+    """Numbers works in the order in which they are first cited."""
+
+    keys: list[str] = field(default_factory=list)
+
+    def cite(self, *keys: str) -> str:
+        """Return the numbers of works in square brackets, such as "[1, 2]"."""
+        for key in keys:
+            if key not in self.keys:
+                self.keys.append(key)
+        return f"[{', '.join(str(self.keys.index(key) + 1) for key in keys)}]"
+
+    def works(self) -> tuple[str, ...]:
+        """Return the works cited so far, in order."""
+        return tuple(REFERENCES[key] for key in self.keys)

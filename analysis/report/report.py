@@ -1,0 +1,158 @@
+"""Everything that sessions of one experiment say, gathered once: each part present where its records are."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from analysis.errors import ResultsError
+from analysis.mixtures import refuse_mixtures
+from analysis.multiplicity import Adjust
+from analysis.observers.filters import Filter, Kept, keep
+from analysis.observers.table import ObserverTable, observers_in_sessions
+from analysis.preferences import Preferences, preferences
+from analysis.ratings import RatingSummary, summarise_ratings
+from analysis.records import Header, SessionLog
+from analysis.report.estimate import CovarianceWish
+from analysis.report.notes import on_sessions
+from analysis.report.sections.factors import effects_of
+from analysis.report.summary import Summary, summarise
+from analysis.session_comparisons import is_comparison
+from documents import Finding
+
+if TYPE_CHECKING:  # its figures take their colours from here
+    from analysis.best_of_series.summary import SeriesSummary
+    from analysis.factors.result import FactorEffects
+
+SHUFFLES = 999  # names of stimuli shuffled so often, against strangers: three digits of p
+KIND_WORDS = {
+    "all_pairs": "Paired comparisons",
+    "active_pairs": "Paired comparisons",
+    "best_of_series": "Best of series",
+    "rating": "Ratings",
+    "preference": "Stereo or flat",
+}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Report:
+    """What the page is drawn from; None for each part whose records are missing.
+
+    Attributes
+    ----------
+    header
+        Header of the first session that was kept.
+    sessions
+        The sessions that were kept.
+    kept
+        Whom it was asked to leave out, and who was.
+    pairs, factors, observers
+        Of paired comparisons: scores and classes, effects of the stimuli's factors, and a line for each observer.
+    series, ratings, preferences
+        Of the kinds ``best_of_series``, ``rating`` and ``preference``.
+    notes
+        Sentences that a reader must see before the numbers.
+    """
+
+    header: Header
+    sessions: tuple[SessionLog, ...]
+    kept: Kept
+    pairs: Summary | None
+    factors: FactorEffects | None
+    observers: ObserverTable | None
+    series: SeriesSummary | None
+    ratings: RatingSummary | None
+    preferences: Preferences | None
+    notes: tuple[str, ...]
+
+    @property
+    def kinds(self) -> tuple[str, ...]:
+        """What was asked, in words, such as "Paired comparisons"."""
+        met = dict.fromkeys(trial.kind for session in self.sessions for trial in session.trials)
+        return tuple(dict.fromkeys(words for kind, words in KIND_WORDS.items() if kind in met))
+
+    @property
+    def sentences(self) -> tuple[str, ...]:
+        """Who answered what, a sentence for each part."""
+        told = [part.sentence for part in (self.pairs, self.series) if part is not None]
+        if self.preferences is not None:
+            told.append(self.preferences.sentence)
+        if self.ratings is not None:
+            count = sum(one.ratings for scale in self.ratings.scales for one in scale.observers)
+            people = len({one.observer for scale in self.ratings.scales for one in scale.observers})
+            told.append(f"{people} observer{'' if people == 1 else 's'}, {count:,} ratings.")
+        return tuple(told)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all of it as plain values; the scores' keys at the top, as `cyclopean scores --json` has them."""
+        parts: dict[str, Any] = {
+            "experiment": self.header.experiment,
+            "question": self.header.question,
+            "sessions": len(self.sessions),
+            "left_out": self.kept.to_json(),
+        }
+        if self.pairs is not None:
+            parts |= self.pairs.to_json()
+        parts["notes"] = list(self.notes)
+        parts["factors"] = self.factors.to_json() if self.factors else None
+        parts["observer_table"] = self.observers.to_json() if self.observers else None
+        parts["series"] = self.series.to_json() if self.series else None
+        parts["ratings"] = self.ratings.to_json() if self.ratings else None
+        if self.preferences is not None:
+            parts["preferences"] = self.preferences.to_json()
+        return parts
+
+
+def describe(
+    sessions: Sequence[SessionLog],
+    alpha: float | None = None,
+    adjust: Adjust | None = None,
+    covariance: CovarianceWish | None = None,
+    rule: Filter | None = None,
+) -> Report:
+    """Gather what the sessions of one experiment say.
+
+    Parameters
+    ----------
+    sessions
+        Of one experiment.
+    alpha, adjust, covariance
+        As `analysis.report.summary.summarise`.
+    rule
+        Whom to leave out; nobody if None.
+
+    Raises
+    ------
+    ResultsError
+        If the sessions do not belong together, hold no answer, or hold damaged ones; as `analysis.observers.filters`.
+    """
+    refuse_mixtures(sessions)
+    kept = keep(sessions, rule or Filter())
+    stayed = kept.sessions
+    kinds = {trial.kind for session in stayed for trial in session.trials}
+    if not kinds & set(KIND_WORDS):
+        files = ", ".join(str(session.file) for session in stayed[:3])
+        what = "the results hold no answer: no comparison, choice, preference or rating"
+        raise ResultsError(Finding(what, files, remedy="answer some trials first"))
+    compared = any(is_comparison(trial) for session in stayed for trial in session.trials)
+    pairs = summarise(stayed, alpha, adjust, covariance) if compared else None
+    series = None
+    if "best_of_series" in kinds:
+        from analysis.best_of_series.summary import summarise_series
+
+        series = summarise_series(stayed)
+    notes = list(pairs.notes) if pairs else on_sessions(stayed)
+    notes += [note for note in series.notes if "simulated" not in note] if series else []
+    return Report(
+        header=stayed[0].header,
+        sessions=tuple(stayed),
+        kept=kept,
+        pairs=pairs,
+        factors=effects_of(pairs) if pairs else None,
+        observers=observers_in_sessions(stayed, shuffles=SHUFFLES) if pairs else None,
+        series=series,
+        ratings=summarise_ratings(stayed) if "rating" in kinds else None,
+        preferences=preferences(stayed) if "preference" in kinds else None,
+        notes=tuple(dict.fromkeys(notes)),
+    )

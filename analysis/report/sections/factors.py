@@ -1,0 +1,112 @@
+"""What the stimuli's factors, such as view and exposure, do to the scores."""
+
+from __future__ import annotations
+
+from analysis.errors import ResultsError
+from analysis.factors.effects import factor_effects
+from analysis.factors.result import FactorEffects
+from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
+from analysis.report.drawing import NARROW_IN, WIDE_IN
+from analysis.report.summary import Summary
+from analysis.report.words import fixed, p_words, percent
+
+
+def effects_of(summary: Summary) -> FactorEffects | None:
+    """Return the effects of the factors in the sessions' header; None where none can be told."""
+    items = summary.scores.comparisons.items
+    told = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in summary.header.stimuli}
+    if summary.scores.classes is None or not any(told.get(item) for item in items):
+        return None
+    try:
+        return factor_effects(summary.scores.comparisons, told)
+    except ResultsError:
+        return None
+
+
+def factors_section(found: FactorEffects) -> Section:
+    """Return the effects with their tests, and how much of the scores they explain."""
+    blocks: list[Block] = [Paragraph(sentence) for sentence in found.separation]
+    if found.effects:
+        blocks += [_figure(found), *_tests(found)]
+    if found.left_out:
+        told = "; ".join(f"{one.name}: {one.reason}" for one in found.left_out)
+        blocks.append(Paragraph(f"Not in the model: {told}.", small=True))
+    return Section("factors", "Effects of the stimuli's factors", tuple(blocks))
+
+
+def _figure(found: FactorEffects) -> Figure:
+    from analysis.factors.drawn_rows import drawn_rows
+    from analysis.factors.figure import effects_svg
+
+    columns = (
+        Column("Factor", "factor"),
+        Column("Level", "level"),
+        Column("Effect (nats)", "effect_nats", "number", 3),
+        Column("95 % by the model", "model", "interval", 2),
+        Column("p", "p", "p"),
+        Column("95 % by observers", "robust", "interval", 2),
+        Column("p by observers", "robust_p", "p"),
+    )
+    rows = tuple(
+        (
+            row.factor,
+            f"{row.level} (reference)" if row.is_reference else row.level,
+            row.estimate,
+            row.interval or (None, None),
+            row.p,
+            row.robust_interval or (None, None),
+            row.robust_p,
+        )
+        for row in drawn_rows(found)
+    )
+    caption = (
+        "Effect of each level against its reference (hollow), in nats: one nat multiplies the odds of being preferred "
+        "by 2.7. Thick: the model's 95 % interval; thin: that from the differences between observers. The effect of a "
+        "number is that of its range."
+    )
+    table = Table("factor_effects", "Effects of the factors", columns, rows)
+    return Figure(effects_svg(found, WIDE_IN), effects_svg(found, NARROW_IN), caption, table)
+
+
+def _tests(found: FactorEffects) -> list[Block]:
+    blocks: list[Block] = []
+    if found.tests:
+        columns = (
+            Column("Factor", "factor"),
+            Column("Likelihood ratio", "statistic", "number", 1),
+            Column("df", "df", "number"),
+            Column("p", "p", "p"),
+            Column("F by observers", "robust_statistic", "number", 2),
+            Column("p by observers", "robust_p", "p"),
+        )
+        rows = tuple(
+            (one.name, one.statistic, one.df, one.p, one.robust_statistic, one.robust_p) for one in found.tests
+        )
+        blocks.append(Table("factor_tests", "Tests of each factor (type II)", columns, rows))
+    if found.interactions:
+        crossed = (
+            Column("Interaction", "interaction"),
+            Column("Likelihood ratio", "statistic", "number", 1),
+            Column("df", "df", "number"),
+            Column("p", "p", "p"),
+            Column("p (Holm)", "p_holm", "p"),
+            Column("Not fitted because", "not_fitted"),
+        )
+        lines = tuple(
+            (" × ".join(one.names), one.statistic, one.df, one.p, one.p_holm, one.not_fitted)
+            for one in found.interactions
+        )
+        blocks.append(Table("factor_interactions", "Interactions of two factors", crossed, lines, folded=True))
+    explained = found.explained
+    if explained is not None and explained.r_squared is not None and explained.deviance_share is not None:
+        words = (
+            f"The factors explain {percent(explained.deviance_share)} of the deviance that free scores do, and "
+            f"{percent(explained.r_squared)} of the variance of the scores (R² = {fixed(explained.r_squared, 3)})."
+        )
+        if explained.lack_of_fit is not None and explained.lack_of_fit_p is not None:
+            words += (
+                f" What they leave: likelihood ratio {fixed(explained.lack_of_fit, 1)} on {explained.lack_of_fit_df} "
+                f"degrees of freedom, {p_words(explained.lack_of_fit_p)}."
+            )
+        blocks.append(Paragraph(words))
+    return blocks

@@ -1,0 +1,271 @@
+"""A Methods paragraph, filled with what was actually done, ready to be pasted into a paper."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Sequence
+from statistics import fmean, median
+
+from analysis.catch_trials import catch_results
+from analysis.observers.filters import Kept
+from analysis.records import Header, SessionLog
+from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
+from analysis.report.clipping import clipping_rows
+from analysis.report.references import Citations
+from analysis.report.sections.observers import left_out_words
+from analysis.report.sections.shown import timing_facts
+from analysis.report.summary import Summary
+from analysis.report.words import counted, fixed, key_words, listed, plain
+from analysis.session_comparisons import is_comparison
+
+_DESIGNS = {
+    "all_pairs": "compared pairs of {stimuli} stimuli",
+    "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by the answers before them",
+    "best_of_series": "went through series of pictures and chose one of each",
+    "rating": "rated single stimuli",
+    "preference": "chose between the stereo and the flat version of pictures",
+}
+
+
+def methods_section(
+    sessions: Sequence[SessionLog],
+    kept: Kept | None,
+    pairs: Summary | None,
+    adjustment: str,
+    *,
+    series: bool,
+    ratings: bool,
+    preferences: bool,
+    factors: bool,
+    observers: bool,
+) -> Section:
+    """Return the paragraphs and their references, and what the sessions' headers say."""
+    cited = Citations()
+    header = sessions[0].header
+    paragraphs = [
+        _people(sessions, kept),
+        _display(sessions, cited),
+        _design(sessions),
+        _pairs(pairs, adjustment, cited) if pairs else "",
+        _others(cited, series=series, ratings=ratings, preferences=preferences, factors=factors, observers=observers),
+        _software(header),
+    ]
+    blocks: list[Block] = [Paragraph(text) for text in paragraphs if text]
+    if cited.keys:
+        blocks.append(Numbered(cited.works()))
+    return Section("methods", "Methods", (*blocks, Facts(tuple(_record(header)), folded="The record")))
+
+
+def _people(sessions: Sequence[SessionLog], kept: Kept | None) -> str:
+    observers = dict.fromkeys(session.header.observer for session in sessions)
+    simulated = {session.header.observer for session in sessions if session.header.simulated}
+    words = f"{counted(len(observers), 'observer')} took part in {counted(len(sessions), 'session')}"
+    if simulated:
+        all_of_them = len(simulated) == len(observers)
+        words += "; all of them were simulated" if all_of_them else f"; {len(simulated)} of them were simulated"
+    incomplete = sum(not session.complete for session in sessions)
+    if incomplete:
+        words += f"; {counted(incomplete, 'session')} ended early, and the answers given until then count"
+    return f"{words}. {left_out_words(kept)}"
+
+
+def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
+    header = sessions[0].header
+    display = header.display
+    panel = display.get("panel") or {}
+    words = f"Stimuli were shown on a display described by {display.get('file', 'an unnamed file')}"
+    told = [f"{' × '.join(str(side) for side in panel['resolution_px'])} pixels"] if panel.get("resolution_px") else []
+    if panel.get("pixel_pitch_mm"):
+        told.append(f"{panel['pixel_pitch_mm']:g} mm pitch")
+    if panel.get("refresh_hz"):
+        told.append(f"{panel['refresh_hz']:g} Hz")
+    if panel.get("bits"):
+        told.append(f"{panel['bits']} bits")
+    words += f" ({', '.join(told)})" if told else ""
+    words += f", in the stereo mode {display.get('mode', 'that the record does not name')}"
+    if display.get("glasses"):
+        words += f", through {display['glasses']} glasses"
+    if display.get("distance_mm"):
+        words += f", at a distance of {display['distance_mm']:g} mm"
+    words += "."
+    if display.get("source"):
+        words += (
+            f" Colours were undone by the display's characterisation in the mode {display.get('characterised_as')} "
+            f"({display['source']})"
+        )
+        white = display.get("white_XYZ_cd_m2") or {}
+        if white:
+            levels = dict.fromkeys(f"{float(xyz[1]):.4g}" for xyz in white.values())
+            words += f", with a white of {' and '.join(levels)} cd/m² at the eye"
+        words += "."
+    crosstalk = display.get("crosstalk_cancelled")
+    if crosstalk is not None:
+        words += f" Crosstalk between the eyes was {'' if crosstalk else 'not '}cancelled."
+    if display.get("dither", "none") != "none":
+        words += f" Codes were dithered ({display['dither']})."
+    costs = [
+        row
+        for row in clipping_rows(header, [str(stimulus["name"]) for stimulus in header.stimuli])
+        if row.delta_e_00_mean is not None
+    ]
+    if costs:
+        mean = fmean(row.delta_e_00_mean or 0.0 for row in costs)
+        worst = max(row.delta_e_00_mean or 0.0 for row in costs)
+        words += (
+            f" Clipping to the display's gamut cost ΔE₀₀ {cited.cite('Sharma2005')} {fixed(mean, 3)} per pixel on "
+            f"average over stimuli and eyes, {fixed(worst, 3)} in the worst of them."
+        )
+    renderer = header.presentation.get("renderer")
+    if renderer:
+        words += f" Frames were drawn by {renderer}."
+    facts = dict(timing_facts(sessions))
+    words += f" Swap intervals: {_lower(facts['Swap intervals'])} Onsets: {facts['Onsets']}"
+    return words
+
+
+def _design(sessions: Sequence[SessionLog]) -> str:
+    header = sessions[0].header
+    kinds = list(dict.fromkeys(trial.kind for session in sessions for trial in session.trials))
+    stimuli = len(header.stimuli)
+    done = [words.format(stimuli=stimuli) for kind, words in _DESIGNS.items() if kind in kinds]
+    parts = [f"Observers {listed(done)}." if done else ""]
+    parts.append(f"They were asked: “{header.question}”" if header.question else "")
+    parts += _pair_design(sessions)
+    for kind, noun in (("best_of_series", "choice"), ("rating", "stimulus rated"), ("preference", "preference")):
+        counts = [sum(trial.kind == kind for trial in session.trials) for session in sessions]
+        if any(counts):
+            noun = {"stimulus rated": "rating screen"}.get(noun, noun)
+            parts.append(f"A session has {counted(median(count for count in counts if count), noun)} (median).")
+    caught = catch_results(sessions)
+    if caught.obvious or caught.identical:
+        parts.append(
+            f"{counted(caught.obvious, 'catch trial')} with an obvious answer and {caught.identical} of a stimulus "
+            "with itself were mixed in, and count in no score."
+        )
+    if "practice" in kinds:
+        parts.append("Practice trials came first and do not count.")
+    breaks = [sum(trial.kind == "break" for trial in session.trials) for session in sessions]
+    if any(breaks):
+        parts.append(f"There were {counted(median(breaks), 'break')} in a session (median).")
+    parts.append(f"Orders were drawn for each observer from the seed {header.seed}.")
+    return " ".join(part for part in parts if part)
+
+
+def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
+    compared = [[trial for trial in session.trials if is_comparison(trial)] for session in sessions]
+    compared = [trials for trials in compared if trials]
+    if not compared:
+        return []
+    times: Counter[int] = Counter()
+    for trials in compared:
+        met = Counter(frozenset((str(t.data.get("first")), str(t.data.get("second")))) for t in trials)
+        times.update(met.values())
+    parts = [f"A session has {counted(median(len(trials) for trials in compared), 'comparison')} (median)"]
+    parts[0] += (
+        f", each pair {'once' if times.most_common(1)[0][0] == 1 else f'{times.most_common(1)[0][0]} times'}."
+        if len(times) == 1
+        else "."
+    )
+    places = list(
+        dict.fromkeys(str(t.data["first_position"]) for ts in compared for t in ts if "first_position" in t.data)
+    )
+    if any(place.startswith("interval") for place in places):
+        parts.append("The two of a pair were shown one after the other.")
+    elif places:
+        parts.append(f"The first stimulus of a pair stood at the {listed(places)}.")
+    return parts
+
+
+def _pairs(summary: Summary, adjustment: str, cited: Citations) -> str:
+    sure = summary.estimate
+    model = f"the Bradley-Terry model {cited.cite('Bradley1952')}"
+    fitted = {
+        "ml": f"Scores are those of {model}, fitted by maximum likelihood.",
+        "firth": f"Scores are those of {model}, fitted by Firth's penalised likelihood {cited.cite('Firth1993')}, "
+        "since the plain one has no maximum."
+        if sure.way == "firth"
+        else "",
+        "learnt_prior": f"Scores are those of {model}: the posterior mode under a normal prior whose standard "
+        f"deviation ({fixed(sure.prior_sd, 2)} nats) was learnt from the answers {cited.cite('MacKay1992')}, since "
+        "pairs were chosen by the answers."
+        if sure.way == "learnt_prior"
+        else "",
+    }[sure.way]
+    parts = [fitted]
+    if summary.scores.comparisons.ties:
+        parts.append(f"{counted(summary.scores.comparisons.ties, 'tie')} were left out of the scores.")
+    if sure.stability is not None:
+        parts.append(
+            f"95 % intervals are bias-corrected and accelerated bootstrap intervals {cited.cite('Efron1987')} at "
+            f"levels widened for few observers {cited.cite('Hesterberg2015')}, from {sure.stability.replicates:,} "
+            "draws of observers."
+        )
+    else:
+        parts.append("95 % intervals follow from the curvature of the likelihood by the delta method.")
+    if summary.scores.classes is not None:
+        errors = (
+            f"standard errors clustered by observer {cited.cite('White1982', 'Cameron2015')} and Student's law with "
+            f"{sure.df} degrees of freedom"
+            if sure.covariance == "sandwich"
+            else "the model's standard errors, which take all answers for independent"
+        )
+        source = {"holm": ("Holm1979",), "bh": ("Benjamini1995",)}.get(summary.adjust, ())
+        correction = f"{adjustment}{' ' + cited.cite(*source) if source else ''}"
+        parts.append(
+            f"Two stimuli share a perceptual class where their scores do not differ at level {summary.alpha:g}, by "
+            f"{errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
+        )
+    if summary.fit_p is not None and sure.way == "ml":
+        fit = summary.scores.fit
+        parts.append(f"The model's deviance is {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom.")
+    if summary.first_share is not None:
+        parts.append(f"Shares have Wilson's intervals {cited.cite('Wilson1927')}.")
+    return " ".join(parts)
+
+
+def _others(cited: Citations, *, series: bool, ratings: bool, preferences: bool, factors: bool, observers: bool) -> str:
+    parts = []
+    if observers:
+        parts.append(f"Circular triads and Kendall's u are those of {cited.cite('Kendall1940')}.")
+    if factors:
+        parts.append(
+            "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in "
+            "them, with likelihood-ratio tests of type II."
+        )
+    if series:
+        parts.append(
+            f"Choices from series count by their rated similarity, as in {cited.cite('Medina2016')}; intervals are "
+            "percentile intervals from observers drawn anew, at levels widened for few observers "
+            f"{cited.cite('Hesterberg2015')}. The smallest noticeable step is 0.674 standard deviations of one "
+            "observer's matches. Tests between series exchange them within observers, with Holm's correction "
+            f"{cited.cite('Holm1979')}."
+        )
+    if preferences:
+        parts.append(
+            "Shares for stereo have percentile intervals from observers drawn anew, at levels widened for few "
+            f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
+        )
+    if ratings:
+        parts.append("Mean opinion scores have 95 % intervals by Student's t over the observers' means.")
+    return " ".join(parts)
+
+
+def _software(header: Header) -> str:
+    versions = [f"{name} {value}" for name, value in header.software.items() if name not in ("commit", "system")]
+    words = f"Sessions were run with {listed(versions)}" if versions else ""
+    if header.software.get("commit"):
+        words += f" (commit {header.software['commit']})"
+    return f"{words}." if words else ""
+
+
+def _record(header: Header) -> list[tuple[str, str]]:
+    rows = [(f"Display {key_words(name)}", plain(value)) for name, value in header.display.items()]
+    rows += [(f"Presentation {key_words(name)}", plain(value)) for name, value in header.presentation.items()]
+    rows.append(("Analysis", plain(header.analysis)))
+    rows.append(("Seed", str(header.seed)))
+    rows.append(("Software", ", ".join(f"{name} {value}" for name, value in header.software.items()) or "–"))
+    return rows + [(f"SHA-256 of the {key_words(name)}", str(value)) for name, value in header.hashes.items()]
+
+
+def _lower(words: str) -> str:
+    return words[:1].lower() + words[1:]

@@ -1,0 +1,205 @@
+"""Choices from series: Figures 4.14, 4.15 and 4.16 of the thesis [Medina2016], and what the choices say."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from analysis.report.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
+from analysis.report.drawing import NARROW_IN, WIDE_IN
+from analysis.report.words import fixed
+
+if TYPE_CHECKING:  # its figures take their colours from here
+    from analysis.best_of_series.bar_figure import BarFigure
+    from analysis.best_of_series.just_noticeable import StepSize
+    from analysis.best_of_series.observer_means import Estimate
+    from analysis.best_of_series.summary import SeriesSummary
+
+
+def series_sections(summary: SeriesSummary) -> list[Section]:
+    """Return the sections on choices, ratings, steps, tests and agreement."""
+    from analysis.best_of_series.figures import rating_figure, score_figure, words
+
+    choices = _figure(
+        score_figure(summary),
+        "series_scores",
+        "Each choice counts by its rated similarity. 95 % intervals are from observers drawn anew.",
+    )
+    sections = [Section("series", "Chosen pictures", (choices, _pictures(summary)))]
+    ratings: list[Block] = [
+        _figure(
+            rating_figure(summary, scale),
+            f"series_{scale}",
+            f"Mean {words(scale)} as rated, with 95 % intervals from observers drawn anew.",
+        )
+        for scale in summary.ratings
+    ]
+    if ratings:
+        sections.append(Section("series-ratings", "Ratings of the chosen pictures", tuple(ratings)))
+    sections.append(Section("steps", "Smallest noticeable step", _steps(summary)))
+    tests = [block for block in (*_rating_tests(summary), _choice_tests(summary)) if block is not None]
+    if tests:
+        sections.append(Section("series-tests", "Do the series differ?", tuple(tests)))
+    sections.append(Section("series-agreement", "Do the observers agree?", (_agreement(summary),)))
+    return sections
+
+
+def _figure(figure: BarFigure, name: str, caption: str) -> Figure:
+    columns = [Column(figure.group_title or "Group", "group")]
+    for bar in figure.bars:
+        columns += [Column(bar, bar, "number", 2), Column("95 %", bar, "interval", 2)]
+    rows = []
+    for group, estimates in zip(figure.groups, figure.estimates, strict=True):
+        cells: list[Cell] = [group]
+        for one in estimates:
+            cells += [_value(one), _interval(one)]
+        rows.append(tuple(cells))
+    table = Table(name, figure.title, tuple(columns), tuple(rows))
+    return Figure(figure.svg(WIDE_IN), figure.svg(NARROW_IN), f"{figure.title}. {caption}", table)
+
+
+def _value(one: Estimate | None) -> float | None:
+    return None if one is None else one.value
+
+
+def _interval(one: Estimate | None) -> tuple[float | None, float | None]:
+    return (None, None) if one is None else (one.low, one.high)
+
+
+def _pictures(summary: SeriesSummary) -> Table:
+    columns = (
+        Column("Picture", "stimulus"),
+        Column("Series", "series"),
+        Column("Chosen", "chosen", "number"),
+        Column("of", "of", "number"),
+        Column("Share", "share", "number", 2),
+        Column("95 %", "share", "interval", 2),
+        Column("Score", "score", "number", 2),
+        Column("95 %", "score", "interval", 2),
+        Column("Seen (s)", "dwell_s", "number", 1),
+    )
+    rows = tuple(
+        (
+            one.stimulus,
+            one.series,
+            one.chosen,
+            one.of,
+            one.share.value,
+            (one.share.low, one.share.high),
+            _value(one.score),
+            _interval(one.score),
+            one.dwell_s.value,
+        )
+        for one in summary.pictures
+    )
+    return Table("series_pictures", f"All {len(rows)} pictures", columns, rows, folded=True)
+
+
+def _steps(summary: SeriesSummary) -> tuple[Block, ...]:
+    columns = (
+        Column("Series", "kind"),
+        Column("Choices", "choices", "number"),
+        Column("Mean match", "match", "number", 4),
+        Column("Step (ratio)", "ratio", "number", 2),
+        Column("Step on the axis", "step", "number", 3),
+        Column("95 %", "step", "interval", 3),
+        Column("p (fit)", "fit_p", "p"),
+        Column("", "reason"),
+    )
+    rows = tuple(
+        (
+            one.kind,
+            one.choices,
+            one.match,
+            one.ratio,
+            one.step,
+            one.step_interval or (None, None),
+            one.fit_p,
+            one.reason or None,
+        )
+        for one in summary.steps
+    )
+    words = (
+        "The step that is noticed in 75 % of cases, from how far the choices of one observer scatter: choices are "
+        "taken for matches with a normal error on the axis of the series"
+    )
+    words += _axis_words(summary.steps) + " A ratio of 2 means that a level must be doubled to be noticed."
+    return Table("series_steps", "Smallest noticeable step", columns, rows), Paragraph(words, small=True)
+
+
+def _axis_words(steps: tuple[StepSize, ...]) -> str:
+    return " (the logarithm of the level)." if any(one.axis == "log" for one in steps) else "."
+
+
+def _rating_tests(summary: SeriesSummary) -> list[Block]:
+    columns = (
+        Column("Between", "between"),
+        Column("Difference", "difference", "number", 2),
+        Column("95 %", "difference", "interval", 2),
+        Column("Cohen's d_z", "effect_d_z", "number", 2),
+        Column("p", "p", "p"),
+        Column("p (Holm)", "p_holm", "p"),
+        Column("p (Nemenyi)", "p_nemenyi", "p"),
+    )
+    found: list[Block] = []
+    for what, tests in (("kind", summary.kind_tests), ("paint", summary.paint_tests)):
+        for scale, test in tests.items():
+            by = summary.choices.design.by if what == "kind" else summary.choices.design.across
+            whole = (
+                f"Friedman's χ² = {fixed(test.statistic, 2)} on {test.df} df, p = {fixed(test.p, 3)}, Kendall's W = "
+                f"{fixed(test.w, 2)}"
+                if test.p is not None
+                else "no observer tells any apart"
+            )
+            rows = tuple(
+                (
+                    f"{pair.one} − {pair.other}",
+                    pair.difference.value,
+                    (pair.difference.low, pair.difference.high),
+                    pair.effect,
+                    pair.p,
+                    pair.p_holm,
+                    pair.p_nemenyi,
+                )
+                for pair in test.pairs
+            )
+            title = f"Mean {scale} by {by or what}: {whole}"
+            found.append(Table(f"series_tests_{scale}_{what}", title, columns, rows, folded=len(rows) > 6))
+    return found
+
+
+def _choice_tests(summary: SeriesSummary) -> Table | None:
+    if not summary.choice_tests:
+        return None
+    columns = (
+        Column("Between", "between"),
+        Column("Mean shift (places)", "shift", "number", 2),
+        Column("Stuart-Maxwell", "statistic", "number", 2),
+        Column("df", "df", "number"),
+        Column("p", "p", "p"),
+        Column("p (Holm)", "p_holm", "p"),
+    )
+    rows = tuple(
+        (f"{one.one} − {one.other}", one.shift, one.statistic, one.df, one.p, one.p_holm)
+        for one in summary.choice_tests
+    )
+    title = "Do choices fall on the same levels? p by exchanging the kinds within observers"
+    return Table("series_choice_tests", title, columns, rows)
+
+
+def _agreement(summary: SeriesSummary) -> Table:
+    columns = (
+        Column("Of", "of"),
+        Column("Coefficient", "coefficient"),
+        Column("Value", "value", "number", 2),
+        Column("95 %", "value", "interval", 2),
+        Column("p", "p", "p"),
+    )
+    found = [("choices", one) for one in summary.agreement.choices]
+    found += [(scale, one) for scale, many in summary.agreement.ratings.items() for one in many]
+    rows = tuple((of, one.name, one.value, (one.low, one.high), one.p) for of, one in found)
+    return Table(
+        "series_agreement",
+        f"Agreement between {summary.agreement.observers} observers over {summary.agreement.series} series",
+        columns,
+        rows,
+    )

@@ -1,0 +1,142 @@
+"""What the display showed: pictures as each eye saw them, what it could not show, and how evenly frames came."""
+
+from __future__ import annotations
+
+import base64
+from collections.abc import Mapping, Sequence
+
+from analysis.records import Header, SessionLog
+from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Paragraph, Picture, Section, Table
+from analysis.report.clipping import clipping_rows
+from analysis.report.words import fixed
+
+Thumbnails = Mapping[str, Mapping[str, bytes]]
+EYES = {"left": "left eye", "right": "right eye", "both": "both eyes"}
+
+
+def gallery_section(names: Sequence[str], thumbnails: Thumbnails) -> Section | None:
+    """Return the stimuli as small pictures (PNG) per eye, in the order of ``names``; None if there are none."""
+    pictures = tuple(
+        Picture(name, tuple((EYES.get(eye, eye), _uri(png)) for eye, png in thumbnails[name].items()))
+        for name in names
+        if thumbnails.get(name)
+    )
+    if not pictures:
+        return None
+    words = (
+        "As the display showed them to each eye, made small, with the display's colours brought into sRGB: its white "
+        "is this page's white, and what it could not show is clipped here too."
+    )
+    return Section("stimuli", "The stimuli", (Gallery(pictures), Paragraph(words, small=True)))
+
+
+def _uri(png: bytes) -> str:
+    return f"data:image/png;base64,{base64.b64encode(png).decode()}"
+
+
+def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
+    """Return what clipping to the gamut cost each stimulus and eye; None where it was not recorded."""
+    rows = tuple(
+        (one.stimulus, one.eye, one.percent_any, one.percent_above_full, one.delta_e_00_mean, one.delta_e_00_max)
+        for one in clipping_rows(header, names)
+    )
+    if not rows:
+        return None
+    columns = (
+        Column("Stimulus", "stimulus"),
+        Column("Eye", "eye"),
+        Column("Out of gamut", "percent_out_of_gamut", "number", 2, "%"),
+        Column("Above full drive", "percent_above_full", "number", 2, "%"),
+        Column("Mean ΔE₀₀", "delta_e_00_mean", "number", 3),
+        Column("Largest ΔE₀₀", "delta_e_00_max", "number", 1),
+    )
+    words = (
+        "Share of each stimulus's pixels that left the display's gamut and were clipped, and the colour difference "
+        "between what was asked for and what was shown, over all its pixels."
+    )
+    table = Table("clipping", "What clipping to the gamut cost", columns, rows, folded=len(rows) > 40)
+    return Section("clipping", "What the display could not show", (table, Paragraph(words, small=True)))
+
+
+def timing_section(sessions: Sequence[SessionLog]) -> Section:
+    """Return how evenly frames came in each session, and what is known of onsets."""
+    columns = (
+        Column("Observer", "observer"),
+        Column("Session", "session"),
+        Column("Began (UTC)", "started_utc"),
+        Column("Answers", "answers", "number"),
+        Column("State", "state"),
+        Column("Median swap (ms)", "swap_median_ms", "number", 2),
+        Column("99 % (ms)", "swap_p99_ms", "number", 2),
+        Column("Longest (ms)", "swap_longest_ms", "number", 2),
+        Column("Late swaps", "swaps_late", "number"),
+        Column("Timed scenes", "timed_scenes", "number"),
+        Column("Frames missed", "timed_frames_missed", "number"),
+    )
+    rows = [_session_row(session) for session in sessions]
+    used = [index for index in range(len(columns)) if index < 5 or any(row[index] is not None for row in rows)]
+    table = Table(
+        "sessions",
+        f"{len(rows)} session{'' if len(rows) == 1 else 's'}",
+        tuple(columns[index] for index in used),
+        tuple(tuple(row[index] for index in used) for row in rows),
+        folded=True,
+    )
+    blocks: list[Block] = [Facts(tuple(timing_facts(sessions))), table]
+    return Section("timing", "Sessions and timing", tuple(blocks))
+
+
+def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
+    """Return what there is to say of the timing of all sessions together."""
+    timing = [session.header.presentation.get("timing") or {} for session in sessions]
+    swaps = [one["swap_intervals"] for one in timing if one.get("swap_intervals")]
+    facts = []
+    if swaps:
+        medians = [float(one["median_ms"]) for one in swaps]
+        facts.append(
+            (
+                "Swap intervals",
+                f"Median {_span(medians, 2)} ms, longest {fixed(max(float(one['longest_ms']) for one in swaps), 2)} "
+                f"ms; {sum(int(one['missed']) for one in swaps)} of {sum(int(one['frames']) for one in swaps)} came "
+                "late (measured on black frames before each session).",
+            )
+        )
+    else:
+        facts.append(("Swap intervals", "Not measured: the sessions had no screen that swaps wait for."))
+    scenes = [scene for session in sessions for scene in _timed(session)]
+    if scenes:
+        missed = [scene for scene in scenes if scene.get("missed_frames")]
+        frames = sum(int(scene["missed_frames"]) for scene in missed)
+        facts.append(("Timed scenes", f"{len(scenes):,}; {len(missed)} of them with {frames} missed frames."))
+    words = dict.fromkeys(str(one.get("verification", "no word on it")) for one in timing)
+    facts.append(("Onsets", "; ".join(words) + "."))
+    compositors = dict.fromkeys(str(one["compositor"]) for one in timing if one.get("compositor"))
+    if compositors:
+        facts.append(("Compositor", "; ".join(compositors)))
+    asked_again = sum(answer.attempt > 0 for session in sessions for answer in session.answers)
+    if asked_again:
+        facts.append(("Asked again", f"{asked_again} trials; the last answer counts."))
+    resumed = sum(bool(session.resumptions) for session in sessions)
+    if resumed:
+        facts.append(("Resumed", f"{resumed} sessions were interrupted and taken up again."))
+    return facts
+
+
+def _session_row(session: SessionLog) -> tuple[Cell, ...]:
+    header = session.header
+    swaps = (header.presentation.get("timing") or {}).get("swap_intervals") or {}
+    timed = _timed(session)
+    state = ("completed" if session.complete else "not completed") + (", simulated" if header.simulated else "")
+    numbers = [swaps.get(key) for key in ("median_ms", "p99_ms", "longest_ms", "missed")]
+    missed = sum(int(scene.get("missed_frames", 0)) for scene in timed) if timed else None
+    answers = len(session.trials)
+    return header.observer, header.session, header.started_utc, answers, state, *numbers, len(timed) or None, missed
+
+
+def _timed(session: SessionLog) -> list[Mapping[str, float]]:
+    return [scene for trial in session.trials for scene in trial.data.get("timed") or ()]
+
+
+def _span(values: Sequence[float], digits: int) -> str:
+    least, most = fixed(min(values), digits), fixed(max(values), digits)
+    return least if least == most else f"{least} to {most}"

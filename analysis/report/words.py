@@ -1,0 +1,68 @@
+"""Numbers and values of headers as words."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+
+UNITS: Mapping[str, str] = {"_cd_m2": "cd/m²", "_mm": "mm", "_px": "pixels", "_hz": "Hz", "_ms": "ms", "_s": "s"}
+
+
+def fixed(value: float | None, digits: int = 4) -> str:
+    """Return a number with fixed digits and a real minus sign; a dash for none, the sign for what has no end."""
+    if value is None or value != value:
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    text = f"{value:,.{digits}f}"
+    return (text if float(value) >= 0 or text.strip("-0.") else text[1:]).replace("-", "−")
+
+
+def chance(p: float | None, digits: int = 3) -> str:
+    """Return a chance for a table: "0.012", or "< 0.001"."""
+    least = 10.0**-digits
+    return f"< {least:g}" if p is not None and p < least else fixed(p, digits)
+
+
+def p_words(p: float) -> str:
+    """Return a chance as "p = 0.012" or "p < 0.001"."""
+    return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
+
+
+def percent(share: float, digits: int = 0) -> str:
+    """Return a share (0 to 1) in per cent."""
+    return f"{fixed(100 * share, digits)} %"
+
+
+def counted(number: float, noun: str) -> str:
+    """Return "1 answer", "2 answers"."""
+    return f"{number:,g} {noun}" if number == 1 else f"{number:,g} {noun}s"
+
+
+def listed(words: Iterable[str]) -> str:
+    """Return "a", "a and b", "a, b and c"."""
+    parts = list(words)
+    return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
+
+
+def key_words(key: object) -> str:
+    """Return a key of a header as words, its unit in brackets."""
+    words = str(key)
+    for suffix, unit in UNITS.items():
+        if words.endswith(suffix):
+            words = f"{words.removesuffix(suffix)} ({unit})"
+            break
+    return words.replace("_", " ")
+
+
+def plain(value: object) -> str:
+    """Return a value of a header as words: mappings as "key: value", lists with commas, none as a dash."""
+    if value is None or value == "" or value == () or value == [] or value == {}:
+        return "–"
+    if isinstance(value, Mapping):
+        return "; ".join(f"{key_words(key)}: {plain(inner)}" for key, inner in value.items())
+    if isinstance(value, list | tuple):
+        return ", ".join(plain(inner) for inner in value)
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    return str(value)
