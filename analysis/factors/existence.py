@@ -21,6 +21,11 @@ AGREES = 0.5
 LEVEL = 1e-5
 
 
+def is_separated(cells: Cells, terms: Sequence[Term]) -> bool:
+    """Say whether some effects have no finite maximum."""
+    return not _items_hold(cells) and direction(cells, np.hstack([term.columns for term in terms])) is not None
+
+
 def separated_effects(cells: Cells, terms: Sequence[Term]) -> tuple[str, ...]:
     """Say in sentences which effects have no finite maximum; nothing if all have one.
 
@@ -29,16 +34,16 @@ def separated_effects(cells: Cells, terms: Sequence[Term]) -> tuple[str, ...]:
     """
     if _items_hold(cells):
         return ()
-    alone = tuple(
-        f"No answer goes against {_order(term, found)}: the larger this effect, the better the fit, without end."
-        for term in terms
-        if (found := direction(cells, term.columns)) is not None
-    )
-    if alone:
-        return alone
     found = direction(cells, np.hstack([term.columns for term in terms]))
     if found is None:
         return ()
+    alone = tuple(
+        f"No answer goes against {_order(term, own)}: the larger this effect, the better the fit, without end."
+        for term in terms
+        if (own := direction(cells, term.columns)) is not None
+    )
+    if alone:
+        return alone
     starts = np.cumsum([0, *(term.width for term in terms)])
     orders = [
         _order(term, found[start : start + term.width])

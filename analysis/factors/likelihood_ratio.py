@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from analysis.factors.aliasing import orthonormal, rank_gained
 from analysis.factors.ascent import Fit, climb
-from analysis.factors.existence import separated_effects
+from analysis.factors.existence import is_separated
 from analysis.factors.terms import Term, empty_cell, interaction_term
 from analysis.factors.values import Factor
 from analysis.multiplicity import holm
@@ -174,7 +174,7 @@ def _interaction(
     if rank_gained(terms, added, groups) < added.width:
         return InteractionTest(names, None, None, None, None, "the factors already tell all or part of it")
     whole = [*terms, added]
-    if separated_effects(cells, whole):
+    if is_separated(cells, whole):
         why = "with it the answers are fitted ever better without end: it has no finite maximum"
         return InteractionTest(names, None, None, None, None, why)
     fit = climb(cells, centred_basis(whole, cells.n))

@@ -72,6 +72,18 @@ def test_a_factor_between_groups_that_never_met_is_told() -> None:
     assert found.explained.missing is not None
 
 
+def test_numbers_that_nearly_follow_each_other_are_told_apart(grid: Factors, draw: Drawer) -> None:
+    """Aliased is what rounding cannot tell apart, not what is merely alike."""
+    answers = draw(dict.fromkeys(grid, 0.0))
+    for unlike, kept in ((1e-4, True), (1e-14, False)):
+        told = {
+            name: {"one": float(place), "other": float(place) * (1 + unlike * place)} for place, name in enumerate(grid)
+        }
+        found = factor_effects(answers, told, use=("one", "other"))
+        assert (len(found.factors) == 2) == kept
+        assert found.converged
+
+
 def test_nothing_that_varies_is_refused_by_name() -> None:
     answers = from_answers([Answer("a", "b"), Answer("b", "a")])
     with pytest.raises(ResultsError, match="'view': it is flat for every stimulus"):

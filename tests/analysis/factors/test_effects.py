@@ -76,6 +76,13 @@ def test_covariances_are_those_of_the_regression_answer_by_answer(grid: Factors,
     assert found.sandwich_covariance is not None
     np.testing.assert_allclose(found.sandwich_covariance, sandwich, rtol=1e-8, atol=1e-12)
     np.testing.assert_allclose([effect.se for effect in found.effects], np.sqrt(np.diag(inverse)), rtol=1e-9)
+    from scipy.stats import norm, t
+
+    for effect in found.effects:
+        assert effect.p == pytest.approx(2 * norm.sf(abs(effect.estimate) / effect.se), rel=1e-9)
+        assert effect.robust_se is not None
+        assert effect.robust_p == pytest.approx(2 * t.sf(abs(effect.estimate) / effect.robust_se, people - 1), rel=1e-9)
+        assert effect.low == pytest.approx(effect.estimate - 1.959964 * effect.se, rel=1e-6)
     # Student's 97.5 % point with 11 degrees of freedom, from a table.
     (stereo,) = (effect for effect in found.effects if effect.level == "stereo")
     assert stereo.robust_se is not None

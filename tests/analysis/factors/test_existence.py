@@ -10,9 +10,11 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.factors.effects import factor_effects
-from analysis.factors.existence import direction
+from analysis.factors.existence import direction, is_separated, separated_effects
 from analysis.factors.figure import effects_svg
+from analysis.factors.terms import Term
 from analysis.pair_models.cells import count_cells
+from analysis.separation import strong_groups
 
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]
@@ -43,7 +45,12 @@ def test_the_programme_finds_what_the_plane_shows(columns: list[tuple[int, int]]
     x = np.array(columns, dtype=np.float64)[place]
     cells, _ = count_cells(comparisons, ordered=False, ties=False)
     agreeing = x[comparisons.winner] - x[comparisons.loser]
-    assert (direction(cells, x) is not None) == separated_by_hand(agreeing)
+    apart = separated_by_hand(agreeing)
+    assert (direction(cells, x) is not None) == apart
+    # The graph alone settles it where it can.
+    assert not (apart and len(strong_groups(comparisons.wins)) == 1)
+    term = Term(("x", "y"), x, np.empty((0, 2)), ())
+    assert is_separated(cells, [term]) == apart == bool(separated_effects(cells, [term]))
 
 
 def test_a_level_that_always_wins_is_named_and_refused(grid: Factors) -> None:
