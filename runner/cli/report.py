@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
+
+if TYPE_CHECKING:
+    from analysis.records import Header
 
 
 @click.command(name="report")
@@ -12,30 +16,78 @@ import click
 @click.option(
     "-o", "--output", type=click.Path(path_type=Path), help="The page; report.html inside the first folder if left out."
 )
+@click.option("--pdf", is_flag=True, help="Print the page to PDF too, beside it; needs Chromium or Chrome.")
+@click.option("--csv", "csv_folder", type=click.Path(path_type=Path), help="A folder for each table as CSV.")
+@click.option("--without", multiple=True, metavar="OBSERVER", help="Leave an observer out; give it once for each.")
+@click.option(
+    "--passed",
+    multiple=True,
+    metavar="TEST",
+    help="Leave out who failed a test of vision, such as stereo_acuity; give it once for each.",
+)
+@click.option("--screened", is_flag=True, help="With --passed: leave out also who did not take the test.")
+@click.option(
+    "--most-missed", type=click.IntRange(min=0), help="Leave out who missed more obvious catch trials than that."
+)
 @click.option("--alpha", type=float, help="Level at which two stimuli differ; the experiment's if left out.")
 @click.option(
     "--adjust",
     type=click.Choice(["holm", "bh", "maxz", "none"]),
     help="Correction for testing every pair; the experiment's if left out.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the scores as JSON instead of a table.")
+@click.option(
+    "--covariance",
+    type=click.Choice(["auto", "model", "sandwich"]),
+    help="Standard errors of the classes; the experiment's if left out.",
+)
+@click.option(
+    "--experiment",
+    type=click.Path(path_type=Path),
+    help="The experiment file, for pictures of the stimuli; experiments/NAME.yaml if left out.",
+)
+@click.option(
+    "--thumbnails/--no-thumbnails",
+    default=True,
+    help="Whether the page shows the stimuli, where they lie built in the cache.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print everything found as JSON instead of a table.")
 def command(
-    results: tuple[Path, ...], output: Path | None, alpha: float | None, adjust: str | None, as_json: bool
+    results: tuple[Path, ...],
+    output: Path | None,
+    pdf: bool,
+    csv_folder: Path | None,
+    without: tuple[str, ...],
+    passed: tuple[str, ...],
+    screened: bool,
+    most_missed: int | None,
+    alpha: float | None,
+    adjust: str | None,
+    covariance: str | None,
+    experiment: Path | None,
+    thumbnails: bool,
+    as_json: bool,
 ) -> None:
     """Write an HTML report on the results of one experiment.
 
-    RESULTS are folders of sessions, from one station or many, or single session.jsonl files.
+    RESULTS are folders of sessions, from one station or many, or single session.jsonl files. Nobody is left out
+    unless you ask, and the page says whom you asked to leave out.
     """
     import json
     from typing import cast
 
     from analysis.errors import ResultsError
     from analysis.multiplicity import Adjust
+    from analysis.observers.filters import Filter
     from analysis.records import FILE_NAME, read_session, session_files
-    from analysis.report import print_table, write_report
+    from analysis.report import print_report, write_report
+    from analysis.report.estimate import CovarianceWish
+    from analysis.screening import outcomes
     from documents import Finding
     from runner.cli.main import WorkError
+    from runner.print_page import print_pdf
 
+    if screened and not passed:
+        raise click.UsageError("--screened goes with --passed: name the test")
     files: dict[Path, Path] = {}
     for place in results:
         if not place.exists():
@@ -49,14 +101,55 @@ def command(
     first = results[0]
     page = output or (first if first.is_dir() else first.parent) / "report.html"
     sessions = [read_session(file) for file in files.values()]
+    for test in passed:
+        known = list(dict.fromkeys(one.test for session in sessions for one in outcomes(session)))
+        if test not in known:
+            remedy = f"tests taken: {', '.join(known)}" if known else "no session has a test of vision"
+            raise ResultsError(Finding(f"nobody took the test of vision '{test}'", remedy=remedy))
+    pictures = _thumbnails(sessions[0].header, experiment, quiet=as_json) if thumbnails else {}
     try:
-        summary = write_report(sessions, page, alpha=alpha, adjust=cast("Adjust | None", adjust))
-    except OSError as error:
-        raise WorkError(f"the report cannot be written to {page}: {error.strerror}") from error
-    if as_json:
-        click.echo(
-            json.dumps({**summary.to_json(), "report": str(page)}, indent=2, allow_nan=False, ensure_ascii=False)
+        report = write_report(
+            sessions,
+            page,
+            alpha=alpha,
+            adjust=cast("Adjust | None", adjust),
+            covariance=cast("CovarianceWish | None", covariance),
+            rule=Filter(without, most_missed, passed or None, "leave_out" if screened else "keep"),
+            thumbnails=pictures,
+            csv_folder=csv_folder,
         )
+        if pdf:
+            print_pdf(page, page.with_suffix(".pdf"))
+    except OSError as error:
+        raise WorkError(f"the report cannot be written to {error.filename or page}: {error.strerror}") from error
+    if as_json:
+        told = {**report.to_json(), "report": str(page)}
+        click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
         return
-    print_table(summary)
+    print_report(report)
     click.echo(f"The report: {page}")
+    if pdf:
+        click.echo(f"As PDF: {page.with_suffix('.pdf')}")
+    if csv_folder is not None:
+        click.echo(f"Its tables: {csv_folder}")
+
+
+def _thumbnails(header: Header, experiment: Path | None, *, quiet: bool) -> dict[str, dict[str, bytes]]:
+    """Return pictures of the stimuli, or none where they are not at hand; a file that was named must be the one."""
+    from analysis.errors import ResultsError
+    from documents import Finding
+    from runner.cli.progress import progress_bar
+    from runner.thumbnails import find_shown, thumbnails
+
+    roots = (Path.cwd(), Path(__file__).parents[2])
+    usual = [root / "experiments" / f"{Path(header.experiment).name}.yaml" for root in roots]
+    for file in [experiment] if experiment else usual:
+        shown = find_shown(header, file) if file.is_file() else None
+        if shown is not None:
+            with progress_bar(quiet=quiet) as step:
+                return thumbnails(*shown, lambda done, of: step("Making small pictures", done, of))
+    if experiment is not None:
+        what = "these are not the stimuli and the display of the results, or the stimuli are not built"
+        remedy = "name the experiment file of these sessions, or leave --experiment out"
+        raise ResultsError(Finding(what, str(experiment), remedy=remedy))
+    return {}

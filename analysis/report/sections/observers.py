@@ -30,7 +30,7 @@ def observers_section(table: ObserverTable, kept: Kept | None) -> Section:
     rows = tuple(tuple(_row(line)[index] for index in used) for line in table.lines)
     columns = tuple(_COLUMNS[index] for index in used)
     blocks: list[Block] = [Paragraph(left_out_words(kept))]
-    blocks.append(Table("observers", "Observers", columns, rows, folded=len(rows) > 60))
+    blocks.append(Table("observers", "By observer", columns, rows, folded=len(rows) > 60))
     blocks.append(
         Paragraph(
             "ζ is 1 without circular triads; its p is the chance of so few by tossing coins (mid-p). The fit to the "
