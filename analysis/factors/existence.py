@@ -12,9 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.errors import ResultsError
 from analysis.factors.terms import Term
 from analysis.pair_models.cells import Cells
 from analysis.separation import strong_groups
+from documents import Finding
 
 Floats = NDArray[np.float64]
 AGREES = 0.5
@@ -58,6 +60,11 @@ def direction(cells: Cells, columns: Floats) -> Floats | None:
 
     With a row of A for each kind of answer, winner's columns less loser's: maximise Σ t, 0 ≤ t ≤ 1, t ≤ A β. Any
     direction can be made so long that t reaches 1 wherever an answer agrees with it at all.
+
+    Raises
+    ------
+    ResultsError
+        If the solver gives up.
     """
     from scipy.optimize import linprog
     from scipy.sparse import csr_array, eye_array, hstack
@@ -69,6 +76,9 @@ def direction(cells: Cells, columns: Floats) -> Floats | None:
     bounds = [(None, None)] * width + [(0.0, 1.0)] * rows
     limits = hstack([csr_array(-agreeing), eye_array(rows)], format="csr")
     found = linprog(cost, limits, np.zeros(rows), bounds=bounds, method="highs")
+    if found.x is None:
+        what = f"whether the effects have a finite maximum could not be decided: {found.message}"
+        raise ResultsError(Finding(what, remedy="leave a factor out, or use fewer levels"))
     beta = np.asarray(found.x, dtype=np.float64)[:width]
     if float((agreeing @ beta).max(initial=0.0)) < AGREES:
         return None

@@ -1,6 +1,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.existence import direction, is_separated, separated_effects
 from analysis.factors.figure import effects_svg
@@ -68,7 +70,7 @@ def test_a_level_that_always_wins_is_named_and_refused(grid: Factors) -> None:
     assert found.effects == ()
     assert np.isnan(found.theta).all()
     assert not found.converged
-    with pytest.raises(Exception, match="no finite effects to draw: No answer goes against 'view'"):
+    with pytest.raises(ResultsError, match="no finite effects to draw: No answer goes against 'view'"):
         effects_svg(found)
     held = factor_effects(from_answers(answers, list(grid)), grid, method="map", prior_sd=2.0)
     assert held.held_by_prior == found.separation
@@ -130,3 +132,13 @@ def test_an_interaction_that_runs_away_is_not_fitted() -> None:
     assert interaction.p is None
     assert interaction.not_fitted is not None
     assert "no finite maximum" in interaction.not_fitted
+
+
+def test_a_solver_that_gives_up_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
+    import scipy.optimize
+
+    gave_up = SimpleNamespace(x=None, message="Time limit reached")
+    monkeypatch.setattr(scipy.optimize, "linprog", lambda *_, **__: gave_up)
+    answers = from_answers([Answer("a", "b")])
+    with pytest.raises(ResultsError, match="could not be decided: Time limit reached"):
+        factor_effects(answers, {"a": {"x": 1.0}, "b": {"x": 2.0}})

@@ -32,6 +32,12 @@ def test_stereoscopic_ones_are_clearly_preferred(three: FactorEffects) -> None:
     assert test.statistic > 2 * max(other.statistic for other in rest)
 
 
+def test_the_table_of_the_docs(three: FactorEffects) -> None:
+    assert [effect.estimate for effect in three.effects] == pytest.approx([0.90, -0.18, -0.48, -0.63], abs=0.005)
+    assert [test.statistic for test in three.tests] == pytest.approx([128.6, 21.2, 51.2], abs=0.05)
+    assert [test.df for test in three.tests] == [1, 2, 1]
+
+
 def test_medium_exposures_before_short_before_long_ones(three: FactorEffects) -> None:
     effect = {effect.level: effect.estimate for effect in three.effects if effect.factor == "exposure_s"}
     assert 0 > effect["0.0666667"] > effect["1"]
