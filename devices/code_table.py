@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display import DisplayModel
-from devices.tone_curve import ToneCurve
+from devices.tone_curve import Curve
 
 ENTRIES = 1024
 
@@ -34,10 +34,10 @@ class CodeTables:
     scale: NDArray[np.float64]
 
 
-def curve_table(curve: ToneCurve, entries: int = ENTRIES, root: int = 4) -> NDArray[np.float64]:
+def curve_table(curve: Curve, entries: int = ENTRIES, root: int = 4) -> NDArray[np.float64]:
     """Return unclipped codes (entries,) of ``curve`` over t in 0..1 with t the ``root``-th root of its light."""
     light = np.linspace(0.0, 1.0, entries) ** root * (1.0 - curve.lift)
-    return np.asarray((light ** (1.0 / curve.gamma) - curve.offset) / curve.gain)
+    return curve.unclipped_code(light)
 
 
 def code_tables(model: DisplayModel, entries: int = ENTRIES) -> CodeTables:

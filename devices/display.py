@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
-from devices.tone_curve import ToneCurve
+from devices.tone_curve import Curve
 
 Floats = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ class DisplayModel:
 
     black_XYZ_cd_m2: Floats
     primaries_XYZ_cd_m2: Floats
-    curves: tuple[ToneCurve, ToneCurve, ToneCurve]
+    curves: tuple[Curve, Curve, Curve]
 
     def __post_init__(self) -> None:
         black = np.asarray(self.black_XYZ_cd_m2, dtype=np.float64)

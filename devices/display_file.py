@@ -19,7 +19,8 @@ from devices.display import DisplayModel
 from devices.display_extras import CrosstalkSpec, GainMapSpec
 from devices.errors import DeviceError
 from devices.gain_map import GainMap
-from devices.tone_curve import ToneCurve
+from devices.table_curve import TableCurve
+from devices.tone_curve import Curve, ToneCurve
 from documents import Finding, load_document
 from documents.yaml_source import YamlSource
 
@@ -75,29 +76,53 @@ class CurveSpec(_Strict):
     green: ChannelSpec
     blue: ChannelSpec
 
+    def curves(self) -> tuple[Curve, Curve, Curve]:
+        """Return the curves of red, green and blue."""
+        channels = (self.red, self.green, self.blue)
+        for channel in channels:
+            for name in _FIXED[self.kind]:
+                if name in channel.model_fields_set:
+                    raise DeviceError(f"a curve of kind '{self.kind}' has no '{name}'")
+        red, green, blue = (ToneCurve(c.gain, c.offset, c.gamma, c.lift) for c in channels)
+        return red, green, blue
+
+
+class TableSpec(_Strict):
+    """One channel's curve as a table: the share of full light at each code; both rise from 0 to 1."""
+
+    codes: Annotated[tuple[float, ...], Field(min_length=3)]
+    light: Annotated[tuple[float, ...], Field(min_length=3)]
+
+
+class TableCurveSpec(_Strict):
+    """The tone curves of the three channels as tables, joined by monotone cubics."""
+
+    kind: Literal["table"]
+    red: TableSpec
+    green: TableSpec
+    blue: TableSpec
+
+    def curves(self) -> tuple[Curve, Curve, Curve]:
+        """Return the curves of red, green and blue."""
+        red, green, blue = (TableCurve(c.codes, c.light) for c in (self.red, self.green, self.blue))
+        return red, green, blue
+
 
 class ModelSpec(_Strict):
     """One characterisation, measured through the glasses in its stereo mode."""
 
     black_XYZ_cd_m2: Triple
     primaries_XYZ_cd_m2: PrimariesSpec
-    curve: CurveSpec
+    curve: Annotated[CurveSpec | TableCurveSpec, Field(discriminator="kind")]
     source: str = ""
 
     def model(self) -> DisplayModel:
         """Return the display model."""
-        fixed = _FIXED[self.curve.kind]
-        channels = (self.curve.red, self.curve.green, self.curve.blue)
-        for channel in channels:
-            for name in fixed:
-                if name in channel.model_fields_set:
-                    raise DeviceError(f"a curve of kind '{self.curve.kind}' has no '{name}'")
         primaries = self.primaries_XYZ_cd_m2
-        red, green, blue = (ToneCurve(c.gain, c.offset, c.gamma, c.lift) for c in channels)
         return DisplayModel(
             np.array(self.black_XYZ_cd_m2),
             np.array([primaries.red, primaries.green, primaries.blue]).T,
-            (red, green, blue),
+            self.curve.curves(),
         )
 
 

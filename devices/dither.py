@@ -23,7 +23,7 @@ from devices.display import DisplayModel
 from devices.display_file import Eye
 from devices.dither_mask import SIZE_PX, load_mask
 from devices.errors import DeviceError
-from devices.tone_curve import ToneCurve
+from devices.tone_curve import Curve
 
 Floats = NDArray[np.float64]
 Codes = NDArray[np.int64]
@@ -55,7 +55,7 @@ class DitherTables:
         return int(self.lights.shape[1]) - 1
 
 
-def code_lights(curve: ToneCurve, levels: int = LEVELS_8_BITS) -> Floats:
+def code_lights(curve: Curve, levels: int = LEVELS_8_BITS) -> Floats:
     """Return the light (share of full) of codes 0..levels, shape (levels + 1,).
 
     Raises

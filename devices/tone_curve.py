@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
+from devices.table_curve import TableCurve
 
 Floats = NDArray[np.float64]
 
@@ -46,3 +47,12 @@ class ToneCurve:
         """Return device codes in 0..1 for linear light of any shape; what lies beyond the drive is clipped."""
         light = np.maximum(np.asarray(linear, dtype=np.float64) - self.lift, 0.0)
         return np.clip((light ** (1.0 / self.gamma) - self.offset) / self.gain, 0.0, 1.0)
+
+    def unclipped_code(self, light_above_lift: ArrayLike) -> Floats:
+        """Return device codes for light above ``lift``, at or above 0, also where no code of 0..1 gives it."""
+        light = np.asarray(light_above_lift, dtype=np.float64)
+        return np.asarray((light ** (1.0 / self.gamma) - self.offset) / self.gain)
+
+
+# What a display model asks of a channel's curve: `lift`, `linear`, `code` and `unclipped_code`.
+Curve = ToneCurve | TableCurve

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from devices.code_table import ENTRIES, curve_table
 from devices.display_file import Eye
-from devices.tone_curve import ToneCurve
+from devices.tone_curve import Curve
 from documents import Finding
 from runner.presenter.bands import InBands, bands, to_the_end
 from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code
@@ -43,7 +43,7 @@ class CodePass:
         self,
         context: moderngl.Context,
         shader: str,
-        curves: Sequence[ToneCurve],
+        curves: Sequence[Curve],
         textures: Sequence[str],
         uniforms: Mapping[str, Uniform],
         dithering: Dithering | None = None,
@@ -159,7 +159,7 @@ class CodePass:
             )
 
 
-def _code_table(context: moderngl.Context, curves: Sequence[ToneCurve], entries: int) -> moderngl.Texture:
+def _code_table(context: moderngl.Context, curves: Sequence[Curve], entries: int) -> moderngl.Texture:
     tables = np.stack([curve_table(curve, entries) for curve in curves]).astype(np.float32)
     table = context.texture((tables.shape[1], len(tables)), 1, tables.tobytes(), dtype="f4")
     table.filter = (moderngl.NEAREST, moderngl.NEAREST)

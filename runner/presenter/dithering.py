@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from devices.display_file import Eye
 from devices.dither import LEVELS_8_BITS, Masks, code_lights, mask_shifts_px
 from devices.dither_mask import load_mask
-from devices.tone_curve import ToneCurve
+from devices.tone_curve import Curve
 from documents import Finding
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.errors import PresentationError
@@ -81,7 +81,7 @@ class Dithering:
         """Return how far into the mask red, green and blue of ``eye`` start, (x, y) each."""
         return tuple((int(x_px), int(y_px)) for x_px, y_px in mask_shifts_px(eye, self.masks))
 
-    def textures(self, context: moderngl.Context, curves: Sequence[ToneCurve]) -> dict[str, moderngl.Texture]:
+    def textures(self, context: moderngl.Context, curves: Sequence[Curve]) -> dict[str, moderngl.Texture]:
         """Return new textures by the names that the shader has for them: the light of the codes, and the mask."""
         lights = light_table(curves, self.highest_code)
         mask = load_mask()
@@ -94,7 +94,7 @@ class Dithering:
         return made
 
 
-def light_table(curves: Sequence[ToneCurve], levels: int) -> NDArray[np.float32]:
+def light_table(curves: Sequence[Curve], levels: int) -> NDArray[np.float32]:
     """Return the light of codes 0..levels of each curve, shape (curves, levels + 1): lift taken off, full light 1.
 
     It is what `devices.dither.dither_tables` holds of a display model, for curves that belong to none.

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.display import DisplayModel
 from devices.display_file import Eye, EyeModels
-from devices.tone_curve import ToneCurve
+from devices.tone_curve import Curve
 from runner.presenter.errors import PresentationError
 
 Floats = NDArray[np.float64]
@@ -36,7 +36,7 @@ class Mixture:
     right: Floats
     left_black_XYZ_cd_m2: Floats
     right_black_XYZ_cd_m2: Floats
-    curves: tuple[ToneCurve, ToneCurve, ToneCurve]
+    curves: tuple[Curve, Curve, Curve]
     left_through: Floats
     right_through: Floats
 
