@@ -103,6 +103,7 @@ class Gallery:
     """Small pictures of the stimuli."""
 
     pictures: tuple[Picture, ...]
+    folded: str = ""
     kind: ClassVar[str] = "gallery"
 
 

@@ -90,7 +90,7 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
     words += "."
     if display.get("source"):
         words += (
-            f" Colours were undone by the display's characterisation in the mode {display.get('characterised_as')} "
+            f" Colours were reproduced by the display's characterisation in the mode {display.get('characterised_as')} "
             f"({display['source']})"
         )
         white = display.get("white_XYZ_cd_m2") or {}

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.preferences import KIND, Preferences
 from analysis.records import SessionLog
 from analysis.report.blocks import Column, Figure, Paragraph, Section, Table
 from analysis.report.dot_figure import dots_svg
 from analysis.report.drawing import NARROW_IN, WIDE_IN
+from analysis.report.summary import wilson_interval
 from analysis.report.words import fixed, p_words, percent
+
+if TYPE_CHECKING:  # its room takes colours from here
+    from analysis.best_of_series.observer_means import Estimate
+
+Floats = NDArray[np.float64]
 
 
 def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> Section:
@@ -29,7 +38,10 @@ def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> S
                     total[row, column] += trial.data["chosen_view"] == "stereo"
                     count[row, column] += 1
     names = [*pictures, "all pictures"]
-    estimates = means(total, count)
+    estimates = [
+        _unanimous(one, by_picture) if one.value in (0.0, 1.0) else one
+        for one, by_picture in zip(means(total, count), count.T, strict=True)
+    ]
     dots = [(name, one.value, one.low, one.high) for name, one in zip(names, estimates, strict=True)]
     title = "Share of choices for the stereo version"
     table = Table(
@@ -49,7 +61,10 @@ def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> S
             )
         ),
     )
-    caption = f"{title}, with 95 % intervals from observers drawn anew; dashed: no preference."
+    caption = (
+        f"{title}, with 95 % intervals from observers drawn anew, or Wilson's over the observers where all of them "
+        "agree; dashed: no preference."
+    )
     drawn = [dots_svg(dots, title.lower(), title, width, reference=0.5) for width in (WIDE_IN, NARROW_IN)]
     by_observer = Table(
         "preferences_by_observer",
@@ -60,6 +75,13 @@ def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> S
     )
     figure = Figure(drawn[0], drawn[1], caption, table)
     return Section("preferences", "Stereo or flat", (Paragraph(_words(found)), figure, by_observer))
+
+
+def _unanimous(one: Estimate, count: Floats) -> Estimate:
+    """Return the estimate with Wilson's interval, each observer counting once: draws of those who agree all agree."""
+    people = int((count > 0).sum())
+    low, high = wilson_interval(float(one.value or 0.0), people)
+    return replace(one, low=max(low, 0.0), high=min(high, 1.0)) if people > 1 else one
 
 
 def _words(found: Preferences) -> str:
@@ -80,17 +102,22 @@ def _words(found: Preferences) -> str:
 
 def _pictures(sessions: Sequence[SessionLog]) -> list[str]:
     """Return what the pictures are called, in the header's order."""
-    named = dict.fromkeys(
-        _picture(trial.data) for session in sessions for trial in session.trials if trial.kind == KIND
-    )
     place = {str(stimulus["name"]): number for number, stimulus in enumerate(sessions[0].header.stimuli)}
-    return sorted(named, key=lambda name: (place.get(name.split(" / ")[0], len(place)), name))
+    named = {
+        _picture(trial.data): place.get(str(trial.data["first"]), len(place))
+        for session in sessions
+        for trial in session.trials
+        if trial.kind == KIND
+    }
+    return sorted(named, key=lambda name: (named[name], name))
 
 
-def _picture(data: object) -> str:
-    """Return the names of both versions, the stereo one first."""
-    assert isinstance(data, dict)
+def _picture(data: Mapping[str, Any]) -> str:
+    """Return what the names of both versions begin with, or both, the stereo one first."""
     both = [str(data["first"]), str(data["second"])]
     if data.get("first_view") == "flat":
         both.reverse()
+    shared = both[0].removesuffix("stereo")
+    if shared != both[0] and shared == both[1].removesuffix("flat"):
+        return shared.rstrip(" -_") or " / ".join(both)
     return " / ".join(both)

@@ -17,7 +17,7 @@ if TYPE_CHECKING:  # its figures take their colours from here
 
 def series_sections(summary: SeriesSummary) -> list[Section]:
     """Return the sections on choices, ratings, steps, tests and agreement."""
-    from analysis.best_of_series.figures import rating_figure, score_figure, words
+    from analysis.best_of_series.figures import rating_figure, score_figure
 
     choices = _figure(
         score_figure(summary),
@@ -29,7 +29,7 @@ def series_sections(summary: SeriesSummary) -> list[Section]:
         _figure(
             rating_figure(summary, scale),
             f"series_{scale}",
-            f"Mean {words(scale)} as rated, with 95 % intervals from observers drawn anew.",
+            "95 % intervals are from observers drawn anew.",
         )
         for scale in summary.ratings
     ]
@@ -103,7 +103,7 @@ def _steps(summary: SeriesSummary) -> tuple[Block, ...]:
         Column("Step on the axis", "step", "number", 3),
         Column("95 %", "step", "interval", 3),
         Column("p (fit)", "fit_p", "p"),
-        Column("", "reason"),
+        Column("Not estimated because", "reason"),
     )
     rows = tuple(
         (
@@ -123,7 +123,9 @@ def _steps(summary: SeriesSummary) -> tuple[Block, ...]:
         "taken for matches with a normal error on the axis of the series"
     )
     words += _axis_words(summary.steps) + " A ratio of 2 means that a level must be doubled to be noticed."
-    return Table("series_steps", "Smallest noticeable step", columns, rows), Paragraph(words, small=True)
+    used = len(columns) if any(one.reason for one in summary.steps) else len(columns) - 1
+    table = Table("series_steps", "Of one observer", columns[:used], tuple(row[:used] for row in rows))
+    return table, Paragraph(words, small=True)
 
 
 def _axis_words(steps: tuple[StepSize, ...]) -> str:

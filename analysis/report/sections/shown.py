@@ -11,6 +11,7 @@ from analysis.report.clipping import clipping_rows
 from analysis.report.words import fixed
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
+MOST_UNFOLDED = 24
 EYES = {"left": "left eye", "right": "right eye", "both": "both eyes"}
 
 
@@ -27,7 +28,14 @@ def gallery_section(names: Sequence[str], thumbnails: Thumbnails) -> Section | N
         "As the display showed them to each eye, made small, with the display's colours brought into sRGB: its white "
         "is this page's white, and what it could not show is clipped here too."
     )
-    return Section("stimuli", "The stimuli", (Gallery(pictures), Paragraph(words, small=True)))
+    return Section(
+        "stimuli",
+        "The stimuli",
+        (
+            Gallery(pictures, folded=f"{len(pictures)} stimuli" if len(pictures) > MOST_UNFOLDED else ""),
+            Paragraph(words, small=True),
+        ),
+    )
 
 
 def _uri(png: bytes) -> str:
@@ -107,9 +115,10 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
     if scenes:
         missed = [scene for scene in scenes if scene.get("missed_frames")]
         frames = sum(int(scene["missed_frames"]) for scene in missed)
-        facts.append(("Timed scenes", f"{len(scenes):,}; {len(missed)} of them with {frames} missed frames."))
-    words = dict.fromkeys(str(one.get("verification", "no word on it")) for one in timing)
-    facts.append(("Onsets", "; ".join(words) + "."))
+        words = f"{len(missed)} of them missed {frames} frames" if missed else "none missed a frame"
+        facts.append(("Timed scenes", f"{len(scenes):,}; {words}."))
+    onsets = dict.fromkeys(str(one.get("verification", "no word on it")) for one in timing)
+    facts.append(("Onsets", "; ".join(onsets) + "."))
     compositors = dict.fromkeys(str(one["compositor"]) for one in timing if one.get("compositor"))
     if compositors:
         facts.append(("Compositor", "; ".join(compositors)))
