@@ -39,7 +39,7 @@ demo: gl
 	@$(BIN)/cyclopean demo
 
 test: test-tools
-	@$(BIN)/python -m pytest -m "not stress and not quad" -n $(WORKERS) --dist loadgroup
+	@$(BIN)/python -m pytest -m "not stress and not quad" -n $(WORKERS) --dist loadfile
 
 check: env
 	$(BIN)/ruff check .
