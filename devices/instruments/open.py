@@ -1,0 +1,111 @@
+"""Opening an instrument by name."""
+
+from __future__ import annotations
+
+import difflib
+import shlex
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+
+from devices.display import DisplayModel
+from devices.errors import DeviceError
+from devices.instruments.instrument import Instrument
+from devices.instruments.manual import Manual
+from devices.instruments.simulated import Faults, Simulated
+from documents import Finding
+
+INSTRUMENTS: Mapping[str, str] = MappingProxyType(
+    {
+        "cs2000": "Konica Minolta CS-2000 or CS-2000A on a serial port",
+        "pr655": "Photo Research PR-655 or PR-670 on a serial port",
+        "spotread": "any instrument that ArgyllCMS's spotread knows",
+        "manual": "a person reads the instrument and types X Y Z",
+        "simulated": "a model of the display with noise, drift and other faults",
+    }
+)
+
+
+def _nobody(prompt: str) -> str | None:
+    return None
+
+
+def _silence(words: str) -> None:
+    return None
+
+
+@dataclass(frozen=True, slots=True)
+class Wiring:
+    """What instruments may need: a serial ``port``, ``options`` of their own, a person, a ``model`` to simulate."""
+
+    port: str | None = None
+    options: Mapping[str, str] = field(default_factory=dict)
+    ask: Callable[[str], str | None] = _nobody
+    tell: Callable[[str], None] = _silence
+    model: DisplayModel | None = None
+    seed: int = 0
+
+
+def open_instrument(name: str, wiring: Wiring) -> Instrument:
+    """Open the instrument called ``name``, one of `INSTRUMENTS`.
+
+    Serial instruments take the options ``answer_s`` and ``measure_s``; `spotread` takes ``spotread``, the program's own
+    options in one string; a simulated one takes those of `devices.instruments.simulated.Faults`.
+
+    Raises
+    ------
+    DeviceError
+        If there is no such instrument or option, or it cannot be opened.
+    """
+    if name == "simulated":
+        if wiring.model is None:
+            remedy = "give a display that was characterised in this mode, to simulate it"
+            raise DeviceError(Finding("there is no display model to simulate", remedy=remedy))
+        return Simulated(wiring.model, wiring.seed, Faults.parse(dict(wiring.options)))
+    if name == "manual":
+        _only((), wiring.options)
+        return Manual(wiring.ask, wiring.tell)
+    if name == "spotread":
+        from devices.instruments.spotread import Spotread
+
+        _only(("spotread",), wiring.options)
+        return Spotread(wiring.port, shlex.split(wiring.options.get("spotread", "")), wiring.ask)
+    if name not in INSTRUMENTS:
+        near = difflib.get_close_matches(name, INSTRUMENTS, n=1)
+        remedy = f"did you mean '{near[0]}'?" if near else f"expected one of: {', '.join(INSTRUMENTS)}"
+        raise DeviceError(Finding(f"there is no instrument '{name}'", remedy=remedy))
+    return _serial(name, wiring)
+
+
+def _serial(name: str, wiring: Wiring) -> Instrument:
+    try:
+        from devices.instruments.serial_line import ports
+    except ModuleNotFoundError:
+        raise DeviceError(Finding("serial instruments need pyserial", remedy="pip install pyserial")) from None
+    from devices.instruments.cs2000 import CS2000
+    from devices.instruments.photo_research import PhotoResearch
+
+    _only(("answer_s", "measure_s"), wiring.options)
+    if wiring.port is None:
+        raise DeviceError(
+            Finding(f"'{name}' needs a port", remedy=f"--port with one of: {', '.join(ports()) or 'none'}")
+        )
+    seconds = {key: _seconds(key, text) for key, text in wiring.options.items()}
+    return (CS2000 if name == "cs2000" else PhotoResearch)(wiring.port, **seconds)
+
+
+def _only(known: tuple[str, ...], options: Mapping[str, str]) -> None:
+    for key in options:
+        if key not in known:
+            remedy = f"it has {', '.join(known)}" if known else "it has none"
+            raise DeviceError(Finding(f"the instrument has no option '{key}'", remedy=remedy))
+
+
+def _seconds(key: str, text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        value = 0.0
+    if not 0 < value < 36000:
+        raise DeviceError(Finding(f"'{key}' is '{text}'", remedy="a number of seconds is needed"))
+    return value

@@ -1,0 +1,79 @@
+"""The 24 colours of the ColorChecker, asked of a display in XYZ: fresh colours to verify a characterisation with.
+
+The chart's colours under D50 are adapted to the display's white by Bradford's transform, scaled together until the
+brightest fits, and those more saturated than the display can show are moved towards the grey of their luminance, no
+further than need be. Sources: [ColorChecker] for the colours, [Lam1985] for the transform.
+"""
+
+from __future__ import annotations
+
+import csv
+from dataclasses import dataclass
+from importlib.resources import files
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.colour import XYZ_from_xyY
+from devices.display import DisplayModel
+
+Floats = NDArray[np.float64]
+
+_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
+_D50_XY = (0.345703, 0.358539)
+_WITHIN = 1e-9
+
+
+@dataclass(frozen=True, slots=True)
+class AskedColour:
+    """``XYZ_cd_m2``, shape (3,), asked under ``name``; ``desaturated`` where it is less saturated than the chart."""
+
+    name: str
+    XYZ_cd_m2: Floats
+    desaturated: bool
+
+
+def colorchecker_xyY() -> tuple[tuple[str, ...], Floats]:
+    """Return the names of the 24 colours and their x, y and Y under D50, shape (24, 3), Y of a perfect white 1."""
+    text = (files("devices.patches") / "colorchecker.csv").read_text(encoding="utf-8")
+    rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
+    return tuple(row["name"] for row in rows), np.array([[float(row[key]) for key in ("x", "y", "Y")] for row in rows])
+
+
+def asked_of(model: DisplayModel) -> tuple[AskedColour, ...]:
+    """Return the 24 colours as asked of a display: every one inside its gamut."""
+    names, xyY = colorchecker_xyY()
+    lowest = np.array([float(curve.linear(0.0)) for curve in model.curves])
+    highest = np.array([float(curve.linear(1.0)) for curve in model.curves])
+    white = model.primaries_XYZ_cd_m2 @ highest
+    wanted = _adapted(XYZ_from_xyY(xyY), white) @ model.linear_from_XYZ.T
+    wanted = wanted / max(1.0, float((wanted / highest).max()))
+    luminance = model.primaries_XYZ_cd_m2[1]
+    asked = []
+    for name, linear in zip(names, wanted, strict=True):
+        grey = highest * float(luminance @ linear) / float(luminance @ highest)
+        grey = np.maximum(grey, lowest)
+        share = _largest_share(linear, grey, lowest, highest)
+        kept = grey + share * (linear - grey)
+        kept = np.clip(kept, lowest, highest)
+        XYZ = model.black_XYZ_cd_m2 + model.primaries_XYZ_cd_m2 @ kept
+        asked.append(AskedColour(name, XYZ, share < 1.0 - _WITHIN))
+    return tuple(asked)
+
+
+def _adapted(XYZ: Floats, white: Floats) -> Floats:
+    """Return ``XYZ`` under D50, shape (n, 3), adapted to ``white``, shape (3,), in its unit."""
+    from_white = _BRADFORD @ XYZ_from_xyY([*_D50_XY, 1.0])
+    gains = (_BRADFORD @ white) / from_white
+    return np.asarray(XYZ @ (np.linalg.inv(_BRADFORD) @ np.diag(gains) @ _BRADFORD).T)
+
+
+def _largest_share(linear: Floats, grey: Floats, lowest: Floats, highest: Floats) -> float:
+    """Return how far from ``grey`` towards ``linear``, 1 at most, all channels stay in ``lowest`` to ``highest``."""
+    step = linear - grey
+    share = 1.0
+    for channel in range(3):
+        bound = highest[channel] if step[channel] > 0 else lowest[channel]
+        if step[channel] != 0:
+            share = min(share, float((bound - grey[channel]) / step[channel]))
+    return max(share, 0.0)

@@ -1,0 +1,1 @@
+"""Showing patches of known device codes, reading each, and keeping every reading."""

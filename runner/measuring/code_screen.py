@@ -1,0 +1,175 @@
+"""A screen of nothing but device codes: each eye's pixels of a stereo mode filled with exactly the codes asked."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.display_file import Eye
+from runner.measuring.errors import MeasuringError
+from runner.presenter.depth import code_texture, highest_code
+from runner.presenter.drawing import BLACK, BLUE
+from runner.presenter.errors import GraphicsError
+from runner.presenter.modes.mode import EyeArea, Mode
+from runner.presenter.modes.registry import require
+from runner.presenter.painter import Painter
+from runner.presenter.rectangle import Rectangle
+from runner.presenter.surfaces.gl_calls import Codes
+from runner.presenter.surfaces.surface import Buffer, Surface
+
+CodeTriple = tuple[float, float, float]
+_EYES: Mapping[Buffer, Eye | None] = MappingProxyType(
+    {Buffer.BACK: None, Buffer.BACK_LEFT: "left", Buffer.BACK_RIGHT: "right"}
+)
+
+
+@dataclass(frozen=True, slots=True)
+class EyeCodes:
+    """What each eye sees: codes in 0..1."""
+
+    left: CodeTriple
+    right: CodeTriple
+
+    @classmethod
+    def of(cls, codes: CodeTriple, eye: str) -> EyeCodes:
+        """Return ``codes`` for ``eye``, one or ``both``; the other eye's are black."""
+        return cls(codes if eye in ("left", "both") else BLACK, codes if eye in ("right", "both") else BLACK)
+
+    def eye(self, eye: Eye) -> CodeTriple:
+        """Return the codes of ``eye``."""
+        return self.left if eye == "left" else self.right
+
+
+class CodeScreen:
+    """Fills ``surface`` in ``mode``, without any display model. It draws again what the window system has lost.
+
+    The sync line of frames in turn is drawn over the patches, because the glasses need it; a photodiode's square is
+    not. Moving and mirroring views has no effect, as the patches fill each eye's area.
+
+    Raises PresentationError if the surface cannot show the mode.
+    """
+
+    def __init__(self, surface: Surface, mode: Mode) -> None:
+        require(mode, surface)
+        self.surface = surface
+        self.mode = mode
+        self._painter = Painter(surface.context, surface.calls)
+        areas = self._areas()
+        self._turns = 1 + max(area.turn for area in areas)
+        self._turn = self._turns - 1
+        self._codes = EyeCodes(BLACK, BLACK)
+        surface.on_damage = surface.on_move = self.redraw
+
+    @property
+    def takes_turns(self) -> bool:
+        """Whether the eyes see frames in turn, so that `redraw` must be called for every refresh."""
+        return self._turns > 1
+
+    @property
+    def shared(self) -> bool:
+        """Whether both eyes see the same pixels, as in anaglyphs, which filters alone tell apart."""
+        return any(len(area.eyes) > 1 for area in self._areas())
+
+    @property
+    def highest(self) -> int:
+        """The code of full drive: 255 or 1023."""
+        return highest_code(self.surface.bits)
+
+    def show(self, codes: EyeCodes) -> None:
+        """Show ``codes`` from now on.
+
+        Raises
+        ------
+        MeasuringError
+            If they differ by eye where both eyes see the same pixels.
+        """
+        if self.shared and codes.left != codes.right:
+            raise MeasuringError(f"the mode '{self.mode.name}' shows both eyes the same pixels")
+        self._codes = codes
+        for _ in range(self._turns):
+            self.redraw()
+
+    def redraw(self) -> None:
+        """Show the codes again, to the next eye where they take turns."""
+        self._turn = (self._turn + 1) % self._turns
+        self._draw(self._turn)
+        self.surface.swap()
+
+    def capture(self) -> dict[str, Codes]:
+        """Draw, and return the codes (height, width, 3) of each buffer or turn, top row first, before any swap.
+
+        The keys are ``screen``, or ``left`` and ``right`` in a mode with a buffer or a frame for each eye.
+        """
+        captured: dict[str, Codes] = {}
+        for turn in range(self._turns):
+            self._draw(turn)
+            for area in self._areas():
+                name = area.eyes[0] if self._turns > 1 else _EYES[area.buffer] or "screen"
+                if area.turn == turn and name not in captured:
+                    captured[name] = self.surface.read(_EYES[area.buffer])
+        return captured
+
+    def seen_by(self, eye: Eye) -> NDArray[np.float64]:
+        """Return the codes in 0..``highest`` of every pixel that is ``eye``'s, shape (n, 3), read back."""
+        captured = self.capture()
+        area = next(area for area in self._areas() if eye in area.eyes)
+        place = area.rectangle
+        codes = captured[area.eyes[0] if self._turns > 1 else _EYES[area.buffer] or "screen"]
+        view = codes[place.top : place.top + place.height, place.left : place.left + place.width]
+        if area.weave is not None:
+            return view[area.weave.mask(place.height, place.width)].astype(np.float64)
+        height = place.height if area.sync_line is None else area.sync_line.top - place.top
+        return view[:height].reshape(-1, 3).astype(np.float64)
+
+    def close(self) -> None:
+        """Free what is held on the graphics card; the surface stays open."""
+        self.surface.on_damage = self.surface.on_move = None
+        self._painter.release()
+
+    def __enter__(self) -> CodeScreen:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _areas(self) -> tuple[EyeArea, ...]:
+        return self.mode.areas(self.surface.size_px, self.surface.position_px)
+
+    def _draw(self, turn: int) -> None:
+        areas = [area for area in self._areas() if area.turn == turn]
+        cleared: set[Buffer] = set()
+        for area in areas:
+            # On a stereo surface, the one back buffer is both of them: see `runner.presenter.drawing`.
+            both = self.surface.stereo and area.buffer is Buffer.BACK
+            for buffer in (Buffer.BACK_LEFT, Buffer.BACK_RIGHT) if both else (area.buffer,):
+                target = self.surface.target(buffer)
+                if buffer not in cleared:
+                    target.clear(viewport=(0, 0, *self.surface.size_px))
+                    cleared.add(buffer)
+                self._fill(buffer, area)
+        error = self.surface.context.error
+        if error != "GL_NO_ERROR":
+            raise GraphicsError(f"the graphics driver reports {error} ({self.surface.facts.renderer})")
+
+    def _fill(self, buffer: Buffer, area: EyeArea) -> None:
+        codes = self._codes.eye(area.eyes[0])
+        target = self.surface.target(buffer)
+        if area.weave is None:
+            self._painter.fill(target, area.rectangle, codes)
+        else:
+            texture = code_texture(self.surface.context, area.rectangle.size_px, self.surface.bits)
+            filled = self.surface.context.framebuffer([texture])
+            try:
+                filled.clear(*codes, 1.0)
+                self._painter.picture(self.surface.target(buffer), filled, area.rectangle, area.rectangle, area)
+            finally:
+                filled.release()
+                texture.release()
+        if area.sync_line is not None:
+            line = area.sync_line
+            self._painter.fill(target, Rectangle(0, line.top, self.surface.size_px[0], line.height), BLACK)
+            self._painter.fill(target, line, BLUE)

@@ -1,0 +1,250 @@
+"""A measurement on disk: a JSON line for each reading, written and fsynced before the next patch appears.
+
+The first line says what is measured and in which order; then come readings, failures and, where an instrument gives
+spectra, the wavelengths that they are at. A patch read again has a later line, which counts.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO
+
+from filelock import FileLock, Timeout
+
+from devices.instruments import Reading
+from devices.patches import Patch, Step
+from documents import Finding, InputError
+from runner.measuring.errors import MeasuringError
+
+FORMAT = "cyclopean-measurement"
+VERSION = 1
+
+
+@dataclass(frozen=True, slots=True)
+class Kept:
+    """A reading of the step at ``position``, ``time_s`` after the measurement began."""
+
+    position: int
+    time_s: float
+    reading: Reading
+
+
+@dataclass(frozen=True, slots=True)
+class Session:
+    """A measurement as far as it went. ``readings`` holds the last of each step, by position."""
+
+    file: Path
+    header: Mapping[str, Any]
+    steps: tuple[Step, ...]
+    readings: Mapping[int, Kept]
+    failures: Mapping[int, str]
+    torn_bytes: int = 0
+
+    @property
+    def missing(self) -> tuple[Step, ...]:
+        """The steps that have no reading yet."""
+        return tuple(step for step in self.steps if step.position not in self.readings)
+
+
+class MeasurementLog:
+    """An open measurement; use as a context manager. What `keep` was given is on disk when it returns."""
+
+    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO) -> None:
+        self.file = file
+        self._lock = lock
+        self._stream = stream
+        self._wavelengths_nm: tuple[float, ...] = ()
+
+    @classmethod
+    def create(cls, file: Path, header: Mapping[str, Any]) -> MeasurementLog:
+        """Make ``file`` with its ``header``, whole or not at all.
+
+        Raises
+        ------
+        MeasuringError
+            If it exists already or cannot be written.
+        """
+        if file.exists():
+            remedy = "go on with it by --resume, or choose another name"
+            raise MeasuringError(Finding("this measurement exists already", str(file), remedy=remedy))
+        try:
+            file.parent.mkdir(parents=True, exist_ok=True)
+            lock = _locked(file)
+            part = file.with_name(f".{file.name}.part")
+            with open(part, "wb", buffering=0) as stream:
+                _write(stream, {"record": "header", "format": FORMAT, "version": VERSION, **header})
+            os.replace(part, file)
+            _sync_folder(file.parent)
+            return cls(file, lock, open(file, "ab", buffering=0))
+        except OSError as error:
+            what = f"the measurement cannot be written: {error.strerror}"
+            raise MeasuringError(Finding(what, str(file), remedy="make room, or choose another place")) from error
+
+    @classmethod
+    def reopen(cls, file: Path) -> tuple[MeasurementLog, Session]:
+        """Open a measurement to go on with it, less a line that was cut short, and return what it holds.
+
+        Raises
+        ------
+        MeasuringError
+            If another process has it open, it is damaged before its last line, or it cannot be written.
+        """
+        if not file.exists():
+            raise MeasuringError(Finding("there is no such measurement", str(file), remedy="begin it without --resume"))
+        try:
+            lock = _locked(file)
+            session = read_session(file)
+            if session.torn_bytes:
+                os.truncate(file, file.stat().st_size - session.torn_bytes)
+            return cls(file, lock, open(file, "ab", buffering=0)), session
+        except OSError as error:
+            what = f"the measurement cannot be gone on with: {error.strerror}"
+            raise MeasuringError(Finding(what, str(file), remedy="let it be written")) from error
+
+    def keep(self, step: Step, time_s: float, reading: Reading) -> None:
+        """Put a reading on disk."""
+        line: dict[str, Any] = {"record": "reading", "position": step.position, "label": step.label}
+        line |= {"time_s": round(time_s, 3), "XYZ_cd_m2": reading.XYZ_cd_m2}
+        if reading.spectrum:
+            if reading.wavelengths_nm != self._wavelengths_nm:
+                self._write({"record": "wavelengths", "nm": reading.wavelengths_nm})
+                self._wavelengths_nm = reading.wavelengths_nm
+            line["spectrum"] = reading.spectrum
+        self._write(line)
+
+    def fail(self, step: Step, time_s: float, why: str) -> None:
+        """Put on disk why a patch was not read."""
+        what = {"record": "failure", "position": step.position, "label": step.label, "why": why}
+        self._write({**what, "time_s": round(time_s, 3)})
+
+    def note(self, **facts: Any) -> None:
+        """Put other facts on disk, such as when and with what the measurement was gone on with."""
+        self._write({"record": "note", **facts})
+
+    def close(self) -> None:
+        """Close the file and let others have it."""
+        self._stream.close()
+        self._lock.release()
+
+    def __enter__(self) -> MeasurementLog:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+    def _write(self, line: Mapping[str, Any]) -> None:
+        try:
+            _write(self._stream, line)
+        except OSError as error:
+            what = f"the reading cannot be written: {error.strerror}"
+            raise MeasuringError(Finding(what, str(self.file), remedy="make room, then --resume")) from error
+
+
+def read_session(file: Path) -> Session:
+    """Read the measurement in ``file``; a last line that was cut short is left out and counted.
+
+    Raises
+    ------
+    MeasuringError
+        If the file is missing, or damaged before its last line, with the line.
+    """
+    try:
+        data = file.read_bytes()
+    except OSError as error:
+        what = f"the measurement cannot be read: {error.strerror}"
+        raise MeasuringError(Finding(what, str(file), remedy="check the path")) from error
+    *whole, torn = data.split(b"\n")
+    readings: dict[int, Kept] = {}
+    failures: dict[int, str] = {}
+    wavelengths_nm: tuple[float, ...] = ()
+    header: dict[str, Any] = {}
+    steps: tuple[Step, ...] = ()
+    for number, text in enumerate(whole, start=1):
+        try:
+            line = json.loads(text)
+            kind = line["record"]
+            if number == 1:
+                if kind != "header" or line.get("format") != FORMAT or line.get("version") != VERSION:
+                    raise ValueError("not the header of a measurement")
+                header = line
+                steps = _steps(line["steps"])
+            elif kind == "wavelengths":
+                wavelengths_nm = tuple(line["nm"])
+            elif kind == "failure":
+                failures[_position(line, steps)] = str(line["why"])
+            elif kind == "reading":
+                X, Y, Z = map(float, line["XYZ_cd_m2"])
+                spectrum = tuple(map(float, line.get("spectrum", ())))
+                reading = Reading((X, Y, Z), spectrum, wavelengths_nm if spectrum else ())
+                position = _position(line, steps)
+                readings[position] = Kept(position, float(line["time_s"]), reading)
+                failures.pop(position, None)
+        except (ValueError, TypeError, KeyError, InputError) as error:
+            what = "the line is damaged" if number > 1 else "this is no measurement"
+            remedy = "take the line out, if what it held can be measured again"
+            raise MeasuringError(Finding(f"{what}: {error}", str(file), number, remedy=remedy)) from error
+    if not header:
+        raise MeasuringError(Finding("this is no measurement: it has no header", str(file), 1))
+    return Session(file, header, steps, readings, failures, len(torn))
+
+
+def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
+    """Return the steps as the header holds them."""
+    return [{"label": step.label, "name": step.patch.name, "codes": step.patch.codes} for step in steps]
+
+
+def _steps(held: list[dict[str, Any]]) -> tuple[Step, ...]:
+    made = []
+    for position, line in enumerate(held):
+        red, green, blue = map(float, line["codes"])
+        made.append(Step(position, str(line["label"]), Patch(str(line["name"]), (red, green, blue))))
+    return tuple(made)
+
+
+def _position(line: Mapping[str, Any], steps: tuple[Step, ...]) -> int:
+    position = line["position"]
+    if not isinstance(position, int) or not 0 <= position < len(steps):
+        raise ValueError(f"there is no step {position}")
+    if line["label"] != steps[position].label:
+        raise ValueError(f"step {position} is '{steps[position].label}', not '{line['label']}'")
+    return position
+
+
+def _write(stream: BinaryIO, line: Mapping[str, Any]) -> None:
+    data = json.dumps(line, ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode() + b"\n"
+    before = os.fstat(stream.fileno()).st_size
+    try:
+        left = memoryview(data)
+        while left:
+            left = left[stream.write(left) :]
+        os.fsync(stream.fileno())
+    except OSError:
+        os.ftruncate(stream.fileno(), before)
+        raise
+
+
+def _locked(file: Path) -> FileLock:
+    lock = FileLock(file.with_name(f".{file.name}.lock"))
+    try:
+        lock.acquire(timeout=0)
+    except Timeout:
+        what = "another process is writing this measurement"
+        raise MeasuringError(Finding(what, str(file), remedy="close it first")) from None
+    return lock
+
+
+def _sync_folder(folder: Path) -> None:
+    if os.name != "posix":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)

@@ -1,0 +1,211 @@
+"""Where a measurement is made: the screen in its stereo mode, the instrument and the log, opened and closed."""
+
+from __future__ import annotations
+
+import hashlib
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+from devices.display import DisplayModel
+from devices.instruments import open_instrument
+from devices.instruments.open import Wiring
+from devices.patches import PatchSet, Step, steps
+from documents import Finding
+from runner.measuring.code_screen import CodeScreen
+from runner.measuring.errors import MeasuringError
+from runner.measuring.log import MeasurementLog, Session, read_session, step_facts
+from runner.measuring.take_readings import Outcome, Progress, take_readings
+from runner.measuring.target import Target
+from runner.presenter.surfaces import open_surface
+
+# What a measurement that is gone on with must have in common with how it began.
+_KEPT_ALIKE = ("display", "mode", "mode_options", "eye", "set", "seed", "repeat_every", "highest_code", "steps")
+
+
+@dataclass(frozen=True, slots=True)
+class Order:
+    """What is to be shown to whom, and how: ``eye`` is left, right or both."""
+
+    patches: PatchSet
+    eye: str = "both"
+    seed: int = 1
+    repeat_every: int = 12
+    settle_s: float = 1.0
+    facts: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Talk:
+    """What is told while it runs: after each patch, and in words."""
+
+    on_progress: Callable[[Progress], None] = lambda progress: None
+    tell: Callable[[str], None] = lambda words: None
+
+
+@contextmanager
+def open_screen(target: Target, backend: str, *, windowed: bool = False) -> Iterator[CodeScreen]:
+    """Open a screen of codes on ``target``, and close it."""
+    mode = target.mode
+    with (
+        open_surface(
+            backend,
+            target.panel.resolution_px,
+            stereo=mode.needs_stereo,
+            windowed=windowed,
+            windows=mode.windows,
+            bits=target.panel.code_bits,
+        ) as surface,
+        CodeScreen(surface, mode) as screen,
+    ):
+        yield screen
+
+
+def check_eye(target: Target, eye: str) -> str:
+    """Return a remark on measuring ``eye`` alone, empty if there is none.
+
+    Raises
+    ------
+    MeasuringError
+        If the mode has but one picture for both eyes and no filters.
+    """
+    shared = any(len(area.eyes) > 1 for area in target.mode.areas(target.panel.resolution_px))
+    if eye == "both" or not shared:
+        return ""
+    if target.mode.name == "flat":
+        raise MeasuringError(Finding("the mode 'flat' has no picture of its own for an eye", remedy="--eye both"))
+    return f"'{target.mode.name}' shows both eyes the same pixels: hold the {eye} filter before the instrument"
+
+
+def measure(
+    file: Path,
+    target: Target,
+    order: Order,
+    screen: CodeScreen,
+    instrument: str,
+    wiring: Wiring,
+    *,
+    resume: bool = False,
+    again: Sequence[str] = (),
+    talk: Talk | None = None,
+) -> tuple[Outcome, Session]:
+    """Measure, with the readings in ``file``, and return how it went and all readings there are.
+
+    With ``resume``, what ``file`` holds is gone on with; ``again`` are labels of steps to read once more.
+
+    Raises
+    ------
+    InputError
+        If it cannot begin: with a finding each.
+    """
+    talk = talk or Talk()
+    planned = steps(order.patches.rounded(screen.highest), order.seed, order.repeat_every)
+    facts = _facts(target, order, screen, planned)
+    log: MeasurementLog | None = None
+    begun = datetime.now(UTC)
+    wanted: tuple[Step, ...] = planned
+    if resume or again:
+        log, session = MeasurementLog.reopen(file)
+        try:
+            _check_alike(session, facts)
+            begun = datetime.fromisoformat(str(session.header["begun_utc"]))
+            wanted = _chosen(session, again) if again else session.missing
+        except BaseException:
+            log.close()
+            raise
+    elif file.exists():
+        remedy = "go on with it by --resume, or choose another name"
+        raise MeasuringError(Finding("this measurement exists already", str(file), remedy=remedy))
+    try:
+        opened = open_instrument(instrument, wiring)
+        try:
+            if log is None:
+                log = MeasurementLog.create(file, {"begun_utc": begun.isoformat(), "instrument": opened.name, **facts})
+            else:
+                log.note(resumed_utc=datetime.now(UTC).isoformat(), instrument=opened.name, again=list(again))
+            elapsed_s = _clock(begun)
+            outcome = take_readings(
+                screen,
+                opened,
+                log,
+                wanted,
+                order.eye,
+                order.settle_s,
+                elapsed_s,
+                talk.on_progress,
+                talk.tell,
+            )
+        finally:
+            opened.close()
+    finally:
+        if log is not None:
+            log.close()
+    return outcome, read_session(file)
+
+
+def simulated_model(target: Target, eye: str) -> DisplayModel | None:
+    """Return the model that a simulated instrument looks at, None if the mode was not characterised."""
+    if target.models is None:
+        return None
+    return target.models.right if eye == "right" else target.models.left
+
+
+def _clock(begun: datetime) -> Callable[[], float]:
+    """Return what tells the seconds since ``begun``: steady from now on, whatever is done to the system's clock."""
+    already_s = max(0.0, (datetime.now(UTC) - begun).total_seconds())
+    now_s = time.monotonic()
+    return lambda: already_s + time.monotonic() - now_s
+
+
+def _facts(target: Target, order: Order, screen: CodeScreen, planned: tuple[Step, ...]) -> dict[str, Any]:
+    return {
+        "display": target.display_file.name,
+        "display_sha256": hashlib.sha256(target.display_file.read_bytes()).hexdigest(),
+        "mode": target.mode.name,
+        "mode_options": target.mode_options,
+        "eye": order.eye,
+        "set": order.patches.name,
+        "set_source": order.patches.source,
+        "seed": order.seed,
+        "repeat_every": order.repeat_every,
+        "settle_s": order.settle_s,
+        "highest_code": screen.highest,
+        "surface": asdict(screen.surface.facts),
+        "software": version("cyclopean"),
+        **order.facts,
+        "steps": step_facts(planned),
+    }
+
+
+def _check_alike(session: Session, facts: Mapping[str, Any]) -> None:
+    import json
+
+    now = json.loads(json.dumps(facts))
+    findings = []
+    for key in _KEPT_ALIKE:
+        if session.header.get(key) != now[key]:
+            was = "" if key == "steps" else f": it was {session.header.get(key)!r}, not {now[key]!r}"
+            findings.append(Finding(f"the measurement began with other '{key}'{was}", str(session.file)))
+    if findings:
+        raise MeasuringError(findings)
+
+
+def _chosen(session: Session, labels: Sequence[str]) -> tuple[Step, ...]:
+    import difflib
+
+    known = {step.label: step for step in session.steps}
+    findings = []
+    for label in labels:
+        if label not in known:
+            near = difflib.get_close_matches(label, known, n=1)
+            remedy = f"did you mean '{near[0]}'?" if near else None
+            findings.append(Finding(f"there is no patch '{label}'", str(session.file), remedy=remedy))
+    if findings:
+        raise MeasuringError(findings)
+    chosen = {known[label].position for label in labels}
+    return tuple(step for step in session.steps if step.position in chosen)
