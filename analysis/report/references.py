@@ -76,6 +76,17 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
             "M. Friedman. The use of ranks to avoid the assumption of normality implicit in the analysis of "
             "variance. Journal of the American Statistical Association 32 (1937) 675–701."
         ),
+        "Springall1973": (
+            "A. Springall. Response surface fitting using a generalization of the Bradley-Terry paired "
+            "comparison model. Applied Statistics 22 (1973) 59–68."
+        ),
+        "Nemenyi1963": (
+            "P. B. Nemenyi. Distribution-free multiple comparisons. Doctoral thesis, Princeton University, 1963."
+        ),
+        "Stuart1955": (
+            "A. Stuart. A test for homogeneity of the marginal distributions in a two-way classification. "
+            "Biometrika 42 (1955) 412–416."
+        ),
     }
 )
 

@@ -36,7 +36,7 @@ def percent(share: float, digits: int = 0) -> str:
 
 def counted(number: float, noun: str) -> str:
     """Return "1 answer", "2 answers"."""
-    return f"{number:,g} {noun}" if number == 1 else f"{number:,g} {noun}s"
+    return f"{number:,.10g} {noun}" if number == 1 else f"{number:,.10g} {noun}s"
 
 
 def listed(words: Iterable[str]) -> str:

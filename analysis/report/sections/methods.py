@@ -230,15 +230,16 @@ def _others(cited: Citations, *, series: bool, ratings: bool, preferences: bool,
     if factors:
         parts.append(
             "Effects of the stimuli's factors are those of a Bradley-Terry model whose log strengths are linear in "
-            "them, with likelihood-ratio tests of type II."
+            f"them {cited.cite('Springall1973')}, with likelihood-ratio tests of type II."
         )
     if series:
         parts.append(
             f"Choices from series count by their rated similarity, as in {cited.cite('Medina2016')}; intervals are "
             "percentile intervals from observers drawn anew, at levels widened for few observers "
             f"{cited.cite('Hesterberg2015')}. The smallest noticeable step is 0.674 standard deviations of one "
-            "observer's matches. Tests between series exchange them within observers, with Holm's correction "
-            f"{cited.cite('Holm1979')}."
+            f"observer's matches {cited.cite('Gescheider1997')}. Tests between series exchange them within observers, "
+            f"with Holm's correction {cited.cite('Holm1979')}; several at once, Friedman's test "
+            f"{cited.cite('Friedman1937')}."
         )
     if preferences:
         parts.append(
@@ -246,7 +247,9 @@ def _others(cited: Citations, *, series: bool, ratings: bool, preferences: bool,
             f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
         )
     if ratings:
-        parts.append("Mean opinion scores have 95 % intervals by Student's t over the observers' means.")
+        parts.append(
+            f"Mean opinion scores have 95 % intervals by Student's t over the observers' means {cited.cite('ITU500')}."
+        )
     return " ".join(parts)
 
 

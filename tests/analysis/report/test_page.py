@@ -147,3 +147,19 @@ def test_the_picture_is_the_same_every_time(sessions: list[SessionLog]) -> None:
 def test_values_of_a_header_become_words() -> None:
     value = {"resolution_px": [1920, 1080], "stereo": False, "glasses": None, "panel": {"bits": 8}}
     assert plain(value) == "resolution (pixels): 1920, 1080; stereo: no; glasses: –; panel: bits: 8"
+
+
+def test_a_phone_scrolls_the_page_one_way_only(sessions: list[SessionLog], tmp_path: Path) -> None:
+    page = tmp_path / "report.html"
+    write_report(sessions, page, thumbnails={"2.1 stereo": {"left": b"x", "right": b"x"}})
+    frame = tmp_path / "frame.html"
+    frame.write_text(
+        '<body><iframe src="report.html" style="width:390px;height:800px;border:0"></iframe><p></p><script>'
+        "onload = () => { const root = frames[0].document.documentElement;"
+        "document.querySelector('p').textContent = 'wide ' + root.scrollWidth + ' of ' + root.clientWidth; }"
+        "</script>"
+    )
+    told = open_in_browser(frame, tmp_path, "--allow-file-access-from-files", "--dump-dom")
+    found = re.search(r"wide (\d+) of (\d+)", told)
+    assert found is not None
+    assert int(found.group(1)) <= int(found.group(2))

@@ -1,0 +1,157 @@
+"""A page for every kind of answers: each part where its records are, and what people wrote stays text."""
+
+from __future__ import annotations
+
+import json
+import re
+from collections.abc import Callable
+from dataclasses import replace
+from html.parser import HTMLParser
+from pathlib import Path
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.observers.filters import Filter
+from analysis.records import Note, SessionLog, Trial
+from analysis.report import Report, describe, write_report
+from analysis.report.contents import sections_of
+from analysis.report.page import render
+
+Maker = Callable[..., SessionLog]
+Sessions = Callable[..., list[SessionLog]]
+UTC = "2026-01-01T00:00:00.000+00:00"
+HOSTILE = "<script>x()</script><img src=x onerror=x()></td></table></svg>{{ 7*7 }}"
+
+
+class Page(HTMLParser):
+    """Collects tags with attributes, and text outside style."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str | None]]] = []
+        self.text = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        self.tags.append((tag, dict(attrs)))
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def keys(report: Report) -> list[str]:
+    return [section.key for section in sections_of(report, {}, {})]
+
+
+def test_only_preferences_make_a_report(preferring: Sessions) -> None:
+    report = describe(preferring())
+    assert keys(report) == ["preferences", "clipping", "timing", "methods"]
+    assert report.pairs is None
+    assert "preferences between stereo and flat" in " ".join(report.sentences)
+    json.dumps(report.to_json(), allow_nan=False)
+    assert "Stereo has" in Page(render(report)).text
+
+
+def test_only_choices_from_series_make_a_report(choosing: Sessions) -> None:
+    report = describe(choosing())
+    assert keys(report)[:5] == ["series", "series-ratings", "steps", "series-tests", "series-agreement"]
+    assert report.series is not None
+    json.dumps(report.to_json(), allow_nan=False)
+    page = Page(render(report))
+    for kind in ("base", "grey"):
+        assert kind in page.text
+
+
+def test_only_ratings_make_a_report(rating: Sessions) -> None:
+    report = describe(rating())
+    assert keys(report) == ["ratings", "clipping", "timing", "methods"]
+    json.dumps(report.to_json(), allow_nan=False)
+    assert "6 observers, 18 ratings." in report.sentences
+
+
+def test_one_observer_of_each_kind_makes_a_page(preferring: Sessions, choosing: Sessions, rating: Sessions) -> None:
+    for sessions in (preferring(1), choosing(1), rating(1)):
+        text = Page(render(describe(sessions))).text
+        assert "nan" not in re.findall(r"[a-z]+", text.lower())
+
+
+def test_all_kinds_in_one_session_stand_on_one_page(make_session: Maker, rating: Sessions) -> None:
+    answers = [("a", "b"), ("b", "c"), ("c", "a"), ("b", "a")]
+    sessions = [
+        replace(pairs, answers=(*pairs.answers, *(replace(one, block=2) for one in rated.answers)))
+        for pairs, rated in zip(
+            (make_session(f"{number:02d}", names="abc", answers=answers) for number in range(1, 7)),
+            rating(),
+            strict=True,
+        )
+    ]
+    report = describe(sessions)
+    assert report.kinds == ("Paired comparisons", "Ratings")
+    assert {"scores", "comparisons", "observers", "ratings"} <= set(keys(report))
+
+
+def test_sessions_without_an_answer_are_refused(make_session: Maker) -> None:
+    with pytest.raises(ResultsError, match="no answer"):
+        describe([make_session(answers=[])])
+
+
+def test_unanimous_observers_leave_doubt(preferring: Sessions) -> None:
+    report = describe(preferring(6, chance=1.0))
+    section = next(one for one in sections_of(report, {}, {}) if one.key == "preferences")
+    table = next(one for one in section.tables() if one.name == "preferences")
+    # Wilson for 6 of 6: 6 / (6 + 1.96²).
+    assert table.rows[-1][-1] == pytest.approx((6 / (6 + 1.959963984540054**2), 1.0))
+
+
+def test_whoever_is_left_out_is_named_with_the_rule(sessions: list[SessionLog], tmp_path: Path) -> None:
+    report = write_report(sessions, tmp_path / "report.html", rule=Filter(without=("07",)))
+    text = Page((tmp_path / "report.html").read_text(encoding="utf-8")).text
+    assert report.pairs is not None
+    assert "07" not in report.pairs.observers
+    assert text.count("Left out: 07 (by hand).") == 2  # beside the table of observers, and in Methods
+    assert "Nobody was left out." in Page(render(describe(sessions))).text
+
+
+def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions, rating: Sessions) -> None:
+    question = Trial(9, 0, "questionnaire", (), 1.0, UTC, {"name": "n", "question": HOSTILE, "answer": HOSTILE})
+    notes = (Note(HOSTILE, HOSTILE, 0, 0, UTC),)
+    spoiled = [
+        [
+            replace(one, answers=(*one.answers, question), notes=notes, header=replace(one.header, observer=HOSTILE))
+            for one in sessions
+        ]
+        for sessions in (
+            [make_session(names="ab", answers=[("a", "b"), ("b", "a")])],
+            preferring(1, pictures=(HOSTILE, "b")),
+            rating(1, scale=HOSTILE),
+        )
+    ]
+    for sessions in spoiled:
+        page = Page(render(describe(sessions)))
+        assert not {"script", "img", "iframe"} & {tag for tag, _ in page.tags}
+        assert not any(name.startswith("on") for _, attributes in page.tags for name in attributes)
+        assert HOSTILE in page.text
+
+
+def test_pictures_stand_on_the_page_per_eye_with_words_for_each(sessions: list[SessionLog]) -> None:
+    small = {"2.1 stereo": {"left": b"\x89PNG-left", "right": b"\x89PNG-right"}, "no stimulus": {"both": b"x"}}
+    page = Page(render(describe(sessions), {}, small))
+    pictures = [attributes for tag, attributes in page.tags if tag == "img"]
+    assert [one["alt"] for one in pictures] == ["2.1 stereo, left eye", "2.1 stereo, right eye"]
+    assert all(str(one["src"]).startswith("data:image/png;base64,") for one in pictures)
+
+
+def test_the_page_can_be_heard(sessions: list[SessionLog], choosing: Sessions) -> None:
+    for report in (describe(sessions), describe(choosing())):
+        page = Page(render(report))
+        for tag, attributes in page.tags:
+            if tag == "svg":
+                assert attributes.get("role") == "img"
+                assert attributes.get("aria-label")
+            if tag == "th":
+                assert attributes.get("scope") in ("row", "col")
+        anchors = {str(attributes["id"]) for tag, attributes in page.tags if tag == "section"}
+        links = [str(attributes["href"])[1:] for tag, attributes in page.tags if tag == "a"]
+        assert sorted(links) == sorted(anchors)

@@ -1,0 +1,144 @@
+"""`cyclopean report` as it is called."""
+
+from __future__ import annotations
+
+import json
+import random
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from runner.cli import report
+from runner.print_page import find_browser
+
+NAMES = "abcd"
+
+
+def write_session(folder: Path, observer: str, kind: str = "all_pairs") -> None:
+    """Write a session in which every pair is compared twice."""
+    rng = random.Random(observer)
+    header: dict[str, Any] = {
+        "record": "session",
+        "experiment": "small",
+        "observer": observer,
+        "session": f"s{observer}",
+        "started_utc": "2026-01-02T03:04:05Z",
+        "seed": 1,
+        "question": "Which?",
+        "simulated": True,
+        "stimuli": [{"name": name, "factors": {"size": place}} for place, name in enumerate(NAMES)],
+        "display": {"mode": "flat"},
+        "analysis": {},
+        "hashes": {},
+        "software": {},
+        "presentation": {},
+    }
+    lines = [header]
+    for number, (one, other) in enumerate([*combinations(NAMES, 2)] * 2):
+        chosen, rejected = (one, other) if rng.random() < 0.7 else (other, one)
+        lines.append(
+            {
+                "record": "trial",
+                "block": 0,
+                "trial": number,
+                "kind": kind,
+                "events": [["up", 1.0]],
+                "response_time_s": 1.0,
+                "utc": "2026-01-02T03:04:05Z",
+                "first": one,
+                "second": other,
+                "chosen": chosen,
+                "rejected": rejected,
+                "first_position": "top",
+            }
+        )
+    place = folder / f"sub-{observer}" / "ses-1"
+    place.mkdir(parents=True)
+    (place / "session.jsonl").write_text("".join(f"{json.dumps(line)}\n" for line in [*lines, {"record": "end"}]))
+
+
+@pytest.fixture
+def results(tmp_path: Path) -> Path:
+    for number in range(1, 6):
+        write_session(tmp_path / "results", f"{number:02d}")
+    return tmp_path / "results"
+
+
+def run(*arguments: object) -> Result:
+    return CliRunner().invoke(report.command, [str(argument) for argument in arguments])
+
+
+def test_the_page_lies_in_the_first_folder(results: Path) -> None:
+    done = run(results)
+    assert done.exit_code == 0, done.output
+    assert "5 simulated observers, 60 comparisons of 4 stimuli" in done.output
+    assert (results / "report.html").is_file()
+
+
+def test_json_holds_every_part_and_no_nan(results: Path) -> None:
+    told = json.loads(run(results, "--json").stdout)
+    assert told["report"] == str(results / "report.html")
+    assert told["trials"] == 60
+    assert [line["observer"] for line in told["observer_table"]["observers"]] == ["01", "02", "03", "04", "05"]
+    assert told["left_out"]["left_out"] == {}
+    assert told["intervals"]["kind"] == "expanded-bca"
+
+
+def test_observers_are_left_out_by_name_and_the_page_says_so(results: Path) -> None:
+    done = run(results, "--without", "02", "--without", "04", "--json")
+    told = json.loads(done.stdout)
+    assert told["observers"] == ["01", "03", "05"]
+    assert told["left_out"]["left_out"] == {"02": ["by hand"], "04": ["by hand"]}
+    assert "Left out: 02 (by hand); 04 (by hand)." in (results / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (("--without", "99"), "there is no observer '99'"),
+        (("--passed", "stereo_acuity"), "nobody took the test of vision 'stereo_acuity'"),
+        (("--experiment", "/nowhere.yaml"), "not the stimuli and the display"),
+        (("--screened",), "--screened goes with --passed"),
+    ],
+)
+def test_what_cannot_be_asked_is_told(results: Path, arguments: tuple[str, ...], words: str) -> None:
+    done = run(results, *arguments)
+    assert done.exit_code != 0
+    assert words in done.output + str(done.exception)
+    assert not (results / "report.html").exists()
+
+
+def test_tables_and_pdf_are_written_beside_the_page(results: Path, tmp_path: Path) -> None:
+    if find_browser() is None:
+        pytest.skip("no Chromium is installed: nothing is printed")
+    done = run(results, "-o", tmp_path / "out.html", "--csv", tmp_path / "tables", "--pdf")
+    assert done.exit_code == 0, done.output
+    assert (tmp_path / "out.pdf").read_bytes().startswith(b"%PDF-")
+    head = (tmp_path / "tables" / "scores.csv").read_text(encoding="utf-8").splitlines()[0]
+    assert head == ("stimulus,class,score,log10_score,log10_score_low,log10_score_high,se_nats,wins,comparisons")
+
+
+def test_pictures_are_taken_for_what_they_are_worth(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = []
+    monkeypatch.setattr("runner.thumbnails.find_shown", lambda header, file: asked.append(file))
+    monkeypatch.chdir(results)
+    (results / "experiments").mkdir()
+    (results / "experiments" / "small.yaml").touch()
+    assert run(results).exit_code == 0
+    assert asked == [results / "experiments" / "small.yaml"]
+    assert run(results, "--no-thumbnails").exit_code == 0
+    assert len(asked) == 1
+
+
+def test_an_experiments_name_leads_out_of_no_folder(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for file in results.rglob("session.jsonl"):
+        file.write_text(file.read_text().replace('"experiment": "small"', '"experiment": "../../small"'))
+    asked = []
+    monkeypatch.setattr("runner.thumbnails.find_shown", lambda header, file: asked.append(file))
+    monkeypatch.chdir(results)
+    (results.parent / "small.yaml").touch()
+    assert run(results).exit_code == 0
+    assert not asked
