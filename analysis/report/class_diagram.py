@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from analysis.report.drawing import FAINT, INK, drawing, short, svg_of
 from analysis.report.palette import class_colours
 from analysis.report.summary import Summary
@@ -12,6 +14,8 @@ BEYOND = 0.36  # how far a bar reaches beyond its first and last stimulus, in ro
 
 def classes_svg(summary: Summary, width_in: float) -> str:
     """Return an ``<svg>``: a row per stimulus, best at the top, and a bar per class with a dot for each member.
+
+    Where a stimulus between two members is none itself, the bar is a thin line.
 
     Where observers were drawn anew, between each two rows stands in how many of the draws they share a class.
     """
@@ -25,8 +29,10 @@ def classes_svg(summary: Summary, width_in: float) -> str:
         for number, members in enumerate(classes.members):
             rows = sorted(row_of[item] for item in members)
             (colour,) = class_colours(str(number + 1))
-            ends = [rows[0] - BEYOND, rows[-1] + BEYOND]
-            axes.plot([number] * 2, ends, color=colour, linewidth=10, solid_capstyle="butt", zorder=2)
+            axes.plot([number] * 2, [rows[0], rows[-1]], color=colour, linewidth=1.5, zorder=2)
+            for first, last in runs(rows):
+                ends = [first - BEYOND, last + BEYOND]
+                axes.plot([number] * 2, ends, color=colour, linewidth=10, solid_capstyle="butt", zorder=2)
             axes.plot([number] * len(rows), rows, "o", color="white", markeredgecolor=INK, markersize=6, zorder=3)
         if stability is not None:
             for row, (one, other) in enumerate(zip(scores.order, scores.order[1:], strict=False)):
@@ -43,3 +49,14 @@ def classes_svg(summary: Summary, width_in: float) -> str:
         axes.tick_params(length=0, colors=INK)
         axes.spines[:].set_visible(False)
         return svg_of(figure, f"{count} classes of {len(scores.items)} stimuli")
+
+
+def runs(rows: Sequence[int]) -> list[tuple[int, int]]:
+    """Return the first and last of each stretch of neighbouring rows; ``rows`` rise."""
+    found: list[tuple[int, int]] = []
+    for row in rows:
+        if found and found[-1][1] == row - 1:
+            found[-1] = found[-1][0], row
+        else:
+            found.append((row, row))
+    return found

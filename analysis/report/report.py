@@ -144,6 +144,9 @@ def describe(
         series = summarise_series(stayed)
     notes = list(pairs.notes) if pairs else on_sessions(stayed)
     notes += [note for note in series.notes if "simulated" not in note] if series else []
+    preferred = preferences(stayed) if "preference" in kinds else None
+    if preferred is not None:  # it heads the page
+        notes = [note for note in notes if note != preferred.sentence]
     return Report(
         header=stayed[0].header,
         sessions=tuple(stayed),
@@ -153,6 +156,6 @@ def describe(
         observers=observers_in_sessions(stayed, shuffles=SHUFFLES) if pairs else None,
         series=series,
         ratings=summarise_ratings(stayed) if "rating" in kinds else None,
-        preferences=preferences(stayed) if "preference" in kinds else None,
+        preferences=preferred,
         notes=tuple(dict.fromkeys(notes)),
     )

@@ -195,10 +195,10 @@ def _covariance(header: Header, session: SessionLog) -> CovarianceWish:
 
 
 def _fit_p(scores: Scores) -> float | None:
-    from scipy.stats import chi2
+    from scipy.special import gammaincc
 
     fit = scores.fit
-    return float(chi2.sf(fit.deviance, fit.df)) if fit.df > 0 and not fit.separated else None
+    return float(gammaincc(fit.df / 2, fit.deviance / 2)) if fit.df > 0 and not fit.separated else None
 
 
 def _finite(value: float) -> float | None:

@@ -13,13 +13,13 @@ _COLUMNS = (
     Column("Ties", "ties", "number"),
     Column("ζ", "consistency_zeta", "number", 2),
     Column("p (ζ)", "consistency_mid_p", "p"),
-    Column("Fit to the rest (z)", "fit_z", "number", 1),
+    Column("Fit (z)", "fit_z", "number", 1),
     Column("p (fit)", "fit_adjusted_p", "p"),
-    Column("Influence (nats)", "influence_nats", "number", 2),
-    Column("First position", "first_share", "number", 2),
-    Column("Median time (s)", "median_response_time_s", "number", 2),
-    Column("Too fast", "too_fast", "number"),
-    Column("Catch missed", "catch_missed"),
+    Column("Influence", "influence_nats", "number", 2),
+    Column("First", "first_share", "number", 2),
+    Column("Time (s)", "median_response_time_s", "number", 2),
+    Column("Fast", "too_fast", "number"),
+    Column("Missed", "catch_missed"),
     Column("Vision", "screening"),
 )
 
@@ -31,16 +31,15 @@ def observers_section(table: ObserverTable, kept: Kept | None) -> Section:
     columns = tuple(_COLUMNS[index] for index in used)
     blocks: list[Block] = [Paragraph(left_out_words(kept))]
     blocks.append(Table("observers", "By observer", columns, rows, folded=len(rows) > 60))
-    blocks.append(
-        Paragraph(
-            "ζ is 1 without circular triads; its p is the chance of so few by tossing coins (mid-p). The fit to the "
-            "rest compares an observer's answers with scores of all others: below zero they fit worse than expected; "
-            f"its p is Holm's over the observers, at level {table.level:g}. Influence is the largest change of a "
-            "strength when the observer is left out. What stands under “to look at” is a reason to look, not to leave "
-            "out.",
-            small=True,
-        )
+    words = (
+        "ζ is 1 without circular triads; its p is the chance of so few by tossing coins (mid-p). Fit: an observer's "
+        "answers held against the scores of all others, in standard deviations: below zero they fit worse than "
+        f"expected; its p is Holm's over the observers, at level {table.level:g}. Influence: the largest change of a "
+        "strength when the observer is left out, in nats. First: the share of answers for the first position. Time: "
+        "the median. Fast: answers given too fast to have looked. Missed: obvious catch trials. What stands under “to "
+        "look at” is a reason to look, not to leave out."
     )
+    blocks.append(Paragraph(words, small=True))
     return Section("observers", "Observers", tuple(blocks))
 
 

@@ -86,18 +86,23 @@ def _unanimous(one: Estimate, count: Floats) -> Estimate:
 
 def _words(found: Preferences) -> str:
     """Say what came out, with the sign test over observers."""
-    from scipy.stats import binomtest
-
     decided = found.observers_for_stereo + found.observers_for_flat
     share = found.stereo / (found.stereo + found.flat)
     words = f"{found.sentence} Stereo has {percent(share, 1)} of the choices."
     if decided:
-        p = float(binomtest(found.observers_for_stereo, decided).pvalue)
+        p = sign_test(found.observers_for_stereo, decided)
         words += (
             f" Sign test over the {fixed(decided, 0)} observers who lean to one side: {p_words(p)} if neither version "
             "is preferred."
         )
     return words
+
+
+def sign_test(count: int, of: int) -> float:
+    """Return the chance of a split at least as uneven as ``count`` of ``of``, if both sides are as likely."""
+    from scipy.special import bdtr
+
+    return min(1.0, 2 * float(bdtr(min(count, of - count), of, 0.5)))
 
 
 def _pictures(sessions: Sequence[SessionLog]) -> list[str]:

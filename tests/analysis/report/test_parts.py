@@ -17,6 +17,7 @@ from analysis.records import Note, SessionLog, Trial
 from analysis.report import Report, describe, write_report
 from analysis.report.contents import sections_of
 from analysis.report.page import render
+from analysis.report.sections.preferences import sign_test
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]
@@ -155,3 +156,10 @@ def test_the_page_can_be_heard(sessions: list[SessionLog], choosing: Sessions) -
         anchors = {str(attributes["id"]) for tag, attributes in page.tags if tag == "section"}
         links = [str(attributes["href"])[1:] for tag, attributes in page.tags if tag == "a"]
         assert sorted(links) == sorted(anchors)
+
+
+@pytest.mark.parametrize(("count", "of"), [(0, 1), (3, 6), (6, 6), (9, 11), (2, 15), (500, 1000)])
+def test_the_sign_test_is_the_exact_binomial_one(count: int, of: int) -> None:
+    from scipy.stats import binomtest
+
+    assert sign_test(count, of) == pytest.approx(float(binomtest(count, of).pvalue), rel=1e-9)
