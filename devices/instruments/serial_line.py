@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -14,6 +15,12 @@ from devices.instruments.errors import LostError, TimedOutError
 from documents import Finding
 
 _LONGEST_LINE = 16384
+# What pyserial raises when a cable is pulled; its SerialException is an OSError, termios' error is not.
+_GONE: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
+if os.name == "posix":
+    import termios
+
+    _GONE += (termios.error,)
 Done = TypeVar("Done")
 
 
@@ -78,13 +85,13 @@ class SerialLine:
 
     def close(self) -> None:
         """Close the port."""
-        with suppress(OSError, ValueError):
+        with suppress(*_GONE):
             self._serial.close()
 
     def _try(self, act: Callable[[], Done]) -> Done:
         try:
             return act()
-        except (OSError, TypeError, ValueError) as error:  # serial.SerialException is an OSError; so are termios' kin
+        except _GONE as error:
             remedy = "check the cable and the instrument, then go on with --resume"
             raise LostError(Finding(f"the instrument is gone: {error}", self.port, remedy=remedy)) from error
 

@@ -44,7 +44,7 @@ def asked_of(model: DisplayModel) -> tuple[AskedColour, ...]:
     """Return the 24 colours as asked of a display: every one inside its gamut."""
     names, xyY = colorchecker_xyY()
     lowest = np.array([float(curve.linear(0.0)) for curve in model.curves])
-    highest = np.array([float(curve.linear(1.0)) for curve in model.curves])
+    highest = np.array([min(1.0, float(curve.linear(1.0))) for curve in model.curves])
     white = model.primaries_XYZ_cd_m2 @ highest
     wanted = _adapted(XYZ_from_xyY(xyY), white) @ model.linear_from_XYZ.T
     wanted = wanted / max(1.0, float((wanted / highest).max()))

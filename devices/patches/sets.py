@@ -16,7 +16,7 @@ from documents import Finding
 
 _GREY_STEPS = 32
 _CUBE_STEPS = 5
-_DARK_STEPS = 24
+_DARK_STEPS = 20  # 8 bits tell the first from black
 
 
 def table_c1() -> PatchSet:

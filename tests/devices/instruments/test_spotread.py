@@ -1,0 +1,121 @@
+"""ArgyllCMS's spotread, played by a small program that says what it says."""
+
+from __future__ import annotations
+
+import stat
+import sys
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import pytest
+
+from devices.instruments.errors import GarbledError, LostError, RangeError, TimedOutError
+from devices.instruments.instrument import Showing
+from devices.instruments.spotread import Spotread
+
+SHOWING = Showing("white", (1.0, 1.0, 1.0), 0)
+PLAYED = """\
+#!{python}
+import os, sys
+def say(text):
+    sys.stdout.write(text); sys.stdout.flush()
+def key():
+    line = sys.stdin.readline()
+    if not line or line.startswith("q"):
+        sys.exit(0)
+READY = ("\\nPlace instrument on spot to be measured,\\nand hit [A-Z] to read white and setup FWA compensation\\n"
+         "Hit ESC or Q to exit, instrument switch or any other key to take a reading: ")
+CALIBRATE = ("\\nSpot read needs a calibration before continuing\\nPlace cap on the instrument,\\n"
+             " and then hit any key to continue,\\n or hit Esc or Q to abort: ")
+assert os.environ["ARGYLL_NOT_INTERACTIVE"] and sys.argv[1] == "-e", sys.argv
+script = {script!r}
+n = 0
+for act in script:
+    if act == "ready":
+        say(READY); key()
+    elif act == "calibrate":
+        say(CALIBRATE); key(); say("\\nCalibration complete\\n")
+    elif act == "result":
+        n += 1
+        say("\\n Result is XYZ: %d.125000 %d.250000 %d.500000, D50 Lab: 1.0 2.0 3.0\\n" % (n, 2 * n, 3 * n))
+    elif act == "hang":
+        key()
+    else:
+        say(act)
+"""
+Make = Callable[..., Spotread]
+
+
+@pytest.fixture
+def spotread(tmp_path: Path) -> Iterator[Make]:
+    opened: list[Spotread] = []
+
+    def make(*script: str, ask: Callable[[str], str | None] = lambda prompt: None, measure_s: float = 5.0) -> Spotread:
+        program = tmp_path / "spotread"
+        program.write_text(PLAYED.format(python=sys.executable, script=list(script)))
+        program.chmod(program.stat().st_mode | stat.S_IXUSR)
+        instrument = Spotread("2", ["-yl"], ask, start_s=10.0, measure_s=measure_s, program=str(program))
+        opened.append(instrument)
+        return instrument
+
+    yield make
+    for instrument in opened:
+        instrument.close()
+
+
+def test_readings_one_after_the_other(spotread: Make) -> None:
+    instrument = spotread("ready", "result", "ready", "result", "ready")
+    assert instrument.name == "ArgyllCMS spotread -e -c 2 -yl"
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (2.125, 4.25, 6.5)
+
+
+def test_a_person_calibrates_at_the_start_and_between(spotread: Make) -> None:
+    asked: list[str] = []
+
+    def ask(prompt: str) -> str:
+        asked.append(prompt)
+        return ""
+
+    instrument = spotread("calibrate", "ready", "result", "ready", "calibrate", "ready", "result", "ready", ask=ask)
+    assert instrument.read(SHOWING).XYZ_cd_m2[0] == 1.125
+    assert instrument.read(SHOWING).XYZ_cd_m2[0] == 2.125
+    assert len(asked) == 2
+    assert "Place cap on the instrument" in asked[0]
+
+
+def test_with_nobody_there_a_calibration_is_an_error(spotread: Make) -> None:
+    with pytest.raises(LostError, match=r"waits for a hand.*calibration"):
+        spotread("calibrate", "ready")
+
+
+@pytest.mark.parametrize(
+    ("said", "error"),
+    [
+        ("\nSpot read failed due to misread\n", GarbledError),
+        ("\nReading is too bright\n", RangeError),
+    ],
+)
+def test_a_failed_reading_is_told_and_the_next_is_read(spotread: Make, said: str, error: type[Exception]) -> None:
+    instrument = spotread("ready", said, "ready", "result", "ready")
+    with pytest.raises(error, match=said.strip()):
+        instrument.read(SHOWING)
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
+
+
+def test_a_program_that_ends_is_lost(spotread: Make) -> None:
+    instrument = spotread("ready", "result", "ready", "\nInstrument was unplugged\n")
+    instrument.read(SHOWING)
+    with pytest.raises(LostError, match="spotread has ended: Instrument was unplugged"):
+        instrument.read(SHOWING)
+
+
+def test_a_program_that_hangs_times_out(spotread: Make) -> None:
+    instrument = spotread("ready", "hang", measure_s=0.4)
+    with pytest.raises(TimedOutError, match="did not answer in time"):
+        instrument.read(SHOWING)
+
+
+def test_without_the_program_the_remedy_is_told(tmp_path: Path) -> None:
+    with pytest.raises(LostError, match="install ArgyllCMS"):
+        Spotread(None, [], lambda prompt: None, program=str(tmp_path / "no-spotread"))
