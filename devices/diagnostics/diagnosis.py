@@ -1,0 +1,131 @@
+"""What comes of a check: a verdict, the number it rests on, the limit, and what is needed to draw it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+Colour = Literal["red", "green", "blue", "grey", "ink", "soft", "accent"]
+Style = Literal["points", "line", "dashed", "outline"]
+Cell = str | float | None
+
+
+@dataclass(frozen=True, slots=True)
+class Line:
+    """One series of a figure; ``x`` and ``y`` are equally long, and an ``outline`` is closed."""
+
+    name: str
+    x: tuple[float, ...]
+    y: tuple[float, ...]
+    colour: Colour = "ink"
+    style: Style = "points"
+
+
+@dataclass(frozen=True, slots=True)
+class Panel:
+    """One pair of axes.
+
+    ``levels`` are limits, drawn as horizontal lines; ``equal`` gives both axes one scale; ``x_names``, where given,
+    stand at x = 1, 2, ... in place of numbers.
+    """
+
+    title: str
+    x_label: str
+    y_label: str
+    lines: tuple[Line, ...]
+    levels: tuple[float, ...] = ()
+    equal: bool = False
+    x_names: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, slots=True)
+class Table:
+    """Numbers behind a verdict; each row has a cell for each heading."""
+
+    header: tuple[str, ...]
+    rows: tuple[tuple[Cell, ...], ...]
+
+
+@dataclass(frozen=True, slots=True)
+class Diagnosis:
+    """One check of one set of measurements.
+
+    Attributes
+    ----------
+    name, title
+        The check's key, and its name for people.
+    passed
+        None where it could not be judged; ``words`` then say why.
+    value, limit, unit
+        The number judged and what it is judged by, in ``unit``; None where there is none.
+    at_least
+        True where the value has to reach the limit, False where it must not exceed it.
+    source
+        Where the limit comes from.
+    words
+        What was found, in sentences.
+    series, table
+        The figure's panels and the numbers behind them.
+    output
+        A part of a display file, as YAML, that the readings give.
+    subject
+        Which readings were judged, where there are several sets.
+    """
+
+    name: str
+    title: str
+    passed: bool | None
+    value: float | None
+    limit: float | None
+    unit: str
+    source: str
+    words: str
+    at_least: bool = False
+    series: tuple[Panel, ...] = ()
+    table: Table | None = None
+    output: str = ""
+    subject: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the diagnosis as JSON values."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Check:
+    """What a check judges by, whatever the readings."""
+
+    name: str
+    title: str
+    limit: float | None
+    unit: str
+    source: str
+    at_least: bool = False
+
+    def unjudged(self, why: str, **more: Any) -> Diagnosis:
+        """Return that the check could not be made, and why."""
+        return Diagnosis(
+            self.name, self.title, None, None, self.limit, self.unit, self.source, why, self.at_least, **more
+        )
+
+    def judged(self, value: float, words: str, *, sound: bool = True, **more: Any) -> Diagnosis:
+        """Return the verdict on ``value``; never passed where the readings are not ``sound``."""
+        limit = more.pop("limit", self.limit)
+        kept = limit is None or (value >= limit if self.at_least else value <= limit)
+        number = float(value) if math.isfinite(value) else None
+        passed = bool(kept and sound and number is not None)
+        return Diagnosis(
+            self.name, self.title, passed, number, limit, self.unit, self.source, words, self.at_least, **more
+        )
+
+    def told(self, value: float, words: str, **more: Any) -> Diagnosis:
+        """Return ``value`` without a verdict."""
+        return Diagnosis(
+            self.name, self.title, None, float(value), None, self.unit, self.source, words, self.at_least, **more
+        )
+
+
+def numbers(values: Any) -> tuple[float, ...]:
+    """Return an array (n,) as plain numbers."""
+    return tuple(float(value) for value in values)

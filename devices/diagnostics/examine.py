@@ -1,0 +1,138 @@
+"""All checks on all sets of measurements, in the order of a report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+from devices.diagnostics.additivity import additivity
+from devices.diagnostics.angles import angular_colour, angular_luminance
+from devices.diagnostics.channel_constancy import channel_constancy
+from devices.diagnostics.chromaticities import chromaticities
+from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.drift import drift
+from devices.diagnostics.estimated_codes import estimated_codes, model_difference
+from devices.diagnostics.eye_crosstalk import crosstalk
+from devices.diagnostics.gamut import gamut, gamut_change
+from devices.diagnostics.glasses import glasses_transmittance, luminance_loss
+from devices.diagnostics.pixel_independence import pixel_independence
+from devices.diagnostics.primary_colours import primary_colours, spectral_overlap
+from devices.diagnostics.ramps import primaries
+from devices.diagnostics.repeatability import repeatability
+from devices.diagnostics.tags import Kind, plain, tagged
+from devices.diagnostics.tone_response import headroom, tone_response
+from devices.diagnostics.uniformity import uniformity
+from devices.diagnostics.warm_up import warm_up
+from devices.display_file import EyeModels
+from devices.measurements import Measurements, PatchEye
+
+Examination = Callable[[Measurements], Diagnosis]
+# Checks of readings of a special place, angle or surround.
+SPECIAL: tuple[tuple[Examination, Kind], ...] = (
+    (pixel_independence, "surround"),
+    (uniformity, "place"),
+    (angular_colour, "angle"),
+    (angular_luminance, "angle"),
+)
+TIMELY: tuple[Examination, ...] = (repeatability, warm_up, drift)
+CHECKS: tuple[Examination, ...] = (
+    primary_colours,
+    spectral_overlap,
+    gamut,
+    channel_constancy,
+    additivity,
+    tone_response,
+    headroom,
+    chromaticities,
+)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MeasuredSet:
+    """Measurements and the name by which a report calls them."""
+
+    label: str
+    measurements: Measurements
+
+
+def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:
+    """Return the readings through each lens apart, or all together where none is of one lens alone."""
+    found = set(plain(measured.measurements).eye) or set(measured.measurements.eye)
+    if not found & {"left", "right"}:
+        return ((measured, "both"),)
+    eyes: tuple[PatchEye, ...] = ("left", "right")
+    return tuple(
+        (MeasuredSet(f"{measured.label}, {eye} eye", measured.measurements.for_eye(eye)), eye)
+        for eye in eyes
+        if eye in found
+    )
+
+
+def examine(
+    sets: Sequence[MeasuredSet], *, models: EyeModels | None = None, without_glasses: MeasuredSet | None = None
+) -> tuple[Diagnosis, ...]:
+    """Return the diagnoses of ``sets``, each eye's readings judged apart.
+
+    A check that some set allows is left out for those that do not; one that none allows comes once, not judged.
+
+    Parameters
+    ----------
+    sets
+        Characterisations and special readings (`devices.diagnostics.tags`), in any order.
+    models
+        What the readings are held against; for readings through both lenses the left eye's model.
+    without_glasses
+        The same patches read without glasses, held against every set with primaries, through each lens.
+    """
+    subjects = [pair for measured in sets for pair in by_eye(measured)]
+    several = len(subjects) > 1
+    found: list[Diagnosis] = []
+
+    def add(made: list[tuple[str, Diagnosis]]) -> None:
+        judged = [pair for pair in made if _told(pair[1])] or made[:1]
+        for label, diagnosis in judged:
+            found.append(replace(diagnosis, subject=label if several and _told(diagnosis) else ""))
+
+    for check in TIMELY:
+        add([(one.label, check(one.measurements)) for one, _ in subjects])
+    for check, kind in SPECIAL:
+        special = [one for measured in sets for one in _of_kind(measured, kind)] or list(sets[:1])
+        add([(one.label, check(one.measurements)) for one in special])
+    for check in CHECKS:
+        add([(one.label, check(one.measurements)) for one, _ in subjects])
+    add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
+    if models is not None:
+        chosen = [(one, models.right if eye == "right" else models.left) for one, eye in subjects]
+        add([(one.label, estimated_codes(one.measurements, model)) for one, model in chosen])
+        add([(one.label, model_difference(one.measurements, model)) for one, model in chosen])
+    full = [one for one, _ in subjects if primaries(one.measurements)[0] is not None]
+    if len(full) > 1:
+        first = full[0]
+        add([(o.label, gamut_change(o.measurements, first.measurements, o.label, first.label)) for o in full[1:]])
+    if without_glasses is not None:
+        bare = without_glasses.measurements
+        seen = full or [one for one, _ in subjects]
+        changes = [(o.label, gamut_change(o.measurements, bare, "with glasses", "without glasses")) for o in seen]
+        name, title = "gamut_change_by_glasses", "Change of gamut by the glasses"
+        add([(label, replace(change, name=name, title=title)) for label, change in changes])
+        add([(one.label, glasses_transmittance(one.measurements, bare)) for one in seen])
+        add([(one.label, luminance_loss(one.measurements, bare)) for one in seen])
+    return tuple(found)
+
+
+def _of_kind(measured: MeasuredSet, kind: Kind) -> list[MeasuredSet]:
+    """Return the readings of ``kind``, those through each lens, and through none in particular, apart."""
+    table = measured.measurements
+    rows = [row for row, _ in tagged(table, kind)]
+    eyes = dict.fromkeys(table.eye[row] for row in rows)
+    return [
+        MeasuredSet(
+            measured.label if eye == "both" else f"{measured.label}, {eye} eye",
+            table.select([row for row in rows if table.eye[row] == eye]),
+        )
+        for eye in eyes
+    ]
+
+
+def _told(diagnosis: Diagnosis) -> bool:
+    return diagnosis.passed is not None or diagnosis.value is not None

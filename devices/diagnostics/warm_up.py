@@ -1,0 +1,131 @@
+"""Warm-up: how long after switching on the light no longer changes (thesis Section 3.2.1.2, Figure 3.8).
+
+Luminance is taken to approach its last value as settled + a · exp(−t / τ), fitted by least squares with τ at most
+three times the run; the curve counts only where an F test prefers it to no change at all, at p < 0.001.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.ramps import by_code
+from devices.errors import DeviceError
+from devices.measurements import Measurements
+
+Floats = NDArray[np.float64]
+
+STABLE_SHARE = 0.01
+CHECK = Check(
+    "warm_up",
+    "Warm-up",
+    None,
+    "min until stable",
+    "thesis Section 3.2.1.2: stable during several measurements, taken as within 1 % of the settled light from the "
+    "third last reading on",
+)
+_FEWEST = 5
+_LONGEST_RUNS = 3.0
+_CERTAIN = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Settling:
+    """How a light settles: to ``settled`` (the readings' unit), from ``excess`` above it at time 0, with ``tau_s``.
+
+    ``tau_s`` is None and ``excess`` 0 where readings show no change. ``stable_s`` is the time from the first reading
+    after which light stays within 1 % of what it settles to.
+    """
+
+    settled: float
+    excess: float
+    tau_s: float | None
+    stable_s: float
+
+    def at(self, time_s: ArrayLike) -> Floats:
+        """Return the light at times from the first reading, of any shape."""
+        time = np.asarray(time_s, dtype=np.float64)
+        fall = np.exp(-time / self.tau_s) if self.tau_s is not None else np.zeros_like(time)
+        return np.asarray(self.settled + self.excess * fall)
+
+
+def settle(time_s: ArrayLike, light: ArrayLike) -> Settling:
+    """Fit the exponential to ``light`` (n,) at ``time_s`` (n,), n at least 5.
+
+    Raises DeviceError if there are fewer readings, or all at one time.
+    """
+    time = np.asarray(time_s, dtype=np.float64)
+    values = np.asarray(light, dtype=np.float64)
+    if len(time) < _FEWEST or np.ptp(time) <= 0:
+        raise DeviceError(f"an exponential needs {_FEWEST} readings at different times, not {len(time)}")
+    from scipy.optimize import minimize_scalar
+    from scipy.stats import f as f_distribution
+
+    start = time - time.min()
+    mean = float(values.mean())
+    nothing = float(((values - mean) ** 2).sum())
+
+    def fitted(log_tau: float) -> tuple[float, Floats]:
+        columns = np.column_stack([np.ones_like(start), np.exp(-start / np.exp(log_tau))])
+        answer = np.linalg.lstsq(columns, values, rcond=None)[0]
+        return float(((values - columns @ answer) ** 2).sum()), np.asarray(answer)
+
+    grid = np.log(np.geomspace(np.min(np.diff(np.unique(start))) / 2, _LONGEST_RUNS * start.max(), 60))
+    best = int(np.argmin([fitted(step)[0] for step in grid]))
+    low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
+    log_tau = float(minimize_scalar(lambda step: fitted(step)[0], bounds=(low, high), method="bounded").x)
+    if fitted(grid[best])[0] < fitted(log_tau)[0]:
+        log_tau = float(grid[best])
+    left, answer = fitted(log_tau)
+    spare = len(values) - 3
+    ratio = (nothing - left) / 2 / max(left / spare, 1e-30 * max(mean**2, 1e-300))
+    if nothing <= 1e-24 * mean**2 or f_distribution.sf(ratio, 2, spare) > _CERTAIN:
+        return Settling(mean, 0.0, None, 0.0)
+    tau, settled, excess = float(np.exp(log_tau)), float(answer[0]), float(answer[1])
+    far = abs(excess) / (STABLE_SHARE * abs(settled)) if settled else np.inf
+    return Settling(settled, excess, tau, max(0.0, tau * float(np.log(far))) if far > 0 else 0.0)
+
+
+def warm_up(measurements: Measurements) -> Diagnosis:
+    """Judge when the most often read patch was stable; it has to be before its third last reading."""
+    if measurements.time_s is None:
+        return CHECK.unjudged("The readings carry no times (column time_s).")
+    groups = by_code(measurements)
+    readings = max(groups.values(), key=lambda rows: (len(rows), measurements.XYZ[rows, 1].mean()), default=[])
+    if len(readings) < _FEWEST or np.ptp(measurements.time_s[readings]) <= 0:
+        return CHECK.unjudged("Read one patch, such as gray120, at least five times from switching on.")
+    order = np.argsort(measurements.time_s[readings], kind="stable")
+    time = measurements.time_s[readings][order] - measurements.time_s[readings].min()
+    luminance = measurements.XYZ[readings, 1][order]
+    found = settle(time, luminance)
+    limit = float(time[-3]) / 60
+    name = measurements.name[readings[0]]
+    smooth = np.linspace(0, time[-1], 200)
+    panel = Panel(
+        "",
+        "time from the first reading, min",
+        "luminance, cd/m²",
+        (
+            Line(name, numbers(time / 60), numbers(luminance), "ink", "points"),
+            Line("fit", numbers(smooth / 60), numbers(found.at(smooth)), "accent", "line"),
+        ),
+        (found.settled * (1 - STABLE_SHARE), found.settled * (1 + STABLE_SHARE)),
+    )
+    if found.tau_s is None:
+        words = f"No change could be found in {len(time)} readings of {name}."
+    else:
+        begun = 100 * found.excess / found.settled if found.settled else float("inf")
+        words = (
+            f"{name} began {abs(begun):.2g} % {'above' if begun > 0 else 'below'} what it settles to "
+            f"({found.settled:.4g} cd/m²), with a time constant of {found.tau_s / 60:.3g} min, and is within 1 % of it "
+            f"from {found.stable_s / 60:.3g} min on."
+        )
+    tau = None if found.tau_s is None else found.tau_s / 60
+    table = Table(
+        ("patch", "readings", "time constant, min", "settles to, cd/m²", "stable from, min"),
+        ((name, float(len(time)), tau, found.settled, found.stable_s / 60),),
+    )
+    return CHECK.judged(found.stable_s / 60, words, limit=limit, series=(panel,), table=table)
