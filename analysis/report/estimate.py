@@ -64,7 +64,13 @@ class Estimate:
 
 
 def estimate(
-    comparisons: Comparisons, *, alpha: float, adjust: Adjust, covariance: CovarianceWish = "auto", chosen: bool = False
+    comparisons: Comparisons,
+    *,
+    alpha: float,
+    adjust: Adjust,
+    covariance: CovarianceWish = "auto",
+    chosen: bool = False,
+    draw: bool = True,
 ) -> Estimate:
     """Fit, classify, and say how sure it is.
 
@@ -76,6 +82,8 @@ def estimate(
     chosen
         Whether pairs were chosen by the answers before them: strengths then come from the posterior under a prior whose
         width is learnt, since a plain fit makes such stimuli look further apart than they are.
+    draw
+        Whether to draw observers anew, for intervals and stability.
     """
     scores = score(comparisons, alpha=alpha, adjust=adjust)
     plain, prior_sd = scores.fit, None
@@ -89,7 +97,7 @@ def estimate(
     if plain.separated and linked:
         scores, way = score(comparisons, alpha=alpha, adjust=adjust, method="firth"), "firth"
     sound = bool(np.isfinite(scores.fit.theta).all())
-    drawn = _drawn(comparisons, way) if sound else None
+    drawn = _drawn(comparisons, way) if sound and draw else None
     limits = delta_interval(scores.fit.score, scores.fit.log10_score, scores.fit.covariance)
     if drawn is not None:
         found = intervals(drawn, "log10_score")
