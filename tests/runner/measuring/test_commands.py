@@ -1,0 +1,307 @@
+"""`display patches`, `measure` and `verify` from end to end, headless, with a simulated instrument; and killed."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from devices.display_file import read_display
+from devices.measurements import read_csv
+from devices.patches import find_patches
+from documents import InputError
+from runner.cli.main import group
+from runner.measuring.log import read_session
+from runner.presenter.modes.registry import MODES
+from runner.presenter.surfaces import open_surface
+
+DISPLAY = """\
+schema_version: 1
+panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
+modes:
+  row-interleaved:
+    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
+    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
+    curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
+    source: made up for tests
+  flat: {same_as: row-interleaved}
+"""
+RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
+SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
+
+
+@pytest.fixture(autouse=True)
+def egl() -> None:
+    try:
+        open_surface("egl", (8, 8)).close()
+    except InputError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "display.yaml").write_text(DISPLAY)
+    (tmp_path / "rig.yaml").write_text(RIG)
+    return tmp_path
+
+
+def _run(*arguments: str | Path) -> Result:
+    return CliRunner().invoke(group, ["display", *map(str, arguments)])
+
+
+def _measure(folder: Path, *more: str, file: str = "m.jsonl", target: str = "rig.yaml") -> Result:
+    return _run("measure", folder / target, "-o", folder / file, *SIMULATED, *more)
+
+
+def _lines(file: Path, kind: str) -> list[dict[str, Any]]:
+    return [line for line in map(json.loads, file.read_text().splitlines()) if line["record"] == kind]
+
+
+def test_a_measurement_from_a_rig_is_the_model_with_noise(folder: Path) -> None:
+    result = _measure(folder, "--eye", "left")
+    assert result.exit_code == 0, result.output
+    table = read_csv(folder / "m.csv")
+    assert len(table) == 140
+    assert table.mode == "row-interleaved"
+    assert set(table.eye) == {"left"}
+    assert set(table.name) == {patch.name for patch in find_patches("table_c1").patches}
+    assert table.time_s is not None
+    assert np.all(np.diff(table.time_s) >= 0)
+    light = read_display(folder / "display.yaml").models("row-interleaved").left.xyz(table.codes)
+    share = table.XYZ / light - 1.0
+    assert share.std() == pytest.approx(0.002, rel=0.25)
+    assert "140/140" in result.stderr
+    assert "left)" in result.stderr
+
+
+def test_the_measurement_says_what_it_is_of(folder: Path) -> None:
+    _measure(folder, "--set", "grey", "--eye", "right", "--seed", "5")
+    header = _lines(folder / "m.jsonl", "header")[0]
+    assert header["mode"] == "row-interleaved"
+    assert header["eye"] == "right"
+    assert header["set"] == "grey"
+    assert header["display"] == "display.yaml"
+    assert header["instrument"] == "simulated (seed 5)"
+    assert len(header["display_sha256"]) == 64
+    assert header["surface"]["backend"] == "egl"
+
+
+def test_a_display_without_modes_can_be_measured_but_not_simulated(folder: Path) -> None:
+    (folder / "new.yaml").write_text(DISPLAY.split("modes:")[0])
+    result = _run("patches", folder / "new.yaml", "--mode", "checkerboard", "--set", "grey", "--backend", "egl",
+                  "--each", "0.001", "--settle", "0", "--json")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["shown"] == 39
+    result = _measure(folder, "--mode", "checkerboard", target="new.yaml")
+    assert isinstance(result.exception, InputError)
+    assert "no display model to simulate" in str(result.exception)
+    assert not (folder / "m.jsonl").exists()
+
+
+@pytest.mark.parametrize("mode", [mode for mode in MODES if mode != "quad-buffered"])
+@pytest.mark.parametrize("eye", ["both", "left"])
+def test_patches_are_shown_in_every_mode(folder: Path, mode: str, eye: str) -> None:
+    (folder / "own.csv").write_text("# codes: 0..255\nname,red,green,blue\na,10,20,30\nb,30,20,10\n")
+    result = _run("patches", folder / "display.yaml", "--mode", mode, "--eye", eye, "--set", folder / "own.csv",
+                  "--backend", "egl", "--each", "0.001", "--settle", "0", "-o", folder / "shown.csv")  # fmt: skip
+    if (mode, eye) == ("flat", "left"):
+        assert "has no picture of its own for an eye" in str(result.exception)
+        return
+    assert result.exit_code == 0, result.output
+    rows = (folder / "shown.csv").read_text().splitlines()
+    assert rows[:3] == ["# codes: 0..255", f"# mode: {mode}", "name,red,green,blue,X,Y,Z,time_s,eye"]
+    assert sorted(row.split(",")[0] for row in rows[3:]) == ["a", "b", "black", "black", "white", "white"]
+    assert ("hold the left filter" in result.stderr) == (eye == "left" and mode.startswith("anaglyph"))
+
+
+def test_the_list_is_what_is_measured(folder: Path) -> None:
+    listed = _run("patches", folder / "rig.yaml", "--set", "dark", "--seed", "3", "--list").stdout
+    _measure(folder, "--set", "dark", "--seed", "3")
+    steps = read_session(folder / "m.jsonl").steps
+    assert [line.split(",")[:4] for line in listed.splitlines()[3:]] == [
+        [step.patch.name, *(f"{round(255 * code)}" for code in step.patch.codes)] for step in steps
+    ]
+
+
+def test_patches_can_be_begun_in_the_middle(folder: Path) -> None:
+    listed = _run("patches", folder / "rig.yaml", "--set", "grey", "--start", "white#2", "--list").stdout.splitlines()
+    assert listed[3].startswith("white,")
+    assert len(listed) == 3 + 39 - 15
+    wrong = _run("patches", folder / "rig.yaml", "--set", "grey", "--start", "white#9", "--list")
+    assert "no patch 'white#9'" in str(wrong.exception)
+
+
+def test_an_out_of_range_patch_is_measured_on_resuming(folder: Path) -> None:
+    typed = iter(["1 2 3"] * 5 + ["skip"] + ["1 2 3"] * 33)
+    arguments = ["measure", str(folder / "rig.yaml"), "-o", str(folder / "m.jsonl"), "--instrument", "manual",
+                 "--backend", "egl", "--settle", "0", "--set", "grey"]  # fmt: skip
+    result = CliRunner().invoke(group, ["display", *arguments], input="\n".join(typed) + "\n")
+    assert result.exit_code == 1
+    assert "1 patches could not be read" in result.output
+    missing = read_session(folder / "m.jsonl").missing
+    assert [step.position for step in missing] == [5]
+    result = CliRunner().invoke(group, ["display", *arguments, "--resume", "--json"], input="7 8 9\n")
+    assert result.exit_code == 0, result.output
+    done = json.loads(result.stdout)
+    assert (done["readings"], done["missing"], done["taken"]) == (39, [], 1)
+    assert read_session(folder / "m.jsonl").readings[5].reading.XYZ_cd_m2 == (7, 8, 9)
+
+
+def test_a_person_who_leaves_is_told_how_to_go_on(folder: Path) -> None:
+    arguments = ["display", "measure", str(folder / "rig.yaml"), "-o", str(folder / "m.jsonl"), "--instrument",
+                 "manual", "--backend", "egl", "--settle", "0"]  # fmt: skip
+    result = CliRunner().invoke(group, arguments, input="1 2 3\n4 5 6\n")
+    assert result.exit_code == 1
+    assert "2 readings are safe" in result.output
+    assert "--resume" in result.output
+    assert len(read_session(folder / "m.jsonl").readings) == 2
+
+
+def test_again_reads_the_named_patches_alone(folder: Path) -> None:
+    _measure(folder, "--set", "grey")
+    before = read_session(folder / "m.jsonl")
+    result = _measure(folder, "--set", "grey", "--again", "white#2", "--again", "grey250",
+                      "--instrument-option", "noise=0", "--instrument-option", "drift_per_hour=1000")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    after = read_session(folder / "m.jsonl")
+    changed = {
+        after.steps[place].label
+        for place in after.readings
+        if after.readings[place].reading != before.readings[place].reading
+    }
+    assert changed == {"white#2", "grey250"}
+    assert len(read_csv(folder / "m.csv")) == 39
+    wrong = _measure(folder, "--set", "grey", "--again", "whit")
+    assert "did you mean 'white'" in str(wrong.exception)
+
+
+@pytest.mark.parametrize(
+    ("more", "words"),
+    [
+        ([], "exists already"),
+        (["--resume", "--seed", "2"], "other 'seed'"),
+        (["--resume", "--eye", "left"], "other 'eye': it was 'both', not 'left'"),
+        (["--resume", "--set", "dark"], "other 'set'"),
+        (["--resume", "--mode", "flat"], "other 'mode'"),
+    ],
+)
+def test_another_measurement_is_not_gone_on_with(folder: Path, more: list[str], words: str) -> None:
+    _measure(folder, "--set", "grey")
+    before = (folder / "m.jsonl").read_bytes()
+    result = _measure(folder, "--set", "grey", *more)
+    assert isinstance(result.exception, InputError)
+    assert words in str(result.exception)
+    assert (folder / "m.jsonl").read_bytes() == before
+
+
+def test_what_was_finished_has_nothing_left_to_resume(folder: Path) -> None:
+    _measure(folder, "--set", "grey")
+    result = _measure(folder, "--set", "grey", "--resume", "--json")
+    assert result.exit_code == 0
+    assert json.loads(result.stdout)["taken"] == 0
+
+
+def test_a_display_file_needs_a_mode(folder: Path) -> None:
+    result = _measure(folder, target="display.yaml")
+    assert "add --mode" in str(result.exception)
+
+
+def test_verify_finds_noise_alone_on_a_right_model(folder: Path) -> None:
+    result = _run("verify", "--display", folder / "display.yaml", "--mode", "row-interleaved", *SIMULATED,
+                  "-o", folder / "v.jsonl", "--limit", "1", "--json")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert found["passed"] is True
+    assert len(found["colours"]) == 24
+    assert found["delta_e_00"]["mean"] < 0.35
+    assert found["delta_e_00"]["mean"] <= found["delta_e_00"]["p95"] <= found["delta_e_00"]["max"]
+
+
+def test_verify_without_noise_is_left_with_the_rounding_of_codes(folder: Path) -> None:
+    result = _run("verify", "--display", folder / "display.yaml", "--mode", "row-interleaved", *SIMULATED,
+                  "-o", folder / "v.jsonl", "--instrument-option", "noise=0", "--json")  # fmt: skip
+    for colour in json.loads(result.stdout)["colours"]:
+        model = read_display(folder / "display.yaml").models("row-interleaved").left
+        codes = np.round(model.code(colour["asked_XYZ_cd_m2"]) * 255) / 255
+        np.testing.assert_allclose(colour["measured_XYZ_cd_m2"], model.xyz(codes), rtol=1e-9)
+        assert colour["delta_e_00"] < 0.6
+
+
+def test_verify_fails_a_display_that_is_not_as_described(folder: Path) -> None:
+    result = _run("verify", "--display", folder / "display.yaml", "--mode", "row-interleaved", *SIMULATED,
+                  "-o", folder / "v.jsonl", "--limit", "0.5",
+                  "--instrument-option", "interaction=0.05")  # fmt: skip
+    assert result.exit_code == 1
+    assert "above the limit of 0.5" in result.output
+    assert "* outside the display's gamut" in result.output
+
+
+def test_verify_of_a_mode_measured_per_eye_asks_for_an_eye(folder: Path) -> None:
+    model = DISPLAY.split("row-interleaved:\n")[1].split("  flat:")[0]
+    deeper = "".join(f"  {line}\n" for line in model.splitlines())
+    text = DISPLAY.split("modes:")[0] + f"modes:\n  row-interleaved:\n    left:\n{deeper}    right:\n{deeper}"
+    (folder / "per_eye.yaml").write_text(text)
+    arguments: list[str | Path] = [
+        "verify",
+        "--display",
+        folder / "per_eye.yaml",
+        "--mode",
+        "row-interleaved",
+        *SIMULATED,
+    ]
+    assert "--eye left" in str(_run(*arguments).exception)
+    assert _run(*arguments, "--eye", "right").exit_code == 0
+    assert (folder / "per_eye-row-interleaved-right-verify.jsonl").exists()
+
+
+@pytest.mark.parametrize("seed", range(2))
+def test_killed_at_random_moments_no_reading_is_lost_or_doubled(folder: Path, seed: int) -> None:
+    _measure(folder, "--set", "grey", file="whole.jsonl")
+    whole = read_session(folder / "whole.jsonl").readings
+    file = folder / "m.jsonl"
+    code = "from runner.cli.main import main; main()"
+    command = [sys.executable, "-c", code, "display", "measure", str(folder / "rig.yaml"), "-o", str(file), *SIMULATED,
+               "--set", "grey", "--instrument-option", "takes_s=0.02"]  # fmt: skip
+    rng = random.Random(seed)
+    kills, told = 0, -1
+    for _ in range(40):
+        before = read_session(file).readings if file.exists() else {}
+        more = ["--resume"] if file.exists() else []
+        process = subprocess.Popen([*command, *more], stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+        assert process.stderr is not None
+        told = 0
+        stop_after = rng.randrange(1, 12)
+        for line in process.stderr:  # what was told is on disk
+            told += "XYZ" in line or " cd/m²" in line
+            if told >= stop_after:
+                break
+        time.sleep(rng.uniform(0.0, 0.04))
+        if process.poll() is None:
+            os.kill(process.pid, signal.SIGKILL)
+            kills += 1
+        process.communicate()
+        after = read_session(file).readings
+        assert len(after) >= len(before) + told
+        assert {place: after[place] for place in before} == before
+        if process.returncode == 0 or len(after) == len(whole):
+            break
+    assert kills >= 2
+    readings = _lines(file, "reading")
+    assert sorted(line["position"] for line in readings) == list(range(len(whole)))
+    after = read_session(file).readings
+    assert {place: kept.reading for place, kept in after.items()} == {
+        place: kept.reading for place, kept in whole.items()
+    }
+    assert len(_lines(file, "header")) == 1
+    assert _measure(folder, "--set", "grey", "--resume").exit_code == 0
+    assert len(read_csv(folder / "m.csv")) == len(whole)
