@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Check, Colour, Diagnosis, Line, Panel, Table, numbers
-from devices.diagnostics.ramps import CHANNELS, FLOOR_SHARE, black_or_none, channel_ramps, means
+from devices.diagnostics.ramps import CHANNELS, FLOOR_SHARE, SAME_DIGITS, black_or_none, channel_ramps, means
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
@@ -35,7 +35,7 @@ def additivity(measurements: Measurements) -> Diagnosis:
     """
     dark, remark = black_or_none(measurements)
     alone = {
-        (channel, round(float(level), 6)): light
+        (channel, round(float(level), SAME_DIGITS)): light
         for channel, name in enumerate(CHANNELS)
         for level, light in _levels(measurements, name)
     }
@@ -43,7 +43,9 @@ def additivity(measurements: Measurements) -> Diagnosis:
     read: list[Floats] = []
     sums: list[Floats] = []
     for code, light in zip(*means(measurements), strict=True):
-        parts = [alone.get((channel, round(float(code[channel]), 6))) for channel in range(3) if code[channel] > 0]
+        parts = [
+            alone.get((channel, round(float(code[channel]), SAME_DIGITS))) for channel in range(3) if code[channel] > 0
+        ]
         if len(parts) >= 2 and all(part is not None for part in parts):
             mixtures.append(code)
             read.append(light)

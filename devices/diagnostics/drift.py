@@ -9,6 +9,7 @@ import numpy as np
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, numbers
 from devices.diagnostics.ramps import brightest, by_code
+from devices.diagnostics.tags import patch_name
 from devices.measurements import Measurements
 
 CHECK = Check(
@@ -45,7 +46,9 @@ def drift(measurements: Measurements) -> Diagnosis:
         ahead += list(when)
         beyond += list(when - when.mean())
         change += list(relative)
-        lines.append(Line(measurements.name[readings[0]], numbers(when), numbers(relative), "ink", "points"))
+        lines.append(
+            Line(patch_name(measurements.name[readings[0]]), numbers(when), numbers(relative), "ink", "points")
+        )
     span = float(np.ptp(ahead)) if ahead else 0.0
     if len(ahead) < _FEWEST_READINGS or span <= 0:
         return CHECK.unjudged("Read white at least three times in the course of a run, the first and last far apart.")

@@ -10,7 +10,7 @@ import numpy as np
 
 from devices.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, fit_crosstalk
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
-from devices.diagnostics.tags import tag, tagged
+from devices.diagnostics.tags import patch_name, tag, tagged
 from devices.display_file import Eye
 from devices.errors import DeviceError
 from devices.measurements import Measurements
@@ -42,7 +42,7 @@ def crosstalk_readings(measurements: Measurements) -> tuple[CrosstalkReading, ..
     found = []
     for row, name in enumerate(measurements.name):
         said, eye = tag(name), measurements.eye[row]
-        own = (said.base if said else name).strip().lower()
+        own = (said.base if said else patch_name(name)).strip().lower()
         other = said.parts[0] if said and said.kind == "other" else BLACK
         if said is None and (eye == "both" or own not in colours | {BLACK}):
             continue
@@ -83,7 +83,7 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
     rows: list[tuple[Cell, ...]] = []
     for key, leak in leaks.items():
         one = fit.left if key[0] == "left" else fit.right
-        rows.append((f"{key[0]} eye", key[1], leak, one.kind, float(one.readings), one.residual_max_cd_m2))
+        rows.append((key[0], key[1], leak, one.kind, float(one.readings), one.residual_max_cd_m2))
     names = list(dict.fromkeys(name for _, name in leaks))
     lines = tuple(
         Line(
@@ -95,7 +95,7 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
         for side, tint in _TINTS
     )
     panel = Panel("", "colour in the other eye's picture", "leak, % of luminance", lines, (5.0,), x_names=tuple(names))
-    table = Table(("into", "colour", "leak, %", "matrix", "readings", "largest residual, cd/m²"), tuple(rows))
+    table = Table(("into the eye", "colour", "leak, %", "matrix", "readings", "largest residual, cd/m²"), tuple(rows))
     words = f"Most leaks into the {eye} eye: {value:.2g} % of {colour}'s luminance."
     return CHECK.judged(value, words, series=(panel,), table=table, output=crosstalk_yaml(fit))
 
@@ -104,8 +104,8 @@ def crosstalk_yaml(fit: CrosstalkFit) -> str:
     """Return the `crosstalk:` part of a display file."""
     lines = ["crosstalk:"]
     for eye, matrix in (("left", fit.crosstalk.left), ("right", fit.crosstalk.right)):
-        rows = ", ".join(f"[{', '.join(f'{value:.6g}' for value in row)}]" for row in matrix)
-        lines.append(f"  {eye}: [{rows}]")
+        lines.append(f"  {eye}:")
+        lines += [f"    - [{', '.join(f'{value:.6f}' for value in row)}]" for row in matrix]
     kinds = f"left {fit.left.kind}, right {fit.right.kind}"
     lines.append(f"  source: least squares over {fit.left.readings} and {fit.right.readings} readings ({kinds})")
     return "\n".join(lines) + "\n"

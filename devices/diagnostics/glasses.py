@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
-from devices.diagnostics.ramps import FLOOR_SHARE, by_code, means
+from devices.diagnostics.ramps import FLOOR_SHARE, SAME_DIGITS, by_code, means
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
@@ -67,21 +67,22 @@ def transmittance(
 ) -> tuple[Floats, Floats] | None:
     """Return wavelengths (m,) in nm and the share (m,) of light at ``code`` that comes through; None without spectra.
 
-    Only wavelengths at which the display gives at least 1 % of its peak are kept. Wavelengths are those read without
-    glasses; spectra at others are interpolated.
+    Only wavelengths at which the display gives at least 1 % of its peak are kept. Where the two were read at different
+    wavelengths, those of the coarser count, and the finer is interpolated.
     """
     parts = (through.spectra, through.wavelengths_nm, without.spectra, without.wavelengths_nm)
     spectra, waves, bare_spectra, bare_waves = parts
     if spectra is None or waves is None or bare_spectra is None or bare_waves is None:
         return None
-    code = tuple(round(part, 6) for part in code)
+    code = tuple(round(part, SAME_DIGITS) for part in code)
     rows, bare_rows = by_code(through).get(code), by_code(without).get(code)
     if not rows or not bare_rows:
         return None
-    bare = bare_spectra[bare_rows].mean(axis=0)
-    seen = np.interp(bare_waves, waves, spectra[rows].mean(axis=0))
-    lit = (bare >= 0.01 * bare.max()) & (bare_waves >= waves.min()) & (bare_waves <= waves.max()) & (bare > 0)
-    return (bare_waves[lit], np.asarray(seen[lit] / bare[lit])) if lit.any() else None
+    at = waves if len(waves) < len(bare_waves) else bare_waves
+    seen = np.interp(at, waves, spectra[rows].mean(axis=0), left=np.nan, right=np.nan)
+    bare = np.interp(at, bare_waves, bare_spectra[bare_rows].mean(axis=0), left=np.nan, right=np.nan)
+    lit = np.isfinite(seen) & (bare > 0) & (bare >= 0.01 * np.nanmax(bare, initial=0.0))
+    return (at[lit], np.asarray(seen[lit] / bare[lit])) if lit.any() else None
 
 
 def luminance_loss(through: Measurements, without: Measurements) -> Diagnosis:
@@ -134,7 +135,11 @@ def _share(seen: float, bare: float) -> float | None:
 def _pairs(through: Measurements, without: Measurements) -> tuple[Floats, Floats, Floats]:
     """Return the codes (k, 3) read in both, and their mean XYZ (k, 3) through the glasses and without."""
     codes, light = means(through)
-    bare = dict(zip(map(tuple, means(without)[0].tolist()), means(without)[1], strict=True))
-    rows = [row for row, code in enumerate(map(tuple, codes.tolist())) if code in bare]
-    others = np.array([bare[tuple(codes[row].tolist())] for row in rows]).reshape(-1, 3)
+    bare = dict(zip(_keys(means(without)[0]), means(without)[1], strict=True))
+    rows = [row for row, code in enumerate(_keys(codes)) if code in bare]
+    others = np.array([bare[code] for code in _keys(codes[rows])]).reshape(-1, 3)
     return codes[rows].reshape(-1, 3), light[rows].reshape(-1, 3), others
+
+
+def _keys(codes: Floats) -> list[tuple[float, ...]]:
+    return [tuple(code) for code in np.round(codes, SAME_DIGITS).tolist()]

@@ -15,7 +15,7 @@ Floats = NDArray[np.float64]
 
 CHANNELS = ("red", "green", "blue")
 # Codes nearer than this are one code: a step of 12 bits is forty times larger.
-_SAME = 6
+SAME_DIGITS = 6
 # Light below this share of the channel's (or white's) full light has no chromaticity worth judging.
 FLOOR_SHARE = 0.02
 
@@ -34,7 +34,7 @@ class Ramp:
 def by_code(measurements: Measurements) -> dict[tuple[float, ...], list[int]]:
     """Return the numbers of the plain readings of each code, in the order in which they were read."""
     found: dict[tuple[float, ...], list[int]] = {}
-    for row, code in enumerate(np.round(measurements.codes, _SAME)):
+    for row, code in enumerate(np.round(measurements.codes, SAME_DIGITS)):
         if tag(measurements.name[row]) is None:
             found.setdefault(tuple(float(value) for value in code), []).append(row)
     return found
@@ -43,7 +43,7 @@ def by_code(measurements: Measurements) -> dict[tuple[float, ...], list[int]]:
 def means(measurements: Measurements) -> tuple[Floats, Floats]:
     """Return each code once, shape (k, 3), and the mean XYZ of its plain readings, shape (k, 3)."""
     groups = by_code(measurements)
-    codes = np.array(list(groups), dtype=np.float64).reshape(-1, 3)
+    codes = measurements.codes[[rows[0] for rows in groups.values()]].reshape(-1, 3)
     light = np.array([measurements.XYZ[rows].mean(axis=0) for rows in groups.values()]).reshape(-1, 3)
     return codes, light
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.ramps import brightest, by_code
+from devices.diagnostics.tags import patch_name
 from devices.measurements import Measurements
 
 CHECK = Check(
@@ -38,7 +39,7 @@ def repeatability(measurements: Measurements) -> Diagnosis:
         relative = 100 * (luminance / luminance.mean() - 1)
         steps = np.diff(relative)
         squares += list(steps**2 / 2)
-        name = measurements.name[readings[0]]
+        name = patch_name(measurements.name[readings[0]])
         lines.append(Line(name, numbers(range(2, len(readings) + 1)), numbers(steps), "ink", "points"))
         words = " ".join(f"{round(255 * part)}" for part in code)
         rows.append((name, words, float(len(readings)), float(np.sqrt(np.mean(steps**2) / 2))))

@@ -1,8 +1,9 @@
 """What a reading's name says after its ``@``: where on the panel, from what angle, or beside what it was read.
 
-``gray120@r1c3`` was read in row 1, column 3 of a grid over the panel; ``white@30deg`` and ``white@v-20deg`` from
-30° to the right and 20° below; ``gray120@on-white`` as a patch on a white screen; ``black@other=red`` while the other
-eye's picture was red. Every other name is a plain reading: full screen, at the centre, straight ahead.
+``gray120@r1c3`` was read in row 1, column 3 of a grid over the panel; ``white@30deg`` and ``white@v-20deg`` from 30° to
+the right and 20° below; ``gray120@on-white`` as a patch on a white screen; ``black@other=red`` while the other eye's
+picture was red. ``#2`` and so on behind a name counts its showings. Every other name is a plain reading: full screen,
+at the centre, straight ahead.
 """
 
 from __future__ import annotations
@@ -33,9 +34,14 @@ class Tag:
     parts: tuple[str, ...]
 
 
+def patch_name(name: str) -> str:
+    """Return a reading's name without the count of its showings."""
+    return re.sub(r"#\d+$", "", name.strip())
+
+
 def tag(name: str) -> Tag | None:
     """Return what ``name`` tells, None for a plain reading."""
-    base, at, said = name.rpartition("@")
+    base, at, said = patch_name(name).rpartition("@")
     if at:
         for kind, pattern in _PATTERNS:
             if found := pattern.fullmatch(said.strip()):

@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.ramps import by_code
+from devices.diagnostics.tags import patch_name
 from devices.errors import DeviceError
 from devices.measurements import Measurements
 
@@ -73,7 +74,7 @@ def settle(time_s: ArrayLike, light: ArrayLike) -> Settling:
         answer = np.linalg.lstsq(columns, values, rcond=None)[0]
         return float(((values - columns @ answer) ** 2).sum()), np.asarray(answer)
 
-    grid = np.log(np.geomspace(np.min(np.diff(np.unique(start))) / 2, _LONGEST_RUNS * start.max(), 60))
+    grid = np.log(np.geomspace(np.min(np.diff(np.unique(start))) / 5, _LONGEST_RUNS * start.max(), 60))
     best = int(np.argmin([fitted(step)[0] for step in grid]))
     low, high = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
     log_tau = float(minimize_scalar(lambda step: fitted(step)[0], bounds=(low, high), method="bounded").x)
@@ -102,7 +103,7 @@ def warm_up(measurements: Measurements) -> Diagnosis:
     luminance = measurements.XYZ[readings, 1][order]
     found = settle(time, luminance)
     limit = float(time[-3]) / 60
-    name = measurements.name[readings[0]]
+    name = patch_name(measurements.name[readings[0]])
     smooth = np.linspace(0, time[-1], 200)
     panel = Panel(
         "",

@@ -1,0 +1,307 @@
+"""Each fault, planted in a simulated display, is found by its check; a display without it passes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.diagnostics.additivity import additivity
+from devices.diagnostics.angles import angular_colour, angular_luminance
+from devices.diagnostics.channel_constancy import channel_constancy
+from devices.diagnostics.chromaticities import chromaticities
+from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.drift import drift
+from devices.diagnostics.estimated_codes import estimated_codes, model_difference
+from devices.diagnostics.gamut import gamut, gamut_change
+from devices.diagnostics.glasses import glasses_transmittance, luminance_loss, transmittance
+from devices.diagnostics.pixel_independence import pixel_independence
+from devices.diagnostics.primary_colours import primary_colours, spectral_overlap
+from devices.diagnostics.repeatability import repeatability
+from devices.diagnostics.tone_response import headroom, simple_gamma, tone_response
+from devices.diagnostics.warm_up import warm_up
+from devices.display import DisplayModel
+from devices.measurements import Measurements
+from devices.tone_curve import ToneCurve
+from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
+
+Floats = NDArray[np.float64]
+GREY = np.full(3, 120 / 255)
+CLEAN = characterisation()
+
+
+def _found(diagnosis: Diagnosis) -> float:
+    assert diagnosis.value is not None
+    return diagnosis.value
+
+
+@pytest.mark.parametrize(
+    "check",
+    [
+        repeatability,
+        drift,
+        warm_up,
+        primary_colours,
+        channel_constancy,
+        additivity,
+        tone_response,
+        headroom,
+        chromaticities,
+        lambda readings: estimated_codes(readings, MODEL),
+        lambda readings: model_difference(readings, MODEL),
+    ],
+)
+def test_a_clean_display_passes(check: object) -> None:
+    assert callable(check)
+    found = check(CLEAN)
+    assert found.passed is True, found.words
+    assert found.series
+
+
+def test_repeatability_is_the_noise_and_not_the_drift() -> None:
+    steady = characterisation(noise=0.002, over_time=lambda time: 1 - 0.02 * time / time.max())
+    assert _found(repeatability(steady)) == pytest.approx(0.2, abs=0.12)
+    shaky = characterisation(noise=0.02)
+    assert repeatability(shaky).passed is False
+    assert _found(repeatability(characterisation(noise=0.0))) == pytest.approx(0.0, abs=1e-9)
+
+
+def test_drift_is_told_in_percent_from_first_to_last() -> None:
+    falling = characterisation(noise=0.0, over_time=lambda time: 1 - 0.03 * time / time.max())
+    found = drift(falling)
+    assert found.passed is False
+    assert _found(found) == pytest.approx(3.0, rel=0.05)
+    assert "fell" in found.words
+    untimed = drift(replace(falling, time_s=None))
+    assert untimed.passed is False
+    assert "no times were kept" in untimed.words
+
+
+def test_warm_up_finds_the_time_constant_and_when_it_is_stable() -> None:
+    found = warm_up(one_patch(lambda time: 1 - 0.2 * np.exp(-time / 300), minutes=60, count=31))
+    assert found.passed is True
+    assert found.table is not None
+    assert found.table.rows[0][2] == pytest.approx(5.0, rel=0.05)
+    assert _found(found) == pytest.approx(5.0 * np.log(20), rel=0.05)
+
+
+def test_a_display_that_is_still_warming_up_fails() -> None:
+    assert warm_up(one_patch(lambda time: 1 - 0.3 * np.exp(-time / 1800), minutes=30, count=16)).passed is False
+    assert warm_up(one_patch(lambda time: 1 + 0.05 * time / time.max(), minutes=30, count=16)).passed is False
+
+
+def test_pixel_independence_compares_surrounds() -> None:
+    def patch(share: float) -> Measurements:
+        light = MODEL.xyz(GREY)
+        return readings({"gray120@on-black": (GREY, light), "gray120@on-white": (GREY, share * light)})
+
+    assert pixel_independence(patch(1.0)).passed is True
+    found = pixel_independence(patch(1.05))
+    assert found.passed is False
+    assert _found(found) == pytest.approx(5.0, abs=1.0)
+
+
+def _angles(fall: float, tint: float) -> Measurements:
+    light = MODEL.xyz(np.ones(3))
+    named = {
+        f"white@{angle}deg": (np.ones(3), light * (1 - fall * abs(angle) / 30) * [1, 1, 1 + tint * abs(angle) / 30])
+        for angle in (-30, -20, -10, 0, 10, 20, 30)
+    }
+    return readings(named, noise=0.0005)
+
+
+def test_angles_tell_colour_from_luminance() -> None:
+    assert angular_colour(_angles(0.05, 0.02)).passed is True
+    assert angular_luminance(_angles(0.05, 0.02)).passed is True
+    assert angular_colour(_angles(0.05, 0.5)).passed is False
+    dim = angular_luminance(_angles(0.6, 0.0))
+    assert dim.passed is False
+    assert _found(dim) == pytest.approx(5.0, abs=0.3)
+
+
+def test_a_narrow_set_of_angles_is_not_judged() -> None:
+    named = {f"white@{angle}deg": (np.ones(3), MODEL.xyz(np.ones(3))) for angle in (0, 5)}
+    found = angular_luminance(readings(named, noise=0.0))
+    assert found.passed is None
+    assert "beyond 5°" in found.words
+
+
+def test_swapped_columns_and_dead_channels_are_named() -> None:
+    swapped = replace(CLEAN, codes=CLEAN.codes[:, [2, 1, 0]])
+    found = primary_colours(swapped)
+    assert found.passed is False
+    assert "looks red" in found.words
+    codes = np.array(CLEAN.codes)
+    dead = replace(CLEAN, XYZ=MODEL.xyz(codes * [1, 0, 1]))
+    found = primary_colours(dead)
+    assert found.passed is False
+    assert "green gives no light" in found.words
+
+
+def test_primaries_alike_fail() -> None:
+    alike = DisplayModel(
+        MODEL.black_XYZ_cd_m2,
+        MODEL.primaries_XYZ_cd_m2 @ np.array([[0.6, 0.45, 0.1], [0.35, 0.5, 0.1], [0.05, 0.05, 0.8]]),
+        MODEL.curves,
+    )
+    assert primary_colours(characterisation(light=alike.xyz)).passed is False
+
+
+def test_channel_constancy_finds_a_channel_that_shifts() -> None:
+    def shifting(codes: Floats) -> Floats:
+        light = MODEL.xyz(codes)
+        light[:, 2] += 0.5 * codes[:, 0] * (1 - codes[:, 0])  # red's Z is largest half way up
+        return light
+
+    found = channel_constancy(characterisation(light=shifting))
+    assert found.passed is False
+    assert "red moves most" in found.words
+
+
+def test_black_is_no_fault_of_the_channels() -> None:
+    grey = DisplayModel(np.array([0.3, 0.3, 0.4]), MODEL.primaries_XYZ_cd_m2, MODEL.curves)
+    assert channel_constancy(characterisation(noise=0.0, light=grey.xyz)).passed is True
+    assert _found(additivity(characterisation(noise=0.0, light=grey.xyz))) == pytest.approx(0, abs=1e-9)
+
+
+@pytest.mark.parametrize("strength", [0.05, -0.05])
+def test_additivity_finds_interaction(strength: float) -> None:
+    def interacting(codes: Floats) -> Floats:
+        return np.asarray(MODEL.xyz(codes) * (1 + strength * codes.min(axis=1))[:, None])
+
+    found = additivity(characterisation(light=interacting))
+    assert found.passed is False
+    assert _found(found) == pytest.approx(5.0, abs=1.0)
+    assert found.table is not None
+    assert "255 255 255" in [row[0] for row in found.table.rows]
+
+
+def test_tone_response_finds_a_fall_and_tells_gamma() -> None:
+    found = tone_response(CLEAN)
+    assert found.table is not None
+    gammas = {row[0]: row[1] for row in found.table.rows}
+    assert gammas["red"] == pytest.approx(1.8132, abs=0.01)
+    assert gammas["blue"] == pytest.approx(1.7156, abs=0.01)
+
+    def dipping(codes: Floats) -> Floats:
+        bent = np.where(np.abs(codes - 150 / 255) < 0.01, codes - 0.08, codes)
+        return MODEL.xyz(bent)
+
+    assert tone_response(characterisation(light=dipping)).passed is False
+
+
+def test_simple_gamma_of_an_exact_curve() -> None:
+    levels = np.linspace(0.05, 1, 20)
+    gamma, fit = simple_gamma(levels, levels**2.2)
+    assert gamma == pytest.approx(2.2, abs=1e-6)
+    assert fit == pytest.approx(1.0, abs=1e-9)
+
+
+def test_headroom_finds_a_clipped_top() -> None:
+    found = headroom(characterisation(light=lambda codes: MODEL.xyz(np.minimum(codes, 0.95))))
+    assert found.passed is False
+    assert _found(found) == pytest.approx(0.0, abs=0.6)
+    assert found.at_least
+
+
+def test_chromaticities_find_what_no_sum_of_primaries_can_be() -> None:
+    def spilling(codes: Floats) -> Floats:
+        light = MODEL.xyz(codes)
+        light[:, 0] += 0.6 * codes[:, 0] * (1 - codes[:, 0]) * 4  # redder than red, half way up
+        return light
+
+    found = chromaticities(characterisation(light=spilling))
+    assert found.passed is False
+    negative = np.array(CLEAN.XYZ)
+    negative[5, 2] = -0.01
+    found = chromaticities(replace(CLEAN, XYZ=negative))
+    assert found.passed is False
+    assert "negative" in found.words
+
+
+def test_estimated_codes_and_colours_find_a_wrong_model() -> None:
+    wrong = DisplayModel(
+        MODEL.black_XYZ_cd_m2,
+        MODEL.primaries_XYZ_cd_m2,
+        (ToneCurve(gamma=2.2), ToneCurve(gamma=2.2), ToneCurve(gamma=2.2)),
+    )
+    assert estimated_codes(CLEAN, wrong).passed is False
+    assert model_difference(CLEAN, wrong).passed is False
+    exact = characterisation(noise=0.0)
+    assert _found(estimated_codes(exact, MODEL)) == pytest.approx(1.0, abs=1e-9)
+    assert _found(model_difference(exact, MODEL)) == pytest.approx(0.0, abs=1e-6)
+
+
+def test_gamut_is_told_and_its_change_judged() -> None:
+    told = gamut(CLEAN)
+    assert told.passed is None
+    assert 90 < _found(told) < 105
+    assert _found(gamut_change(CLEAN, CLEAN, "a", "b")) == pytest.approx(0, abs=1e-12)
+    pale = DisplayModel(MODEL.black_XYZ_cd_m2, MODEL.primaries_XYZ_cd_m2 @ (0.9 * np.eye(3) + 0.05), MODEL.curves)
+    change = gamut_change(characterisation(light=pale.xyz), CLEAN, "pale", "usual")
+    assert change.passed is False
+    assert "smaller" in change.words
+
+
+def test_glasses_are_found_from_pairs() -> None:
+    through = characterisation(2, light=lambda codes: MODEL.xyz(codes) * [0.14, 0.15, 0.13])
+    found = glasses_transmittance(through, CLEAN)
+    assert found.passed is True
+    assert _found(found) == pytest.approx(15.0, rel=0.01)
+    assert luminance_loss(through, CLEAN).passed is True
+    assert glasses_transmittance(CLEAN, through).passed is False  # swapped
+    bent = characterisation(2, light=lambda codes: 0.15 * MODEL.xyz(codes**1.1))
+    assert luminance_loss(bent, CLEAN).passed is False
+
+
+def test_spectral_transmittance_is_the_filter_s() -> None:
+    def share(waves: Floats) -> Floats:
+        return np.asarray(0.15 * np.exp(-(((waves - 560) / 150) ** 2)))
+
+    bare_codes = CLEAN.codes
+    waves, bare = spectra(bare_codes)
+    without = replace(CLEAN, spectra=bare, wavelengths_nm=waves)
+    seen = spectra(bare_codes, share)[1][:, ::2]
+    through = replace(CLEAN, spectra=seen, wavelengths_nm=waves[::2])
+    found = transmittance(through, without, (1.0, 1.0, 1.0))
+    assert found is not None
+    at, through_share = found
+    assert np.abs(through_share - share(at)).max() < 1e-12
+    assert _found(spectral_overlap(without)) < 50
+    assert transmittance(CLEAN, without, (1.0, 1.0, 1.0)) is None
+
+
+def test_overlapping_spectra_fail() -> None:
+    waves, light = spectra(CLEAN.codes)
+    linear = np.stack([curve.linear(CLEAN.codes[:, i]) for i, curve in enumerate(MODEL.curves)], axis=1)
+    wide = np.array([np.exp(-(((waves - peak) / 80) ** 2)) for peak in (580.0, 550.0, 455.0)])
+    assert spectral_overlap(replace(CLEAN, spectra=light, wavelengths_nm=waves)).passed is True
+    found = spectral_overlap(replace(CLEAN, spectra=linear @ wide, wavelengths_nm=waves))
+    assert found.passed is False
+    assert "red and green" in found.words
+
+
+def test_nothing_is_judged_by_too_little() -> None:
+    few = CLEAN.select(np.arange(3))
+    for check in (
+        repeatability,
+        drift,
+        warm_up,
+        pixel_independence,
+        angular_colour,
+        angular_luminance,
+        primary_colours,
+        spectral_overlap,
+        gamut,
+        channel_constancy,
+        additivity,
+        tone_response,
+        headroom,
+        chromaticities,
+    ):
+        found = check(few)
+        assert found.passed is None
+        assert found.value is None
+        assert found.words.endswith(".")
