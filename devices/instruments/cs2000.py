@@ -63,11 +63,13 @@ class CS2000:
         try:
             self._ask("RMTS,1")
             identity = self._ask("IDDR")
+            if len(identity) < 3:
+                raise self._garbled("IDDR", ",".join(identity))
         except BaseException:
             self._line.close()
             raise
-        model = _MODELS.get(identity[1].lstrip("0")) if len(identity) > 2 else None
-        self.name = f"Konica Minolta {model or identity[0]} {identity[2] if len(identity) > 2 else ''}".strip()
+        product, variation, number = identity[:3]
+        self.name = f"Konica Minolta {_MODELS.get(variation.lstrip('0'), product)} {number}"
 
     def read(self, showing: Showing) -> Reading:
         """Measure, and return XYZ and the spectral radiance."""
