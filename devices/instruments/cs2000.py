@@ -41,6 +41,8 @@ _OUT_OF_RANGE = ("ER10", "ER71")
 _AGAIN = ("ER02", "ER20")
 _BLOCKS = (100, 100, 100, 101)
 _WAVELENGTHS_NM = tuple(float(nm) for nm in range(380, 781))
+# It looks at the light before it says how long it will take: so many times as long as another answer.
+_PREMEASURES = 3.0
 # Lv and Y are the same number, printed to four or more digits.
 _LV_AGREES = 2e-3
 
@@ -73,7 +75,7 @@ class CS2000:
 
     def read(self, showing: Showing) -> Reading:
         """Measure, and return XYZ and the spectral radiance."""
-        told = self._ask("MEAS,1")
+        told = self._ask("MEAS,1", _PREMEASURES * self._answer_s)
         try:
             takes_s = float(told[0])
         except (IndexError, ValueError):
@@ -96,9 +98,9 @@ class CS2000:
             self._line.send("RMTS,0")
         self._line.close()
 
-    def _ask(self, command: str) -> list[str]:
+    def _ask(self, command: str, within_s: float | None = None) -> list[str]:
         self._line.send(command)
-        return self._checked(command, self._line.line(self._answer_s))
+        return self._checked(command, self._line.line(self._answer_s if within_s is None else within_s))
 
     def _checked(self, command: str, answer: str) -> list[str]:
         code, *fields = [field.strip() for field in answer.split(",")]

@@ -15,6 +15,7 @@ from devices.instruments.errors import LostError, TimedOutError
 from documents import Finding
 
 _LONGEST_LINE = 16384
+_BETWEEN_CHARACTERS_S = 0.005
 # What pyserial raises when a cable is pulled; its SerialException is an OSError, termios' error is not.
 _GONE: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
 if os.name == "posix":
@@ -56,7 +57,9 @@ class SerialLine:
         data = command.encode("ascii") + self._end
         for piece in [data[i : i + 1] for i in range(len(data))] if self._slowly else [data]:
             self._try(partial(self._serial.write, piece))
-        self._try(self._serial.flush)
+            self._try(self._serial.flush)
+            if self._slowly:
+                time.sleep(_BETWEEN_CHARACTERS_S)
 
     def line(self, within_s: float) -> str:
         """Return the next line that is not empty, without its end.

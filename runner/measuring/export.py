@@ -30,6 +30,7 @@ def measurements(session: Session) -> Measurements:
     header = session.header
     patches = [session.steps[one.position].patch for one in kept]
     wavelengths = {one.reading.wavelengths_nm for one in kept}
+    order = f"{header['set']} ({header['set_source']}), seed {header['seed']}, begun {header['begun_utc']}"
     spectral = len(wavelengths) == 1 and bool(kept[0].reading.wavelengths_nm)
     return Measurements(
         np.array([patch.codes for patch in patches]),
@@ -41,7 +42,7 @@ def measurements(session: Session) -> Measurements:
         np.array([one.reading.spectrum for one in kept]) if spectral else None,
         np.array(kept[0].reading.wavelengths_nm) if spectral else None,
         str(header["instrument"]),
-        f"{header['set']} ({header['set_source']}), seed {header['seed']}, begun {header['begun_utc']}",
+        "; ".join(filter(None, (str(header.get("notes", "")), order))),
     )
 
 

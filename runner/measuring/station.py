@@ -37,6 +37,7 @@ class Order:
     seed: int = 1
     repeat_every: int = 12
     settle_s: float = 1.0
+    notes: str = ""
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 
@@ -127,6 +128,9 @@ def measure(
             if log is None:
                 log = MeasurementLog.create(file, {"begun_utc": begun.isoformat(), "instrument": opened.name, **facts})
             else:
+                before = session.header["instrument"]
+                if opened.name != before:
+                    talk.tell(f"warning: the measurement began with {before} and goes on with {opened.name}")
                 log.note(resumed_utc=datetime.now(UTC).isoformat(), instrument=opened.name, again=list(again))
             elapsed_s = _clock(begun)
             outcome = take_readings(
@@ -174,6 +178,7 @@ def _facts(target: Target, order: Order, screen: CodeScreen, planned: tuple[Step
         "seed": order.seed,
         "repeat_every": order.repeat_every,
         "settle_s": order.settle_s,
+        "notes": order.notes,
         "highest_code": screen.highest,
         "surface": asdict(screen.surface.facts),
         "software": version("cyclopean"),

@@ -48,9 +48,10 @@ class Outcome:
 class Keys:
     """What keys ask for. ``poll`` keeps the screen and hears the keys once; it sleeps for the least while."""
 
-    def __init__(self, screen: CodeScreen, tell: Callable[[str], None]) -> None:
+    def __init__(self, screen: CodeScreen, tell: Callable[[str], None], on_stop: str = "stopping") -> None:
         self._screen = screen
         self._tell = tell
+        self._on_stop = on_stop
         self._refresh_s = 1.0 / (screen.surface.facts.refresh_hz or _REFRESH_HZ)
         self._paced = screen.surface.facts.vsync
         self.paused = False
@@ -69,7 +70,7 @@ class Keys:
                     self._tell("paused: space goes on" if self.paused else "going on")
                 elif press.key == "escape":
                     self.stops += 1
-                    self._tell("stopping after this reading; Escape again stops at once")
+                    self._tell(self._on_stop)
                 elif not press.key.startswith(("text ", "again ", "click")):
                     other = press.key
         except WindowClosed:
@@ -111,7 +112,7 @@ def take_readings(
     instrument's range is recorded as failed, and the next comes; an answer that makes no sense is asked for again, and
     the third such, or a lost instrument, stops the measurement.
     """
-    keys = Keys(screen, tell)
+    keys = Keys(screen, tell, "stopping after this reading; Escape again stops at once")
     failed: list[str] = []
     taken = 0
     begun_s = time.monotonic()

@@ -19,6 +19,7 @@ from runner.cli.display.measuring_options import EYES, instrument_options, showi
     "--set", "set_name", default="table_c1", show_default=True, help="table_c1, grey, cube, dark or FILE.csv."
 )
 @click.option("--codes", "code_range", help="What the codes of FILE.csv run over, if it does not say: 0..255.")
+@click.option("--notes", default="", help="What to keep with the readings: which lens, which room.")
 @click.option("--resume", is_flag=True, help="Go on with a measurement: read what has no reading yet.")
 @click.option("--again", multiple=True, metavar="NAME", help="Read this patch once more; white#2 is the second white.")
 @instrument_options
@@ -31,6 +32,7 @@ def command(
     eye: str,
     set_name: str,
     code_range: str | None,
+    notes: str,
     resume: bool,
     again: tuple[str, ...],
     instrument: str,
@@ -58,7 +60,7 @@ def command(
     remark = check_eye(target, eye)
     if remark:
         click.echo(f"note: {remark}", err=True)
-    order = Order(find_patches(set_name, code_range), eye, seed, repeat_every, settle_s)
+    order = Order(find_patches(set_name, code_range), eye, seed, repeat_every, settle_s, notes)
     wiring = wiring_of(target, eye, port, instrument_options, seed)
     with open_screen(target, backend, windowed=windowed) as screen:
         for warning in screen.surface.facts.remarks:

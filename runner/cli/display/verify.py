@@ -68,7 +68,7 @@ def command(
     file = output or display_file.with_name(f"{display_file.stem}-{mode}-{eye}-verify.jsonl")
     asked = asked_of(model)
     facts = {"asked_XYZ_cd_m2": {colour.name: colour.XYZ_cd_m2.tolist() for colour in asked}}
-    order = Order(patches_of(asked, model), eye, seed, repeat_every, settle_s, facts)
+    order = Order(patches_of(asked, model), eye, seed, repeat_every, settle_s, facts=facts)
     wiring = wiring_of(target, eye, port, instrument_options, seed)
     with open_screen(target, backend, windowed=windowed) as screen:
         for warning in screen.surface.facts.remarks:

@@ -84,8 +84,26 @@ def test_a_measurement_from_a_rig_is_the_model_with_noise(folder: Path) -> None:
     assert "left)" in result.stderr
 
 
+def test_a_window_without_a_screen_serves_as_well(folder: Path) -> None:
+    assert _measure(folder, "--set", "grey").exit_code == 0
+    result = _measure(folder, "--set", "grey", "--backend", "null", file="null.jsonl")
+    assert result.exit_code == 0, result.output
+    np.testing.assert_array_equal(read_csv(folder / "null.csv").XYZ, read_csv(folder / "m.csv").XYZ)
+
+
+def test_a_measurement_gone_on_with_by_another_instrument_says_so(folder: Path) -> None:
+    arguments = ["display", "measure", str(folder / "rig.yaml"), "-o", str(folder / "m.jsonl"), "--backend", "egl",
+                 "--settle", "0", "--set", "grey"]  # fmt: skip
+    CliRunner().invoke(group, [*arguments, "--instrument", "manual"], input="1 2 3\n")
+    result = CliRunner().invoke(group, [*arguments, "--instrument", "simulated", "--resume"])
+    assert result.exit_code == 0, result.output
+    assert "began with typed by hand and goes on with simulated (seed 1)" in result.output
+    assert len(_lines(folder / "m.jsonl", "note")) == 1
+
+
 def test_the_measurement_says_what_it_is_of(folder: Path) -> None:
-    _measure(folder, "--set", "grey", "--eye", "right", "--seed", "5")
+    _measure(folder, "--set", "grey", "--eye", "right", "--seed", "5", "--notes", "right lens")
+    assert read_csv(folder / "m.csv").notes.startswith("right lens; grey (33 greys")
     header = _lines(folder / "m.jsonl", "header")[0]
     assert header["mode"] == "row-interleaved"
     assert header["eye"] == "right"

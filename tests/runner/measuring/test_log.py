@@ -152,6 +152,25 @@ def test_another_file_is_no_measurement(tmp_path: Path, text: str) -> None:
         read_session(tmp_path / "m.jsonl")
 
 
+def test_every_line_is_synced_before_the_next(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    synced: list[int] = []
+    fsync = os.fsync
+
+    def counting(descriptor: int) -> None:
+        synced.append(os.fstat(descriptor).st_size)
+        fsync(descriptor)
+
+    file = tmp_path / "m.jsonl"
+    _write(file, 1)
+    log, _ = MeasurementLog.reopen(file)
+    monkeypatch.setattr(os, "fsync", counting)
+    with log:
+        for step in STEPS[1:4]:
+            log.keep(step, 0.0, Reading((1.0, 2.0, 3.0)))
+            assert synced[-1] == file.stat().st_size
+    assert len(synced) == 3
+
+
 def test_a_full_disk_is_said_and_leaves_no_half_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     file = tmp_path / "m.jsonl"
     _write(file, 2)
