@@ -25,7 +25,9 @@ CovarianceWish = Literal["auto", "model", "sandwich"]
 COVARIANCE_WISHES: tuple[CovarianceWish, ...] = get_args(CovarianceWish)
 Way = Literal["ml", "firth", "learnt_prior"]
 FEWEST_FOR_SANDWICH = 10
-MOST_ITEMS_DRAWN = 60  # of more, a thousand draws and their classes take too long
+# Of more, a thousand draws take too long, and so do their classes. Errors by observer leave no simple order: the
+# classes of hundreds of items are then too many to be listed.
+MOST_ITEMS_DRAWN, MOST_ITEMS_CLASSED, MOST_ITEMS_FOR_SANDWICH = 60, 30, 60
 TWO_SIDED_95 = 1.959963984540054
 
 
@@ -77,8 +79,9 @@ def estimate(
     Parameters
     ----------
     covariance
-        ``model``, ``sandwich``, or ``auto``: ``sandwich`` from 10 observers on. Observers who agree without exception
-        about some item have no spread there; then, and for fewer than two observers, it is the model's after all.
+        ``model``, ``sandwich``, or ``auto``: ``sandwich`` from 10 observers on, up to 60 items. Observers who agree
+        without exception about some item have no spread there; then, and for fewer than two observers, it is the
+        model's after all.
     chosen
         Whether pairs were chosen by the answers before them: strengths then come from the posterior under a prior whose
         width is learnt, since a plain fit makes such stimuli look further apart than they are.
@@ -105,7 +108,9 @@ def estimate(
     used, df = _covariance(covariance, comparisons, way, sound)
     if df is not None:
         scores = _with_sandwich(scores, alpha, adjust, df)
-    stable = class_stability(drawn, alpha=alpha, adjust=adjust, covariance=used) if drawn is not None else None
+    stable = None
+    if drawn is not None and len(comparisons.items) <= MOST_ITEMS_CLASSED:
+        stable = class_stability(drawn, alpha=alpha, adjust=adjust, covariance=used)
     kind = cast("Literal['expanded-bca', 'model']", DEFAULT if drawn is not None else "model")
     return Estimate(scores, plain, way, prior_sd, used, df, limits[list(scores.order)], kind, stable)
 
@@ -114,7 +119,8 @@ def _covariance(wish: CovarianceWish, comparisons: Comparisons, way: Way, sound:
     people = len(comparisons.observers)
     if not sound or way != "ml" or people < 2 or wish == "model":
         return "model", None
-    if wish == "sandwich" or people >= FEWEST_FOR_SANDWICH:
+    enough = people >= FEWEST_FOR_SANDWICH and len(comparisons.items) <= MOST_ITEMS_FOR_SANDWICH
+    if wish == "sandwich" or enough:
         return "sandwich", people - 1
     return "model", None
 

@@ -6,6 +6,7 @@ from collections import Counter
 from collections.abc import Sequence
 from statistics import fmean, median
 
+from analysis.bootstrap.replicates import REPLICATES
 from analysis.catch_trials import catch_results
 from analysis.observers.filters import Kept
 from analysis.records import Header, SessionLog
@@ -194,10 +195,10 @@ def _pairs(summary: Summary, adjustment: str, cited: Citations) -> str:
     parts = [fitted]
     if summary.scores.comparisons.ties:
         parts.append(f"{counted(summary.scores.comparisons.ties, 'tie')} were left out of the scores.")
-    if sure.stability is not None:
+    if sure.interval_kind != "model":
         parts.append(
             f"95 % intervals are bias-corrected and accelerated bootstrap intervals {cited.cite('Efron1987')} at "
-            f"levels widened for few observers {cited.cite('Hesterberg2015')}, from {sure.stability.replicates:,} "
+            f"levels widened for few observers {cited.cite('Hesterberg2015')}, from {REPLICATES:,} "
             "draws of observers."
         )
     else:

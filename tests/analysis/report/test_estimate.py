@@ -37,6 +37,16 @@ def test_ten_observers_are_enough_for_errors_clustered_by_observer(
     assert found.df == (observers - 1 if expected == "sandwich" else None)
 
 
+def test_many_stimuli_are_told_apart_by_the_model_and_their_draws_not_classed(make_session: Maker) -> None:
+    for count, covariance, classed in ((30, "sandwich", True), (31, "sandwich", False), (61, "model", False)):
+        names = [f"{number:02d}" for number in range(count)]
+        ring = [(one, other) for one, other in zip(names, names[1:] + names[:1], strict=True)]
+        answers = ring + [(other, one) for one, other in ring]
+        sessions = [make_session(f"{number:02d}", names=names, answers=answers) for number in range(10)]
+        found = summarise(sessions).estimate
+        assert (found.covariance, found.stability is not None) == (covariance, classed)
+
+
 def test_classes_by_the_sandwich_are_those_of_its_covariance_and_students_law(make_session: Maker) -> None:
     sessions = many(make_session, 20)
     summary = summarise(sessions, 0.05, "holm", "sandwich")
