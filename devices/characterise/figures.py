@@ -1,0 +1,74 @@
+"""What is said of a fit: differences held out and not, R², and how far the presenter's table is off."""
+
+from __future__ import annotations
+
+from dataclasses import asdict, dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.characterise.patches import Patches
+from devices.code_table import code_tables, table_codes
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import DisplayModel
+
+Floats = NDArray[np.float64]
+
+
+class Model(Protocol):
+    """What every model does: codes (..., 3) in 0..1 to XYZ in cd/m², and back."""
+
+    def xyz(self, code: ArrayLike) -> Floats:
+        """Return XYZ in cd/m²."""
+
+    def code(self, xyz_cd_m2: ArrayLike) -> Floats:
+        """Return codes in 0..1."""
+
+
+@dataclass(frozen=True, slots=True)
+class Errors:
+    """ΔE00 of ``patches`` readings: mean, 95th percentile, largest, and the mean of the third with the least Y."""
+
+    patches: int
+    mean: float
+    p95: float
+    max: float
+    dark_mean: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return asdict(self)
+
+
+def differences(model: Model, patches: Patches) -> Floats:
+    """Return ΔE00 (n,) between what ``model`` predicts and what was measured."""
+    return delta_e_2000(xyz_to_lab(model.xyz(patches.codes), patches.white), patches.lab)
+
+
+def errors_of(delta_e: Floats, luminance: Floats) -> Errors:
+    """Return the figures of ``delta_e`` (n,), whose readings have ``luminance`` (n,); n is 1 or more."""
+    dark = delta_e[np.argsort(luminance, kind="stable")[: max(1, len(delta_e) // 3)]]
+    return Errors(
+        len(delta_e), float(delta_e.mean()), float(np.quantile(delta_e, 0.95)), float(delta_e.max()), float(dark.mean())
+    )
+
+
+def r_squared(measured: Floats, predicted: Floats) -> tuple[float, ...]:
+    """Return the coefficient of determination of each column of (n, k)."""
+    left = ((measured - predicted) ** 2).sum(axis=0)
+    spread = ((measured - measured.mean(axis=0)) ** 2).sum(axis=0)
+    return tuple(float(v) for v in np.where(spread > 0, 1.0 - left / np.where(spread > 0, spread, 1.0), np.nan))
+
+
+def table_error_codes(model: DisplayModel) -> float:
+    """Return by how many 8-bit codes the presenter's table differs at most from ``model``'s own inverse.
+
+    Over 4081 greys; a channel counts where a code more gives it a millionth of its light more, because where light
+    stands still it matters to no one which code gives it.
+    """
+    asked = np.repeat(np.linspace(0.0, 1.0, 4081)[:, None], 3, axis=1)
+    XYZ = model.xyz(asked)
+    off = np.abs(table_codes(model, XYZ, code_tables(model)) - model.code(XYZ))
+    rise = np.gradient(model.linear(XYZ), 1.0 / 16.0, axis=0)  # 16 steps of the greys to a code
+    return float(off[rise > 1e-6].max(initial=0.0) * 255.0)

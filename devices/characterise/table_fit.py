@@ -1,0 +1,163 @@
+"""Matrix and tabulated curves fitted together, for what the eye sees.
+
+Each channel's curve is its √light at the codes that were measured: free numbers, held together by a penalty on how much
+their departure from the best GOG curve bends. They are then made to rise (isotonic regression, which changes nothing
+where they rise already) and joined by monotone cubics (Fritsch & Carlson 1980).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.characterise.parametric import Fitted, condition_of
+from devices.characterise.patches import Patches
+from devices.display import DisplayModel
+from devices.table_curve import TableCurve
+
+Floats = NDArray[np.float64]
+
+MOST_ENTRIES = 40
+# The least rise of √light over all codes, so that a table can be undone where nothing was measured to rise.
+_LEAST_SLOPE = 1e-3
+# Weight of the bending penalty; in ΔE00 per change of slope of √light.
+STIFFNESS = 10.0
+_MOST_STEPS = 15
+
+
+def table_codes_of(codes: Floats) -> list[Floats]:
+    """Return each channel's codes of the table: those measured, thinned to `MOST_ENTRIES`, with 0 and 1."""
+    found = []
+    for channel in range(3):
+        own = np.unique(np.concatenate([[0.0, 1.0], codes[:, channel]]))
+        if len(own) > MOST_ENTRIES:
+            own = np.unique(own[np.round(np.linspace(0, len(own) - 1, MOST_ENTRIES)).astype(int)])
+        keep = np.concatenate([[True], np.diff(own) > 1e-6])
+        found.append(own[keep])
+    return found
+
+
+def fit_table(patches: Patches, begin: DisplayModel, stiffness: float = STIFFNESS, *, judged: bool = True) -> Fitted:
+    """Fit tables, starting from ``begin``, a GOGO model of the same patches."""
+    unit = patches.white[1]
+    black = black_of(patches, begin)
+    knots = table_codes_of(patches.codes)
+    bases = [_hats(patches.codes[:, c], knots[c])[:, 1:-1] for c in range(3)]
+    ends = [_hats(patches.codes[:, c], knots[c])[:, -1] for c in range(3)]
+    start = []
+    for c, curve in enumerate(begin.curves):
+        low, high = float(curve.linear(0.0)), float(curve.linear(1.0))
+        start.append(np.sqrt(np.maximum((np.asarray(curve.linear(knots[c])) - low) / (high - low), 0.0)))
+    bends = [stiffness * _second_differences(k)[:, 1:-1] for k in knots]
+    sizes = [len(k) - 2 for k in knots]
+    cuts = np.cumsum([9, *sizes])
+    M0 = begin.primaries_XYZ_cd_m2 / unit
+
+    def parts(p: Floats) -> tuple[Floats, list[Floats], Floats]:
+        roots = [p[cuts[c] : cuts[c + 1]] for c in range(3)]
+        z = np.stack([bases[c] @ roots[c] + ends[c] for c in range(3)], axis=1)
+        return p[:9].reshape(3, 3), roots, z
+
+    def residuals(p: Floats) -> Floats:
+        M, roots, z = parts(p)
+        seen = patches.residuals(black + unit * z**2 @ M.T).ravel()
+        bent = [bends[c] @ (roots[c] - start[c][1:-1]) for c in range(3)]
+        return np.concatenate([seen, *bent])
+
+    def jacobian(p: Floats) -> Floats:
+        M, _, z = parts(p)
+        light = z**2
+        A = patches.slopes(black + unit * light @ M.T) * unit
+        n = len(patches)
+        J = np.zeros((3 * n + sum(len(b) for b in bends), len(p)))
+        J[: 3 * n, :9] = (A[:, :, :, None] * light[:, None, None, :]).reshape(3 * n, 9)
+        by_light = A @ M
+        row = 3 * n
+        for c in range(3):
+            own = (by_light[:, :, c] * 2.0 * z[:, None, c])[:, :, None] * bases[c][:, None, :]
+            J[: 3 * n, cuts[c] : cuts[c + 1]] = own.reshape(3 * n, -1)
+            J[row : row + len(bends[c]), cuts[c] : cuts[c + 1]] = bends[c]
+            row += len(bends[c])
+        return J
+
+    p = _descend(residuals, jacobian, np.concatenate([M0.ravel(), *[s[1:-1] for s in start]]))
+    M, roots, _ = parts(p)
+    curves = [_rising(knots[c], roots[c]) for c in range(3)]
+    model = DisplayModel(black, unit * M, (curves[0], curves[1], curves[2]))
+    return Fitted(model, len(p), condition_of(jacobian(p)) if judged else 0.0, {}, ())
+
+
+def _descend(residuals: Callable[[Floats], Floats], jacobian: Callable[[Floats], Floats], start: Floats) -> Floats:
+    """Return the numbers with the least soft L1 loss: Gauss and Newton's steps, damped where they would go uphill.
+
+    The steps solve normal equations, a hundred times as fast here as the singular values of SciPy's solver; the
+    bending penalty keeps them well conditioned.
+    """
+    p, left = start, residuals(start)
+    cost = float(_soft_l1(left).sum())
+    damping = 1e-9
+    for _ in range(_MOST_STEPS):
+        J = jacobian(p)
+        weight = 1.0 / np.sqrt(1.0 + left**2)
+        H = (J * weight[:, None]).T @ J
+        slope = J.T @ (weight * left)
+        scale = np.diag(np.maximum(np.diag(H), 1e-12))
+        while damping < 1e6:
+            new = p - np.linalg.solve(H + damping * scale, slope)
+            new_left = residuals(new)
+            new_cost = float(_soft_l1(new_left).sum())
+            if new_cost <= cost:
+                break
+            damping = max(10.0 * damping, 1e-6)
+        else:
+            return p
+        gained = cost - new_cost
+        p, left, cost, damping = new, new_left, new_cost, 0.1 * damping
+        if gained < 1e-4 * cost + 1e-12:
+            break
+    return p
+
+
+def _soft_l1(left: Floats) -> Floats:
+    return np.asarray(np.sqrt(1.0 + left**2) - 1.0)
+
+
+def black_of(patches: Patches, begin: DisplayModel) -> Floats:
+    """Return the black (3,) that was measured, or that of ``begin`` where none was."""
+    measured = bool(np.any(np.all(patches.codes == 0, axis=1)))
+    return patches.black if measured else begin.xyz(np.zeros(3))
+
+
+def _hats(codes: Floats, knots: Floats) -> Floats:
+    """Weights (n, k) of linear interpolation between ``knots``."""
+    piece = np.clip(np.searchsorted(knots, codes, side="right") - 1, 0, len(knots) - 2)
+    share = (codes - knots[piece]) / (knots[piece + 1] - knots[piece])
+    out = np.zeros((len(codes), len(knots)))
+    rows = np.arange(len(codes))
+    out[rows, piece] = 1.0 - share
+    out[rows, piece + 1] += share
+    return out
+
+
+def _second_differences(knots: Floats) -> Floats:
+    """Change of slope at each inner knot, (k − 2, k), as a share of the mean spacing."""
+    gaps = np.diff(knots)
+    out = np.zeros((len(knots) - 2, len(knots)))
+    typical = 1.0 / (len(knots) - 1)
+    for i in range(len(knots) - 2):
+        out[i, i] = typical / gaps[i]
+        out[i, i + 2] = typical / gaps[i + 1]
+        out[i, i + 1] = -out[i, i] - out[i, i + 2]
+    return out
+
+
+def _rising(knots: Floats, inner: Floats) -> TableCurve:
+    from scipy.optimize import isotonic_regression
+
+    z = np.concatenate([[0.0], np.clip(inner, 0.0, 1.0), [1.0]])
+    z = np.asarray(isotonic_regression(z).x)
+    z = (1.0 - _LEAST_SLOPE) * (z - z[0]) / (z[-1] - z[0]) + _LEAST_SLOPE * knots
+    z[0], z[-1] = 0.0, 1.0
+    return TableCurve(tuple(knots.tolist()), tuple((z**2).tolist()))

@@ -1,0 +1,119 @@
+"""The thesis's two methods, channel by channel, with tables in the shape of its Tables 3.3 to 3.6.
+
+Method 1 fits each of X, Y and Z of a channel shown alone straight to its code, and the code to each. Method 2 first
+turns every reading into linear light through the inverse of the primary matrix (Expressions 3.9 to 3.11), and then fits
+each channel's light to its code and back (Expressions 3.4 to 3.7 and 3.14). The captions of Tables 3.5 and 3.6 are
+swapped in print; here code to light is the forward curve, with Table 3.6's numbers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.characterise.channel_fit import COEFFICIENTS, KINDS, ChannelFit, Kind, fit_channel
+from devices.characterise.patches import primaries_at_full
+from devices.errors import DeviceError
+
+Floats = NDArray[np.float64]
+COLOURS = ("red", "green", "blue")
+
+
+@dataclass(frozen=True, slots=True)
+class DirectRow:
+    """One row of Tables 3.3 or 3.4: a channel's coefficients of determination for X, Y and Z; NaN where not fitted."""
+
+    kind: Kind
+    channel: str
+    r2_XYZ: tuple[float, float, float]
+
+    @property
+    def average(self) -> float:
+        """The mean over X, Y and Z."""
+        return float(np.mean(self.r2_XYZ))
+
+
+@dataclass(frozen=True, slots=True)
+class ThesisFits:
+    """Both methods. ``forward`` and ``inverse``: the fits of method 2, by model, for red, green and blue."""
+
+    XYZ_from_code: tuple[DirectRow, ...]
+    code_from_XYZ: tuple[DirectRow, ...]
+    primaries_XYZ_cd_m2: Floats
+    forward: dict[Kind, tuple[ChannelFit, ChannelFit, ChannelFit]]
+    inverse: dict[Kind, tuple[ChannelFit, ChannelFit, ChannelFit]]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "method_1_XYZ_from_code_r2": [_row(row) for row in self.XYZ_from_code],
+            "method_1_code_from_XYZ_r2": [_row(row) for row in self.code_from_XYZ],
+            "method_2_primaries_XYZ_cd_m2": self.primaries_XYZ_cd_m2.tolist(),
+            "method_2_light_from_code": {kind: _fits(fits) for kind, fits in self.forward.items()},
+            "method_2_code_from_light": {kind: _fits(fits) for kind, fits in self.inverse.items()},
+        }
+
+
+def thesis_fits(codes: Floats, XYZ: Floats, primaries_XYZ_cd_m2: Floats | None = None) -> ThesisFits:
+    """Fit both methods to ``codes`` (n, 3) in 0..1 and ``XYZ`` (n, 3).
+
+    ``primaries_XYZ_cd_m2`` (3, 3) is the matrix of method 2; None takes each channel alone at its highest code
+    (Expression 3.10). No black is subtracted, as in the thesis.
+
+    Raises
+    ------
+    DeviceError
+        If a channel was not measured alone at enough codes, or the matrix cannot be inverted.
+    """
+    M = primaries_at_full(codes, XYZ, np.zeros(3)) if primaries_XYZ_cd_m2 is None else primaries_XYZ_cd_m2
+    if not M.any(axis=0).all() or np.linalg.cond(M) > 1e6:
+        raise DeviceError("the thesis's methods need each channel measured alone, and primaries that differ")
+    light = XYZ @ np.linalg.inv(M).T
+    forward = {kind: _three(codes, light, kind, inverse=False) for kind in KINDS}
+    inverse = {kind: _three(codes, light, kind, inverse=True) for kind in KINDS}
+    rows: dict[bool, list[DirectRow]] = {False: [], True: []}
+    for kind in KINDS:
+        for channel, colour in enumerate(COLOURS):
+            alone = np.all(np.delete(codes, channel, axis=1) == 0, axis=1)
+            for way, told in rows.items():
+                told.append(DirectRow(kind, colour, _direct(codes[alone, channel], XYZ[alone], kind, way)))
+    return ThesisFits(tuple(rows[False]), tuple(rows[True]), M, forward, inverse)
+
+
+def _three(codes: Floats, light: Floats, kind: Kind, *, inverse: bool) -> tuple[ChannelFit, ChannelFit, ChannelFit]:
+    red, green, blue = (fit_channel(codes[:, c], light[:, c], kind, inverse=inverse) for c in range(3))
+    return red, green, blue
+
+
+def _direct(code: Floats, XYZ: Floats, kind: Kind, inverse: bool) -> tuple[float, float, float]:
+    """R² of X, Y and Z; the simple gamma, which has no gain, is given each as a share of its largest."""
+    x, y, z = (_direct_r2(code, XYZ[:, axis], kind, inverse) for axis in range(3))
+    return x, y, z
+
+
+def _direct_r2(code: Floats, values: Floats, kind: Kind, inverse: bool) -> float:
+    if values.max() <= 0:
+        return float("nan")
+    return fit_channel(code, values / values.max(), kind, inverse=inverse).r2
+
+
+def _row(row: DirectRow) -> dict[str, Any]:
+    told = {axis: None if np.isnan(value) else value for axis, value in zip("XYZ", row.r2_XYZ, strict=True)}
+    average = row.average
+    return {"model": row.kind, "channel": row.channel, **told, "average": None if np.isnan(average) else average}
+
+
+def _fits(fits: tuple[ChannelFit, ChannelFit, ChannelFit]) -> dict[str, Any]:
+    return {
+        colour: {
+            **dict(zip(COEFFICIENTS, fit.coefficients.tolist(), strict=True)),
+            "standard_errors": dict(zip(COEFFICIENTS, fit.standard_errors.tolist(), strict=True)),
+            "r2": fit.r2,
+            "condition": fit.condition if np.isfinite(fit.condition) else None,
+            "at_bound": fit.at_bound,
+        }
+        for colour, fit in zip(COLOURS, fits, strict=True)
+    }

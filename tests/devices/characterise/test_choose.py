@@ -1,0 +1,168 @@
+"""The choice of a model: right on displays whose truth is known, refused or told on readings that are wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.characterise.choose import NAMES, characterise
+from devices.characterise.simulated import THESIS_CURVES, liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.errors import DeviceError
+from devices.measurements import Measurements, read_csv
+
+CODES = table_c1_codes()
+THESIS = thesis_display().xyz(CODES)
+LCD = liquid_crystal_XYZ(CODES)
+CRT = Path(__file__).parents[4] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_the_thesis_s_display_is_gog_and_recovered_within_1_percent(seed: int) -> None:
+    found = characterise(Measurements(CODES, noisy(THESIS, 0.002, seed)))
+    assert found.chosen.name == "gog"
+    assert min(found.chosen.r2_XYZ) >= 0.999
+    for curve, (gain, offset, gamma) in zip(found.chosen.model.curves, THESIS_CURVES, strict=True):
+        assert curve.gain == pytest.approx(gain / (gain + offset), rel=0.01)  # type: ignore[union-attr]
+        assert curve.gamma == pytest.approx(gamma, rel=0.01)  # type: ignore[union-attr]
+
+
+def test_without_noise_it_is_recovered_exactly() -> None:
+    found = characterise(Measurements(CODES, THESIS))
+    assert found.chosen.name == "gog"
+    assert found.chosen.held_out.max < 1e-6
+    for curve, (gain, offset, gamma) in zip(found.chosen.model.curves, THESIS_CURVES, strict=True):
+        assert curve.gamma == pytest.approx(gamma, abs=1e-8)  # type: ignore[union-attr]
+        assert curve.gain == pytest.approx(gain / (gain + offset), abs=1e-8)  # type: ignore[union-attr]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_gog_is_rejected_on_a_liquid_crystal_display(seed: int) -> None:
+    found = characterise(Measurements(CODES, noisy(LCD, 0.002, seed)))
+    assert found.chosen.name in ("table", "plvc")
+    assert found.chosen.held_out.mean <= 0.5
+    assert found.chosen.held_out.p95 <= 1.0
+    gog = next(c for c in found.candidates if c.name == "gog")
+    assert gog.held_out.mean > found.chosen.held_out.mean + 0.2
+
+
+@pytest.mark.shared_data
+@pytest.mark.skipif(not CRT.exists(), reason="needs ../shared/data, which a clone does not carry")
+def test_a_real_crt() -> None:
+    found = characterise(read_csv(CRT))
+    assert found.chosen.held_out.mean <= 0.8
+    assert any("alone" in sentence for sentence in found.errs)
+    assert "0..255" in found.said[0]
+
+
+@pytest.mark.parametrize("XYZ", [noisy(THESIS, 0.002, 1), noisy(LCD, 0.002, 1)], ids=["thesis", "lcd"])
+def test_every_model_is_undone_and_rises(XYZ: np.ndarray) -> None:
+    found = characterise(Measurements(CODES, XYZ))
+    codes = np.random.default_rng(5).uniform(0, 1, (2000, 3))
+    assert [c.name for c in found.candidates] == list(NAMES)
+    for candidate in found.candidates:
+        model = candidate.model
+        assert not candidate.unusable
+        # A GOG with an offset below 0 gives no light below a code: there light, not code, comes back.
+        floor = max((-curve.offset / curve.gain for curve in model.curves if hasattr(curve, "gain")), default=0.0)
+        asked = np.maximum(codes, floor + 1e-3)
+        np.testing.assert_allclose(model.code(model.xyz(asked)), asked, atol=1e-6, rtol=0)
+        np.testing.assert_allclose(model.xyz(model.code(model.xyz(codes))), model.xyz(codes), atol=1e-6)
+        grey = model.xyz(np.repeat(np.linspace(0, 1, 256)[:, None], 3, axis=1))
+        assert np.all(np.diff(grey[:, 1]) >= 0)
+        far = np.array([[1e9, -1e9, 0.0], [0, 0, 0], [-5, 1e6, 1e6]])
+        assert np.all(np.isfinite(model.code(far)))
+        if candidate.table_error_codes is not None:
+            assert candidate.table_error_codes < 0.05
+
+
+def test_the_same_seed_gives_the_same_and_the_order_of_rows_does_not_matter_to_the_fit() -> None:
+    XYZ = noisy(THESIS, 0.002, 2)
+    one = characterise(Measurements(CODES, XYZ)).to_json()
+    assert one == characterise(Measurements(CODES, XYZ)).to_json()
+    order = np.random.default_rng(1).permutation(120)
+    other = characterise(Measurements(CODES[order], XYZ[order]))
+    assert other.chosen.name == one["chosen"]
+    assert other.candidates[1].fitted.mean == pytest.approx(
+        one["candidates"][1]["fitted_delta_e_2000"]["mean"], abs=1e-5
+    )
+
+
+def _swap(columns: list[int]) -> Callable[[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    return lambda codes, XYZ: (codes[:, columns], XYZ)
+
+
+def _outliers(codes: np.ndarray, XYZ: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    rng = np.random.default_rng(6)
+    rows = rng.choice(120, 24, replace=False)
+    wrong = XYZ.copy()
+    wrong[rows] *= rng.uniform(1.5, 3, (24, 3))
+    return codes, wrong
+
+
+def _dead(codes: np.ndarray, XYZ: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return codes, noisy(thesis_display().xyz(codes * [1, 0, 1]), 0.002, 1)
+
+
+def _alike(codes: np.ndarray, XYZ: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    both = np.maximum(codes[:, 0], codes[:, 1])
+    return codes, noisy(thesis_display().xyz(np.stack([both, both, codes[:, 2]], axis=1)), 0.002, 1)
+
+
+def _four(codes: np.ndarray, XYZ: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    return codes[[0, 26, 52, 78]], XYZ[[0, 26, 52, 78]]
+
+
+WRONG = {
+    "two channels swapped": (_swap([1, 0, 2]), "swapped"),
+    "channels turned round": (_swap([1, 2, 0]), "swapped"),
+    "X and Z swapped": (lambda c, X: (c, X[:, [2, 1, 0]]), "swapped"),
+    "saturated": (lambda c, X: (c, np.minimum(X, 0.6 * X.max(axis=0))), "saturated"),
+    "below zero": (lambda c, X: (c, X - 2.0), "below zero"),
+    "four patches": (_four, "different codes"),
+    "dead channel": (_dead, "hardly more light"),
+    "identical primaries": (_alike, "same chromaticity|hardly more|not the colours"),
+    "a fifth wrong": (_outliers, "disagree"),
+    "codes of another range": (lambda c, X: (c / 4, X), "highest code"),
+    "rows in another order": (lambda c, X: (c, np.roll(X, 7, axis=0)), "."),
+    "no light": (lambda c, X: (c, X * 0), "above 0"),
+    "upside down": (lambda c, X: (1 - c, X), "."),
+}
+
+
+@pytest.mark.parametrize("fault", WRONG)
+def test_wrong_readings_are_refused_in_a_clear_line(fault: str) -> None:
+    make, says = WRONG[fault]
+    codes, XYZ = make(CODES, noisy(THESIS, 0.002, 1))
+    with pytest.raises(DeviceError, match=says):
+        characterise(Measurements(codes, XYZ))
+
+
+def test_a_few_wrong_readings_are_left_out_and_named() -> None:
+    XYZ = noisy(THESIS, 0.002, 1)
+    XYZ[[20, 100]] *= 2.0
+    found = characterise(Measurements(CODES, XYZ))
+    assert found.left_out == ("patch21", "patch101")
+    assert any("patch21, patch101" in sentence for sentence in found.said)
+    assert found.chosen.name == "gog"
+
+
+@pytest.mark.parametrize("unit", [1e-3, 1e4])
+def test_the_unit_of_light_changes_nothing_but_what_is_said(unit: float) -> None:
+    found = characterise(Measurements(CODES, noisy(THESIS, 0.002, 1) * unit))
+    assert found.chosen.name == "gog"
+    assert any("cd/m²" in sentence for sentence in found.said)
+
+
+def test_repeats_that_differ_are_told() -> None:
+    codes, XYZ = np.concatenate([CODES, CODES[-3:]]), noisy(THESIS, 0.002, 1)
+    found = characterise(Measurements(codes, np.concatenate([XYZ, 0.9 * XYZ[-3:]])))
+    assert any("repeated patches differ" in sentence for sentence in found.said)
+
+
+def test_both_eyes_at_once_are_refused() -> None:
+    eyes = ("left", "right") * 60
+    with pytest.raises(DeviceError, match="both eyes"):
+        characterise(Measurements(CODES, THESIS, eye=eyes))  # type: ignore[arg-type]
