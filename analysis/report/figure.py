@@ -11,6 +11,7 @@ from analysis.report.palette import class_colours
 from analysis.report.summary import Summary
 
 LONGEST_NAME = 26
+MOST_NAMED = 5
 INK = "#23282d"
 FAINT = "#d8dde1"
 
@@ -56,7 +57,7 @@ def scores_svg(summary: Summary, width_in: float) -> str:
         axes.set_yticks(rows, [_short(item.name) for item in items])
         axes.set_ylim(len(items) - 0.4, -0.6)
         beside = axes.secondary_yaxis("right")
-        beside.set_yticks(rows, [item.label or "–" for item in items], fontweight="bold")
+        beside.set_yticks(rows, [_few(item.label or "–") for item in items], fontweight="bold")
         beside.tick_params(length=0)
         beside.set_ylabel("class", rotation=0, ha="left", va="bottom", color=INK)
         beside.yaxis.set_label_coords(1.01, 1.0)
@@ -70,6 +71,11 @@ def scores_svg(summary: Summary, width_in: float) -> str:
         out = io.StringIO()
         figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     return _for_a_page(out.getvalue(), summary)
+
+
+def _few(label: str) -> str:
+    """Return a label such as "3+4", that of an item in very many classes cut short."""
+    return label if label.count("+") < MOST_NAMED else "+".join(label.split("+")[:MOST_NAMED]) + "+…"
 
 
 def _short(name: str) -> str:
