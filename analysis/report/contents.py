@@ -17,6 +17,7 @@ from analysis.report.sections.ratings import ratings_section
 from analysis.report.sections.scores import classes_section, scores_section
 from analysis.report.sections.series import series_sections
 from analysis.report.sections.shown import Thumbnails, clipping_section, gallery_section, timing_section
+from analysis.report.sections.vision import vision_section
 from analysis.terminal import Published
 
 ADJUSTMENT_NAMES: Mapping[str, str] = {
@@ -52,6 +53,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     if report.observers is not None:
         found.append(observers_section(report.observers, report.kept))
     found += [
+        vision_section(report.sessions),
         gallery_section(names, thumbnails),
         clipping_section(report.header, names),
         timing_section(report.sessions),

@@ -163,3 +163,18 @@ def test_the_sign_test_is_the_exact_binomial_one(count: int, of: int) -> None:
     from scipy.stats import binomtest
 
     assert sign_test(count, of) == pytest.approx(float(binomtest(count, of).pvalue), rel=1e-9)
+
+
+def test_vision_tests_stand_on_every_report(preferring: Sessions) -> None:
+    sessions = preferring(2)
+    outcome = {"passed": False, "threshold": None, "estimate": 310.0, "pass_mark": 200.0, "unit": "arcsec"}
+    taken = Trial(0, 9, "screening", (), 1.0, UTC, {"test": "stereo_acuity", "outcome": outcome})
+    sessions[1] = replace(sessions[1], answers=(taken, *sessions[1].answers))
+    report = describe(sessions)
+    (section,) = (one for one in sections_of(report, {}, {}) if one.key == "vision")
+    (table,) = section.tables()
+    assert table.rows == (("02", "stereo acuity", "failed", None, 310.0, 200.0, "arcsec"),)
+    assert "1 observer failed a test." in Page(render(report)).text
+    kept = describe(sessions, rule=Filter(screening=("stereo_acuity",)))
+    assert "vision" not in keys(kept)
+    assert kept.kept.left_out == {"02": ("failed the vision screening",)}
