@@ -25,8 +25,22 @@ def showing_options(command: Command) -> Command:
     """Add how patches are shown."""
     for option in (
         click.option("--windowed", is_flag=True, help="A window in place of the full screen."),
-        click.option("--backend", type=click.Choice(["window", "egl", "null"]), default="window", show_default=True),
-        click.option("--settle", "settle_s", type=click.FloatRange(0), default=1.0, show_default=True, metavar="S"),
+        click.option(
+            "--backend",
+            type=click.Choice(["window", "egl", "null"]),
+            default="window",
+            show_default=True,
+            help="Where to draw; without a window there are no keys.",
+        ),
+        click.option(
+            "--settle",
+            "settle_s",
+            type=click.FloatRange(0),
+            default=1.0,
+            show_default=True,
+            metavar="S",
+            help="How long a patch stands before it is read.",
+        ),
         click.option(
             "--repeat-every",
             type=click.IntRange(0),

@@ -1,0 +1,62 @@
+"""Measuring pushed: many kills, a panel of 4K in every mode, a long measurement with spectra."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.instruments import Reading
+from devices.patches import Patch, PatchSet, steps
+from documents import InputError
+from runner.measuring.code_screen import CodeScreen, EyeCodes
+from runner.measuring.export import measurements
+from runner.measuring.log import MeasurementLog, read_session, step_facts
+from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.surfaces import open_surface
+from tests.runner.measuring.killed_measurement import kill_and_resume
+from tests.runner.measuring.test_commands import DISPLAY, RIG
+
+pytestmark = pytest.mark.stress
+
+
+@pytest.mark.parametrize("seed", range(10, 18))
+def test_killed_again_and_again(tmp_path: Path, seed: int) -> None:
+    (tmp_path / "display.yaml").write_text(DISPLAY)
+    (tmp_path / "rig.yaml").write_text(RIG)
+    kill_and_resume(tmp_path, seed)
+
+
+@pytest.mark.parametrize("mode", [mode for mode in MODES if mode != "quad-buffered"])
+def test_every_pixel_of_a_4k_panel(mode: str) -> None:
+    try:
+        surface = open_surface("egl", (3840, 2160), windows=find_mode(mode).windows)
+    except InputError as error:
+        pytest.skip(str(error))
+    with surface, CodeScreen(surface, find_mode(mode)) as screen:
+        right = (3, 100, 254) if not screen.shared else (200, 1, 77)
+        both = [(red / 255, green / 255, blue / 255) for red, green, blue in ((200, 1, 77), right)]
+        screen.show(EyeCodes(*both))
+        assert np.all(screen.seen_by("left") == (200, 1, 77))
+        assert np.all(screen.seen_by("right") == right)
+
+
+def test_five_thousand_readings_with_spectra(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    patches = tuple(Patch(f"p{number}", tuple(codes)) for number, codes in enumerate(rng.random((5000, 3)).tolist()))
+    order = steps(PatchSet("many", patches), 1, 50)
+    header = {"begun_utc": "", "instrument": "", "mode": "flat", "eye": "both", "set": "many", "set_source": "",
+              "seed": 1, "steps": step_facts(order)}  # fmt: skip
+    wavelengths = tuple(float(nm) for nm in range(380, 781))
+    file = tmp_path / "m.jsonl"
+    with MeasurementLog.create(file, header) as log:
+        for step in order:
+            log.keep(step, step.position, Reading((1.0, 2.0, 3.0), tuple(rng.random(401).tolist()), wavelengths))
+    begun_s = time.monotonic()
+    table = measurements(read_session(file))
+    took_s = time.monotonic() - begun_s
+    assert table.spectra is not None
+    assert table.spectra.shape == (len(order), 401)
+    assert took_s < 20.0
