@@ -156,6 +156,12 @@ def characterise(
         )
     if mean > _TELLING_MEAN:
         said.append(f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: measure again, or more")
+    plvc = candidates[-1]
+    if servable and model == "auto" and not plvc.unusable and plvc.held_out.mean < chosen.held_out.mean - MARGIN_MEAN:
+        said.append(
+            f"plvc predicts better (mean {plvc.held_out.mean:.2f} against {mean:.2f} ΔE00), but the presenter has no "
+            "table for it, so that a display file cannot hold it"
+        )
     if chosen.unusable:
         said.append(f"{chosen.name} was asked for; {chosen.unusable}")
     errs = _where(delta[chosen.name], data, names, judged)

@@ -53,42 +53,31 @@ def _model_lines(model: DisplayModel, source: str) -> list[str]:
 def write_mode(
     path: Path,
     mode: str,
-    eye: str,
-    model: DisplayModel,
-    source: str,
-    panel: tuple[tuple[int, int], float, float, int] | None = None,
-) -> str:
-    """Write ``model`` as ``mode`` of the display file at ``path``; return in a sentence what was done.
-
-    ``eye`` is ``both``, ``left`` or ``right``. A file that is not there is made, and needs the ``panel``: resolution in
-    pixels, pixel pitch in mm, refresh in hertz, bits. To one that is there the mode is added at the end of ``modes``;
-    every other line, and every comment, stays. A mode that is there already is never overwritten.
-
-    Raises
-    ------
-    DeviceError
-        If the panel is needed and not given, the mode is there, the eye is alone in a mode that needs both, or the
-        file's ``modes`` is not its last key, in plain lines.
-    """
-    if eye != "both":
-        raise DeviceError(
-            Finding(
-                f"a mode of a display file holds both eyes, and only the {eye} eye was fitted",
-                str(path),
-                remedy="give the other eye's readings as well, with --left and --right",
-            )
-        )
-    return write_models(path, mode, {"both": model}, {"both": source}, panel)
-
-
-def write_models(
-    path: Path,
-    mode: str,
     models: Mapping[str, DisplayModel],
     sources: Mapping[str, str],
     panel: tuple[tuple[int, int], float, float, int] | None = None,
 ) -> str:
-    """As `write_mode`, with a model for ``both`` or one each for ``left`` and ``right``."""
+    """Write ``models`` as ``mode`` of the display file at ``path``; return in a sentence what was done.
+
+    ``models`` and ``sources`` have the key ``both``, or ``left`` and ``right``. A file that is not there is made, and
+    needs the ``panel``: resolution in pixels, pixel pitch in mm, refresh in hertz, bits. To one that is there the mode
+    is added at the end of ``modes``; every other line, and every comment, stays. A mode that is there already is never
+    overwritten.
+
+    Raises
+    ------
+    DeviceError
+        If the panel is needed and not given, the mode is there, one eye is alone, or the file's ``modes`` is not its
+        last key, in plain lines.
+    """
+    if set(models) not in ({"both"}, {"left", "right"}):
+        raise DeviceError(
+            Finding(
+                f"a mode of a display file holds both eyes, and only the {', '.join(models)} eye was fitted",
+                str(path),
+                remedy="give the readings of both in one file with the column 'eye'",
+            )
+        )
     added = mode_lines(mode, models, sources)
     if not path.exists():
         if panel is None:

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 @click.command(name="fit")
 @click.argument("file", metavar="FILE")
 @click.option("--mode", help="Stereo mode that the readings are of.  [the file's own]")
-@click.option("--eye", type=click.Choice(["both", "left", "right"]), default="both", show_default=True)
+@click.option("--eye", type=click.Choice(["both", "left", "right"]), default="both", show_default=True, help="Whose.")
 @click.option(
     "--model",
     type=click.Choice(["auto", "gog", "gogo", "ggo", "gamma", "table", "plvc"]),
@@ -44,8 +44,10 @@ def command(
     """Fit display models to measurements and choose the one that predicts best.
 
     FILE is a table of measurements: CSV, ArgyllCMS .ti3, or a Psychtoolbox calibration .mat. Every model is judged on
-    readings that it was not fitted to. With -o the chosen model becomes a mode of a display file; a mode that is there
-    is never overwritten, and PLVC is not written, because the presenter has no table for it.
+    readings that it was not fitted to. Where the file has readings of either eye, each is fitted by itself.
+
+    With -o the chosen model becomes a mode of a display file; a mode that is there is never overwritten, and PLVC is
+    not written, because the presenter has no table for it.
     """
     import json
     from pathlib import Path
@@ -62,19 +64,33 @@ def command(
     named = mode or readings.mode
     if output and not named:
         raise click.UsageError("the file does not name a mode; give --mode with -o")
-    if eye != "both":
-        readings = readings.for_eye(cast(PatchEye, eye))
-    found = characterise(readings, cast(Name, model), seed=seed, servable=output is not None)
-    tables, why_none = _thesis(found)
-    told: dict[str, Any] = {"file": file, "mode": named, "eye": eye, **found.to_json(), "thesis": tables}
-    if why_none:
-        told["said"] = [*told["said"], why_none]
+    apart = {"left", "right"} <= set(readings.eye)
+    eyes = [eye] if eye != "both" or not apart else ["left", "right"]
+    found = {
+        one: characterise(
+            readings if one == "both" else readings.for_eye(cast(PatchEye, one)),
+            cast(Name, model),
+            seed=seed,
+            servable=output is not None,
+        )
+        for one in eyes
+    }
+    told: dict[str, Any] = {"file": file, "mode": named}
+    for one, fitted in found.items():
+        tables, why_none = _thesis(fitted)
+        said = [*fitted.said, why_none] if why_none else list(fitted.said)
+        told[one] = {**fitted.to_json(), "said": said, "thesis": tables}
     if output:
-        told["written"] = _write(Path(output), named, eye, found, Path(file), readings.instrument, shape)
+        told["written"] = _write(Path(output), named, found, Path(file), readings.instrument, shape)
     if as_json:
         click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
-    else:
-        _tell(told)
+        return
+    for one in eyes:
+        if one != "both":
+            click.echo(f"{one.capitalize()} eye")
+        _tell(told[one])
+    if output:
+        click.echo(told["written"])
 
 
 def _thesis(found: Characterisation) -> tuple[dict[str, Any] | None, str]:
@@ -90,8 +106,7 @@ def _thesis(found: Characterisation) -> tuple[dict[str, Any] | None, str]:
 def _write(
     path: Path,
     mode: str,
-    eye: str,
-    found: Characterisation,
+    found: dict[str, Characterisation],
     file: Path,
     instrument: str,
     shape: tuple[tuple[int, int], float, float, int] | None,
@@ -99,16 +114,18 @@ def _write(
     from devices.characterise.display_yaml import write_mode
     from devices.display import DisplayModel
 
-    model = found.chosen.model
-    if not isinstance(model, DisplayModel):
-        raise click.UsageError("a display file cannot hold PLVC")
-    errors = found.chosen.held_out
-    source = (
-        f"{found.chosen.name} fitted to {len(found.patches)} readings of {file.name}"
-        + (f" by {instrument}" if instrument else "")
-        + f"; held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
-    )
-    return write_mode(path, mode, eye, model, source, shape)
+    models: dict[str, DisplayModel] = {}
+    sources: dict[str, str] = {}
+    for eye, fitted in found.items():
+        errors = fitted.chosen.held_out
+        assert isinstance(fitted.chosen.model, DisplayModel)
+        models[eye] = fitted.chosen.model
+        sources[eye] = (
+            f"{fitted.chosen.name} fitted to {len(fitted.patches)} readings of {file.name}"
+            + (f" by {instrument}" if instrument else "")
+            + f"; held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
+        )
+    return write_mode(path, mode, models, sources, shape)
 
 
 def _panel(text: str) -> tuple[tuple[int, int], float, float, int]:
@@ -161,8 +178,6 @@ def _tell(told: dict[str, Any]) -> None:
         click.echo(f"Note: {sentence}.")
     if told["thesis"]:
         _tell_thesis(told["thesis"])
-    if "written" in told:
-        click.echo(told["written"])
 
 
 def _tell_thesis(tables: dict[str, Any]) -> None:

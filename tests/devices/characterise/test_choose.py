@@ -12,6 +12,7 @@ from devices.characterise.choose import NAMES, characterise
 from devices.characterise.simulated import THESIS_CURVES, liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, read_csv
+from devices.tone_curve import ToneCurve
 
 CODES = table_c1_codes()
 THESIS = thesis_display().xyz(CODES)
@@ -66,7 +67,7 @@ def test_every_model_is_undone_and_rises(XYZ: np.ndarray) -> None:
         model = candidate.model
         assert not candidate.unusable
         # A GOG with an offset below 0 gives no light below a code: there light, not code, comes back.
-        floor = max((-curve.offset / curve.gain for curve in model.curves if hasattr(curve, "gain")), default=0.0)
+        floor = max((-c.offset / c.gain for c in model.curves if isinstance(c, ToneCurve)), default=0.0)
         asked = np.maximum(codes, floor + 1e-3)
         np.testing.assert_allclose(model.code(model.xyz(asked)), asked, atol=1e-6, rtol=0)
         np.testing.assert_allclose(model.xyz(model.code(model.xyz(codes))), model.xyz(codes), atol=1e-6)

@@ -1,0 +1,132 @@
+"""`cyclopean display fit` and `convert`, from a table of readings to a display file and through it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.display_file import read_display
+from devices.errors import DeviceError
+from devices.measurements import Measurements, write_csv
+from runner.cli.main import group
+
+CODES = table_c1_codes()
+PANEL = ["--panel", "1920x1080,0.2768,120,8"]
+
+
+@pytest.fixture
+def thesis(tmp_path: Path) -> Path:
+    path = tmp_path / "thesis.csv"
+    write_csv(Measurements(CODES, noisy(thesis_display().xyz(CODES), 0.002, 1), mode="quad-buffered"), path)
+    return path
+
+
+def _run(*arguments: str, given: str | None = None) -> str:
+    result = CliRunner().invoke(group, ["display", *arguments], input=given)
+    if result.exception and not isinstance(result.exception, SystemExit):
+        raise result.exception
+    assert result.exit_code == 0, result.output
+    return result.stdout
+
+
+def test_the_table_names_every_candidate_and_the_chosen(thesis: Path) -> None:
+    told = _run("fit", str(thesis))
+    assert "→ gog" in told
+    for name in ("gamma", "ggo", "gogo", "table", "plvc"):
+        assert name in told
+    assert "Where it errs:" in told
+
+
+def test_json_holds_the_held_out_figures(thesis: Path) -> None:
+    told = json.loads(_run("fit", str(thesis), "--json"))
+    assert told["mode"] == "quad-buffered"
+    found = told["both"]
+    assert found["chosen"] == "gog"
+    assert {c["model"] for c in found["candidates"]} == {"gamma", "gog", "ggo", "gogo", "table", "plvc"}
+    assert found["candidates"][1]["standard_errors"]["red.gamma"] > 0
+    assert found["thesis"]["method_2_light_from_code"]["gog"]["red"]["r2"] > 0.999
+
+
+@pytest.mark.parametrize("model", ["gamma", "gog", "ggo", "gogo", "table"])
+def test_a_display_file_gives_the_model_back_and_converts(thesis: Path, tmp_path: Path, model: str) -> None:
+    path = tmp_path / "d.yaml"
+    told = _run("fit", str(thesis), "--model", model, "-o", str(path), *PANEL)
+    assert "wrote" in told
+    display = read_display(path)
+    assert model in display.sources["quad-buffered"]
+    assert "ΔE00" in display.sources["quad-buffered"]
+    arguments = ("convert", "--display", str(path), "--mode", "quad-buffered")
+    given = "name,red,green,blue\na,60,120,200\nb,255,255,255\n"
+    XYZ = _run(*arguments, "--to", "xyz", given=given)
+    codes = _run(*arguments, "--to", "code", given=XYZ)
+    rows = [line.split(",") for line in codes.splitlines()]
+    assert rows[0] == ["name", "red", "green", "blue"]
+    np.testing.assert_allclose([float(v) for v in rows[1][1:]], [60, 120, 200], atol=1e-4)
+
+
+def test_a_mode_is_added_and_nothing_else_changes(thesis: Path, tmp_path: Path) -> None:
+    path = tmp_path / "d.yaml"
+    before = (Path(__file__).parents[4] / "configs" / "displays" / "asus_vg248qe.yaml").read_text()
+    path.write_text(before)
+    _run("fit", str(thesis), "--mode", "flat", "-o", str(path))
+    after = path.read_text()
+    assert after.startswith(before.rstrip("\n"))
+    assert set(read_display(path).modes) == {"quad-buffered", "side-by-side", "flat"}
+    with pytest.raises(DeviceError, match="there already"):
+        _run("fit", str(thesis), "--mode", "flat", "-o", str(path))
+    assert path.read_text() == after
+    assert not list(tmp_path.glob("*.part"))
+
+
+def test_either_eye_is_fitted_by_itself(tmp_path: Path) -> None:
+    codes = np.concatenate([CODES, CODES])
+    XYZ = np.concatenate([thesis_display().xyz(CODES), 0.9 * thesis_display().xyz(CODES)])
+    file, path = tmp_path / "both.csv", tmp_path / "d.yaml"
+    table = Measurements(codes, noisy(XYZ, 0.002, 1), eye=("left",) * 120 + ("right",) * 120, mode="quad-buffered")
+    write_csv(table, file)
+    _run("fit", str(file), "-o", str(path), *PANEL)
+    models = read_display(path).models("quad-buffered")
+    share = models.right.white_XYZ_cd_m2 / models.left.white_XYZ_cd_m2
+    np.testing.assert_allclose(share, 0.9, atol=0.005)
+    with pytest.raises(DeviceError, match="holds both eyes"):
+        _run("fit", str(file), "--eye", "left", "--mode", "flat", "-o", str(path))
+
+
+def test_plvc_is_refused_with_o_and_said_when_it_would_be_better(tmp_path: Path, thesis: Path) -> None:
+    result = CliRunner().invoke(group, ["display", "fit", str(thesis), "--model", "plvc", "-o", "d.yaml"])
+    assert result.exit_code == 2
+    assert "PLVC" in result.output
+    file, path = tmp_path / "lcd.csv", tmp_path / "d.yaml"
+    write_csv(Measurements(CODES, liquid_crystal_XYZ(CODES), mode="flat"), file)
+    told = json.loads(_run("fit", str(file), "--json", "-o", str(path), *PANEL))
+    assert told["both"]["chosen"] == "table"
+    assert read_display(path).models("flat").left.curves[0].lift == 0
+
+
+@pytest.mark.parametrize(
+    ("given", "says"),
+    [
+        ("red,green,blue\n300,0,0\n", "300"),
+        ("red,green\n1,2\n", "no blue"),
+        ("red,green,blue\n1,2,x\n", "'x'"),
+        ("", "no red"),
+    ],
+)
+def test_convert_names_what_is_wrong(thesis: Path, tmp_path: Path, given: str, says: str) -> None:
+    path = tmp_path / "d.yaml"
+    _run("fit", str(thesis), "--model", "gog", "-o", str(path), *PANEL)
+    with pytest.raises(DeviceError, match=says):
+        _run("convert", "--display", str(path), "--mode", "quad-buffered", "--to", "xyz", given=given)
+
+
+def test_colours_outside_the_gamut_are_counted(thesis: Path, tmp_path: Path) -> None:
+    path = tmp_path / "d.yaml"
+    _run("fit", str(thesis), "--model", "gog", "-o", str(path), *PANEL)
+    arguments = ["display", "convert", "--display", str(path), "--mode", "quad-buffered", "--to", "code"]
+    result = CliRunner().invoke(group, arguments, input="X,Y,Z\n100,0,0\n1,1,1\n")
+    assert "1 of 2 colours lie outside the gamut" in result.stderr
