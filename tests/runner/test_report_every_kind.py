@@ -1,0 +1,117 @@
+"""A report on sessions of every kind of block, as they are really recorded."""
+
+from __future__ import annotations
+
+import importlib.util
+import json
+import re
+import sys
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from html.parser import HTMLParser
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.records import Header, Mark, Note, SessionLog, Trial
+from analysis.report import describe
+from analysis.report.contents import sections_of, tables_of
+from analysis.report.csv_files import write_csv_files
+from analysis.report.page import render
+from analysis.report.report import KIND_WORDS
+from runner.ports import Holding
+from runner.presenter.scene import Scene
+from runner.session import Session
+
+
+def _load(name: str) -> ModuleType:
+    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[name] = module
+    spec.loader.exec_module(module)
+    return module
+
+
+EVERY = _load("every_kind")
+VARIANTS = [(kind, variant) for kind, written in EVERY.BLOCKS.items() for variant in range(len(written))]
+
+
+@dataclass
+class Stage:
+    """Shows nothing and keeps the trials."""
+
+    shown: int = 0
+    trials: list[Trial] = field(default_factory=list)
+
+    def show(self, scene: Scene) -> float:
+        self.shown += 1
+        return float(self.shown)
+
+    def prefetch(self, scene: Scene) -> None:
+        pass
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), round(seconds * 60), 1 / 60)
+
+    def append(self, trial: Trial) -> None:
+        self.trials.append(trial)
+
+    def note(self, note: Note) -> None:
+        raise AssertionError
+
+    def mark(self, mark: Mark) -> None:
+        raise AssertionError
+
+    def answers(self) -> Sequence[Trial]:
+        return self.trials
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        pass
+
+
+class Words(HTMLParser):
+    """The text of a page outside style."""
+
+    def __init__(self, page: str) -> None:
+        super().__init__()
+        self.text = ""
+        self.feed(page.split("</style>")[1])
+
+    def handle_data(self, data: str) -> None:
+        self.text += data
+
+
+def log_of(folder: Path, kind: str, variant: int, observer: str) -> SessionLog:
+    stage = Stage()
+    blocks = EVERY.blocks_of(folder, kind, variant, observer)
+    Session(blocks, stage, EVERY.Fickle(int(observer)), stage).run()
+    kept = tuple(Trial(**{**vars_of(trial), "data": json.loads(json.dumps(trial.data))}) for trial in stage.trials)
+    stimuli = tuple({"name": name, "factors": {}, "flat": True} for name in "abcdef")
+    header = Header("every_kind", observer, "s", "t", 0, "Which?", True, stimuli, {}, {}, {}, {}, {})
+    return SessionLog(Path(f"{observer}.jsonl"), header, kept, complete=True)
+
+
+def vars_of(trial: Trial) -> dict[str, Any]:
+    return {name: getattr(trial, name) for name in Trial.__slots__}
+
+
+@pytest.mark.parametrize("observers", [1, 4])
+@pytest.mark.parametrize(("kind", "variant"), VARIANTS)
+def test_sessions_of_every_kind_make_a_page_or_a_clear_refusal(
+    kind: str, variant: int, observers: int, tmp_path: Path
+) -> None:
+    sessions = [log_of(tmp_path, kind, variant, f"{number:02d}") for number in range(1, observers + 1)]
+    if not {trial.kind for session in sessions for trial in session.trials} & set(KIND_WORDS):
+        with pytest.raises(ResultsError, match="the results hold no answer"):
+            describe(sessions)
+        return
+    report = describe(sessions)
+    json.dumps(report.to_json(), allow_nan=False)
+    words = set(re.findall(r"[a-z]+", Words(render(report)).text.lower()))
+    assert not words & {"nan", "none", "inf"}
+    assert write_csv_files(tables_of(sections_of(report, {}, {})), tmp_path / "tables")
