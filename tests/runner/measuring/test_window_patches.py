@@ -1,4 +1,4 @@
-"""`display patches` in a real window, with real keys."""
+"""`display patches` and `measure` in a real window, with real keys."""
 
 from __future__ import annotations
 
@@ -7,46 +7,115 @@ import shutil
 import subprocess
 import sys
 import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import pytest
+
+from runner.measuring.log import read_session
 
 pytestmark = pytest.mark.window
 
 DISPLAY = "schema_version: 1\npanel: {resolution_px: [640, 480], pixel_pitch_mm: 0.25}\n"
 
 
-def test_keys_go_on_back_and_stop(xvfb: str, tmp_path: Path) -> None:
-    if shutil.which("xdotool") is None:
-        pytest.skip("xdotool is not installed")
-    (tmp_path / "display.yaml").write_text(DISPLAY)
-    code = "from runner.cli.main import main; main()"
-    command = [sys.executable, "-c", code, "display", "patches", str(tmp_path / "display.yaml"), "--mode",
-               "row-interleaved", "--set", "grey", "--windowed", "-o", str(tmp_path / "shown.csv")]  # fmt: skip
-    environment = {**os.environ, "DISPLAY": xvfb}
-    environment.pop("WAYLAND_DISPLAY", None)
-    process = subprocess.Popen(command, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment)
-    assert process.stderr is not None
-    told: list[str] = []
+MODEL = """\
+modes:
+  row-interleaved:
+    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
+    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
+    curve: {kind: gamma, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
+    source: made up for tests
+"""
 
-    def until(shown: str) -> None:
-        assert process.stderr is not None
-        for line in process.stderr:
-            told.append(line)
+
+@dataclass
+class Window:
+    """A command of `display` in a window on the display ``screen``, what it told, and its keys."""
+
+    process: subprocess.Popen[str]
+    environment: dict[str, str]
+    told: list[str] = field(default_factory=list)
+
+    def until(self, shown: str) -> None:
+        """Wait for a line that begins so."""
+        assert self.process.stderr is not None
+        for line in self.process.stderr:
+            self.told.append(line)
             if line.startswith(shown):
                 return
-        pytest.fail(f"'{shown}' was not told: {told}")
+        pytest.fail(f"'{shown}' was not told: {self.told}")
 
-    try:
-        until("1/39  black: 0 0 0")
-        time.sleep(0.5)
-        for key, shown in (("Right", "2/39"), ("Right", "3/39"), ("Left", "2/39"), ("Return", "3/39")):
-            subprocess.run(["xdotool", "key", key], env=environment, check=True)
-            until(shown)
-        subprocess.run(["xdotool", "key", "Escape"], env=environment, check=True)
-        _, said = process.communicate(timeout=20)
-    finally:
-        process.kill()
-    assert process.returncode == 1
-    assert "stopped after 3 of 39 patches" in said
+    def press(self, key: str) -> None:
+        """Press a key."""
+        subprocess.run(["xdotool", "key", key], env=self.environment, check=True)
+
+    def end(self) -> str:
+        """Wait for the command to end, and return what else it told."""
+        return self.process.communicate(timeout=20)[1]
+
+
+@pytest.fixture
+def window(xvfb: str, tmp_path: Path) -> Iterator[Callable[..., Window]]:
+    if shutil.which("xdotool") is None:
+        pytest.skip("xdotool is not installed")
+    (tmp_path / "display.yaml").write_text(DISPLAY + MODEL)
+    environment = {**os.environ, "DISPLAY": xvfb}
+    environment.pop("WAYLAND_DISPLAY", None)
+    opened: list[Window] = []
+
+    def open_window(command: str, *more: str) -> Window:
+        code = "from runner.cli.main import main; main()"
+        arguments = [sys.executable, "-c", code, "display", command, str(tmp_path / "display.yaml"), "--mode",
+                     "row-interleaved", "--set", "grey", "--windowed", *more]  # fmt: skip
+        process = subprocess.Popen(
+            arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True, env=environment
+        )
+        opened.append(Window(process, environment))
+        return opened[-1]
+
+    yield open_window
+    for one in opened:
+        one.process.kill()
+        one.process.communicate()
+
+
+def test_keys_go_on_back_and_stop(window: Callable[..., Window], tmp_path: Path) -> None:
+    shown = window("patches", "-o", str(tmp_path / "shown.csv"))
+    shown.until("1/39  black: 0 0 0")
+    time.sleep(0.5)
+    for key, told in (("Right", "2/39"), ("Right", "3/39"), ("Left", "2/39"), ("Return", "3/39")):
+        shown.press(key)
+        shown.until(told)
+    shown.press("Escape")
+    assert "stopped after 3 of 39 patches" in shown.end()
+    assert shown.process.returncode == 1
     assert len((tmp_path / "shown.csv").read_text().splitlines()) == 3 + 3
+
+
+def test_a_measurement_is_paused_and_stopped_by_keys(window: Callable[..., Window], tmp_path: Path) -> None:
+    file = tmp_path / "m.jsonl"
+    simulated = ["--instrument", "simulated", "--settle", "0", "--instrument-option", "takes_s=0.1", "-o", str(file)]
+    measuring = window("measure", *simulated)
+    measuring.until("3/39")
+    measuring.press("space")
+    measuring.until("paused")
+    time.sleep(0.3)  # the reading that ran is kept
+    kept = len(read_session(file).readings)
+    time.sleep(0.5)
+    assert len(read_session(file).readings) == kept
+    measuring.press("space")
+    measuring.until(f"{kept + 2}/39")
+    measuring.press("Escape")
+    said = measuring.end()
+    assert measuring.process.returncode == 1
+    assert "stopped at the keyboard" in said
+    session = read_session(file)
+    assert kept + 2 <= len(session.readings) < 39
+    assert f"{len(session.readings)} readings are safe" in said
+    again = window("measure", *simulated, "--resume")
+    again.until(f"{len(session.missing)}/{len(session.missing)}")
+    again.end()
+    assert again.process.returncode == 0
+    assert not read_session(file).missing
