@@ -17,7 +17,7 @@ COLOUR = Check(
     "Colour off the normal",
     0.025,
     "Δu′v′ within 30°",
-    "TCO'03 Displays [TCO03]: at most 0.025 at ±30° from the normal",
+    "TCO'03 [TCO03]: at most 0.025 at ±30° from the normal, there between the two sides, here from straight ahead",
 )
 LUMINANCE = Check(
     "angular_luminance",

@@ -88,8 +88,8 @@ class Diagnosis:
     subject: str = ""
 
     def to_json(self) -> dict[str, Any]:
-        """Return the diagnosis as JSON values."""
-        return asdict(self)
+        """Return the diagnosis as JSON values; what is no number in a figure or table is null."""
+        return {name: _told(value) for name, value in asdict(self).items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,6 +124,16 @@ class Check:
         return Diagnosis(
             self.name, self.title, None, float(value), None, self.unit, self.source, words, self.at_least, **more
         )
+
+
+def _told(value: Any) -> Any:
+    if isinstance(value, float):
+        return value if math.isfinite(value) else None
+    if isinstance(value, tuple | list):
+        return [_told(part) for part in value]
+    if isinstance(value, dict):
+        return {name: _told(part) for name, part in value.items()}
+    return value
 
 
 def numbers(values: Any) -> tuple[float, ...]:

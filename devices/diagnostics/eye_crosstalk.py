@@ -20,8 +20,8 @@ CHECK = Check(
     "Crosstalk",
     5.0,
     "% of luminance",
-    "Seuntiëns et al. [Seuntiens2005]: 5 %, the least that they tried, already distorts pictures; cancelling takes off "
-    "most of it where pictures are not black",
+    "Seuntiëns et al. [Seuntiens2005]: perceived distortion rises with leaks, and 5 % is the least that they tried; "
+    "what was measured can be cancelled wherever the picture is not too dark",
 )
 _EYES: tuple[Eye, Eye] = ("left", "right")
 _TINTS: tuple[tuple[Eye, Colour], ...] = (("left", "accent"), ("right", "ink"))

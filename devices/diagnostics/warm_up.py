@@ -66,6 +66,8 @@ def settle(time_s: ArrayLike, light: ArrayLike) -> Settling:
     from scipy.stats import f as f_distribution
 
     start = time - time.min()
+    scale = float(np.abs(values).max()) or 1.0
+    values = values / scale
     mean = float(values.mean())
     nothing = float(((values - mean) ** 2).sum())
 
@@ -82,12 +84,13 @@ def settle(time_s: ArrayLike, light: ArrayLike) -> Settling:
         log_tau = float(grid[best])
     left, answer = fitted(log_tau)
     spare = len(values) - 3
-    ratio = (nothing - left) / 2 / max(left / spare, 1e-30 * max(mean**2, 1e-300))
-    if nothing <= 1e-24 * mean**2 or f_distribution.sf(ratio, 2, spare) > _CERTAIN:
-        return Settling(mean, 0.0, None, 0.0)
+    ratio = (nothing - left) / 2 / max(left / spare, 1e-30)
+    if nothing <= 1e-24 or f_distribution.sf(ratio, 2, spare) > _CERTAIN:
+        return Settling(scale * mean, 0.0, None, 0.0)
     tau, settled, excess = float(np.exp(log_tau)), float(answer[0]), float(answer[1])
     far = abs(excess) / (STABLE_SHARE * abs(settled)) if settled else np.inf
-    return Settling(settled, excess, tau, max(0.0, tau * float(np.log(far))) if far > 0 else 0.0)
+    stable_s = max(0.0, tau * float(np.log(far))) if far > 0 else 0.0
+    return Settling(scale * settled, scale * excess, tau, stable_s)
 
 
 def warm_up(measurements: Measurements) -> Diagnosis:

@@ -7,19 +7,21 @@ from pathlib import Path
 
 from devices.diagnostics.examine import MeasuredSet
 from devices.errors import DeviceError
+from devices.measurements import Measurements
 from documents import Finding, InputError
 
 
 def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
     """Return the readings of each of ``files``, called by their files' names.
 
+    A ``.jsonl`` file is what `cyclopean display measure` keeps, with spectra where the instrument gives them; see
+    `devices.measurements.read` for the others. ``codes`` is what the codes of CSV files run over, None if they say.
+
     Raises
     ------
     InputError
         With what is wrong with every file, or if one is named twice.
     """
-    from devices.measurements import read_csv
-
     findings: list[Finding] = []
     seen: set[Path] = set()
     sets: list[MeasuredSet] = []
@@ -30,7 +32,7 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
             continue
         seen.add(file.resolve())
         try:
-            found = read_csv(file, codes)
+            found = _read(file, codes)
         except InputError as error:
             findings += error.findings
             continue
@@ -38,3 +40,14 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
     if findings:
         raise DeviceError(findings)
     return sets
+
+
+def _read(file: Path, codes: str | None) -> Measurements:
+    if file.suffix.lower() == ".jsonl":
+        from runner.measuring.export import measurements
+        from runner.measuring.log import read_session
+
+        return measurements(read_session(file))
+    from devices.measurements.read import read_measurements
+
+    return read_measurements(file, codes if file.suffix.lower() == ".csv" else None)

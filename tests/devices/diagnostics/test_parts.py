@@ -20,7 +20,7 @@ from devices.diagnostics.uniformity import uniformity
 from devices.diagnostics.warm_up import settle
 from devices.display_file import EyeModels, read_display
 from devices.errors import DeviceError
-from devices.measurements import Measurements, PatchEye
+from devices.measurements import Measurements, PatchEye, read_csv
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings
 from tests.devices.diagnostics.simulated import crosstalk_readings as leaking
 
@@ -207,3 +207,19 @@ def test_no_more_than_one_clean_display_in_forty_is_blamed() -> None:
         for seed in range(100, 140)
     ]
     assert sum(bool(names) for names in blamed) <= 1, blamed
+
+
+@pytest.mark.shared_data
+def test_a_real_crt_is_told_where_its_readings_fail() -> None:
+    file = Path(__file__).parents[3] / "../shared/data/displays/apple17_crt_2000.csv"
+    if not file.exists():
+        pytest.skip("the real measurements are not beside this checkout")
+    found = {one.name: one for one in examine([MeasuredSet("crt", read_csv(file))])}
+    assert [name for name, one in found.items() if one.passed is False] == ["channel_constancy", "tone_response"]
+    assert [name for name in ("primaries", "chromaticities", "headroom") if found[name].passed] == [
+        "primaries",
+        "chromaticities",
+        "headroom",
+    ]
+    assert "blue moves most" in found["channel_constancy"].words
+    assert "of blue" in found["tone_response"].words

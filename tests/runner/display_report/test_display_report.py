@@ -214,3 +214,20 @@ def test_numbers_are_short(value: float | str | None, words: str) -> None:
 
 def test_minus_signs_stand_before_numbers_only() -> None:
     assert typeset("-5 % to +3, gray@-10deg, 8-bit") == "−5 % to +3, gray@-10deg, 8-bit"
+
+
+def test_a_measurement_is_read_as_it_was_kept(files: Path) -> None:
+    words = ["--mode", "flat", "--instrument", "simulated", "--backend", "null", "--settle", "0", "--set", "grey"]
+    options = ["--instrument-option", "noise=0.001", "-o", str(files / "panel.jsonl")]
+    small = DISPLAY.replace("[1920, 1080]", "[64, 48]")
+    (files / "small.yaml").write_text(small, encoding="utf-8")
+    measured = CliRunner().invoke(group, ["display", "measure", str(files / "small.yaml"), *words, *options])
+    assert measured.exit_code == 0, measured.output
+    answers = [
+        json.loads(_run(files / name, "--json", "-o", files / "page.html").output)["diagnoses"]
+        for name in ("panel.jsonl", "panel.csv")
+    ]
+    kept, exported = ({one["name"]: one["value"] for one in answer} for answer in answers)
+    assert kept["repeatability"] is not None
+    for name in ("repeatability", "drift", "tone_response", "headroom"):
+        assert kept[name] == pytest.approx(exported[name], rel=1e-6, abs=1e-9)

@@ -1,0 +1,53 @@
+"""Readings that no display gives: every check answers with a verdict or a reason, in finite numbers."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from devices.diagnostics.examine import MeasuredSet, examine
+from devices.display_file import EyeModels
+from devices.measurements import Measurements, PatchEye
+from tests.devices.diagnostics.simulated import MODEL, characterisation
+
+NAMES = ["white", "black", "red", "a@r1c1", "a@r1c2", "a@r2c1", "a@0deg", "a@20deg", "a@v-5deg", "a@on-white"]
+NAMES += ["a@on-black", "black@other=white", "black@other=red", "x@r99c99", "b@90000deg"]
+EYES: list[PatchEye] = ["left", "right", "both"]
+light = st.one_of(st.sampled_from([0.0, -1.0, 1e-30, 1e30, 1.0, 5.0]), st.floats(-1e6, 1e6))
+
+
+@st.composite
+def tables(draw: st.DrawFn) -> Measurements:
+    count = draw(st.integers(1, 24))
+    code = st.sampled_from([0.0, 0.25, 0.5, 0.75, 1.0])
+    codes = draw(st.lists(st.tuples(code, code, code), min_size=count, max_size=count))
+    xyz = draw(st.lists(st.tuples(light, light, light), min_size=count, max_size=count))
+    names = draw(st.lists(st.sampled_from(NAMES), min_size=count, max_size=count))
+    eyes = draw(st.lists(st.sampled_from(EYES), min_size=count, max_size=count))
+    times = draw(st.none() | st.lists(st.sampled_from([0.0, 1.0, 2.0, 60.0, 1e9]), min_size=count, max_size=count))
+    spectra = np.abs(np.array(xyz)) if draw(st.booleans()) else None
+    waves = None if spectra is None else np.array([450.0, 550.0, 650.0])
+    time_s = None if times is None else np.array(times)
+    return Measurements(np.array(codes), np.array(xyz), tuple(names), time_s, tuple(eyes), "", spectra, waves)
+
+
+@settings(max_examples=40, deadline=None)
+@given(tables(), st.booleans())
+def test_any_readings_get_an_answer(table: Measurements, against_clean: bool) -> None:
+    other = MeasuredSet("other", characterisation() if against_clean else table)
+    found = examine([MeasuredSet("a", table), other], models=EyeModels(MODEL, MODEL), without_glasses=other)
+    json.dumps([one.to_json() for one in found], allow_nan=False)
+    for one in found:
+        assert one.words
+        assert one.value is None or np.isfinite(one.value)
+        assert one.passed is None or one.value is not None or one.passed is False
+
+
+@settings(max_examples=40, deadline=None)
+@given(tables())
+def test_any_readings_as_those_without_glasses(table: Measurements) -> None:
+    found = examine([MeasuredSet("a", characterisation())], without_glasses=MeasuredSet("b", table))
+    json.dumps([one.to_json() for one in found], allow_nan=False)

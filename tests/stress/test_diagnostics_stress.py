@@ -1,0 +1,64 @@
+"""How often the checks of a display blame one without fault, and how small a fault they find, at 0.2 % of noise."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from devices.diagnostics.additivity import additivity
+from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.drift import drift
+from devices.diagnostics.examine import MeasuredSet, examine
+from devices.diagnostics.eye_crosstalk import crosstalk
+from devices.diagnostics.tone_response import headroom
+from devices.diagnostics.warm_up import warm_up
+from devices.display_file import EyeModels
+from devices.measurements import Measurements
+from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings, one_patch
+
+pytestmark = pytest.mark.stress
+RUNS = 1000
+
+
+def test_false_alarms_are_rarer_than_one_in_two_hundred_for_each_check() -> None:
+    blamed: Counter[str] = Counter()
+    for seed in range(RUNS):
+        for one in examine([MeasuredSet("a", characterisation(seed))], models=EyeModels(MODEL, MODEL)):
+            blamed[one.name] += one.passed is False
+    assert max(blamed.values()) <= RUNS // 200, blamed
+
+
+def test_a_steady_display_is_rarely_called_still_warming_up() -> None:
+    for count in (5, 9, 31):
+        blamed = sum(
+            warm_up(one_patch(np.ones_like, minutes=30, count=count, seed=seed)).passed is False for seed in range(RUNS)
+        )
+        assert blamed <= RUNS // 200, count
+
+
+def test_crosstalk_of_four_percent_is_rarely_called_more_than_five() -> None:
+    verdicts = [crosstalk(crosstalk_readings({"left": 0.04, "right": 0.04}, seed)).passed for seed in range(300)]
+    assert verdicts.count(False) == 0
+    assert verdicts.count(True) == 300
+
+
+@pytest.mark.parametrize(
+    ("check", "make"),
+    [
+        (drift, lambda seed: characterisation(seed, over_time=lambda time: 1 - 0.02 * time / time.max())),
+        (
+            additivity,
+            lambda seed: characterisation(seed, light=lambda c: MODEL.xyz(c) * (1 - 0.04 * c.min(axis=1))[:, None]),
+        ),
+        (headroom, lambda seed: characterisation(seed, light=lambda c: MODEL.xyz(np.minimum(c, 250 / 255)))),
+        (warm_up, lambda seed: one_patch(lambda t: 1 - 0.2 * np.exp(-t / 1500), minutes=30, count=11, seed=seed)),
+    ],
+)
+def test_faults_of_twice_the_limit_are_found(
+    check: Callable[[Measurements], Diagnosis], make: Callable[[int], Measurements]
+) -> None:
+    missed = [seed for seed in range(200) if check(make(seed)).passed is not False]
+    assert len(missed) <= 2
