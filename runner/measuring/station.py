@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from devices.display import DisplayModel
+from devices.display_file import EyeModels
 from devices.instruments import open_instrument
 from devices.instruments.open import Wiring
 from devices.patches import PatchSet, Step, steps
@@ -152,11 +153,9 @@ def measure(
     return outcome, read_session(file)
 
 
-def simulated_model(target: Target, eye: str) -> DisplayModel | None:
-    """Return the model that a simulated instrument looks at, None if the mode was not characterised."""
-    if target.models is None:
-        return None
-    return target.models.right if eye == "right" else target.models.left
+def eye_model(models: EyeModels, eye: str) -> DisplayModel:
+    """Return the model of ``eye``, the left one's for ``both``."""
+    return models.right if eye == "right" else models.left
 
 
 def _clock(begun: datetime) -> Callable[[], float]:

@@ -61,7 +61,7 @@ def command(
     if remark:
         click.echo(f"note: {remark}", err=True)
     order = Order(find_patches(set_name, code_range), eye, seed, repeat_every, settle_s, notes)
-    wiring = wiring_of(target, eye, port, instrument_options, seed)
+    wiring = wiring_of(target, eye, instrument, port, instrument_options, seed)
     with open_screen(target, backend, windowed=windowed) as screen:
         for warning in screen.surface.facts.remarks:
             click.echo(f"warning: {warning}", err=True)

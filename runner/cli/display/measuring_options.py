@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -71,15 +71,24 @@ def instrument_options(command: Command) -> Command:
     return command
 
 
-def wiring_of(target: Target, eye: str, port: str | None, options: Sequence[str], seed: int) -> Wiring:
-    """Return what instruments may need: the port, their options, the person at the terminal, a model to simulate."""
+def wiring_of(target: Target, eye: str, instrument: str, port: str | None, options: Sequence[str], seed: int) -> Wiring:
+    """Return what instruments may need: the port, their options, the person at the terminal, a model to simulate.
+
+    A simulated instrument looks at the target, or at the display file that its option ``display`` names.
+    """
+    from devices.display_file import read_display
     from devices.instruments.open import Wiring
-    from runner.measuring.station import simulated_model
+    from runner.measuring.station import eye_model
 
-    return Wiring(port, parse_options(options), _ask, _tell, simulated_model(target, eye), seed)
+    parsed = parse_options(options)
+    models = target.models
+    if instrument == "simulated" and "display" in parsed:
+        models = read_display(Path(parsed.pop("display"))).models(target.mode.name)
+    model = None if models is None else eye_model(models, eye)
+    return Wiring(port, parsed, _ask, _tell, model, seed)
 
 
-def parse_options(options: Sequence[str]) -> Mapping[str, str]:
+def parse_options(options: Sequence[str]) -> dict[str, str]:
     """Return KEY=VALUE as a mapping; raise click.UsageError if one is not of that form."""
     parsed = {}
     for option in options:

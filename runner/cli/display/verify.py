@@ -52,7 +52,7 @@ def command(
     from runner.cli.display.measuring_options import raise_unless_complete, talk, wiring_of
     from runner.cli.main import WorkError
     from runner.measuring.errors import MeasuringError
-    from runner.measuring.station import Order, check_eye, measure, open_screen
+    from runner.measuring.station import Order, check_eye, eye_model, measure, open_screen
     from runner.measuring.target import read_target
     from runner.measuring.verification import judge, patches_of
 
@@ -60,7 +60,7 @@ def command(
     if eye == "both" and models.left is not models.right:
         what = f"the mode '{mode}' was characterised per eye"
         raise MeasuringError(Finding(what, str(display_file), remedy="verify one after the other: --eye left"))
-    model = models.right if eye == "right" else models.left
+    model = eye_model(models, eye)
     target = read_target(display_file, mode)
     remark = check_eye(target, eye)
     if remark:
@@ -69,7 +69,7 @@ def command(
     asked = asked_of(model)
     facts = {"asked_XYZ_cd_m2": {colour.name: colour.XYZ_cd_m2.tolist() for colour in asked}}
     order = Order(patches_of(asked, model), eye, seed, repeat_every, settle_s, facts=facts)
-    wiring = wiring_of(target, eye, port, instrument_options, seed)
+    wiring = wiring_of(target, eye, instrument, port, instrument_options, seed)
     with open_screen(target, backend, windowed=windowed) as screen:
         for warning in screen.surface.facts.remarks:
             click.echo(f"warning: {warning}", err=True)

@@ -277,6 +277,20 @@ def test_verify_of_a_mode_measured_per_eye_asks_for_an_eye(folder: Path) -> None
     assert (folder / "per_eye-row-interleaved-right-verify.jsonl").exists()
 
 
+def test_from_patches_to_a_display_file_that_holds(folder: Path) -> None:
+    """Measure a display of which nothing but the panel is known, fit it, and verify the fit on the display itself."""
+    (folder / "new.yaml").write_text(DISPLAY.split("modes:")[0])
+    looking = ["--instrument-option", f"display={folder / 'display.yaml'}"]
+    result = _measure(folder, "--mode", "row-interleaved", *looking, target="new.yaml")
+    assert result.exit_code == 0, result.output
+    result = _run("fit", folder / "m.csv", "-o", folder / "fitted.yaml", "--panel", "64x48,0.25")
+    assert result.exit_code == 0, result.output
+    result = _run("verify", "--display", folder / "fitted.yaml", "--mode", "row-interleaved", *SIMULATED, *looking,
+                  "-o", folder / "v.jsonl", "--limit", "0.5", "--json")  # fmt: skip
+    assert result.exit_code == 0, result.output
+    assert json.loads(result.stdout)["delta_e_00"]["mean"] < 0.5
+
+
 @pytest.mark.parametrize("seed", range(2))
 def test_killed_at_random_moments_no_reading_is_lost_or_doubled(folder: Path, seed: int) -> None:
     kill_and_resume(folder, seed)
