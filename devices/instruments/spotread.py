@@ -22,10 +22,10 @@ from documents import Finding
 _NUMBER = r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _RESULT = re.compile(rf"Result is XYZ:\s*({_NUMBER})\s+({_NUMBER})\s+({_NUMBER})\s*[,\n]")
 _READY = re.compile(r"key to take a reading")
-_CALIBRATE = re.compile(r"(?:hit|press) any (?:other )?key to (?:continue|start|retry)", re.IGNORECASE)
-_FAILED = re.compile(
-    r"((?:Spot read|Reading|Measurement)[^\n]*(?:failed|misread)[^\n]*|[^\n]*too (?:bright|dark)[^\n]*)"
-)
+_CALIBRATE = re.compile(r"any (?:other )?key to (?:continue|start)", re.IGNORECASE)
+_RETRY = re.compile(r"any other key to retry")
+_FAILED = re.compile(r"Spot read failed due to[^\n]*")
+_RANGE = re.compile(r"too (?:bright|high|dark|low)|satur|over ?range", re.IGNORECASE)
 _ENDING_S = 3.0
 
 
@@ -77,7 +77,6 @@ class Spotread:
     def read(self, showing: Showing) -> Reading:
         """Ask for a reading and return it."""
         self._until_ready(self._measure_s)
-        self._heard = ""
         self._send()
         until_s = time.monotonic() + self._measure_s
         while True:
@@ -87,14 +86,15 @@ class Spotread:
                 X, Y, Z = map(float, match.groups())
                 return Reading((X, Y, Z))
             failed = _FAILED.search(self._heard)
-            if failed and (_READY.search(self._heard) or _CALIBRATE.search(self._heard)):
-                self._calm()
-                why = failed[1].strip()
-                raise (RangeError if "too " in why else GarbledError)(f"spotread says: {why}")
+            retry = _RETRY.search(self._heard)
+            if retry or (failed and _READY.search(self._heard)):
+                why = failed[0].strip() if failed else self._last_words()
+                if retry:
+                    self._send()
+                raise (RangeError if _RANGE.search(why) else GarbledError)(f"spotread says: {why}")
             if _CALIBRATE.search(self._heard):
                 self._calm()
                 self._until_ready(self._measure_s)
-                self._heard = ""
                 self._send()
             self._hear(until_s)
 
@@ -118,20 +118,20 @@ class Spotread:
         while not _READY.search(self._heard):
             if _CALIBRATE.search(self._heard):
                 self._calm()
+            elif _RETRY.search(self._heard):
+                self._send()
             else:
                 self._hear(until_s)
 
     def _calm(self) -> None:
         """Have a person do what the program waits for, and tell it that it is done."""
         words = " ".join(line.strip() for line in self._heard.splitlines()[-4:] if line.strip())
-        if _READY.search(self._heard):
-            return
         if self._ask(f"spotread: {words} ") is None:
             raise LostError(Finding(f"spotread waits for a hand: {words}", remedy="run this at a terminal"))
-        self._heard = ""
         self._send()
 
     def _send(self) -> None:
+        """Press a key, so to speak; what was said before is over."""
         stream = self._process.stdin
         try:
             if stream is not None:
@@ -139,6 +139,7 @@ class Spotread:
                 stream.flush()
         except (OSError, ValueError) as error:
             raise LostError(f"spotread has ended: {self._last_words()}") from error
+        self._heard = ""
 
     def _hear(self, until_s: float) -> None:
         try:

@@ -35,6 +35,8 @@ for act in script:
         say(READY); key()
     elif act == "calibrate":
         say(CALIBRATE); key(); say("\\nCalibration complete\\n")
+    elif act == "retry":
+        say("Hit Esc or Q to give up, any other key to retry:"); key(); say("\\n")
     elif act == "result":
         n += 1
         say("\\n Result is XYZ: %d.125000 %d.250000 %d.500000, D50 Lab: 1.0 2.0 3.0\\n" % (n, 2 * n, 3 * n))
@@ -92,14 +94,31 @@ def test_with_nobody_there_a_calibration_is_an_error(spotread: Make) -> None:
 @pytest.mark.parametrize(
     ("said", "error"),
     [
-        ("\nSpot read failed due to misread\n", GarbledError),
-        ("\nReading is too bright\n", RangeError),
+        ("\n\nSpot read failed due to misread (Reading is inconsistent)\n", GarbledError),
+        ("\n\nSpot read failed due to misread (Sensor is saturated)\n", RangeError),
+        ("\n\nSpot read failed due to communication problem.\n", GarbledError),
     ],
 )
 def test_a_failed_reading_is_told_and_the_next_is_read(spotread: Make, said: str, error: type[Exception]) -> None:
-    instrument = spotread("ready", said, "ready", "result", "ready")
-    with pytest.raises(error, match=said.strip()):
+    instrument = spotread("ready", said, "retry", "ready", "result", "ready")
+    with pytest.raises(error) as caught:
         instrument.read(SHOWING)
+    assert said.strip() in str(caught.value)
+    assert type(caught.value) is error
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
+
+
+def test_a_sensor_in_the_wrong_place_is_told_without_a_key(spotread: Make) -> None:
+    said = "\n\nSpot read failed due to the sensor being in the wrong position\n(Sensor not at the display)\n"
+    instrument = spotread("ready", said, "ready", "result", "ready")
+    with pytest.raises(GarbledError, match="wrong position"):
+        instrument.read(SHOWING)
+    assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
+
+
+def test_a_calibration_that_a_reading_needs_comes_before_it(spotread: Make) -> None:
+    said = "\n\nSpot read failed because instruments needs calibration.\n"
+    instrument = spotread("ready", said, "calibrate", "ready", "result", "ready", ask=lambda prompt: "")
     assert instrument.read(SHOWING).XYZ_cd_m2 == (1.125, 2.25, 3.5)
 
 
