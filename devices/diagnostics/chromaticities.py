@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.ramps import FLOOR_SHARE, black_or_none, means, primaries, uv, xy
+from devices.diagnostics.spectral_locus import locus_line
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
@@ -51,7 +52,8 @@ def chromaticities(measurements: Measurements) -> Diagnosis:
     lit = np.all(np.isfinite(samples), axis=1) & np.all(light >= 0, axis=1)
     triangle = xy(matrix.T)
     lines = (
-        Line("primaries", numbers(triangle[:, 0]), numbers(triangle[:, 1]), "soft", "outline"),
+        locus_line(),
+        Line("primaries", numbers(triangle[:, 0]), numbers(triangle[:, 1]), "ink", "outline"),
         Line("samples", numbers(samples[lit, 0]), numbers(samples[lit, 1]), "accent", "points"),
         Line("sum of primaries", (float(white[0]),), (float(white[1]),), "ink", "points"),
     )
