@@ -55,7 +55,8 @@ def csv_text(table: Table) -> str:
 
 
 def _keys(column: Column) -> list[str]:
-    return [f"{column.key}_low", f"{column.key}_high"] if column.kind == "interval" else [inert(column.key)]
+    names = [f"{column.key}_low", f"{column.key}_high"] if column.kind == "interval" else [column.key]
+    return [inert(name) for name in names]
 
 
 def _fields(column: Column, cell: Cell) -> list[str]:

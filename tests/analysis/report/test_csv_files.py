@@ -78,3 +78,8 @@ def test_names_of_observers_and_stimuli_are_inert_in_every_file(make_session: Ma
             for field in row:
                 if field.startswith(DANGEROUS):
                     float(field)  # nothing but a number may begin with a sign
+
+
+def test_heads_made_of_what_people_called_things_are_inert_too() -> None:
+    columns = (Column("=a", "=a", "number"), Column("95 %", "=a", "interval"))
+    assert read(csv_text(Table("t", "T", columns, ()))) == [["'=a", "'=a_low", "'=a_high"]]
