@@ -1,0 +1,68 @@
+"""Display models fitted to 120 patches: run time against held-out error, on three displays."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+from curves import seconds, write
+
+from devices.characterise.choose import NAMES, PARAMETRIC, characterise
+from devices.characterise.parametric import fit_parametric
+from devices.characterise.plvc_fit import fit_plvc
+from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.characterise.table_fit import fit_table
+from devices.measurements import Measurements, read_csv
+
+CRT = Path(__file__).parents[2] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
+
+
+def run() -> dict[str, object]:
+    """Time each fit by itself, and the whole choice; the error is the mean held-out ΔE00."""
+    codes = table_c1_codes()
+    displays = {
+        "the thesis's": Measurements(codes, noisy(thesis_display().xyz(codes), 0.002, 1)),
+        "a liquid crystal one": Measurements(codes, noisy(liquid_crystal_XYZ(codes), 0.002, 1)),
+    }
+    if CRT.exists():
+        displays["a real CRT"] = read_csv(CRT)
+    rows = [row for display, readings in displays.items() for row in _rows(display, readings)]
+    return {"title": "Display models: run time against held-out ΔE00", "rows": rows}
+
+
+def _rows(display: str, readings: Measurements) -> list[dict[str, object]]:
+    found = characterise(readings)
+    data = found.patches
+    begin, _ = fit_parametric(data, "gogo")
+    tables = fit_table(data, begin.model)
+    fits: dict[str, Callable[[], object]] = {kind: partial(fit_parametric, data, kind) for kind in PARAMETRIC}
+    fits |= {"table": partial(fit_table, data, begin.model), "plvc": partial(fit_plvc, data, tables)}
+    rows: list[dict[str, object]] = []
+    for candidate in found.candidates:
+        held = candidate.held_out
+        chosen = "chosen; " if candidate is found.chosen else ""
+        rows.append(
+            {
+                "series": display,
+                "parameter": candidate.name,
+                "seconds": seconds(fits[candidate.name], repeats=5),
+                "error": held.mean,
+                "note": f"{chosen}p95 {held.p95:.2f}, largest {held.max:.2f}, dark third {held.dark_mean:.2f}",
+            }
+        )
+    rows.append(
+        {
+            "series": display,
+            "parameter": "all, cross-validated",
+            "seconds": seconds(lambda: characterise(readings), repeats=5),
+            "error": found.chosen.held_out.mean,
+            "note": f"{len(data)} patches, {len(NAMES)} models, {found.folds} folds",
+        }
+    )
+    return rows
+
+
+if __name__ == "__main__":
+    result = run()
+    write("display_fit", str(result["title"]), result["rows"])
