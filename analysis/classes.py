@@ -21,6 +21,12 @@ from documents import Finding
 
 Floats = NDArray[np.float64]
 Letters: TypeAlias = tuple[frozenset[int], ...]
+# Largest groups of items that are all alike can be exponentially many; nobody reads as many classes as this.
+MOST_CLASSES = 2000
+
+
+class TooManyClasses(ResultsError):
+    """The items overlap in more classes than can be listed."""
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -76,7 +82,7 @@ def classify(
     Raises
     ------
     ResultsError
-        If ``alpha`` is out of range or ``theta`` is not finite.
+        If ``alpha`` is out of range or ``theta`` is not finite; TooManyClasses as `letter_display`.
     """
     check_level(alpha)
     if not np.isfinite(theta).all():
@@ -96,6 +102,11 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
     ----------
     differs
         Shape (n, n): symmetric, False on the diagonal.
+
+    Raises
+    ------
+    TooManyClasses
+        If on the way there are more than 2000 sets.
     """
     n = len(differs)
     alike = [_bits(np.flatnonzero(~row)) for row in np.asarray(differs)]
@@ -104,7 +115,20 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
         met = [column & alike[item] for column in columns] or [0]
         columns = [column for column in columns if column & ~alike[item]]
         columns += [group | 1 << item for group in _largest(met)]
+        if len(columns) > MOST_CLASSES:
+            what = f"{n} items overlap in more than {MOST_CLASSES} classes"
+            raise TooManyClasses(Finding(what, remedy="collect more answers, or compare fewer items"))
     return _swept([_items(column) for column in columns], n)
+
+
+def classes_if_few(
+    theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm", df: float | None = None
+) -> Classes | None:
+    """Return what `classify` does, None where there are too many classes to list."""
+    try:
+        return classify(theta, covariance, alpha=alpha, adjust=adjust, df=df)
+    except TooManyClasses:
+        return None
 
 
 def _largest(groups: list[int]) -> list[int]:

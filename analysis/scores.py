@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from analysis.bradley_terry import BradleyTerryFit, Method, fit
-from analysis.classes import Classes, check_level, classify
+from analysis.classes import Classes, check_level, classes_if_few
 from analysis.comparisons import Comparisons
 from analysis.multiplicity import Adjust
 
@@ -48,7 +48,8 @@ class ItemScore:
 class Scores:
     """The items' lines, best first, with the fit and the classes that they come from.
 
-    ``order`` indexes the comparisons' items as the lines stand. ``classes`` is None if the items are separated.
+    ``order`` indexes the comparisons' items as the lines stand. ``classes`` is None if the items are separated or
+    overlap in too many classes.
     """
 
     items: tuple[ItemScore, ...]
@@ -96,7 +97,7 @@ def score(comparisons: Comparisons, *, alpha: float = 0.05, adjust: Adjust = "ho
     check_level(alpha)
     fitted = fit(comparisons.wins, method=method)
     sound = bool(np.isfinite(fitted.theta).all())
-    classes = classify(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust) if sound else None
+    classes = classes_if_few(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust) if sound else None
     won = comparisons.wins.sum(axis=1)
     compared = comparisons.totals.sum(axis=1)
     merit = fitted.theta if sound else won / np.maximum(compared, np.finfo(np.float64).tiny)

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
 
 Published = Mapping[str, tuple[float, str]]
 
+TOO_MANY = "no classes: the items overlap in too many to list"
 CLASS_STYLES = {"1": "green", "2": "blue", "3": "yellow", "4": "rgb(165,100,40)", "5": "red"}
 
 
@@ -61,17 +62,16 @@ def print_scores(scores: Scores, published: Published | None = None, console: Co
 
 def summary_line(scores: Scores) -> str:
     """Say in one line how well the model fits and how the classes were found."""
-    fitted = scores.fit
-    if scores.classes is None:
+    fitted, classes = scores.fit, scores.classes
+    if fitted.separated:
         return "No finite scores: the items are separated."
     name = {"none": "unadjusted", "holm": "Holm", "bh": "Benjamini-Hochberg", "maxz": "single-step max z"}
     method = "maximum likelihood" if fitted.method == "ml" else "Firth's penalised likelihood"
     goodness = scores.goodness()
     p = "" if goodness is None or goodness.p_deviance is None else f" (p = {goodness.p_deviance:.2g})"
     rough = ", small counts: p is rough" if p and goodness and goodness.caveat else ""
-    return (
-        f"{method}; deviance {fitted.deviance:.4g} on {fitted.df} df{p}{rough}; "
-        f"classes at alpha {scores.classes.alpha:g}, {name[scores.classes.adjust]}"
+    return f"{method}; deviance {fitted.deviance:.4g} on {fitted.df} df{p}{rough}; " + (
+        f"classes at alpha {classes.alpha:g}, {name[classes.adjust]}" if classes else TOO_MANY
     )
 
 

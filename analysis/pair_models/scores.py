@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.classes import Classes, check_level, classify
+from analysis.classes import Classes, check_level, classes_if_few
 from analysis.comparisons import Comparisons
 from analysis.multiplicity import Adjust
 from analysis.pair_models.fit import DEFAULT_PRIOR_SD, CovarianceKind, Model, ModelFit, ModelMethod, fit_model
@@ -80,7 +80,7 @@ def score_model(
         comparisons, model, method=method, prior_sd=prior_sd, order_effect=order_effect, covariance=covariance
     )
     sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
-    classes = classify(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust) if sound else None
+    classes = classes_if_few(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust) if sound else None
     ties = comparisons.tie_counts.sum(axis=1) if model in ("davidson", "rao-kupper") else 0.0
     won = comparisons.wins.sum(axis=1)
     compared = comparisons.totals.sum(axis=1) + ties

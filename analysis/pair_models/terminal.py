@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from analysis.pair_models.parameter import Parameter
 from analysis.pair_models.scores import ModelScores
-from analysis.terminal import CLASS_STYLES
+from analysis.terminal import CLASS_STYLES, TOO_MANY
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -44,13 +44,13 @@ def print_model_scores(scores: ModelScores, console: Console | None = None) -> N
 def summary_lines(scores: ModelScores) -> list[str]:
     """Say how the model was fitted, how well it fits, and what stands beside the strengths."""
     fit, classes, goodness = scores.fit, scores.classes, scores.fit.goodness
-    if classes is None or goodness is None:
+    if goodness is None:
         return ["No finite scores: see below."]
     prior = f", prior sd {fit.prior_sd:g}" if fit.prior_sd else ""
     covariance = "; covariance clustered by observer" if fit.covariance_kind == "sandwich" else ""
     lines = [
         f"{fit.model}, {METHODS[fit.method]}{prior}; log likelihood {fit.log_likelihood:.6g}{covariance}; "
-        f"classes at alpha {classes.alpha:g}, {ADJUSTMENTS[classes.adjust]}"
+        + (f"classes at alpha {classes.alpha:g}, {ADJUSTMENTS[classes.adjust]}" if classes else TOO_MANY)
     ]
     p = "" if goodness.p_deviance is None else f", p = {goodness.p_deviance:.2g}"
     lines.append(f"deviance {goodness.deviance:.4g} on {goodness.df} df{p}")

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.classes import letter_display
+from analysis.classes import TooManyClasses, letter_display
 
 Differs = NDArray[np.bool_]
 
@@ -96,3 +96,13 @@ def test_four_hundred_items_in_a_row() -> None:
         held[np.ix_(sorted(letter), sorted(letter))] = True
     assert len(letters) == 380
     assert (held == ~differs).all()
+
+
+def test_more_classes_than_anyone_reads_are_refused_soon() -> None:
+    """Of 3k items, of which each differs from two others only, there are 3 to the power of k classes."""
+    items = 60
+    differs = np.zeros((items, items), dtype=bool)
+    for first in range(0, items, 3):
+        differs[first : first + 3, first : first + 3] = ~np.eye(3, dtype=bool)
+    with pytest.raises(TooManyClasses, match="60 items overlap in more than 2000 classes"):
+        letter_display(differs)

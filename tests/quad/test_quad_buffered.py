@@ -89,7 +89,8 @@ def drawn(
         given[eye] = views[eye]
         given[f"{eye}_black"] = display.black_XYZ_cd_m2
         given[f"{eye}_primaries"] = display.primaries_XYZ_cd_m2
-        given[f"{eye}_curves"] = np.array([(c.gain, c.offset, c.gamma, c.lift) for c in display.curves])
+        curves = [curve for curve in display.curves if isinstance(curve, ToneCurve)]
+        given[f"{eye}_curves"] = np.array([(c.gain, c.offset, c.gamma, c.lift) for c in curves])
     np.savez(folder / "in.npz", **given)  # type: ignore[arg-type]  # the stubs take a name for a flag
     script = str(Path(__file__).with_name("draw_each_eye.py"))
     done = under_xvfb([script, str(folder / "in.npz"), str(folder / "out.npz")], stereo_gl)
