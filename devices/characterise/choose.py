@@ -39,6 +39,8 @@ _TELLING_MEAN = 1.0
 # A reading is doubted when the robust fit misses it by this much, and by this many times the median.
 _DOUBT, _DOUBT_TIMES = 4.0, 6.0
 _MOST_DOUBTED = 0.1
+# With fewer held-out readings than this, the choice is little more than a guess.
+_FEW = 30
 
 
 @dataclass(frozen=True, slots=True)
@@ -140,7 +142,11 @@ def characterise(
         training = data.select(np.setdiff1d(np.arange(len(data)), fold))
         for name, fit in fit_all(training, starts, judged=False).items():
             delta[name][fold] = differences(fit[0], data.select(fold))
+    if not folds:
+        raise DeviceError(Finding("no readings are left to judge a model by", remedy="measure more patches"))
     judged = np.concatenate(folds)
+    if len(judged) < _FEW:
+        said.append(f"only {len(judged)} readings were held out, too few to choose or judge a model by: measure more")
     candidates = tuple(_candidate(name, whole[name], data, delta[name][judged], judged) for name in NAMES)
     chosen, reason = _choose(candidates, model, servable)
     mean = chosen.held_out.mean

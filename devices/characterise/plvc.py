@@ -28,6 +28,9 @@ PAIRS = ((0, 1), (0, 2), (1, 2))
 _CROSS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
 FUNCTIONS = 3 + 3 * _INNER + len(PAIRS) + 1 + len(_CROSS)
 _MOST_STEPS = 60
+# A channel at code 0 has no slope to go by, so that none starts there; what sticks in the dark starts again higher.
+_FLOORS = (1e-3, 0.08, 0.2, 0.4)
+_CLOSE = 1e-11
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,9 +67,20 @@ class Plvc:
         wanted = np.asarray(xyz_cd_m2, dtype=np.float64).reshape(-1, 3)
         white = float(self.additive.white_XYZ_cd_m2.max())
         wanted = np.clip(wanted, -10.0 * white, 10.0 * white)
+        first = self.additive.code(wanted)
+        codes, size = self._descend(wanted, np.clip(first, _FLOORS[0], 1.0))
+        for floor in _FLOORS[1:]:
+            stuck = np.flatnonzero(size > _CLOSE)
+            if not len(stuck):
+                break
+            again, left = self._descend(wanted[stuck], np.clip(first[stuck], floor, 1.0))
+            better = left < size[stuck]
+            codes[stuck[better]], size[stuck[better]] = again[better], left[better]
+        return codes.reshape(np.shape(xyz_cd_m2))
+
+    def _descend(self, wanted: Floats, codes: Floats) -> tuple[Floats, Floats]:
+        """Return codes (n, 3) from ``codes`` on, and how far their light is from ``wanted``, (n,), in primaries."""
         to_light = self.additive.linear_from_XYZ
-        # A channel at code 0 has no slope to go by, so that none starts there.
-        codes = np.clip(self.additive.code(wanted), 1e-3, 1.0)
         XYZ, slopes = self.xyz_and_slopes(codes)
         miss = (XYZ - wanted) @ to_light.T
         size = np.linalg.norm(miss, axis=1)
@@ -99,7 +113,7 @@ class Plvc:
             codes, miss, size, slopes = new, new_miss, new_size, new_slopes
             if moved < 1e-13:
                 break
-        return codes.reshape(np.shape(xyz_cd_m2))
+        return codes, size
 
     def clashes(self, steps: int = 9) -> int:
         """Return at how many codes of a grid, ``steps`` a channel, more drive of a channel gives less of its own light.

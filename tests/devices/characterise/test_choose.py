@@ -167,3 +167,9 @@ def test_both_eyes_at_once_are_refused() -> None:
     eyes = ("left", "right") * 60
     with pytest.raises(DeviceError, match="both eyes"):
         characterise(Measurements(CODES, THESIS, eye=eyes))  # type: ignore[arg-type]
+
+
+def test_few_readings_are_told() -> None:
+    rows = np.concatenate([np.arange(0, 120, 6), [26, 52, 78, 119]])
+    found = characterise(Measurements(CODES[rows], noisy(THESIS, 0.002, 1)[rows]))
+    assert any("too few" in sentence for sentence in found.said)

@@ -1,0 +1,110 @@
+"""Fits pushed to their edges: many displays, many faults. A right model, or a clear refusal."""
+
+from __future__ import annotations
+
+import itertools
+import time
+
+import numpy as np
+import pytest
+
+from devices.characterise.choose import Characterisation, characterise
+from devices.characterise.simulated import noisy, table_c1_codes, thesis_display
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import DisplayModel
+from devices.errors import DeviceError
+from devices.instruments.simulated import Faults, simulated_XYZ
+from devices.measurements import Measurements
+from devices.tone_curve import ToneCurve
+
+pytestmark = pytest.mark.stress
+
+CODES = table_c1_codes()
+FRESH = np.random.default_rng(99).uniform(0, 1, (500, 3))
+SRGB = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])
+
+
+def _display(seed: int) -> DisplayModel:
+    rng = np.random.default_rng(seed)
+    matrix = (SRGB if rng.random() < 0.5 else thesis_display().primaries_XYZ_cd_m2) * rng.uniform(0.9, 1.1, (3, 3))
+    black = matrix.sum(axis=1) * rng.choice([0.0, 1e-4, 1e-3, 5e-3])
+    offsets, gammas = rng.uniform(-0.05, 0.05, 3), rng.uniform(1.5, 2.8, 3)
+    red, green, blue = (ToneCurve(1 - o, o, g) for o, g in zip(offsets.tolist(), gammas.tolist(), strict=True))
+    return DisplayModel(black, matrix * 10 ** rng.uniform(-0.5, 1.5), (red, green, blue))
+
+
+def _off(found: Characterisation, truth: np.ndarray) -> float:
+    """Mean ΔE00 of the chosen model on fresh codes, against light without noise."""
+    white = found.patches.white
+    return float(delta_e_2000(xyz_to_lab(found.chosen.model.xyz(FRESH), white), xyz_to_lab(truth, white)).mean())
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_gogo_display_is_found(seed: int) -> None:
+    display = _display(seed)
+    found = characterise(Measurements(CODES, noisy(display.xyz(CODES), 0.002, seed)))
+    assert _off(found, display.xyz(FRESH)) < 0.3
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_held_out_figures_foretell_fresh_colours(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    faults = Faults(interaction=float(rng.uniform(0, 0.02)), additivity_loss=float(rng.uniform(0, 0.04)))
+    display = _display(seed)
+    found = characterise(Measurements(CODES, noisy(simulated_XYZ(display, CODES, faults), 0.002, seed)))
+    fresh = _off(found, simulated_XYZ(display, FRESH, faults))
+    assert fresh < 3 * found.chosen.held_out.mean + 0.3
+    for candidate in found.candidates:
+        if candidate.name in ("table", "plvc") and not candidate.unusable:
+            asked = np.maximum(FRESH, 0.06)
+            np.testing.assert_allclose(candidate.model.code(candidate.model.xyz(asked)), asked, atol=1e-6, rtol=0)
+
+
+@pytest.mark.parametrize("order", [o for o in itertools.permutations(range(3)) if o != (0, 1, 2)])
+@pytest.mark.parametrize("seed", [1, 4])
+def test_every_swap_of_channels_or_coordinates_is_refused(order: tuple[int, int, int], seed: int) -> None:
+    XYZ = noisy(_display(seed).xyz(CODES), 0.002, seed)
+    with pytest.raises(DeviceError):
+        characterise(Measurements(CODES[:, order], XYZ))
+    with pytest.raises(DeviceError):
+        characterise(Measurements(CODES, XYZ[:, order]))
+
+
+@pytest.mark.parametrize("share", [0.01, 0.05, 0.1, 0.2, 0.3])
+@pytest.mark.parametrize("seed", range(8))
+def test_wrong_readings_never_bend_a_model_without_a_word(share: float, seed: int) -> None:
+    display = thesis_display()
+    rng = np.random.default_rng(seed)
+    XYZ = noisy(display.xyz(CODES), 0.002, seed)
+    rows = rng.choice(len(CODES), max(1, round(share * len(CODES))), replace=False)
+    XYZ[rows] *= np.exp(rng.normal(0, 0.7, (len(rows), 1)))
+    try:
+        found = characterise(Measurements(CODES, XYZ))
+    except DeviceError:
+        return
+    told = any("left out" in sentence or "errs by" in sentence for sentence in found.said)
+    assert _off(found, display.xyz(FRESH)) < 0.6 or told
+
+
+@pytest.mark.parametrize("count", [8, 15, 25, 40, 70])
+@pytest.mark.parametrize("seed", range(6))
+def test_few_patches_give_a_right_model_or_a_refusal(count: int, seed: int) -> None:
+    display = _display(seed)
+    rows = np.random.default_rng(seed).choice(120, count, replace=False)
+    try:
+        found = characterise(Measurements(CODES[rows], noisy(display.xyz(CODES[rows]), 0.002, seed)))
+    except DeviceError:
+        return
+    told = any("too few" in sentence or "errs by" in sentence for sentence in found.said)
+    assert _off(found, display.xyz(FRESH)) < 1.5 or told
+
+
+def test_all_candidates_with_cross_validation_in_two_seconds() -> None:
+    readings = Measurements(CODES, noisy(thesis_display().xyz(CODES), 0.002, 1))
+    characterise(readings)
+    taken = []
+    for _ in range(3):
+        start = time.process_time()
+        characterise(readings)
+        taken.append(time.process_time() - start)
+    assert min(taken) < 2.0
