@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import io
-import re
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
 from analysis.best_of_series.observer_means import Estimate
-from analysis.report.figure import FAINT, INK
+from analysis.report.drawing import FAINT, INK, drawing, svg_of
 
 # In the thesis's figures base is purple, brighter blue and grey grey; what comes beyond follows.
 COLOURS = ("#7b5ea7", "#3a76d2", "#9aa3ab", "#2f9e58", "#f0c52e", "#8c5a2b", "#2aa7a0", "#d03b36")
@@ -59,21 +57,7 @@ class BarFigure:
 
         Text stays text; bars differ in colour and in hatching.
         """
-        from matplotlib import rc_context
-        from matplotlib.figure import Figure
-
-        style = {
-            "svg.fonttype": "none",
-            "svg.hashsalt": f"{self.title}-{width_in:g}",
-            "text.parse_math": False,
-            "font.size": 10.0,
-            "hatch.linewidth": 0.6,
-        }
-        with rc_context(style):  # type: ignore[arg-type]  # its keys are known names to the stubs, and plain text here
-            figure = Figure(figsize=(width_in, 3.3), layout="constrained")
-            figure.patch.set_alpha(0)
-            axes = figure.subplots()
-            axes.patch.set_alpha(0)
+        with drawing(self.title, width_in, 3.3, hatch_pt=0.6) as (figure, axes):
             width = 0.8 / max(1, len(self.bars))
             for number, bar in enumerate(self.bars):
                 here = [row[number] for row in self.estimates]
@@ -105,18 +89,7 @@ class BarFigure:
             axes.spines["bottom"].set_color(INK)
             if len(self.bars) > 1:
                 figure.legend(loc="outside upper left", ncols=len(self.bars), frameon=False, labelcolor=INK)
-            out = io.StringIO()
-            figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-        return self._for_a_page(out.getvalue())
-
-    def _for_a_page(self, svg: str) -> str:
-        """Drop what only a file of its own needs."""
-        from markupsafe import escape
-
-        body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
-        head, rest = body.split(">", 1)
-        view = re.search(r'viewBox="[^"]*"', head)
-        return f'<svg {view.group(0) if view else ""} role="img" aria-label="{escape(self.title)}">{rest}'
+            return svg_of(figure, self.title)
 
 
 def cell(estimate: Estimate | None, digits: int = 2) -> str:

@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import io
-import re
 from collections.abc import Sequence
 
 from analysis.errors import ResultsError
 from analysis.factors.drawn_rows import DrawnRow, drawn_rows
 from analysis.factors.result import FactorEffects
-from analysis.report.figure import FAINT, INK
+from analysis.report.drawing import FAINT, INK, drawing, svg_of
 from documents import Finding
 
 EFFECT, LONGEST_NAME = "#165466", 34
@@ -26,26 +24,13 @@ def effects_svg(found: FactorEffects, width_in: float = 6.5) -> str:
     ResultsError
         If there are no effects to draw.
     """
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
     rows = drawn_rows(found)
     if not rows:
         why = " ".join(found.separation) or "there are none"
         raise ResultsError(Finding(f"there are no finite effects to draw: {why}", remedy="fit with a prior (map)"))
     places = _places(rows)
     height_in = 0.75 + 0.31 * (max(places) + 1)
-    style = {
-        "svg.fonttype": "none",
-        "svg.hashsalt": f"factors-{width_in:g}",
-        "text.parse_math": False,
-        "font.size": 10.0,
-    }
-    with rc_context(style):  # type: ignore[arg-type]  # its keys are known names to the stubs, and plain text here
-        figure = Figure(figsize=(width_in, height_in), layout="constrained")
-        figure.patch.set_alpha(0)
-        axes = figure.subplots()
-        axes.patch.set_alpha(0)
+    with drawing("factors", width_in, height_in) as (figure, axes):
         axes.axvline(0, color=INK, linewidth=0.8, zorder=1)
         axes.hlines(places, 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=0)
         for place, row in zip(places, rows, strict=True):
@@ -64,9 +49,8 @@ def effects_svg(found: FactorEffects, width_in: float = 6.5) -> str:
         axes.tick_params(axis="x", colors=INK)
         axes.spines[["top", "right", "left"]].set_visible(False)
         axes.spines["bottom"].set_color(INK)
-        out = io.StringIO()
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return _for_a_page(out.getvalue(), len(found.factors))
+        count = len(found.factors)
+        return svg_of(figure, f"Effects of {count} factor{'s' if count > 1 else ''} with 95 % intervals")
 
 
 def _places(rows: Sequence[DrawnRow]) -> list[float]:
@@ -81,12 +65,3 @@ def _places(rows: Sequence[DrawnRow]) -> list[float]:
 def _label(row: DrawnRow) -> str:
     text = f"{row.factor}: {row.level}"
     return text if len(text) <= LONGEST_NAME else text[: LONGEST_NAME - 1] + "…"
-
-
-def _for_a_page(svg: str, factors: int) -> str:
-    """Drop what only a file of its own needs: the XML prologue, metadata, name spaces and the fixed size."""
-    body = re.sub(r"<metadata>.*?</metadata>", "", svg[svg.index("<svg") :], flags=re.DOTALL)
-    head, rest = body.split(">", 1)
-    view = re.search(r'viewBox="[^"]*"', head)
-    label = f"Effects of {factors} factor{'s' if factors > 1 else ''} with 95 % intervals"
-    return f'<svg {view.group(0) if view else ""} role="img" aria-label="{label}">{rest}'

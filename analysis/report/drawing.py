@@ -20,7 +20,7 @@ LONGEST_NAME = 26
 
 
 @contextmanager
-def drawing(salt: str, width_in: float, height_in: float) -> Iterator[tuple[Figure, Axes]]:
+def drawing(salt: str, width_in: float, height_in: float, *, hatch_pt: float = 1.0) -> Iterator[tuple[Figure, Axes]]:
     """Yield a figure with axes on no ground; equal ``salt`` and content give equal SVG."""
     from matplotlib import rc_context
     from matplotlib.figure import Figure
@@ -30,6 +30,7 @@ def drawing(salt: str, width_in: float, height_in: float) -> Iterator[tuple[Figu
         "svg.hashsalt": f"{salt}-{width_in:g}",
         "text.parse_math": False,
         "font.size": 10.0,
+        "hatch.linewidth": hatch_pt,
     }
     with rc_context(style):  # type: ignore[arg-type]  # its keys are known names to the stubs, and plain text here
         figure = Figure(figsize=(width_in, height_in), layout="constrained")

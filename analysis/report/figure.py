@@ -2,18 +2,13 @@
 
 from __future__ import annotations
 
-import io
-import re
-
 import numpy as np
 
+from analysis.report.drawing import FAINT, INK, drawing, short, svg_of
 from analysis.report.palette import class_colours
 from analysis.report.summary import Summary
 
-LONGEST_NAME = 26
 MOST_NAMED = 5
-INK = "#23282d"
-FAINT = "#d8dde1"
 
 
 def scores_svg(summary: Summary, width_in: float) -> str:
@@ -22,23 +17,11 @@ def scores_svg(summary: Summary, width_in: float) -> str:
     Text stays text. An item in several classes has a marker of several colours; the class stands beside each row,
     so that nothing depends on colour.
     """
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
     from matplotlib.path import Path
 
     items = summary.scores.items
     height_in = 0.75 + 0.31 * len(items)
-    style = {
-        "svg.fonttype": "none",
-        "svg.hashsalt": f"scores-{width_in:g}",
-        "text.parse_math": False,
-        "font.size": 10.0,
-    }
-    with rc_context(style):  # type: ignore[arg-type]  # its keys are known names to the stubs, and plain text here
-        figure = Figure(figsize=(width_in, height_in), layout="constrained")
-        figure.patch.set_alpha(0)
-        axes = figure.subplots()
-        axes.patch.set_alpha(0)
+    with drawing("scores", width_in, height_in) as (figure, axes):
         rows = np.arange(len(items))
         for row, item, (low, high) in zip(rows, items, summary.log10_interval, strict=True):
             if item.log10_score is None:
@@ -54,7 +37,7 @@ def scores_svg(summary: Summary, width_in: float) -> str:
             axes.scatter(
                 [item.log10_score], [row], s=95, marker="o", facecolors="none", edgecolors=INK, linewidths=1.1, zorder=5
             )
-        axes.set_yticks(rows, [_short(item.name) for item in items])
+        axes.set_yticks(rows, [short(item.name) for item in items])
         axes.set_ylim(len(items) - 0.4, -0.6)
         beside = axes.secondary_yaxis("right")
         beside.set_yticks(rows, [_few(item.label or "–") for item in items], fontweight="bold")
@@ -68,26 +51,9 @@ def scores_svg(summary: Summary, width_in: float) -> str:
         for spines in (axes.spines, beside.spines):
             spines[["top", "right", "left"]].set_visible(False)
         axes.spines["bottom"].set_color(INK)
-        out = io.StringIO()
-        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
-    return _for_a_page(out.getvalue(), summary)
+        return svg_of(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
 
 
 def _few(label: str) -> str:
     """Return a label such as "3+4", that of an item in very many classes cut short."""
     return label if label.count("+") < MOST_NAMED else "+".join(label.split("+")[:MOST_NAMED]) + "+…"
-
-
-def _short(name: str) -> str:
-    return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"
-
-
-def _for_a_page(svg: str, summary: Summary) -> str:
-    """Drop what only a file of its own needs: the XML prologue, metadata, name spaces and the fixed size."""
-    body = svg[svg.index("<svg") :]
-    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
-    head, rest = body.split(">", 1)
-    view = re.search(r'viewBox="[^"]*"', head)
-    box = view.group(0) if view else ""
-    label = f"Scores of {len(summary.scores.items)} stimuli with 95 % intervals"
-    return f'<svg {box} role="img" aria-label="{label}">{rest}'

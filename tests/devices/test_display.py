@@ -72,9 +72,9 @@ def test_modes_per_eye_and_same_as(tmp_path: Path) -> None:
     )
     display = read_display(path)
     models = display.models("side-by-side")
-    assert models.eye("left").curves[2].gamma == 2
-    assert models.eye("right").curves[2].gamma == 2.5
-    assert display.models("flat").left.curves[2].gamma == 2
+    found = [models.eye("left"), models.eye("right"), display.models("flat").left]
+    curves = [model.curves[2] for model in found]
+    assert [curve.gamma for curve in curves if isinstance(curve, ToneCurve)] == [2, 2.5, 2]
 
 
 @pytest.mark.parametrize(

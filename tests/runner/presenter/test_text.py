@@ -116,7 +116,7 @@ def test_a_box_is_filled_evenly_with_its_share_of_white(make_presenter: Make, mo
     # Of woven views, the other eye's pixels are 0: beside them, one grey within the small box and one around it.
     lit = [grey[grey.any(axis=1)] for grey in greys]
     assert [len(grey) for grey in lit] == [2, 2]
-    np.testing.assert_array_equal(*lit)
+    np.testing.assert_array_equal(lit[0], lit[1])
 
 
 def test_a_box_covers_just_its_own_pixels(make_presenter: Make) -> None:
