@@ -43,8 +43,9 @@ def command(
 ) -> None:
     """Fit display models to measurements and choose the one that predicts best.
 
-    FILE is a table of measurements: CSV, ArgyllCMS .ti3, or a Psychtoolbox calibration .mat. Every model is judged on
-    readings that it was not fitted to. Where the file has readings of either eye, each is fitted by itself.
+    FILE is a table of measurements: CSV, ArgyllCMS .ti3, a Psychtoolbox calibration .mat, or the .jsonl of
+    `display measure`. Every model is judged on readings that it was not fitted to. Where the file has readings of
+    either eye, each is fitted by itself; readings at other places, angles or surrounds are left out.
 
     With -o the chosen model becomes a mode of a display file; a mode that is there is never overwritten, and PLVC is
     not written, because the presenter has no table for it.
@@ -54,13 +55,16 @@ def command(
     from typing import cast
 
     from devices.characterise.choose import Name, characterise
-    from devices.measurements.read import read_measurements
+    from devices.diagnostics.tags import plain
     from devices.measurements.table import PatchEye
+    from runner.display_report.reading import read_sets
 
     if output and model == "plvc":
         raise click.UsageError("a display file cannot hold PLVC, whose channels are not independent; leave out -o")
     shape = _panel(panel) if panel else None
-    readings = read_measurements(Path(file), code_range)
+    (measured,) = read_sets([Path(file)], code_range)
+    readings = plain(measured.measurements)
+    elsewhere = len(measured.measurements) - len(readings)
     named = mode or readings.mode
     if output and not named:
         raise click.UsageError("the file does not name a mode; give --mode with -o")
@@ -79,6 +83,8 @@ def command(
     for one, fitted in found.items():
         tables, why_none = _thesis(fitted)
         said = [*fitted.said, why_none] if why_none else list(fitted.said)
+        if elsewhere:
+            said.append(f"{elsewhere} readings at other places, angles or surrounds (@ in their names) were left out")
         told[one] = {**fitted.to_json(), "said": said, "thesis": tables}
     if output:
         told["written"] = _write(Path(output), named, found, Path(file), readings.instrument, shape)

@@ -130,3 +130,16 @@ def test_colours_outside_the_gamut_are_counted(thesis: Path, tmp_path: Path) -> 
     arguments = ["display", "convert", "--display", str(path), "--mode", "quad-buffered", "--to", "code"]
     result = CliRunner().invoke(group, arguments, input="X,Y,Z\n100,0,0\n1,1,1\n")
     assert "1 of 2 colours lie outside the gamut" in result.stderr
+
+
+def test_readings_from_elsewhere_are_left_out_and_told(tmp_path: Path) -> None:
+    XYZ = noisy(thesis_display().xyz(CODES), 0.002, 1)
+    beside = Measurements(
+        np.vstack([CODES, CODES[:3]]),
+        np.vstack([XYZ, 0.5 * XYZ[:3] + 1.0]),
+        name=(*(f"patch{row}" for row in range(len(CODES))), "gray@r1c1", "white@30deg", "black@other=red"),
+    )
+    write_csv(beside, tmp_path / "beside.csv")
+    told = _run("fit", str(tmp_path / "beside.csv"))
+    assert "→ gog" in told
+    assert "3 readings at other places, angles or surrounds (@ in their names) were left out" in told
