@@ -13,7 +13,7 @@ from __future__ import annotations
 import os
 import signal
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeVar
 
@@ -26,6 +26,7 @@ Done = Callable[[int, int], None]
 
 # Two processes are up after two to four seconds, and halve what is left: below this it is quicker to go on alone.
 WORTH_A_CLUSTER_S = 12.0
+RESTART_S = 20.0  # how long workers that died may take to come back before the cluster is closed
 CONNECT_S, FIRST_WORKER_S = 10, 60
 
 
@@ -151,7 +152,13 @@ def _local(processes: int) -> Iterator[Client]:
                 )
             )
             client = stack.enter_context(Client(cluster))
-        yield client
+        try:
+            yield client
+        except ComputeError:
+            # A worker that is just being started anew cannot be closed in order: let all of them come back first.
+            with suppress(TimeoutError):
+                client.wait_for_workers(processes, timeout=RESTART_S)
+            raise
 
 
 @contextmanager

@@ -24,7 +24,10 @@ BLOCKS = [b"OK00," + b",".join([b"1.0e-05"] * count) + b"\n" for count in (100, 
 @contextmanager
 def _plugged(measurements: int) -> Iterator[str]:
     """Play a CS-2000 whose cable is pulled within the measurement after so many; yield its port."""
-    master, slave = os.openpty()
+    try:
+        master, slave = os.openpty()
+    except OSError as error:
+        pytest.skip(f"this machine gives no pseudo-terminals (is /dev/pts mounted?): {error}")
     tty.setraw(slave)
     pulled, over = threading.Event(), threading.Event()
 
