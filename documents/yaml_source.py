@@ -63,7 +63,7 @@ class _Loader(yaml.SafeLoader):
         """Compose a node, of so many at most: composing is what takes long in a large file."""
         self.composed += 1
         if self.composed > 2 * MAX_NODES:  # keys are nodes too
-            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]  # PyYAML has no types there
             raise yaml.MarkedYAMLError(problem=f"it holds more than {MAX_NODES} values", problem_mark=mark)
         return super().compose_node(parent, index)
 

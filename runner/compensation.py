@@ -85,6 +85,10 @@ class Compensation:
         )
         return self._image(image, left, right, offset_px), report
 
+    def uncancelled(self, image: StereoImage) -> dict[str, Any]:
+        """Return what crosstalk could not be cancelled of ``image``, per eye; nothing without crosstalk."""
+        return self._without_leaks(*(_squeezed(view, self.squeeze) for view in (image.left, image.right)))[1]
+
     def evened(self, image: StereoImage, offset_px: Offset) -> StereoImage:
         """Return what to ask of the display model at ``offset_px`` for ``image`` to be seen evenly; leaks stay."""
         if self.gain_map is None:

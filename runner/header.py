@@ -100,7 +100,7 @@ def describe_stimulus(
             costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
     clipping: dict[str, Any] = dict(costs)
     if compensation.crosstalk is not None:
-        clipping["crosstalk"] = compensation.apply(image, places_px[0])[1]
+        clipping["crosstalk"] = compensation.uncancelled(image)
     return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
 
 

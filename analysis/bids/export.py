@@ -52,7 +52,7 @@ class _Task:
 def export(
     results: Sequence[Path],
     folder: Path,
-    about: About = About(),  # noqa: B008
+    about: About | None = None,
     progress: Progress = lambda what, done, of: None,
 ) -> Export:
     """Write every session in ``results`` (folders of sessions, or session logs) as a BIDS dataset into ``folder``.
@@ -100,7 +100,7 @@ def export(
             notes += len(log.notes)
         for label, task in tasks.items():
             _write_descriptions(part, label, task)
-        write_dataset_files(part, about, found.sources, before)
+        write_dataset_files(part, about or About(), found.sources, before)
     progress("Writing sessions", len(found.sources), len(found.sources))
     return Export(
         folder,

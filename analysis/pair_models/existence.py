@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -136,8 +137,8 @@ def _direction(cells: Cells, *, ties: bool, prior: bool) -> Floats | None:
     bounds = [(0.0, 0.0), *[(-reach, reach)] * (n - 1), (0.0, float(ties)), (-1.0, 1.0)]
     if not cells.ordered:
         bounds[-1] = (0.0, 0.0)
-    # SciPy's stubs do not know that the constraints may be sparse.
-    found = linprog(-matrix.sum(axis=0), -matrix, np.zeros(len(rows)), bounds=bounds, method="highs")  # type: ignore[call-overload]
+    constraints: Any = -matrix  # the stubs do not know that they may be sparse
+    found = linprog(-matrix.sum(axis=0), constraints, np.zeros(len(rows)), bounds=bounds, method="highs")
     direction = np.asarray(found.x)
     return direction if (matrix @ direction).max() > SLACK else None
 

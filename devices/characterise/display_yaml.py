@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 import yaml
@@ -143,8 +143,8 @@ def _check(text: str, path: Path) -> None:
         raise DeviceError(Finding("the mode cannot be added to the file as it is laid out", str(path))) from error
 
 
-def _numbers(values: object) -> str:
-    return "[" + ", ".join(_number(value) for value in values) + "]"  # type: ignore[attr-defined]
+def _numbers(values: Iterable[float]) -> str:
+    return "[" + ", ".join(_number(value) for value in values) + "]"
 
 
 def _number(value: float) -> str:

@@ -233,10 +233,10 @@ def _numbers(spec: OpenImageIO.ImageSpec, attribute: str, count: int, path: Path
     return numbers
 
 
-def _strings(value: object) -> list[str]:
+def _strings(value: Any) -> list[str]:
     if value is None:
         return []
-    return [value] if isinstance(value, str) else [str(part) for part in value]  # type: ignore[attr-defined]
+    return [value] if isinstance(value, str) else [str(part) for part in value]
 
 
 def _spelling(name: str) -> str:

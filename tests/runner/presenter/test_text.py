@@ -119,13 +119,17 @@ def test_a_box_is_filled_evenly_with_its_share_of_white(make_presenter: Make, mo
     np.testing.assert_array_equal(lit[0], lit[1])
 
 
-def test_a_box_covers_just_its_own_pixels(make_presenter: Make) -> None:
+def test_a_box_covers_just_its_own_pixels_with_the_light_asked(make_presenter: Make, same_models: EyeModels) -> None:
     presenter = make_presenter({}, mode="flat")
     presenter.show(Scene((Box((2, -4), (8, 6), 0.5),)))
-    rows, columns = np.nonzero(presenter.capture()["screen"].any(axis=2))
+    screen = presenter.capture()["screen"]
+    rows, columns = np.nonzero(screen.any(axis=2))
     assert (rows.min(), rows.max() + 1, columns.min(), columns.max() + 1) == (
         240 - 4 - 3,
         240 - 4 + 3,
         322 - 4,
         322 + 4,
     )
+    display = same_models.left
+    expected = display.code(0.5 * display.white_XYZ_cd_m2) * 255.0
+    assert np.abs(screen[rows, columns] - expected).max() <= 0.501
