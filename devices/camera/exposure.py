@@ -1,0 +1,80 @@
+"""How long, how wide and how sensitive: a camera's exposure, and how much light one exposure takes beside another."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from devices.errors import DeviceError
+from documents import Finding
+
+# Two exposures that differ by less count as the same: metadata round 1/3 s to 0.333.
+SAME = 2e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Exposure:
+    """``time_s`` in seconds, ``f_number`` (8 for f/8) and ``iso``; DeviceError unless all are finite and above 0."""
+
+    time_s: float
+    f_number: float
+    iso: float = 100.0
+
+    def __post_init__(self) -> None:
+        for name, value in (("time_s", self.time_s), ("f_number", self.f_number), ("iso", self.iso)):
+            if isinstance(value, bool) or not (math.isfinite(value) and value > 0):
+                raise DeviceError(Finding(f"'{name}' of an exposure is {value!r}", remedy="give a number above 0"))
+
+    @property
+    def ev(self) -> float:
+        """Exposure value log2(N² / t), thesis Expression 4.9; the ISO is no part of it, as in the thesis."""
+        return math.log2(self.f_number**2 / self.time_s)
+
+    @property
+    def light(self) -> float:
+        """Sensor signal for a given luminance, t · ISO / N², in units of no meaning but beside each other."""
+        return self.time_s * self.iso / self.f_number**2
+
+    def relative_to(self, other: Exposure) -> float:
+        """Return how many times the signal of ``other`` the same luminance gives at this exposure."""
+        return self.light / other.light
+
+    def same_signal(self, other: Exposure) -> bool:
+        """Return whether the same luminance gives the same signal at both, within what metadata round."""
+        return abs(self.relative_to(other) - 1.0) <= SAME
+
+    def __str__(self) -> str:
+        time = f"{self.time_s:.3g}" if self.time_s >= 0.3 else f"1/{1.0 / self.time_s:.4g}"
+        return f"{time} s, f/{self.f_number:g}, ISO {self.iso:g}"
+
+
+def parse_exposure(text: str) -> Exposure:
+    """Return the exposure written as ``time_s,f_number,iso``, such as ``1/15,8,800``; ISO 100 where it is left out.
+
+    Raises
+    ------
+    DeviceError
+        If the text is anything else.
+    """
+    parts = text.split(",")
+    try:
+        if len(parts) not in (2, 3):
+            raise ValueError(text)
+        numbers = [parse_seconds(parts[0]), float(parts[1].strip().lower().removeprefix("f/")), 100.0]
+        if len(parts) == 3:
+            numbers[2] = float(parts[2])
+    except ValueError:
+        raise DeviceError(
+            Finding(f"the exposure is '{text}'", remedy="write seconds, f-number and ISO, such as 1/15,8,800")
+        ) from None
+    return Exposure(*numbers)
+
+
+def parse_seconds(text: str) -> float:
+    """Return a shutter speed as it stands on a camera, ``1/15``, ``1/2.5`` or ``1.3``, in seconds; else ValueError."""
+    above, slash, below = text.strip().partition("/")
+    if not slash:
+        return float(above)
+    if float(below) == 0:
+        raise ValueError(text)
+    return float(above) / float(below)
