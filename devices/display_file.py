@@ -25,6 +25,7 @@ from documents import Finding, load_document
 from documents.yaml_source import YamlSource
 
 Eye = Literal["left", "right"]
+EYES: tuple[Eye, Eye] = ("left", "right")
 Triple = tuple[float, float, float]
 Made = TypeVar("Made")
 
@@ -149,18 +150,25 @@ class BothEyesSpec(ModelSpec, _ExtrasSpec):
 
 
 class PerEyeSpec(_ExtrasSpec):
-    """A mode characterised through each lens."""
+    """A mode characterised through each lens, or through one so far: then no session can use it yet."""
 
-    left: ModelSpec
-    right: ModelSpec
+    left: ModelSpec | None = None
+    right: ModelSpec | None = None
 
     @property
     def source(self) -> str:
         """Where the numbers come from."""
-        return self.left.source
+        return next((spec.source for spec in (self.left, self.right) if spec), "")
+
+    def lacking(self) -> tuple[Eye, ...]:
+        """Return the eyes without a model; each that has one is tried."""
+        made = {"left": self.left and self.left.model(), "right": self.right and self.right.model()}
+        return tuple(eye for eye in EYES if made[eye] is None)
 
     def eye_models(self) -> EyeModels:
-        """Return each eye's model."""
+        """Return each eye's model; DeviceError if one is lacking."""
+        if self.left is None or self.right is None:
+            raise DeviceError(f"the {' and '.join(self.lacking())} eye has no characterisation")
         return EyeModels(self.left.model(), self.right.model())
 
 
@@ -199,7 +207,7 @@ class EyeModels:
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """A display file, read: its panel and its characterised modes."""
+    """A display file, read: its panel and its characterised modes; ``lacking`` holds modes that want an eye still."""
 
     file: str
     panel: PanelSpec
@@ -207,6 +215,7 @@ class Display:
     sources: dict[str, str]
     crosstalks: dict[str, Crosstalk] = field(default_factory=dict)
     gain_maps: dict[str, GainMap] = field(default_factory=dict)
+    lacking: dict[str, tuple[Eye, ...]] = field(default_factory=dict)
 
     def crosstalk(self, mode: str) -> Crosstalk | None:
         """Return what leaks between the eyes in ``mode``, None if it was not measured; errors as `models`."""
@@ -222,6 +231,8 @@ class Display:
         """Return the characterisation of stereo mode ``mode``; raise DeviceError if it was not characterised."""
         if mode in self.modes:
             return self.modes[mode]
+        if mode in self.lacking:
+            raise DeviceError(self.unfinished(mode))
         near = difflib.get_close_matches(mode, self.modes, n=1)
         known = ", ".join(sorted(self.modes))
         hint = f"did you mean '{near[0]}'? " if near else ""
@@ -231,6 +242,15 @@ class Display:
                 self.file,
                 remedy=f"{hint}characterised here: {known}; measure the mode through the glasses and add it",
             )
+        )
+
+    def unfinished(self, mode: str) -> Finding:
+        """Return what is to be said of a mode in ``lacking``."""
+        eyes = " and ".join(self.lacking[mode])
+        return Finding(
+            f"the mode '{mode}' has no characterisation of the {eyes} eye yet, and cannot be used",
+            self.file,
+            remedy=f"measure it and add it with display fit --mode {mode} --eye {self.lacking[mode][0]}",
         )
 
 
@@ -257,6 +277,9 @@ def read_display(path: Path) -> Display:
 
 def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display) -> None:
     measured, mode = _measured(name, spec, source)
+    if isinstance(mode, PerEyeSpec) and (lacking := _located(mode.lacking, source, ("modes", measured))):
+        display.lacking[name] = lacking
+        return
     models = _located(mode.eye_models, source, ("modes", measured))
     display.modes[name], display.sources[name] = models, mode.source
     if crosstalk_spec := mode.crosstalk:

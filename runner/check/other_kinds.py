@@ -24,6 +24,7 @@ def check_display(checked: Checked, wishes: Wishes) -> None:
         for mode, m in display.modes.items()
     }
     checked.facts = {"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white}
+    checked.warnings += [display.unfinished(mode) for mode in display.lacking]
 
 
 def check_rig(checked: Checked, wishes: Wishes) -> None:
