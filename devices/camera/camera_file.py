@@ -1,0 +1,190 @@
+"""Camera files: `configs/cameras/*.yaml` to a camera model, and back."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+import yaml
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeFloat, PositiveFloat
+
+from devices.camera.camera_model import CameraModel, ExposureSet, Form
+from devices.camera.exposure import Exposure, parse_seconds
+from devices.errors import DeviceError
+from documents import Finding, load_document
+
+Triple = tuple[float, float, float]
+
+
+def _seconds(value: Any) -> Any:
+    if not isinstance(value, str):
+        return value
+    try:
+        return parse_seconds(value)
+    except ValueError:
+        raise ValueError("write seconds, such as 0.5 or 1/15") from None
+
+
+Seconds = Annotated[PositiveFloat, BeforeValidator(_seconds)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class ExposureSpec(_Strict):
+    """An exposure; ``time_s`` may be written as on a camera, 1/15."""
+
+    time_s: Seconds
+    f_number: PositiveFloat
+    iso: PositiveFloat = 100.0
+
+    def exposure(self) -> Exposure:
+        """Return the exposure."""
+        return Exposure(self.time_s, self.f_number, self.iso)
+
+
+class ExposureSetSpec(_Strict):
+    """Shutter speeds at which a chart was photographed in one light (thesis Table 4.2)."""
+
+    white_luminance_cd_m2: PositiveFloat
+    time_s: Annotated[tuple[Seconds, ...], Field(min_length=1)]
+    f_number: PositiveFloat
+    iso: PositiveFloat = 100.0
+
+    def exposure_set(self) -> ExposureSet:
+        """Return the set."""
+        return ExposureSet(
+            self.white_luminance_cd_m2, tuple(Exposure(time_s, self.f_number, self.iso) for time_s in self.time_s)
+        )
+
+
+class MatrixSpec(_Strict):
+    """XYZ in cd/m² for camera R, G and B of full scale each: the rows of A in thesis Expression 4.2."""
+
+    X: Triple
+    Y: Triple
+    Z: Triple
+
+
+class CameraSpec(_Strict):
+    """A camera file."""
+
+    schema_version: Literal[1]
+    name: str = ""
+    form: Form
+    exposure: ExposureSpec | None = None
+    matrix_XYZ_cd_m2: MatrixSpec
+    offset_XYZ_cd_m2: Triple = (0.0, 0.0, 0.0)
+    black_rgb: Triple = (0.0, 0.0, 0.0)
+    safe_luminance_cd_m2: tuple[NonNegativeFloat, PositiveFloat] | None = None
+    exposure_sets: tuple[ExposureSetSpec, ...] = ()
+    source: str = ""
+
+    def model(self) -> CameraModel:
+        """Return the camera model."""
+        rows = self.matrix_XYZ_cd_m2
+        return CameraModel(
+            np.array([rows.X, rows.Y, rows.Z]),
+            np.array(self.offset_XYZ_cd_m2),
+            np.array(self.black_rgb),
+            self.exposure.exposure() if self.exposure else None,
+            self.safe_luminance_cd_m2,
+            self.form,
+            self.name,
+            self.source,
+            tuple(one.exposure_set() for one in self.exposure_sets),
+        )
+
+
+def read_camera(path: str | os.PathLike[str]) -> CameraModel:
+    """Read the camera file at ``path``.
+
+    Raises
+    ------
+    InputError
+        With file, line, column and remedy of what is wrong with it.
+    """
+    spec, source = load_document(Path(path), CameraSpec)
+    try:
+        return spec.model()
+    except DeviceError as error:
+        raise DeviceError(
+            [Finding(f.message, source.file, f.line, f.column, f.remedy) for f in error.findings]
+        ) from None
+
+
+def format_camera(model: CameraModel) -> str:
+    """Return ``model`` as a camera file's text; reading it gives the same numbers, bit by bit."""
+    lines = ["schema_version: 1"]
+    if model.name:
+        lines.append(f"name: {_text(model.name)}")
+    lines.append(f"form: {model.form}")
+    if model.exposure is not None:
+        e = model.exposure
+        lines.append(
+            f"exposure: {{time_s: {_number(e.time_s)}, f_number: {_number(e.f_number)}, iso: {_number(e.iso)}}}"
+        )
+    lines.append("matrix_XYZ_cd_m2:")
+    lines += [f"  {axis}: {_numbers(row)}" for axis, row in zip("XYZ", model.matrix.tolist(), strict=True)]
+    if model.form == "affine":
+        lines.append(f"offset_XYZ_cd_m2: {_numbers(model.offset_XYZ.tolist())}")
+    if np.any(model.black_rgb):
+        lines.append(f"black_rgb: {_numbers(model.black_rgb.tolist())}")
+    if model.safe_luminance_cd_m2 is not None:
+        lines.append(f"safe_luminance_cd_m2: {_numbers(model.safe_luminance_cd_m2)}")
+    if model.exposure_sets:
+        lines.append("exposure_sets:")
+        lines += [line for tried in model.exposure_sets for line in _set_lines(tried)]
+    if model.source:
+        lines.append(f"source: {_text(model.source)}")
+    return "\n".join(lines) + "\n"
+
+
+def write_camera(model: CameraModel, path: str | os.PathLike[str]) -> None:
+    """Write ``model`` to ``path``, whole or not at all; its folder is made if need be.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written.
+    """
+    target = Path(path)
+    target.parent.mkdir(parents=True, exist_ok=True)
+    draft = target.with_name(target.name + ".part")
+    try:
+        draft.write_text(format_camera(model), encoding="utf-8")
+        draft.replace(target)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _set_lines(tried: ExposureSet) -> list[str]:
+    """Return a set as lines; one for each pair of aperture and ISO, which a file's set has in common."""
+    pairs = dict.fromkeys((one.f_number, one.iso) for one in tried.exposures)
+    lines = []
+    for f_number, iso in pairs:
+        times = [one.time_s for one in tried.exposures if (one.f_number, one.iso) == (f_number, iso)]
+        lines.append(
+            f"  - {{white_luminance_cd_m2: {_number(tried.white_luminance_cd_m2)}, time_s: {_numbers(times)}, "
+            f"f_number: {_number(f_number)}, iso: {_number(iso)}}}"
+        )
+    return lines
+
+
+def _numbers(values: Iterable[float]) -> str:
+    return "[" + ", ".join(_number(value) for value in values) + "]"
+
+
+def _number(value: float) -> str:
+    # The shortest text that reads back the same; YAML 1.1 readers take 1e-05 for text, so a number has its point.
+    text = repr(float(value)).removesuffix(".0")
+    return text.replace("e", ".0e") if "e" in text and "." not in text else text
+
+
+def _text(text: str) -> str:
+    dumped: str = yaml.safe_dump(text, default_style='"', width=10**6, allow_unicode=True)
+    return dumped.strip()
