@@ -7,11 +7,10 @@ from collections.abc import Callable, Iterator, Mapping
 from itertools import groupby
 from typing import Any
 
-import numpy as np
-
-from devices.colour import XYZ_from_xyY
 from documents import Finding
 from stimuli.errors import StimulusError
+from stimuli.luminance.greyscale import greyscale
+from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2, scaled
 from stimuli.make_pictures import Made
 from stimuli.names import SeriesPicture, series_pictures
 from stimuli.series_recipe import SeriesSpec, SparkleSeriesRecipe
@@ -54,21 +53,18 @@ def in_series(xyz_cd_m2: XYZImage, luminance_scale: float, series: SeriesSpec) -
 
     Grey keeps each pixel's luminance Y and gives it the chromaticity of the series's white.
     """
-    scale = np.float32(luminance_scale)
-    if series.greyscale_white_xy is None:
-        return xyz_cd_m2 * scale
-    white = XYZ_from_xyY([*series.greyscale_white_xy, 1.0]).astype(np.float32)
-    return xyz_cd_m2[..., 1:2] * scale * white
+    bright = scaled(xyz_cd_m2, luminance_scale)
+    return bright if series.greyscale_white_xy is None else greyscale(bright, series.greyscale_white_xy)
 
 
 def _made(picture: SeriesPicture, studio: Studio, target_cd_m2: float) -> Made:
     views = [one.xyz_cd_m2 for one in studio.photographs(picture.view, picture.exposure_s)]
-    mean_cd_m2 = float(np.mean([view[..., 1].mean(dtype=np.float64) for view in views]))
+    # One factor for both eyes: what one sees brighter than the other stays so.
+    mean_cd_m2 = mean_luminance_cd_m2(StereoImage(views[0], views[-1]))
     if mean_cd_m2 <= 0:
         remedy = "give it a base or flakes that reflect, and a lamp that shines"
         raise StimulusError(Finding(f"the plate '{picture.plate.name}' sends no light", remedy=remedy))
-    # One factor for both eyes: what one sees brighter than the other stays so.
-    adapted = target_cd_m2 / mean_cd_m2
+    adapted = factor_to(mean_cd_m2, target_cd_m2)
     series = picture.series
     shown = [in_series(view, adapted * series.luminance_scale, series) for view in views]
     steps: list[Mapping[str, Any]] = [

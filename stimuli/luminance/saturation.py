@@ -1,0 +1,128 @@
+"""Pixels that a display cannot show bright enough, and from which factor on.
+
+A pixel is saturated where a channel's linear light is above 1: the thesis's "maximum gray level value" (its note 6 to
+Section 4.5.2.2). Linear light is M⁻¹ (k·XYZ − black), so that each channel's grows linearly with the factor k, and
+pixel i saturates above
+
+    k_i = min over channels c of (1 + b_c) / a_ic,  a_i = M⁻¹ XYZ_i,  b = M⁻¹ black,
+
+where channels with a_ic ≤ 0 never do. How many pixels saturate at any factor is then known from one transform of the
+picture, and the largest factor with at most m saturated pixels is an order statistic, the (m + 1)-th smallest k_i.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.display import DisplayModel
+from documents import Finding
+from stimuli.errors import StimulusError
+from stimuli.stereo_image import XYZImage
+
+Floats = NDArray[np.float64]
+# Pixels transformed at a time.
+_BLOCK = 1 << 18
+
+
+@dataclass(frozen=True, slots=True)
+class Saturation:
+    """How many of ``pixels`` ask each channel, or any of them, for more than full light."""
+
+    pixels: int
+    red: int
+    green: int
+    blue: int
+    any_channel: int
+
+    @property
+    def percent_any(self) -> float:
+        """Percentage of pixels with a saturated channel."""
+        return 100.0 * self.any_channel / self.pixels
+
+    def to_json(self) -> dict[str, float]:
+        """Return percentages by channel."""
+        counts = {"red": self.red, "green": self.green, "blue": self.blue, "any": self.any_channel}
+        return {name: 100.0 * count / self.pixels for name, count in counts.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class LargestFactor:
+    """The largest factor at which at most ``allowed_pixels`` saturate; infinite where no factor saturates more.
+
+    ``pixels_transformed`` is the work: each pixel once.
+    """
+
+    factor: float
+    allowed_pixels: int
+    pixels_transformed: int
+
+
+def saturation(xyz_cd_m2: XYZImage, model: DisplayModel, factor: float = 1.0) -> Saturation:
+    """Count the pixels of XYZ in cd/m², shape (..., 3), that saturate ``model`` when multiplied by ``factor``."""
+    channels = np.zeros(3, dtype=np.int64)
+    pixels = any_channel = 0
+    for drive in _drives(xyz_cd_m2, model):
+        above = drive * factor > 1.0
+        channels += above.sum(axis=1)
+        any_channel += int(above.any(axis=0).sum())
+        pixels += drive.shape[1]
+    red, green, blue = (int(count) for count in channels)
+    return Saturation(pixels, red, green, blue, any_channel)
+
+
+def saturation_factors(xyz_cd_m2: XYZImage, model: DisplayModel) -> Floats:
+    """Return the factor above which each pixel of XYZ, shape (..., 3), saturates: shape (...), infinity for never."""
+    drives = np.concatenate([drive.max(axis=0) for drive in _drives(xyz_cd_m2, model)])
+    return _factor_of(drives).reshape(xyz_cd_m2.shape[:-1])
+
+
+def largest_factor(xyz_cd_m2: XYZImage, model: DisplayModel, limit_percent: float) -> LargestFactor:
+    """Return the largest factor at which at most ``limit_percent`` of the pixels of XYZ, (..., 3), saturate ``model``.
+
+    Blocks that hold nothing above the factor found so far are not sorted.
+
+    Raises
+    ------
+    StimulusError
+        If the limit is not a percentage, the picture is empty, or its black alone fills a channel of the display.
+    """
+    if not 0.0 <= limit_percent <= 100.0:
+        raise StimulusError(f"the share of saturated pixels may be 0 to 100 %, not {limit_percent}")
+    pixels = xyz_cd_m2.size // 3
+    if pixels == 0:
+        raise StimulusError("a picture without pixels has no factor")
+    # A limit of 0.3 % of 1000 pixels is 3 of them, although 0.3 is no binary number.
+    allowed = int(np.floor(limit_percent / 100.0 * pixels * (1 + 1e-12)))
+    if allowed >= pixels:
+        return LargestFactor(np.inf, allowed, 0)
+    keep = allowed + 1
+    fullest = np.empty(0)
+    least = -np.inf
+    for drive in _drives(xyz_cd_m2, model):
+        drives = drive.max(axis=0)
+        fullest = np.concatenate([fullest, drives[drives > least]])
+        if len(fullest) > keep:
+            fullest = np.partition(fullest, len(fullest) - keep)[-keep:]
+        if len(fullest) == keep:
+            least = float(fullest.min())
+    return LargestFactor(float(_factor_of(np.array([fullest.min()]))[0]), allowed, pixels)
+
+
+def _factor_of(drives: Floats) -> Floats:
+    return np.divide(1.0, drives, out=np.full_like(drives, np.inf), where=drives > 0)
+
+
+def _drives(xyz_cd_m2: XYZImage, model: DisplayModel) -> Iterator[Floats]:
+    """Yield blocks (3, n) of a / (1 + b): what a channel is filled to per factor, 1 being full."""
+    room = 1.0 + model.linear_from_XYZ @ model.black_XYZ_cd_m2
+    if np.any(room <= 0):
+        message = "the display's black alone fills a channel: no picture can be fitted to it"
+        raise StimulusError(Finding(message, remedy="check black_XYZ_cd_m2 and primaries_XYZ_cd_m2 of the display"))
+    matrix = model.linear_from_XYZ / room[:, None]
+    flat = xyz_cd_m2.reshape(-1, 3)
+    for start in range(0, len(flat), _BLOCK):
+        yield np.asarray(matrix @ flat[start : start + _BLOCK].T.astype(np.float64))
