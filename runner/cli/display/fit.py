@@ -10,6 +10,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from devices.characterise.choose import Characterisation
+    from devices.display_file import PanelSpec
 
 
 @click.command(name="fit")
@@ -29,6 +30,7 @@ if TYPE_CHECKING:
 @click.option(
     "--panel", metavar="WxH,PITCH_MM[,HZ[,BITS]]", help="Panel of a new display file, such as 1920x1080,0.2768,120,8."
 )
+@click.option("--replace", is_flag=True, help="Overwrite what the mode holds already.")
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
 def command(
     file: str,
@@ -39,6 +41,7 @@ def command(
     seed: int,
     output: str | None,
     panel: str | None,
+    replace: bool,
     as_json: bool,
 ) -> None:
     """Fit display models to measurements and choose the one that predicts best.
@@ -87,7 +90,7 @@ def command(
             said.append(f"{elsewhere} readings at other places, angles or surrounds (@ in their names) were left out")
         told[one] = {**fitted.to_json(), "said": said, "thesis": tables}
     if output:
-        told["written"] = _write(Path(output), named, found, Path(file), readings.instrument, shape)
+        told["written"] = _write(Path(output), named, found, Path(file), readings.instrument, shape, replace)
     if as_json:
         click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
         return
@@ -115,26 +118,31 @@ def _write(
     found: dict[str, Characterisation],
     file: Path,
     instrument: str,
-    shape: tuple[tuple[int, int], float, float, int] | None,
+    shape: PanelSpec | None,
+    replace: bool,
 ) -> str:
-    from devices.characterise.display_yaml import write_mode
+    from devices.characterise.display_yaml import model_lines
+    from devices.characterise.mode_file import ModeLines, write_mode
     from devices.display import DisplayModel
 
-    models: dict[str, DisplayModel] = {}
-    sources: dict[str, str] = {}
+    models: dict[str, list[str]] = {}
     for eye, fitted in found.items():
         errors = fitted.chosen.held_out
         assert isinstance(fitted.chosen.model, DisplayModel)
-        models[eye] = fitted.chosen.model
-        sources[eye] = (
+        source = (
             f"{fitted.chosen.name} fitted to {len(fitted.patches)} readings of {file.name}"
             + (f" by {instrument}" if instrument else "")
             + f"; held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
         )
-    return write_mode(path, mode, models, sources, shape)
+        models[eye] = model_lines(fitted.chosen.model, source)
+    return write_mode(path, mode, ModeLines(models, {}), shape, replace=replace)
 
 
-def _panel(text: str) -> tuple[tuple[int, int], float, float, int]:
+def _panel(text: str) -> PanelSpec:
+    from pydantic import ValidationError
+
+    from devices.display_file import PanelSpec
+
     size, *rest = text.split(",")
     try:
         across, down = (int(part) for part in size.lower().split("x"))
@@ -143,9 +151,9 @@ def _panel(text: str) -> tuple[tuple[int, int], float, float, int]:
         bits = int(rest[2]) if len(rest) > 2 else 8
         if len(rest) > 3:
             raise ValueError
-    except (ValueError, IndexError):
+        return PanelSpec(resolution_px=(across, down), pixel_pitch_mm=pitch, refresh_hz=refresh, bits=bits)
+    except (ValueError, IndexError, ValidationError):
         raise click.UsageError(f"--panel is '{text}'; write it as 1920x1080,0.2768,120,8") from None
-    return (across, down), pitch, refresh, bits
 
 
 def _tell(told: dict[str, Any]) -> None:

@@ -77,7 +77,7 @@ def test_a_mode_is_added_and_nothing_else_changes(thesis: Path, tmp_path: Path) 
     after = path.read_text()
     assert after.startswith(before.rstrip("\n"))
     assert set(read_display(path).modes) == {"quad-buffered", "side-by-side", "flat"}
-    with pytest.raises(DeviceError, match="there already"):
+    with pytest.raises(DeviceError, match="holds a characterisation for both eyes already"):
         _run("fit", str(thesis), "--mode", "flat", "-o", str(path))
     assert path.read_text() == after
     assert not list(tmp_path.glob("*.part"))
@@ -93,8 +93,23 @@ def test_either_eye_is_fitted_by_itself(tmp_path: Path) -> None:
     models = read_display(path).models("quad-buffered")
     share = models.right.white_XYZ_cd_m2 / models.left.white_XYZ_cd_m2
     np.testing.assert_allclose(share, 0.9, atol=0.005)
-    with pytest.raises(DeviceError, match="holds both eyes"):
-        _run("fit", str(file), "--eye", "left", "--mode", "flat", "-o", str(path))
+
+
+def test_the_eyes_come_one_after_the_other(thesis: Path, tmp_path: Path) -> None:
+    path = tmp_path / "d.yaml"
+    one = _run("fit", str(thesis), "--model", "gog", "--eye", "left", "-o", str(path), *PANEL)
+    assert "cannot be used before its right eye is there" in one
+    assert read_display(path).lacking == {"quad-buffered": ("right",)}
+    _run("fit", str(thesis), "--model", "gogo", "--eye", "right", "-o", str(path))
+    assert not read_display(path).lacking
+    assert "gogo" in path.read_text()
+    with pytest.raises(DeviceError, match="holds a characterisation of the left eye already"):
+        _run("fit", str(thesis), "--eye", "left", "-o", str(path))
+    _run("fit", str(thesis), "--model", "table", "--eye", "left", "-o", str(path), "--replace")
+    text = path.read_text()
+    assert "table fitted" in text
+    assert "gogo fitted" in text
+    assert "gog fitted" not in text
 
 
 def test_plvc_is_refused_with_o_and_said_when_it_would_be_better(tmp_path: Path, thesis: Path) -> None:

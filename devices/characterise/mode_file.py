@@ -1,0 +1,171 @@
+"""Modes of a display file written, added and updated; whatever is not set anew stays, character for character."""
+
+from __future__ import annotations
+
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from devices.characterise.display_yaml import quoted
+from devices.characterise.yaml_keys import set_keys
+from devices.display_file import EYES, PanelSpec, read_display
+from devices.errors import DeviceError
+from documents import Finding, InputError
+from documents.yaml_source import YamlSource, read_yaml
+
+CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "source")
+_PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map"}
+
+
+@dataclass(frozen=True, slots=True)
+class ModeLines:
+    """What is to be written of one mode, as lines of YAML that are not indented.
+
+    ``models``: the lines of a model for ``both``, or for ``left``, ``right`` or the two; none to write parts alone.
+    ``parts``: the lines of ``crosstalk`` and ``gain_map``, their keys first.
+    """
+
+    models: Mapping[str, Sequence[str]]
+    parts: Mapping[str, Sequence[str]]
+
+    def keys(self) -> dict[str, list[str]]:
+        """Return the lines of each key of the mode, the key first."""
+        keys: dict[str, list[str]] = {}
+        for eye, lines in self.models.items():
+            keys |= _by_key(lines) if eye == "both" else {eye: [f"{eye}:", *_indented(lines)]}
+        return keys | {part: list(lines) for part, lines in self.parts.items()}
+
+    def block(self, mode: str) -> list[str]:
+        """Return the lines of the whole mode."""
+        return [f"{quoted(mode)}:", *_indented([line for lines in self.keys().values() for line in lines])]
+
+
+def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = None, *, replace: bool = False) -> str:
+    """Write ``new`` into ``mode`` of the display file at ``path``; return in sentences what was done.
+
+    A file that is not there is made, and needs the ``panel``. In one that is there the mode is added, or its keys that
+    are new are set; the panel, all other modes and keys, and their comments stay. What would have to go is only
+    overwritten with ``replace``. The file is read back before it is put in place, in one step.
+
+    Raises
+    ------
+    DeviceError
+        If the panel is missing, or not that of the file; if something would be overwritten; if parts alone are to go
+        to a mode that has no characterisation of its own; if the file cannot be changed as it is laid out, or would not
+        be a display file.
+    """
+    if not path.exists():
+        if panel is None or not new.models:
+            raise DeviceError(
+                Finding(
+                    "there is no such display file yet", str(path), remedy="a new one needs --panel 1920x1080,0.2768"
+                )
+            )
+        across, down = panel.resolution_px
+        shape = f"resolution_px: [{across}, {down}], pixel_pitch_mm: {panel.pixel_pitch_mm:g}"
+        head = [
+            "schema_version: 1",
+            f"panel: {{{shape}, refresh_hz: {panel.refresh_hz:g}, bits: {panel.bits}}}",
+            "modes:",
+        ]
+        _put(path, "\n".join([*head, *_indented(new.block(mode))]) + "\n")
+        return " ".join([f"wrote {path} with the mode '{mode}'.", *_follows(path, mode)])
+    source = read_yaml(path)
+    if panel is not None and panel != read_display(path).panel:
+        raise _refusal("the file is of another panel", source, "panel", remedy="leave --panel out, or write a new file")
+    text = path.read_bytes().decode("utf-8")
+    there = source.data["modes"].get(mode) if isinstance(source.data.get("modes"), dict) else None
+    if there is None:
+        if not new.models:
+            remedy = "characterise it first, or name another with --mode"
+            raise _refusal(f"there is no mode '{mode}' to add to", source, "modes", remedy=remedy)
+        after, _ = set_keys(text, ("modes",), {mode: new.block(mode)}, str(path))
+        _put(path, after)
+        return " ".join([f"added the mode '{mode}' to {path}; all else in it stays.", *_follows(path, mode)])
+    if "same_as" in there and not new.models:
+        remedy = f"write into '{there['same_as']}'"
+        raise _refusal(f"the mode '{mode}' is the same as another", source, "modes", mode, remedy=remedy)
+    goes = _goes(there, new)
+    if goes and not replace:
+        told = f"the mode '{mode}' holds {' and '.join(goes)} already, which would go"
+        remedy = "give --replace to overwrite it, another --mode, or a new file"
+        raise _refusal(told, source, "modes", mode, remedy=remedy)
+    if "same_as" in there:
+        after, comments = set_keys(text, ("modes",), {mode: new.block(mode)}, str(path))
+    else:
+        odd = CHARACTERISATION if "both" not in new.models else EYES
+        without = [key for key in odd if key in there and new.models]
+        after, comments = set_keys(text, ("modes", mode), new.keys(), str(path), without)
+    _put(path, after)
+    said = [f"updated the mode '{mode}' of {path}; all else in it stays."]
+    said += [f"Overwritten: {', '.join(goes)}."] if goes else []
+    said += [f"Lines with a comment that went with it: {comments}."] if comments else []
+    kept = [part for part in _PARTS if part in there and part not in new.parts]
+    said += [f"What was measured before stays: {', '.join(kept)}."] if kept and new.models else []
+    return " ".join([*said, *_follows(path, mode)])
+
+
+def _goes(there: Mapping[str, Any], new: ModeLines) -> list[str]:
+    """Return in words what of the mode ``there`` would be overwritten."""
+    goes = [told for part, told in _PARTS.items() if part in there and part in new.parts]
+    if not new.models:
+        return goes
+    if "same_as" in there:
+        return [*goes, f"'same_as: {there['same_as']}'"]
+    if not {"left", "right"} & set(there):
+        return [*goes, "a characterisation for both eyes"]
+    eyes = [eye for eye in EYES if eye in there and ("both" in new.models or eye in new.models)]
+    return [*goes, *(f"a characterisation of the {eye} eye" for eye in eyes)]
+
+
+def _follows(path: Path, mode: str) -> list[str]:
+    """Return what the file says now of ``mode``: an eye that lacks, modes that are the same."""
+    display = read_display(path)
+    said = []
+    if mode in display.lacking:
+        said.append(f"It cannot be used before its {' and '.join(display.lacking[mode])} eye is there too.")
+    modes = read_yaml(path).data["modes"]
+    same = [name for name, held in modes.items() if held.get("same_as") == mode]
+    return [*said, *([f"The same as it: {', '.join(same)}."] if same else [])]
+
+
+def _put(path: Path, text: str) -> None:
+    """Put ``text`` in place of the file, whole or not at all, if it reads as a display file."""
+    target = path.resolve()  # a link stays one
+    draft = target.with_name(target.name + ".part")
+    try:
+        draft.write_bytes(text.encode("utf-8"))
+        if target.exists():
+            shutil.copymode(target, draft)
+        try:
+            read_display(draft)
+        except InputError as error:
+            found = [Finding(f"the file would not be right: {f.message}", str(path)) for f in error.findings]
+            raise DeviceError(found) from error
+        draft.replace(target)
+    except OSError as error:
+        raise DeviceError(Finding(f"the file cannot be written: {error.strerror}", str(path))) from error
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _refusal(message: str, source: YamlSource, *key: str, remedy: str) -> DeviceError:
+    place = source.place(key, key=True)
+    line, column = (place.line, place.column) if place else (None, None)
+    return DeviceError(Finding(message, source.file, line, column, remedy))
+
+
+def _by_key(lines: Sequence[str]) -> dict[str, list[str]]:
+    """Return the lines of a mapping apart, by key."""
+    keys: dict[str, list[str]] = {}
+    for line in lines:
+        if not line.startswith(" "):
+            keys[line.partition(":")[0]] = []
+        keys[next(reversed(keys))].append(line)
+    return keys
+
+
+def _indented(lines: Sequence[str]) -> list[str]:
+    return [f"  {line}" if line else line for line in lines]
