@@ -19,7 +19,7 @@ from devices.diagnostics.pixel_independence import pixel_independence
 from devices.diagnostics.primary_colours import primary_colours, spectral_overlap
 from devices.diagnostics.ramps import primaries
 from devices.diagnostics.repeatability import repeatability
-from devices.diagnostics.tags import Kind, plain, tagged
+from devices.diagnostics.tags import Kind, plain, tagged, untagged
 from devices.diagnostics.tone_response import headroom, tone_response
 from devices.diagnostics.uniformity import uniformity
 from devices.diagnostics.warm_up import warm_up
@@ -82,7 +82,8 @@ def examine(
     models
         What the readings are held against; for readings through both lenses the left eye's model.
     without_glasses
-        The same patches read without glasses, held against every set with primaries, through each lens.
+        The same patches read without glasses, held against every set with primaries, through each lens. Where it is
+        None, each set's own readings named ``...@no-glasses`` are.
     """
     subjects = [pair for measured in sets for pair in by_eye(measured)]
     several = len(subjects) > 1
@@ -109,15 +110,22 @@ def examine(
     if len(full) > 1:
         first = full[0]
         add([(o.label, gamut_change(o.measurements, first.measurements, o.label, first.label)) for o in full[1:]])
-    if without_glasses is not None:
-        bare = without_glasses.measurements
-        seen = full or [one for one, _ in subjects]
-        changes = [(o.label, gamut_change(o.measurements, bare, "with glasses", "without glasses")) for o in seen]
+    bare = [(one, _without_glasses(one.measurements, without_glasses)) for one, _ in subjects]
+    pairs = [(one, table) for one, table in bare if table is not None]
+    if pairs:
+        seen = [(one, table) for one, table in pairs if primaries(one.measurements)[0] is not None] or pairs
+        changes = [(o.label, gamut_change(o.measurements, b, "with glasses", "without glasses")) for o, b in seen]
         name, title = "gamut_change_by_glasses", "Change of gamut by the glasses"
         add([(label, replace(change, name=name, title=title)) for label, change in changes])
-        add([(one.label, glasses_transmittance(one.measurements, bare)) for one in seen])
-        add([(one.label, luminance_loss(one.measurements, bare)) for one in seen])
+        add([(one.label, glasses_transmittance(one.measurements, table)) for one, table in seen])
+        add([(one.label, luminance_loss(one.measurements, table)) for one, table in seen])
     return tuple(found)
+
+
+def _without_glasses(measurements: Measurements, given: MeasuredSet | None) -> Measurements | None:
+    """Return what to hold ``measurements`` against for the glasses, None if there is nothing."""
+    found = untagged(measurements, "no-glasses") if given is None else given.measurements
+    return found if len(found) else None
 
 
 def _of_kind(measured: MeasuredSet, kind: Kind) -> list[MeasuredSet]:

@@ -2,26 +2,29 @@
 
 ``gray120@r1c3`` was read in row 1, column 3 of a grid over the panel; ``white@30deg`` and ``white@v-20deg`` from 30° to
 the right and 20° below; ``gray120@on-white`` as a patch on a white screen; ``black@other=red`` while the other eye's
-picture was red. ``#2`` and so on behind a name counts its showings. Every other name is a plain reading: full screen,
-at the centre, straight ahead.
+picture was red; ``gray120@warm-up`` while the display warmed up; ``white@no-glasses`` without the glasses. ``#2`` and
+so on behind a name counts its showings. Every other name is a plain reading: full screen, at the centre, straight
+ahead, through the glasses, once the display is warm.
 """
 
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
 
 from devices.measurements import Measurements
 
-Kind = Literal["place", "angle", "surround", "other"]
+Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses"]
 _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("place", re.compile(r"r([1-9]\d?)c([1-9]\d?)", re.IGNORECASE)),
     ("angle", re.compile(r"([hv]?)([+-]?\d+(?:\.\d+)?)(?:deg|°)", re.IGNORECASE)),
     ("surround", re.compile(r"on[- ](.+)", re.IGNORECASE)),
     ("other", re.compile(r"other=(.+)", re.IGNORECASE)),
+    ("warm-up", re.compile(r"warm-?up", re.IGNORECASE)),
+    ("no-glasses", re.compile(r"(?:no|without)[- ]glasses", re.IGNORECASE)),
 )
 
 
@@ -58,3 +61,9 @@ def tagged(measurements: Measurements, kind: Kind) -> list[tuple[int, Tag]]:
     """Return the numbers of the readings of ``kind`` and what their names tell."""
     found = [(row, tag(name)) for row, name in enumerate(measurements.name)]
     return [(row, said) for row, said in found if said is not None and said.kind == kind]
+
+
+def untagged(measurements: Measurements, kind: Kind) -> Measurements:
+    """Return the readings of ``kind`` alone, by the names that stand before their tags."""
+    rows = tagged(measurements, kind)
+    return replace(measurements.select([row for row, _ in rows]), name=tuple(said.base for _, said in rows))

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.ramps import by_code
-from devices.diagnostics.tags import patch_name
+from devices.diagnostics.tags import patch_name, untagged
 from devices.errors import DeviceError
 from devices.measurements import Measurements
 
@@ -94,7 +94,12 @@ def settle(time_s: ArrayLike, light: ArrayLike) -> Settling:
 
 
 def warm_up(measurements: Measurements) -> Diagnosis:
-    """Judge when the most often read patch was stable; it has to be before its third last reading."""
+    """Judge when the most often read patch was stable; it has to be before its third last reading.
+
+    Readings named ``...@warm-up`` are judged alone where there are any.
+    """
+    alone = untagged(measurements, "warm-up")
+    measurements = alone if len(alone) else measurements
     if measurements.time_s is None:
         return CHECK.unjudged("The readings carry no times (column time_s).")
     groups = by_code(measurements)
