@@ -52,7 +52,8 @@ def interpolate(mosaic: Mosaic, method: Linear) -> RGB:
     edges, to below 0 as well. At the border the photosites are mirrored about the last one, which keeps the pattern.
     """
     height, width = mosaic.values.shape
-    values, full = (np.pad(plane, _MARGIN, mode="reflect") for plane in (mosaic.values, mosaic.saturated))
+    values = np.pad(mosaic.values, _MARGIN, mode="reflect")
+    full = np.pad(mosaic.saturated, _MARGIN, mode="reflect")
     rgb = np.empty((height, width, 3), np.float32)
     saturated = np.empty((height, width, 3), bool)
     for row in range(2):
@@ -63,17 +64,17 @@ def interpolate(mosaic: Mosaic, method: Linear) -> RGB:
                 kernel = _kernel(mosaic.pattern, row, column, colour, method)
                 total, held = np.zeros(size, np.float32), np.zeros(size, bool)
                 for down, across in np.argwhere(kernel):
-                    there = _every_second(row + down - len(kernel) // 2, size[0])
-                    there += _every_second(column + across - len(kernel) // 2, size[1])
-                    total += np.float32(kernel[down, across]) * values[there]
-                    held |= full[there]
+                    rows = _every_second(row + int(down) - len(kernel) // 2, size[0])
+                    columns = _every_second(column + int(across) - len(kernel) // 2, size[1])
+                    total += np.float32(kernel[down, across]) * values[rows, columns]
+                    held |= full[rows, columns]
                 rgb[..., colour][place], saturated[..., colour][place] = total, held
     return rgb, saturated
 
 
-def _every_second(first: int, count: int) -> tuple[slice]:
+def _every_second(first: int, count: int) -> slice:
     """Return where ``count`` photosites stand in the padded plane, the first of them at ``first`` of the plane."""
-    return (slice(first + _MARGIN, first + _MARGIN + 2 * count - 1, 2),)
+    return slice(first + _MARGIN, first + _MARGIN + 2 * count - 1, 2)
 
 
 def _kernel(pattern: NDArray[np.int64], row: int, column: int, colour: int, method: Linear) -> NDArray[np.float64]:

@@ -1,0 +1,54 @@
+"""From a photograph's file, raw or developed elsewhere, to a camera's picture."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from devices.camera.exposure import Exposure
+from documents import Finding
+from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.levels import Levels
+from stimuli.develop.read_linear import read_linear
+from stimuli.develop.read_raw import Demosaic, read_raw
+from stimuli.errors import StimulusError
+
+_LINEAR_SUFFIXES = (".tif", ".tiff", ".exr")
+# The first bytes of files that a camera or a browser has already given a tone curve.
+_CURVED = {b"\xff\xd8\xff": "a JPEG", b"\x89PNG": "a PNG", b"GIF8": "a GIF", b"RIFF": "a WebP"}
+
+
+def read_camera_image(
+    path: Path,
+    *,
+    demosaic: Demosaic = "ahd",
+    levels: Levels | None = None,
+    rotate: bool = True,
+    exposure: Exposure | None = None,
+    assume_linear: bool = False,
+) -> CameraImage:
+    """Return the linear camera RGB in a raw file, or in a TIFF or OpenEXR file of linear camera RGB.
+
+    ``demosaic``: `stimuli.develop.read_raw.DEMOSAICS`, for raw files alone. ``levels`` take the place of the file's
+    black and white, ``exposure`` that of its metadata. ``assume_linear``: see `stimuli.develop.read_linear`.
+
+    Raises
+    ------
+    StimulusError
+        If the file cannot be read as either; the finding names the file and the reason.
+    """
+    path = Path(path)
+    if path.suffix.lower() in _LINEAR_SUFFIXES:
+        return read_linear(path, levels=levels, rotate=rotate, exposure=exposure, assume_linear=assume_linear)
+    if path.is_file():
+        with path.open("rb") as file:
+            start = file.read(4)
+        for magic, name in _CURVED.items():
+            if start.startswith(magic):
+                raise StimulusError(
+                    Finding(
+                        f"the picture is {name}: the camera's tone curve is in it, and cannot be taken out",
+                        str(path),
+                        remedy="give the raw file",
+                    )
+                )
+    return read_raw(path, demosaic=demosaic, levels=levels, rotate=rotate, exposure=exposure)

@@ -1,0 +1,171 @@
+"""From a TIFF or OpenEXR file of linear camera RGB to a camera's picture."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.camera.exposure import Exposure
+from documents import Finding
+from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.levels import Levels
+from stimuli.develop.metadata import exposure_step, sha256, spec_exposure
+from stimuli.develop.orientation import EXIF_FLIPS, turned
+from stimuli.errors import StimulusError
+
+if TYPE_CHECKING:
+    import OpenImageIO
+
+MAX_PIXELS = 200_000_000
+SATURATED = tuple(f"saturated.{channel}" for channel in "RGB")
+STEPS_ATTRIBUTE = "cyclopean:steps"
+_RGB = ("R", "G", "B")
+_FORMATS = ("tiff", "openexr")
+_LINEAR = ("linear", "lin_", "raw", "data", "scene_linear", "unknown")
+
+
+def read_linear(
+    path: Path,
+    *,
+    levels: Levels | None = None,
+    rotate: bool = True,
+    exposure: Exposure | None = None,
+    assume_linear: bool = False,
+) -> CameraImage:
+    """Return the linear camera RGB in the TIFF or OpenEXR file at ``path``.
+
+    Integers are divided by their type's largest, floats taken as shares of full scale; with ``levels`` it is
+    (value − black) / (white − black). A channel is saturated where its value reaches ``levels.saturated``, else white;
+    a file that this program wrote brings its own map. ``assume_linear`` takes the numbers as linear camera RGB
+    whatever the file declares.
+
+    Raises
+    ------
+    StimulusError
+        If the file is missing, cut short, neither TIFF nor OpenEXR, has not R, G and B, has 8 bits, declares a
+        gamma, a profile or chromaticities, or holds NaN or infinity.
+    """
+    import OpenImageIO as oiio
+
+    if not path.is_file():
+        raise _wrong(path, "there is no such file", "check the path")
+    hint = oiio.ImageSpec()
+    hint.attribute("oiio:RawColor", 1)
+    hint.attribute("oiio:UnassociatedAlpha", 1)
+    picture = oiio.ImageInput.open(str(path), hint)
+    if picture is None:
+        raise _wrong(path, f"the picture cannot be read: {_reason(oiio.geterror())}", "write it again")
+    try:
+        if picture.format_name() not in _FORMATS:
+            raise _wrong(path, f"the picture is {picture.format_name()}, not raw, TIFF or OpenEXR", _REMEDY)
+        return _read(picture, path, levels or Levels(), rotate, exposure, assume_linear)
+    except UnicodeDecodeError as error:
+        raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "write it again") from error
+    finally:
+        picture.close()
+
+
+_REMEDY = "export the photograph as 16-bit or float TIFF, linear, in the camera's own RGB"
+
+
+def _read(
+    picture: OpenImageIO.ImageInput, path: Path, levels: Levels, rotate: bool, told: Exposure | None, linear: bool
+) -> CameraImage:
+    spec = picture.spec()
+    _refuse(spec, path, linear)
+    if picture.seek_subimage(1, 0):
+        raise _wrong(path, "the file holds more than one picture", "keep one")
+    picture.seek_subimage(0, 0)
+    stored: NDArray[Any] | None = picture.read_image(0, 0, 0, spec.nchannels, spec.format)
+    if stored is None:
+        raise _wrong(path, f"the picture is cut short or damaged: {_reason(picture.geterror())}", "copy it again")
+    names = list(spec.channelnames)
+    values = stored[..., [names.index(name) for name in _RGB]]
+    whole = np.issubdtype(values.dtype, np.integer)
+    black = 0.0 if levels.black is None else levels.black
+    white = (float(np.iinfo(values.dtype).max) if whole else 1.0) if levels.white is None else levels.white
+    if not white > black:
+        raise _wrong(path, f"the white level {white:g} is not above the black level {black:g}", "tell both")
+    full = white if levels.saturated is None else levels.saturated
+    bad = 0 if whole else int((~np.isfinite(values)).any(axis=-1).sum())
+    if bad:
+        raise _wrong(path, f"{bad} pixels are NaN or infinite", "mend the picture")
+    if all(name in names for name in SATURATED):
+        saturated, map_from = stored[..., [names.index(name) for name in SATURATED]] > 0, "file"
+    else:
+        saturated, map_from = values >= full, "values"
+    rgb = ((values.astype(np.float64) - black) / (white - black)).astype(np.float32)
+    flip = EXIF_FLIPS.get(_orientation(spec), 0) if rotate else 0
+    steps: tuple[Mapping[str, Any], ...] = (*_earlier(spec),)
+    kind = f"{picture.format_name()} {spec.format}"
+    steps += ({"step": "read", "file": path.name, "kind": kind, "sha256": sha256(path)},)
+    steps += ({"step": "scale", "black": black, "white": white, "saturated_from": full, "saturation_map": map_from},)
+    if flip:
+        steps += ({"step": "rotate", "libraw_flip": flip},)
+    exposure, source = (told, "told") if told else (spec_exposure(spec), "metadata")
+    if exposure:
+        steps += (exposure_step(exposure, source),)
+    return CameraImage(
+        np.ascontiguousarray(turned(rgb, flip)),
+        np.ascontiguousarray(turned(saturated, flip)),
+        exposure,
+        str(path),
+        steps,
+    )
+
+
+def _refuse(spec: OpenImageIO.ImageSpec, path: Path, linear: bool) -> None:
+    if spec.deep or not 0 < spec.width * spec.height <= MAX_PIXELS:
+        raise _wrong(
+            path, f"a picture of {spec.width} × {spec.height} pixels is deep or too large", "flatten or crop it"
+        )
+    missing = [name for name in _RGB if name not in spec.channelnames]
+    if missing:
+        found = ", ".join(spec.channelnames[:6])
+        raise _wrong(path, f"the picture lacks the channel {missing[0]}; it has {found}", _REMEDY)
+    if linear:
+        return
+    declared = str(spec.getattribute("oiio:ColorSpace") or "")
+    if declared and not declared.lower().startswith(_LINEAR):
+        raise _wrong(path, f"the picture declares the colour space '{declared}', which is not linear", _UNLESS)
+    if spec.getattribute("ICCProfile") is not None:
+        profile = spec.getattribute("ICCProfile:profile_description") or "without a name"
+        raise _wrong(path, f"the picture carries a colour profile ({profile}), so it is no camera RGB", _UNLESS)
+    if spec.getattribute("chromaticities") is not None:
+        raise _wrong(path, "the picture declares chromaticities, so it is no camera RGB", _UNLESS)
+    if str(spec.format) in _EIGHT_BITS:
+        raise _wrong(path, "the picture has 8 bits, which linear light does not fit into", _UNLESS)
+
+
+_UNLESS = f"{_REMEDY}; or say that the numbers are linear camera RGB all the same"
+_EIGHT_BITS = ("uint8", "int8")
+
+
+def _orientation(spec: OpenImageIO.ImageSpec) -> int:
+    value = spec.getattribute("Orientation")
+    return value if isinstance(value, int) else 1
+
+
+def _earlier(spec: OpenImageIO.ImageSpec) -> tuple[Mapping[str, Any], ...]:
+    """Return the steps that a file of this program's brings with it."""
+    kept = spec.getattribute(STEPS_ATTRIBUTE)
+    if isinstance(kept, str):
+        with contextlib.suppress(ValueError):
+            steps = json.loads(kept)
+            if isinstance(steps, list) and all(isinstance(step, dict) for step in steps):
+                return tuple(steps)
+    return ()
+
+
+def _reason(message: str) -> str:
+    return message.strip().splitlines()[-1] if message.strip() else "no reason given"
+
+
+def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, str(path), remedy=remedy))
