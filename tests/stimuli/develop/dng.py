@@ -77,7 +77,8 @@ def coded(
     colour = np.array(pattern)[place]
     level = np.resize(np.array(black, float), 4)[place]
     light = np.take_along_axis(rgb, colour[..., None], axis=2)[..., 0]
-    return np.clip(np.rint(level + light * (white - level)), 0, 65535).astype(np.uint16)
+    codes: NDArray[np.uint16] = np.clip(np.rint(level + light * (white - level)), 0, 65535).astype(np.uint16)
+    return codes
 
 
 def write_dng(path: Path, rgb: NDArray[np.float64], **options: Any) -> Path:
