@@ -1,150 +1,114 @@
-"""ArgyllCMS's ``.ti3``: CGATS tables of display readings, RGB in percent and XYZ."""
+"""One CGATS table as text, with the place of everything in it: keywords, the names of fields, rows."""
 
 from __future__ import annotations
 
-import math
 import re
-from pathlib import Path
-
-import numpy as np
+from collections.abc import Sequence
+from dataclasses import dataclass, field
 
 from devices.errors import DeviceError
-from devices.measurements.table import Measurements
 from documents import Finding
 
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"|(\S+)')
-_FIELDS = ("RGB_R", "RGB_G", "RGB_B", "XYZ_X", "XYZ_Y", "XYZ_Z")
+_MOST_FINDINGS = 20
 
 
-def read_ti3(path: Path) -> Measurements:
-    """Read the first table of the ``.ti3`` file at ``path``.
+@dataclass(frozen=True, slots=True)
+class Cell:
+    """A word of the file and where it stands, counted from 1."""
 
-    XYZ that are normalised to a white of 100 are brought back to cd/m² by ``LUMINANCE_XYZ_CDM2``; where the file has
-    none, they stay relative and ``assumptions`` says so. Spectra in the file are not read.
+    text: str
+    line: int
+    column: int
+
+
+@dataclass(slots=True)
+class CgatsTable:
+    """The first table of a file; ``end`` is where something that lacks would have to stand."""
+
+    file: str
+    keywords: dict[str, Cell] = field(default_factory=dict)
+    fields: list[Cell] = field(default_factory=list)
+    rows: list[list[Cell]] = field(default_factory=list)
+    end: Cell = field(default_factory=lambda: Cell("", 1, 1))
+
+    def names(self) -> list[str]:
+        """Return the names of the fields."""
+        return [cell.text for cell in self.fields]
+
+    def finding(self, message: str, at: Cell, remedy: str | None = None) -> Finding:
+        """Return what is wrong ``at`` a place."""
+        return Finding(message, self.file, at.line, at.column, remedy)
+
+
+def read_table(lines: Sequence[str], file: str) -> CgatsTable:
+    """Read the first table in ``lines``; ``file`` is the name that findings carry.
 
     Raises
     ------
     DeviceError
-        With file, line, column and remedy of what is wrong.
+        With line and column: if a quote is left open, a field stands twice, there is no format or no data, the table
+        is cut off, or a row, or the table, has not as many entries as the file says.
     """
-    try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
-    except OSError as error:
-        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
-    return parse_ti3(lines, str(path))
-
-
-def parse_ti3(lines: list[str], file: str) -> Measurements:
-    """Read the first table in ``lines``; ``file`` is the name that findings carry; else as `read_ti3`."""
-    said: dict[str, str] = {}
-    fields: list[str] = []
-    rows: list[tuple[int, list[tuple[str, int]]]] = []
-    inside = ""
-    for number, line in enumerate(lines, start=1):
-        tokens = [(m[1].replace('""', '"') if m[1] is not None else m[2], m.start() + 1) for m in _TOKEN.finditer(line)]
-        if not tokens or tokens[0][0].startswith("#"):
-            continue
-        word = tokens[0][0]
-        if word.startswith("BEGIN_"):
-            inside = word.removeprefix("BEGIN_")
-        elif word == "END_DATA":
-            break
-        elif word.startswith("END_"):
-            inside = ""
-        elif inside == "DATA_FORMAT":
-            fields += [text for text, _ in tokens]
-        elif inside == "DATA":
-            rows.append((number, tokens))
-        elif len(tokens) > 1:
-            said[word] = tokens[1][0]
-    missing = [field for field in _FIELDS if field not in fields]
-    if missing:
-        raise DeviceError(
-            Finding(f"the table has no {', '.join(missing)}", file, remedy="an ArgyllCMS .ti3 of a display, RGB_XYZ")
-        )
-    if not rows:
-        raise DeviceError(Finding("the table holds no measurements", file))
+    table = CgatsTable(file)
     findings: list[Finding] = []
-    values = np.full((len(rows), 6), np.nan)
-    names = []
-    for index, (number, tokens) in enumerate(rows):
-        if len(tokens) != len(fields):
-            findings.append(Finding(f"the line has {len(tokens)} fields, the format {len(fields)}", file, number))
+    inside, opened, done = "", table.end, False
+    for number, line in enumerate(lines, start=1):
+        cells = [
+            Cell(m[1].replace('""', '"') if m[1] is not None else m[2], number, m.start() + 1)
+            for m in _TOKEN.finditer(line)
+        ]
+        if not cells or cells[0].text.startswith("#"):
             continue
-        for place, field in enumerate(_FIELDS):
-            text, column = tokens[fields.index(field)]
-            try:
-                value = float(text)
-            except ValueError:
-                value = math.nan
-            if not math.isfinite(value):
-                findings.append(Finding(f"{field} is '{text}'", file, number, column, "a finite number is needed"))
-            elif place < 3 and not 0 <= value <= 100:
-                findings.append(Finding(f"{field} is {text}", file, number, column, "device values are 0..100"))
-            values[index, place] = value
-        named = next((f for f in ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID") if f in fields), None)
-        names.append(tokens[fields.index(named)][0] if named else f"patch{index + 1}")
+        findings += [
+            table.finding("a quotation mark is not closed", cell)
+            for cell, m in zip(cells, _TOKEN.finditer(line), strict=True)
+            if m[2] and m[2].startswith('"')
+        ]
+        first = cells[0]
+        if first.text.startswith("BEGIN_"):
+            inside, opened = first.text.removeprefix("BEGIN_"), first
+        elif first.text.startswith("END_"):
+            inside, done = "", first.text == "END_DATA"
+        elif inside == "DATA_FORMAT":
+            table.fields += cells
+        elif inside == "DATA":
+            table.rows.append(cells)
+        elif len(cells) > 1:
+            table.keywords[first.text] = cells[1]
+        table.end = first
+        if done:
+            break
+    names = table.names()
+    findings += [
+        table.finding(f"the field {cell.text} stands twice", cell)
+        for place, cell in enumerate(table.fields)
+        if cell.text in names[:place]
+    ]
+    if not table.fields:
+        findings.append(table.finding("the file names no fields", table.end, "BEGIN_DATA_FORMAT and their names"))
+    elif not done:
+        at = opened if inside else table.end
+        findings.append(table.finding("the table is not closed by END_DATA", at, "was the file cut off?"))
+    elif not table.rows:
+        findings.append(table.finding("the table holds no measurements", table.end))
+    findings += [found for row in table.rows if (found := _length(table, row)) is not None]
+    for keyword, what, count in (
+        ("NUMBER_OF_FIELDS", "fields", len(names)),
+        ("NUMBER_OF_SETS", "rows", len(table.rows)),
+    ):
+        said = table.keywords.get(keyword)
+        if said is not None and said.text.strip() != str(count):
+            findings.append(table.finding(f"{keyword} is {said.text}, and there are {count} {what}", said))
     if findings:
-        raise DeviceError(findings[:20])
-    XYZ, assumed = _absolute(values[:, 3:], said, file)
-    left_out = ["spectra in the file were not read"] if any(field.startswith("SPEC_") for field in fields) else []
-    return Measurements(
-        values[:, :3] / 100.0,
-        XYZ,
-        tuple(names),
-        instrument=said.get("TARGET_INSTRUMENT", ""),
-        notes=said.get("DESCRIPTOR", ""),
-        assumptions=tuple([*assumed, *left_out]),
-    )
+        raise DeviceError(findings[:_MOST_FINDINGS])
+    return table
 
 
-def _absolute(XYZ: np.ndarray, said: dict[str, str], file: str) -> tuple[np.ndarray, list[str]]:
-    if said.get("NORMALIZED_TO_Y_100", "NO").upper() != "YES":
-        return XYZ, []
-    if "LUMINANCE_XYZ_CDM2" not in said:
-        return XYZ, ["XYZ are relative to a white of Y = 100; the file does not say how bright that is"]
-    try:
-        luminance = float(said["LUMINANCE_XYZ_CDM2"].split()[1])
-    except (ValueError, IndexError):
-        luminance = math.nan
-    if not (math.isfinite(luminance) and luminance > 0):
-        raise DeviceError(
-            Finding(f"LUMINANCE_XYZ_CDM2 is '{said['LUMINANCE_XYZ_CDM2']}'", file, remedy="three numbers, Y above 0")
-        )
-    return XYZ * (luminance / 100.0), []
-
-
-def write_ti3(measurements: Measurements, path: Path) -> None:
-    """Write ``measurements`` to ``path`` as a ``.ti3`` with absolute XYZ, without eyes, times and spectra."""
-    path.write_text(format_ti3(measurements), encoding="utf-8")
-
-
-def format_ti3(measurements: Measurements) -> str:
-    """Return ``measurements`` as the text of a ``.ti3``; see `write_ti3`."""
-    white = measurements.XYZ[int(np.argmax(measurements.XYZ[:, 1]))] if len(measurements) else np.zeros(3)
-    head = [
-        "CTI3",
-        "",
-        f"DESCRIPTOR {_quoted(measurements.notes or 'Display measurements')}",
-        'ORIGINATOR "cyclopean"',
-        'DEVICE_CLASS "DISPLAY"',
-        'COLOR_REP "RGB_XYZ"',
-        'NORMALIZED_TO_Y_100 "NO"',
-        f'LUMINANCE_XYZ_CDM2 "{white[0]:.6f} {white[1]:.6f} {white[2]:.6f}"',
-    ]
-    if measurements.instrument:
-        head.append(f"TARGET_INSTRUMENT {_quoted(measurements.instrument)}")
-    head += ["", "NUMBER_OF_FIELDS 8", "BEGIN_DATA_FORMAT", f"SAMPLE_ID SAMPLE_NAME {' '.join(_FIELDS)}"]
-    head += ["END_DATA_FORMAT", "", f"NUMBER_OF_SETS {len(measurements)}", "BEGIN_DATA"]
-    rows = [
-        f"{index + 1} {_quoted(measurements.name[index])} "
-        + " ".join(f"{round(100.0 * code, 10):.12g}" for code in measurements.codes[index])
-        + " "
-        + " ".join(repr(float(value)) for value in measurements.XYZ[index])
-        for index in range(len(measurements))
-    ]
-    return "\n".join([*head, *rows, "END_DATA"]) + "\n"
-
-
-def _quoted(text: str) -> str:
-    return '"' + " ".join(text.split()).replace('"', '""') + '"'
+def _length(table: CgatsTable, row: list[Cell]) -> Finding | None:
+    wanted = len(table.fields)
+    if len(row) == wanted or not wanted:
+        return None
+    last = row[min(len(row), wanted + 1) - 1]
+    at = last if len(row) > wanted else Cell("", last.line, last.column + len(last.text) + 1)
+    return table.finding(f"the line has {len(row)} fields, the format {wanted}", at)

@@ -26,7 +26,7 @@ def read_measurements(path: Path, code_range: str | None = None) -> Measurements
     if code_range is not None:
         raise DeviceError(Finding("only the codes of a CSV file need a range", str(path), remedy="leave out --codes"))
     if ending == ".ti3":
-        from devices.measurements.cgats import read_ti3
+        from devices.measurements.ti3 import read_ti3
 
         return read_ti3(path)
     if ending == ".mat":

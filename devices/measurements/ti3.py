@@ -1,0 +1,164 @@
+"""ArgyllCMS's ``.ti3``: display readings as CGATS, RGB in percent, XYZ, and spectra where there are any."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.errors import DeviceError
+from devices.measurements.cgats import Cell, CgatsTable, read_table
+from devices.measurements.table import Measurements
+from devices.measurements.ti3_spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
+from documents import Finding
+
+Floats = NDArray[np.float64]
+
+_RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
+_NAMES = ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID")
+
+
+def read_ti3(path: Path) -> Measurements:
+    """Read the first table of the ``.ti3`` file at ``path``.
+
+    XYZ that are normalised to a white of 100 are brought back to cd/m² by ``LUMINANCE_XYZ_CDM2``; where the file has
+    none, they stay relative and ``assumptions`` says so. Spectra (``SPEC_nnn``, in mW/(sr m² nm)) are brought to the
+    unit of XYZ; where the file has no XYZ, these are summed from the spectra at their own spacing.
+
+    Raises
+    ------
+    DeviceError
+        With file, line, column and remedy of what is wrong.
+    """
+    try:
+        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+    except OSError as error:
+        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
+    return parse_ti3(lines, str(path))
+
+
+def parse_ti3(lines: list[str], file: str) -> Measurements:
+    """Read the first table in ``lines``; ``file`` is the name that findings carry; else as `read_ti3`."""
+    table = read_table(lines, file)
+    names = table.names()
+    spectral = [name for name in names if FIELD.fullmatch(name)]
+    wanted = (*_RGB, *(_XYZ if not spectral or set(_XYZ) & set(names) else ()))
+    missing = [name for name in wanted if name not in names]
+    if missing:
+        remedy = "an ArgyllCMS .ti3 of a display: RGB, and XYZ or spectra"
+        raise DeviceError(table.finding(f"the table has no {', '.join(missing)}", table.fields[0], remedy))
+    findings: list[Finding] = []
+    codes = _numbers(table, _RGB, findings, highest=100.0)
+    light = _numbers(table, _XYZ, findings) if _XYZ[0] in wanted else None
+    values = _numbers(table, tuple(spectral), findings)
+    if findings:
+        raise DeviceError(findings[:20])
+    scale, said = _absolute(table)
+    XYZ = None if light is None else light * scale
+    spectra: Spectra | None = None
+    if spectral:
+        spectra = read_spectra(table, spectral, values * scale, XYZ)
+        said += spectra.said
+    if XYZ is None:
+        assert spectra is not None
+        XYZ = spectra.XYZ
+    named = next((names.index(name) for name in _NAMES if name in names), None)
+    return Measurements(
+        codes / 100.0,
+        XYZ,
+        tuple(f"patch{i + 1}" if named is None else row[named].text for i, row in enumerate(table.rows)),
+        spectra=None if spectra is None else spectra.per_nm,
+        wavelengths_nm=None if spectra is None else spectra.wavelengths_nm,
+        instrument=_said(table, "TARGET_INSTRUMENT"),
+        notes=_said(table, "DESCRIPTOR"),
+        assumptions=tuple(said),
+    )
+
+
+def _numbers(table: CgatsTable, names: tuple[str, ...], findings: list[Finding], highest: float = math.inf) -> Floats:
+    """Return the columns of ``names``, shape (n, k); what is no number, or too high, goes to ``findings``."""
+    every = table.names()
+    places = [every.index(name) for name in names]
+    values = np.full((len(table.rows), len(names)), np.nan)
+    for index, row in enumerate(table.rows):
+        for column, place in enumerate(places):
+            cell: Cell = row[place]
+            try:
+                value = float(cell.text)
+            except ValueError:
+                value = math.nan
+            if not math.isfinite(value):
+                findings.append(table.finding(f"{every[place]} is '{cell.text}'", cell, "a finite number is needed"))
+            elif highest < math.inf and not 0 <= value <= highest:
+                told = f"{every[place]} is {cell.text}"
+                findings.append(table.finding(told, cell, f"device values are 0..{highest:g}"))
+            values[index, column] = value
+    return values
+
+
+def _said(table: CgatsTable, keyword: str) -> str:
+    return table.keywords[keyword].text if keyword in table.keywords else ""
+
+
+def _absolute(table: CgatsTable) -> tuple[float, list[str]]:
+    """Return what brings the file's light to cd/m², and what was taken for granted."""
+    normalised = table.keywords.get("NORMALIZED_TO_Y_100")
+    answer = normalised.text.strip().upper() if normalised else "NO"
+    if normalised is not None and answer not in ("YES", "NO"):
+        raise DeviceError(table.finding(f"NORMALIZED_TO_Y_100 is '{normalised.text}'", normalised, "YES or NO"))
+    if answer == "NO":
+        return 1.0, []
+    luminance = table.keywords.get("LUMINANCE_XYZ_CDM2")
+    if luminance is None:
+        return 1.0, ["XYZ are relative to a white of Y = 100; the file does not say how bright that is"]
+    try:
+        value = float(luminance.text.split()[1])
+    except (ValueError, IndexError):
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        told = f"LUMINANCE_XYZ_CDM2 is '{luminance.text}'"
+        raise DeviceError(table.finding(told, luminance, "three numbers, Y above 0"))
+    return value / 100.0, []
+
+
+def write_ti3(measurements: Measurements, path: Path) -> None:
+    """Write ``measurements`` to ``path`` as a ``.ti3`` with absolute XYZ, and spectra where there are any.
+
+    Eyes and times have no place in the format. DeviceError if the spectra's wavelengths have none either: they must be
+    evenly spaced, or whole numbers of nm.
+    """
+    path.write_text(format_ti3(measurements), encoding="utf-8")
+
+
+def format_ti3(measurements: Measurements) -> str:
+    """Return ``measurements`` as the text of a ``.ti3``; see `write_ti3`."""
+    white = measurements.XYZ[int(np.argmax(measurements.XYZ[:, 1]))] if len(measurements) else np.zeros(3)
+    head = [
+        "CTI3",
+        "",
+        f"DESCRIPTOR {_quoted(measurements.notes or 'Display measurements')}",
+        'ORIGINATOR "cyclopean"',
+        'DEVICE_CLASS "DISPLAY"',
+        'COLOR_REP "RGB_XYZ"',
+        'NORMALIZED_TO_Y_100 "NO"',
+        f'LUMINANCE_XYZ_CDM2 "{white[0]:.6f} {white[1]:.6f} {white[2]:.6f}"',
+    ]
+    if measurements.instrument:
+        head.append(f"TARGET_INSTRUMENT {_quoted(measurements.instrument)}")
+    said, spectral = spectral_head(measurements)
+    fields = ["SAMPLE_ID", "SAMPLE_NAME", *_RGB, *_XYZ, *spectral]
+    head += [*said, "", f"NUMBER_OF_FIELDS {len(fields)}", "BEGIN_DATA_FORMAT", " ".join(fields)]
+    head += ["END_DATA_FORMAT", "", f"NUMBER_OF_SETS {len(measurements)}", "BEGIN_DATA"]
+    spectra = spectral_rows(measurements)
+    rows = []
+    for index in range(len(measurements)):
+        codes = [f"{round(100.0 * code, 10):.12g}" for code in measurements.codes[index]]
+        light = [repr(float(value)) for value in measurements.XYZ[index]]
+        rows.append(" ".join([str(index + 1), _quoted(measurements.name[index]), *codes, *light, *spectra[index]]))
+    return "\n".join([*head, *rows, "END_DATA"]) + "\n"
+
+
+def _quoted(text: str) -> str:
+    return '"' + " ".join(text.split()).replace('"', '""') + '"'
