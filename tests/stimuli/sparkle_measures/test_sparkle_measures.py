@@ -1,0 +1,289 @@
+"""Sparkles planted at known places, of known light and width, come back."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Sequence
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import cKDTree
+from scipy.special import ndtr
+
+from stimuli.errors import StimulusError
+from stimuli.sparkle_measures.background import local_background
+from stimuli.sparkle_measures.both_eyes import shared_sparkles
+from stimuli.sparkle_measures.find import Threshold, find_peaks
+from stimuli.sparkle_measures.measure import PixelScale, SparkleMeasures, measure_sparkles
+from stimuli.sparkle_measures.moments import FWHM_PER_SD
+
+Floats = NDArray[np.float64]
+BASE = 10.0
+
+
+def planted(
+    shape: tuple[int, int], places: Floats, flux: ArrayLike, sd_px: ArrayLike, *, noise: float = 0.0, base: float = BASE
+) -> NDArray[np.float32]:
+    """A plane of ``base`` cd/m² with Gaussians integrated over each pixel's area, and Gaussian noise."""
+    picture = np.full(shape, base)
+    each = np.broadcast_to(flux, len(places)), np.broadcast_to(sd_px, len(places))
+    for (row, column), light, sd in zip(places, *each, strict=True):
+        down = np.diff(ndtr((np.arange(shape[0] + 1) - 0.5 - row) / sd))
+        across = np.diff(ndtr((np.arange(shape[1] + 1) - 0.5 - column) / sd))
+        rows, columns = np.flatnonzero(down > 1e-12), np.flatnonzero(across > 1e-12)
+        picture[np.ix_(rows, columns)] += light * np.outer(down[rows], across[columns])
+    return np.asarray(picture + np.random.default_rng(99).normal(0, noise, shape), dtype=np.float32)
+
+
+def apart(seed: int, size: int = 400, step: float = 24.0) -> Floats:
+    """Places about ``step`` px apart, each at random within its pixel."""
+    line = np.arange(20.0, size - 20, step)
+    places = np.stack(np.meshgrid(line, line, indexing="ij"), axis=-1).reshape(-1, 2)
+    return np.asarray(places + np.random.default_rng(seed).uniform(-0.5, 0.5, places.shape))
+
+
+def on_pixels(sd_px: float) -> float:
+    return math.sqrt(sd_px**2 + 1 / 12)
+
+
+def offsets(measures: SparkleMeasures, places: Floats) -> Floats:
+    """Each planted sparkle's distance to the nearest that was found."""
+    found = np.stack([measures.moments.row_px, measures.moments.column_px], axis=-1)
+    return np.asarray(cKDTree(found).query(places)[0])
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.2])
+@pytest.mark.parametrize("sd_px", [0.5, 0.7, 1.0, 1.5, 2.0])
+def test_planted_sparkles_come_back(sd_px: float, noise: float) -> None:
+    """Noise of 2 % of the background, 0.4 % of the peak."""
+    places = apart(1)
+    flux = 50 * 2 * math.pi * sd_px**2
+    picture = planted((400, 400), places, flux, sd_px, noise=noise)
+    measures = measure_sparkles(picture)
+    assert len(measures.peaks) == len(places)
+    assert measures.count.se == math.sqrt(len(places))
+    assert measures.overlapping == measures.unfit == 0
+    assert offsets(measures, places).max() < (0.05 if noise else 0.03)
+    assert measures.width_px.value == pytest.approx(FWHM_PER_SD * on_pixels(sd_px), rel=0.01)
+    assert np.median(measures.moments.flux_cd_m2_px) == pytest.approx(flux, rel=0.01)
+    # The contrast of the brightest pixel follows from the picture without noise.
+    clean = planted((400, 400), places, flux, sd_px)
+    row, column = np.round(places).astype(int).T
+    peaks = [clean[r - 1 : r + 2, c - 1 : c + 2].max() for r, c in zip(row, column, strict=True)]
+    assert measures.contrast.value == pytest.approx(np.mean(np.array(peaks) / BASE - 1), rel=0.01)
+    # Rings half a pixel wide take the corners off a profile that is hardly wider than a pixel.
+    half = 0.5 * FWHM_PER_SD * on_pixels(sd_px)
+    assert measures.half_width_px.value == pytest.approx(half, rel=0.1 if sd_px < 0.7 else 0.04)
+
+
+def test_spread_does_not_depend_on_brightness() -> None:
+    """Figure 4.3's finding, and what would show if it were otherwise."""
+    places = apart(2)
+    wide = [measure_sparkles(planted((400, 400), places, light, 1.0, noise=0.1)) for light in (100.0, 400.0)]
+    assert wide[0].half_width_px.value == pytest.approx(wide[1].half_width_px.value, rel=0.02)
+    clipped = measure_sparkles(np.minimum(planted((400, 400), places, 400.0, 1.0), np.float32(30)))
+    assert len(clipped.peaks) == len(places)
+    assert clipped.half_width_px.value > 1.2 * wide[1].half_width_px.value
+
+
+def test_standard_errors_cover_the_truth() -> None:
+    """Widths that scatter: the mean lies within its errors as often as it should."""
+    inside = 0
+    for seed in range(12):
+        random = np.random.default_rng(seed)
+        places = apart(seed, 200)
+        sd = random.uniform(0.8, 1.6, len(places))
+        measures = measure_sparkles(planted((200, 200), places, 60 * 2 * np.pi * sd**2, sd))
+        truth = FWHM_PER_SD * np.sqrt(1.2**2 + 0.8**2 / 12 + 1 / 12)  # about the mean of the law
+        inside += abs(measures.width_px.value - truth) < 2 * measures.width_px.se
+    assert inside >= 9
+
+
+def test_density_and_size_in_the_units_of_the_plate_and_of_the_eye() -> None:
+    places = apart(3)
+    scale = PixelScale(pixels_per_mm=14.6, pixels_per_degree=44.0)
+    measures = measure_sparkles(planted((400, 400), places, 300.0, 1.0), Threshold(times=1.5), scale)
+    plate_cm2 = (400 / 146) ** 2
+    assert measures.density_per_cm2 is not None
+    assert measures.density_per_cm2.value == pytest.approx(len(places) / plate_cm2)
+    assert measures.density_per_cm2.se == pytest.approx(math.sqrt(len(places)) / plate_cm2)
+    assert measures.density_per_deg2 is not None
+    assert measures.density_per_deg2.value == pytest.approx(len(places) / (400 / 44) ** 2)
+    told = json.loads(json.dumps(measures.to_json(), allow_nan=False))
+    assert told["half_width_um"]["value"] == pytest.approx(measures.half_width_px.value / 14.6 * 1000)
+    assert told["half_width_arcmin"]["value"] == pytest.approx(measures.half_width_px.value / 44 * 60)
+    assert told["area_um2"]["value"] == pytest.approx(measures.area_px.value / 14.6**2 * 1e6)
+
+
+def test_area_is_what_lies_above_the_threshold() -> None:
+    picture = np.full((64, 64), 10.0, np.float32)
+    picture[20:23, 30:34] = 25.0
+    picture[21, 31] = 40.0
+    picture[40, 40] = picture[41, 41] = 21.0  # touch at a corner
+    measures = measure_sparkles(picture)
+    assert list(measures.peaks.area_px) == [12, 2]
+    assert list(measures.peaks.luminance_cd_m2) == [40.0, 21.0]
+    assert measures.peaks.pixels_above == 14
+
+
+def test_overlapping_sparkles_are_said() -> None:
+    places = np.array([[50.0, 50.0], [50.0, 54.0], [50.3, 100.0], [100.0, 60.0], [100.9, 60.9]])
+    measures = measure_sparkles(planted((160, 160), places, 300.0, 1.0))
+    # The last two are one peak.
+    assert len(measures.peaks) == 4
+    assert measures.overlapping == 2
+    assert offsets(measures, places[:3]).max() < 0.3
+
+
+def test_sparkles_at_random_places_are_counted_and_the_merged_foretold() -> None:
+    lost, foretold = [], []
+    for seed in range(6):
+        places = np.random.default_rng(seed).uniform(4, 396, (700, 2))
+        measures = measure_sparkles(planted((400, 400), places, 300.0, 0.8))
+        lost.append(len(places) - len(measures.peaks))
+        foretold.append(measures.merged_expected)
+    assert min(lost) > 0
+    assert np.mean(lost) == pytest.approx(np.mean(foretold), rel=0.35)
+
+
+def test_nothing_is_found_in_noise_or_on_an_even_plane() -> None:
+    for noise in (0.0, 1.0):
+        measures = measure_sparkles(planted((300, 300), np.empty((0, 2)), 0.0, 1.0, noise=noise))
+        assert measures.count.value == 0
+        assert measures.to_json()["weber_contrast"] == {"value": None, "se": None}
+        assert measures.peaks.background.noise_cd_m2 == pytest.approx(noise, rel=0.02)
+
+
+def test_absolute_threshold_and_dark_background() -> None:
+    picture = planted((100, 100), np.array([[30.2, 40.1], [70.0, 70.4]]), [50.0, 500.0], 1.0, base=0.0)
+    assert measure_sparkles(picture, Threshold(times=0, above_cd_m2=20)).count.value == 1
+    both = measure_sparkles(picture, Threshold(times=0, above_cd_m2=2))
+    assert both.count.value == 2
+    assert math.isnan(both.contrast.value)
+
+
+def test_light_that_falls_off_over_the_picture() -> None:
+    places = apart(4)
+    slope = np.linspace(0.4, 2.0, 400, dtype=np.float32)
+    even = planted((400, 400), places, 150.0, 1.0)
+    measures = measure_sparkles(even * slope)
+    assert len(measures.peaks) == len(places)
+    expected = measure_sparkles(even)
+    assert measures.contrast.value == pytest.approx(expected.contrast.value, rel=0.02)
+    # One absolute threshold for all would miss the sparkles of the dark side.
+    assert len(find_peaks(even * slope, Threshold(times=0, above_cd_m2=25))) < 0.9 * len(places)
+
+
+# Background
+
+
+def test_background_is_the_median_in_the_middle_of_each_window() -> None:
+    """Against the slow twin: the median of the pixels about a place."""
+    random = np.random.default_rng(0)
+    smooth = np.linspace(5, 15, 130)[:, None] * np.linspace(1, 2, 190)
+    picture = (smooth + random.normal(0, 0.3, smooth.shape)).astype(np.float32)
+    background = local_background(picture, 60)
+    lines = background.lines(0, 130, 190)
+    assert lines.dtype == np.float32
+    assert background.windows_cd_m2.shape == (2, 3)
+    for row in (0, 1):
+        for column in (0, 1, 2):
+            edges = np.linspace(0, 190, 4).round().astype(int)[column : column + 2]
+            plain = np.median(picture[65 * row : 65 * row + 65, edges[0] : edges[1]])
+            assert background.windows_cd_m2[row, column] == plain
+    place = np.random.default_rng(1).uniform(0, 129, 50), np.random.default_rng(2).uniform(0, 189, 50)
+    whole = np.round(place[0]), np.round(place[1])
+    at = background.at(*whole)
+    np.testing.assert_allclose(at, lines[whole[0].astype(int), whole[1].astype(int)], rtol=1e-6)
+    assert np.abs(lines / smooth - 1)[20:110, 40:150].max() < 0.05
+
+
+def test_a_window_full_of_sparkle_does_not_lift_its_neighbours() -> None:
+    picture = np.full((300, 300), 10.0, np.float32)
+    picture[100:160, 100:160] = 300.0
+    assert local_background(picture, 60).lines(0, 300, 300).max() == 10.0
+
+
+# Both eyes
+
+
+def test_sparkles_that_both_eyes_see() -> None:
+    places = apart(5)
+    random = np.random.default_rng(6)
+    common, mine, others = places[:100], places[100:150], places[150:180]
+    left = measure_sparkles(planted((400, 400), np.concatenate([common, mine]), 300.0, 1.0, noise=0.1))
+    moved = np.concatenate([common + random.normal(0, 0.05, common.shape), others]) + (0.0, 0.6)
+    right = measure_sparkles(planted((400, 400), moved, 300.0, 1.0, noise=0.2))
+    found = shared_sparkles(left, right, tolerance_px=0.5, parallax_px=0.6)
+    assert (found.left, found.right, found.both) == (150, 130, 100)
+    assert found.share.value == pytest.approx(100 / 180)
+    assert found.share.se == pytest.approx(math.sqrt(100 * 80 / 180**3))
+    assert shared_sparkles(left, right, tolerance_px=0.3).both < 20
+    swapped = shared_sparkles(right, left, tolerance_px=0.5, parallax_px=-0.6)
+    assert (swapped.left, swapped.right, swapped.both) == (130, 150, 100)
+
+
+def test_random_places_meet_as_often_as_foretold() -> None:
+    met, foretold = [], []
+    for seed in range(4):
+        two = [
+            measure_sparkles(
+                planted((300, 300), np.random.default_rng([seed, eye]).uniform(5, 295, (250, 2)), 300.0, 0.7)
+            )
+            for eye in (0, 1)
+        ]
+        found = shared_sparkles(two[0], two[1], tolerance_px=3.0)
+        met.append(found.both)
+        foretold.append(found.by_chance)
+    assert np.mean(met) == pytest.approx(np.mean(foretold), rel=0.3)
+    assert shared_sparkles(two[0], two[0]).share.value == 1.0
+
+
+# What must always hold, and what cannot be
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.integers(0, 2**32 - 1), st.floats(0.01, 1000), st.booleans(), st.booleans())
+def test_brighter_or_turned_pictures_hold_the_same_sparkles(
+    seed: int, factor: float, across: bool, turned: bool
+) -> None:
+    picture = planted((96, 120), np.random.default_rng(seed).uniform(5, 90, (12, 2)), 300.0, 1.0, noise=0.3)
+    other = picture * np.float32(factor)
+    other = other[:, ::-1] if across else other
+    other = np.ascontiguousarray(other.T if turned else other)
+    one, two = measure_sparkles(picture, window_px=24), measure_sparkles(other, window_px=24)
+    assert len(one.peaks) == len(two.peaks)
+    assert sorted(one.peaks.area_px) == sorted(two.peaks.area_px)
+    assert one.contrast.value == pytest.approx(two.contrast.value, rel=1e-4, nan_ok=True)
+    assert one.width_px.value == pytest.approx(two.width_px.value, rel=2e-3, nan_ok=True)
+
+
+def pictures_that_cannot_be() -> Sequence[tuple[NDArray[np.float32], str]]:
+    even = np.full((50, 50), 3.0, np.float32)
+    hole = even.copy()
+    hole[3, 4] = np.nan
+    return (
+        (hole, "1 pixels is NaN"),
+        (np.zeros((50, 50, 3), np.float32), "shape"),
+        (np.zeros((3, 50), np.float32), "at least 8"),
+    )
+
+
+@pytest.mark.parametrize(("picture", "message"), pictures_that_cannot_be())
+def test_pictures_that_cannot_be(picture: NDArray[np.float32], message: str) -> None:
+    with pytest.raises(StimulusError, match=message):
+        measure_sparkles(picture)
+
+
+def test_thresholds_that_cannot_be() -> None:
+    with pytest.raises(StimulusError, match="above the threshold of its sparkles"):
+        measure_sparkles(np.full((50, 50), 3.0, np.float32), Threshold(times=0.5))
+    for times, above in ((0.0, 0.0), (-1.0, 1.0), (math.nan, 1.0)):
+        with pytest.raises(StimulusError, match="threshold"):
+            Threshold(times, above)
+    with pytest.raises(StimulusError, match="pixels_per_mm"):
+        PixelScale(pixels_per_mm=0)
