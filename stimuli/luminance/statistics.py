@@ -1,0 +1,141 @@
+"""What a picture's light is like, per eye: the columns of Table 4.3, dynamic range and contrast."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.display_file import EyeModels
+from stimuli.luminance.saturation import Saturation, saturation
+from stimuli.sparkle_measures.find import Threshold
+from stimuli.sparkle_measures.measure import PixelScale, SparkleMeasures, measure_sparkles
+from stimuli.stereo_image import Eye, StereoImage
+
+# A picture's extremes are single pixels; its robust range leaves out the darkest and the brightest thousandth.
+ROBUST_PERCENTILES = (0.1, 99.9)
+_EYES: tuple[Eye, Eye] = ("left", "right")
+_ROWS = 256
+
+
+@dataclass(frozen=True, slots=True)
+class DynamicRange:
+    """Between two luminances; infinite from 0, and 1 : 1 in a picture without light."""
+
+    low_cd_m2: float
+    high_cd_m2: float
+
+    @property
+    def ratio(self) -> float:
+        """High over low."""
+        if self.high_cd_m2 <= 0:
+            return 1.0
+        return self.high_cd_m2 / self.low_cd_m2 if self.low_cd_m2 > 0 else math.inf
+
+    def to_json(self) -> dict[str, float | None]:
+        """Return the two luminances, log10 of their ratio, and stops; None for infinite."""
+        ratio = self.ratio
+        told = math.isfinite(ratio)
+        return {
+            "low_cd_m2": self.low_cd_m2,
+            "high_cd_m2": self.high_cd_m2,
+            "log10": math.log10(ratio) if told else None,
+            "stops": math.log2(ratio) if told else None,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class EyeStatistics:
+    """One eye's picture.
+
+    ``rms_contrast`` is the standard deviation of luminance over its mean [Peli1990]. ``sparkles`` holds the Weber
+    contrast of its sparkles (Expression 2.13) with their count and size. ``saturated`` is None where no display is
+    known.
+    """
+
+    mean_cd_m2: float
+    max_cd_m2: float
+    dynamic_range: DynamicRange
+    robust_range: DynamicRange
+    rms_contrast: float
+    saturated: Saturation | None
+    sparkles: SparkleMeasures | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers for a manifest."""
+        return {
+            "mean_luminance_cd_m2": self.mean_cd_m2,
+            "max_luminance_cd_m2": self.max_cd_m2,
+            "dynamic_range": self.dynamic_range.to_json(),
+            "dynamic_range_robust": self.robust_range.to_json(),
+            "rms_contrast": self.rms_contrast,
+            "saturated_percent": None if self.saturated is None else self.saturated.to_json(),
+            "sparkles": None if self.sparkles is None else self.sparkles.to_json(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class PictureStatistics:
+    """A row of Table 4.3 for each eye; a flat picture on one display model has one object for both."""
+
+    exposure_s: float | None
+    luminance_scale: float
+    eyes: Mapping[Eye, EyeStatistics]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers for a manifest."""
+        return {
+            "exposure_s": self.exposure_s,
+            "luminance_scale": self.luminance_scale,
+            "eyes": {eye: one.to_json() for eye, one in self.eyes.items()},
+        }
+
+
+def picture_statistics(
+    image: StereoImage,
+    models: EyeModels | None = None,
+    *,
+    exposure_s: float | None = None,
+    luminance_scale: float = 1.0,
+    threshold: Threshold | None = None,
+    scale: PixelScale | None = None,
+) -> PictureStatistics:
+    """Return the statistics of each eye's picture; what both eyes share is computed once.
+
+    With a ``threshold`` the sparkles are measured too. ``exposure_s`` and ``luminance_scale`` are only kept.
+
+    Raises
+    ------
+    StimulusError
+        If the sparkles cannot be told from what lies between them.
+    """
+    left = _statistics(image, "left", models, threshold, scale)
+    same = image.is_flat and (models is None or models.left is models.right)
+    right = left if same else _statistics(image, "right", models, threshold, scale)
+    return PictureStatistics(exposure_s, luminance_scale, {"left": left, "right": right})
+
+
+def _statistics(
+    image: StereoImage, eye: Eye, models: EyeModels | None, threshold: Threshold | None, scale: PixelScale | None
+) -> EyeStatistics:
+    xyz = image.eye(eye)
+    luminance: NDArray[np.float32] = np.ascontiguousarray(xyz[..., 1])
+    mean = float(luminance.mean(dtype=np.float64))
+    variance = sum(
+        float(((luminance[first : first + _ROWS].astype(np.float64) - mean) ** 2).sum())
+        for first in range(0, len(luminance), _ROWS)
+    )
+    low, high = np.percentile(luminance, ROBUST_PERCENTILES, method="nearest")
+    return EyeStatistics(
+        mean,
+        float(luminance.max()),
+        DynamicRange(float(luminance.min()), float(luminance.max())),
+        DynamicRange(float(low), float(high)),
+        math.sqrt(variance / luminance.size) / mean if mean > 0 else 0.0,
+        None if models is None else saturation(xyz, models.eye(eye)),
+        None if threshold is None else measure_sparkles(luminance, threshold, scale),
+    )
