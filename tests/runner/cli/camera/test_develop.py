@@ -1,0 +1,149 @@
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from devices.camera.camera_file import write_camera
+from devices.camera.camera_model import CameraModel
+from devices.camera.exposure import Exposure
+from documents import InputError
+from runner.cli.camera import command as group
+from stimuli.develop.read import read_camera_image
+from stimuli.exr import read_exr
+from tests.stimuli.develop.dng import exposure_tags, smooth, write_dng
+
+MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
+
+
+@pytest.fixture
+def camera(tmp_path: Path) -> Path:
+    model = CameraModel(
+        MATRIX, np.zeros(3), np.zeros(3), Exposure(1 / 15, 8.0, 200.0), (9.41, 60.0), name="test", source="made up"
+    )
+    write_camera(model, tmp_path / "camera.yaml")
+    return tmp_path / "camera.yaml"
+
+
+def photo(path: Path, time: tuple[int, int] = (1, 15)) -> Path:
+    return write_dng(path, smooth(), black=(600,), white=15520, tags=exposure_tags(time, (8, 1), 200))
+
+
+def develop(*arguments: object) -> Any:
+    """Run the command, which must do its work, and return what it prints as JSON."""
+    words = ["develop", *map(str, arguments), "--json"]
+    result = CliRunner().invoke(group, words, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def findings(*arguments: object) -> list[Any]:
+    result = CliRunner().invoke(group, ["develop", *map(str, arguments)])
+    assert isinstance(result.exception, InputError), result.output
+    return list(result.exception.findings)
+
+
+def test_a_raw_photograph_becomes_absolute_xyz(tmp_path: Path, camera: Path) -> None:
+    (told,) = develop(photo(tmp_path / "a.dng"), "--camera", camera, "-o", tmp_path / "a.exr")
+    truth = smooth() @ MATRIX.T
+    xyz = read_exr(tmp_path / "a.exr").left
+    np.testing.assert_allclose(xyz[4:-4, 4:-4], truth[4:-4, 4:-4], rtol=2e-3)
+    assert told["mean_luminance_cd_m2"] == pytest.approx(truth[..., 1].mean(), rel=1e-3)
+    assert told["above_safe_pixels"] == pytest.approx((truth[..., 1] > 60).sum(), abs=20)
+    assert told["exposure_was_characterised"] is True
+    assert json.loads((tmp_path / "a.steps.json").read_text(encoding="utf-8")) == told
+    assert [step["step"] for step in told["steps"]] == [
+        "read",
+        "linearise",
+        "demosaic",
+        "rotate",
+        "exposure",
+        "camera_to_xyz",
+    ]
+
+
+def test_twice_the_time_is_half_the_light(tmp_path: Path, camera: Path) -> None:
+    develop(photo(tmp_path / "a.dng", (2, 15)), "--camera", camera, "-o", tmp_path / "a.exr")
+    told = develop(tmp_path / "a.dng", "--camera", camera, "--exposure", "1/15,8,200", "-o", tmp_path / "b.exr")
+    half, whole = (read_exr(tmp_path / name).left for name in ("a.exr", "b.exr"))
+    np.testing.assert_allclose(half, whole / 2, rtol=2e-3)
+    assert told[0]["exposure"]["time_s"] == pytest.approx(1 / 15)
+
+
+def test_without_a_camera_file_it_stays_camera_rgb(tmp_path: Path) -> None:
+    (told,) = develop(photo(tmp_path / "a.dng"), "--demosaic", "superpixel", "-o", tmp_path / "a.exr")
+    assert (told["width_px"], told["height_px"]) == (32, 24)
+    back = read_camera_image(tmp_path / "a.exr")
+    np.testing.assert_array_equal(back.rgb, read_camera_image(tmp_path / "a.dng", demosaic="superpixel").rgb)
+    assert back.exposure is not None
+    assert back.exposure.f_number == 8.0
+
+
+def test_many_go_into_a_folder_and_a_bad_one_stops_no_other(tmp_path: Path, camera: Path) -> None:
+    good = [photo(tmp_path / f"{name}.dng") for name in ("a", "b")]
+    cut = photo(tmp_path / "c.dng")
+    cut.write_bytes(cut.read_bytes()[:2000])
+    (finding,) = findings(*good, cut, "--camera", camera, "-o", tmp_path / "out")
+    assert finding.file == str(cut)
+    assert "cut short" in finding.message
+    assert sorted(path.name for path in (tmp_path / "out").iterdir()) == [
+        "a.exr",
+        "a.steps.json",
+        "b.exr",
+        "b.steps.json",
+    ]
+
+
+def test_the_table_tells_what_matters(tmp_path: Path, camera: Path) -> None:
+    words = ["develop", str(photo(tmp_path / "a.dng", (1, 30))), "--camera", str(camera)]
+    result = CliRunner().invoke(group, [*words, "-o", str(tmp_path / "a.exr")], env={"COLUMNS": "200"})
+    assert result.exit_code == 0
+    assert "64 × 48" in result.output
+    assert "f/8 ISO 200" in result.output
+    assert "a.dng: the camera file was not tried at this exposure" in result.output
+
+
+def test_nothing_is_written_over_a_photograph(tmp_path: Path) -> None:
+    first = develop(photo(tmp_path / "a.dng"), "-o", tmp_path / "a.exr")
+    before = (tmp_path / "a.exr").read_bytes()
+    for output in (tmp_path, tmp_path / "a.exr"):
+        (finding,) = findings(tmp_path / "a.exr", "-o", output)
+        assert "written over" in finding.message
+    assert (tmp_path / "a.exr").read_bytes() == before
+    assert first[0]["holds"] == "camera RGB"
+    (tmp_path / "other").mkdir()
+    twin = photo(tmp_path / "other" / "A.dng")
+    (finding,) = findings(tmp_path / "a.dng", twin, "-o", tmp_path / "out")
+    assert "same file" in finding.message
+    (finding,) = findings(tmp_path / "a.dng", tmp_path / "a.dng", "-o", tmp_path / "out")
+    assert "twice" in finding.message
+    (finding,) = findings(tmp_path / "a.dng", twin, "-o", tmp_path / "b.exr")
+    assert "name a folder" in str(finding)
+    (finding,) = findings(tmp_path / "a.dng", "-o", tmp_path / "b.png")
+    assert "no .exr" in finding.message
+
+
+def test_faults_of_camera_and_exposure_are_told(tmp_path: Path, camera: Path) -> None:
+    path = write_dng(tmp_path / "a.dng", smooth(), black=(600,), white=15520)
+    (finding,) = findings(path, "--camera", camera, "-o", tmp_path / "a.exr")
+    assert finding.file == str(path)
+    assert "does not tell its exposure" in finding.message
+    (finding,) = findings(path, "--exposure", "soon", "-o", tmp_path / "a.exr")
+    assert "soon" in finding.message
+    (finding,) = findings(path, "--camera", tmp_path / "none.yaml", "-o", tmp_path / "a.exr")
+    assert finding.file == str(tmp_path / "none.yaml")
+    assert not (tmp_path / "a.exr").exists()
+
+
+def test_an_affine_camera_file_refuses_another_exposure(tmp_path: Path) -> None:
+    offset = np.array([0.1, 0.2, 0.3])
+    affine = CameraModel(MATRIX, offset, np.zeros(3), Exposure(1.0, 8.0, 200.0), form="affine", name="a", source="b")
+    write_camera(affine, tmp_path / "affine.yaml")
+    path = photo(tmp_path / "a.dng")
+    (finding,) = findings(path, "--camera", tmp_path / "affine.yaml", "-o", tmp_path / "a.exr")
+    assert finding.file == str(path)
+    assert "affine" in finding.message
