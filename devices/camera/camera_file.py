@@ -181,7 +181,7 @@ def _numbers(values: Iterable[float]) -> str:
 
 def _number(value: float) -> str:
     # The shortest text that reads back the same; YAML 1.1 readers take 1e-05 for text, so a number has its point.
-    text = repr(float(value)).removesuffix(".0")
+    text = repr(float(value) + 0.0).removesuffix(".0")
     return text.replace("e", ".0e") if "e" in text and "." not in text else text
 
 

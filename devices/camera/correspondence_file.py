@@ -1,0 +1,144 @@
+"""Tables of colours as CSV: ``R,G,B,X,Y,Z[,name]``, or ``X,Y,Z[,name]`` alone for a chart that a camera is to see.
+
+Comments begin with ``#``; ``# rgb: 0..16383`` says what the camera's values run over, ``# source: ...`` what they are.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import csv
+import math
+import os
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.camera.correspondences import FULL_SCALE, Correspondences
+from devices.errors import DeviceError
+from documents import Finding
+from documents.characters import visible
+
+Floats = NDArray[np.float64]
+
+_RGB, _XYZ = ("R", "G", "B"), ("X", "Y", "Z")
+_ALSO = {"red": "R", "green": "G", "blue": "B"}
+_MOST_FINDINGS = 20
+_MOST_BYTES = 50_000_000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ReferenceColours:
+    """XYZ (n, 3) in cd/m² of a chart's patches, row by row from the top left, and their names."""
+
+    XYZ: Floats
+    names: tuple[str, ...]
+    file: str | None = None
+
+
+def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
+    """Read colours that a camera and an instrument both saw.
+
+    Raises
+    ------
+    DeviceError
+        With file, line, column, value and remedy of the first twenty faults.
+    """
+    file = str(path)
+    values, names, full = _read(file, (*_RGB, *_XYZ))
+    rgb = values[:, :3] / full
+    return Correspondences(rgb, values[:, 3:], names, rgb >= FULL_SCALE, file)
+
+
+def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
+    """Read the colours of a chart as measured; columns of camera RGB are passed over. DeviceError as above."""
+    file = str(path)
+    values, names, _ = _read(file, _XYZ)
+    if (values < 0).any() or values[:, 1].max() <= 0:
+        raise DeviceError(Finding("XYZ must not be negative, nor all luminances 0", file))
+    return ReferenceColours(values, names, file)
+
+
+def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], float]:
+    full = 1.0
+    rows: list[tuple[int, list[str]]] = []
+    for number, line in enumerate(_text(file).splitlines(), start=1):
+        bare = line.strip()
+        if bare.startswith("#"):
+            key, _, value = bare.lstrip("# ").partition(":")
+            if key.strip().lower() == "rgb":
+                full = _full(value.strip(), file, number)
+        elif bare:
+            try:
+                rows.append((number, next(csv.reader([bare], strict=True))))
+            except csv.Error as error:
+                raise DeviceError(Finding(f"the table is not CSV: {error}", file, number)) from error
+    if len(rows) < 2:
+        raise DeviceError(Finding("the table holds no colours", file, remedy=f"columns: {','.join(needed)}[,name]"))
+    columns = _columns(rows[0][1], needed, file, rows[0][0])
+    findings: list[Finding] = []
+    values = np.full((len(rows) - 1, len(needed)), np.nan)
+    names: list[str] = []
+    for index, (number, cells) in enumerate(rows[1:]):
+        if len(cells) != len(rows[0][1]):
+            findings.append(Finding(f"the line has {len(cells)} fields, the header {len(rows[0][1])}", file, number))
+            continue
+        for place, column in enumerate(needed):
+            cell = cells[columns[column]].strip()
+            with contextlib.suppress(ValueError):
+                values[index, place] = float(cell)
+            if not math.isfinite(values[index, place]):
+                findings.append(
+                    Finding(f"{column} is '{cell}'", file, number, columns[column] + 1, "a finite number is needed")
+                )
+        name = visible(cells[columns["name"]]).strip() if "name" in columns else ""
+        names.append(name or f"patch {index + 1}")
+    if findings:
+        raise DeviceError(findings[:_MOST_FINDINGS])
+    return values, tuple(names), full
+
+
+def _text(file: str) -> str:
+    try:
+        with Path(file).open("rb") as stream:
+            content = stream.read(_MOST_BYTES + 1)
+        if len(content) > _MOST_BYTES:
+            raise DeviceError(Finding(f"the table is larger than {_MOST_BYTES // 1_000_000} MB", file))
+        return content.decode("utf-8-sig")
+    except FileNotFoundError as error:
+        raise DeviceError(Finding("there is no such file", file, remedy="check the path")) from error
+    except UnicodeDecodeError as error:
+        raise DeviceError(Finding("the table is not UTF-8 text", file, remedy="save it as CSV in UTF-8")) from error
+    except OSError as error:
+        raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", file)) from error
+
+
+def _full(text: str, file: str, line: int) -> float:
+    low, _, high = text.partition("..")
+    try:
+        full = float(high)
+        if float(low) != 0 or not (math.isfinite(full) and full > 0):
+            raise ValueError(text)
+    except ValueError:
+        raise DeviceError(
+            Finding(f"the range of the camera's values is '{text}'", file, line, remedy="write '# rgb: 0..16383'")
+        ) from None
+    return full
+
+
+def _columns(header: list[str], needed: tuple[str, ...], file: str, line: int) -> dict[str, int]:
+    known = {name.lower(): name for name in (*_RGB, *_XYZ, "name")} | _ALSO
+    columns: dict[str, int] = {}
+    for place, cell in enumerate(header):
+        column = known.get(cell.strip().lower())
+        if column is None:
+            continue
+        if column in columns:
+            raise DeviceError(Finding(f"the column '{column}' stands twice", file, line, place + 1))
+        columns[column] = place
+    missing = [name for name in needed if name not in columns]
+    if missing:
+        remedy = f"columns: {','.join(needed)}[,name]"
+        raise DeviceError(Finding(f"the header has no {', '.join(missing)}", file, line, remedy=remedy))
+    return columns

@@ -1,0 +1,275 @@
+"""A camera model fitted to a chart: the matrix, what it gets wrong, and what was left out and why."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.camera.camera_model import CameraModel, Form
+from devices.camera.correspondences import Correspondences
+from devices.camera.exposure import Exposure
+from devices.camera.outliers import find_outliers, why
+from devices.camera.solve import Loss, condition_of, design, left_out_xyz, solve
+from devices.characterise.figures import Errors, errors_of
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.errors import DeviceError
+from documents import Finding
+
+Floats = NDArray[np.float64]
+
+# Twice the unknowns of a row of the matrix: with fewer, errors cannot be told from noise.
+LEAST = {"linear": 6, "affine": 8}
+MOST_CONDITION = 200.0
+_COLOURS = ("red", "green", "blue")
+_MOST_LEFT_OUT = 0.25
+_MOST_MEDIAN = 10.0
+_GREY = 8.0
+_UNFIT = "the patches may be in another order than the reference, the picture not linear, or the light uneven"
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class FittedPatch:
+    """One patch: what was seen, measured and estimated (3,), and its ΔE00 with all patches and left out itself.
+
+    ``left_out_reason`` is empty for patches that the matrix was fitted to; the others have no ``held_out_delta_e``,
+    since the fit never saw them. It is None too where the other patches do not determine the matrix.
+    """
+
+    name: str
+    rgb: Floats
+    XYZ: Floats
+    estimated_XYZ: Floats
+    delta_e: float
+    held_out_delta_e: float | None
+    left_out_reason: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "name": self.name,
+            "rgb": self.rgb.tolist(),
+            "XYZ_cd_m2": self.XYZ.tolist(),
+            "estimated_XYZ_cd_m2": self.estimated_XYZ.tolist(),
+            "delta_e_2000": self.delta_e,
+            "held_out_delta_e_2000": self.held_out_delta_e,
+            "left_out": self.left_out_reason or None,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class CameraFit:
+    """A fitted camera, its patches in the order given, and how well they determine it.
+
+    ``standard_errors`` has the shape of M, (3, 3) or (3, 4); ``condition`` is that of C with columns of unit length;
+    ``fitted`` and ``held_out`` are figures of ΔE00 over the patches fitted to, ``held_out`` None where none could be
+    held out; ``said`` are remarks, a sentence each.
+    """
+
+    model: CameraModel
+    loss: Loss
+    patches: tuple[FittedPatch, ...]
+    standard_errors: Floats
+    condition: float
+    fitted: Errors
+    held_out: Errors | None
+    white_XYZ: Floats
+    said: tuple[str, ...]
+
+    @property
+    def left_out(self) -> tuple[FittedPatch, ...]:
+        """The patches that the matrix was not fitted to."""
+        return tuple(patch for patch in self.patches if patch.left_out_reason)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        model = self.model
+        errors = self.standard_errors
+        exposure = model.exposure
+        return {
+            "form": model.form,
+            "loss": self.loss,
+            "matrix_XYZ_cd_m2": model.matrix.tolist(),
+            "offset_XYZ_cd_m2": model.offset_XYZ.tolist(),
+            "black_rgb": model.black_rgb.tolist(),
+            "standard_errors": None if np.isnan(errors).any() else errors.tolist(),
+            "condition": self.condition,
+            "exposure": None
+            if exposure is None
+            else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
+            "safe_luminance_cd_m2": list(model.safe_luminance_cd_m2 or ()) or None,
+            "fitted_delta_e_2000": self.fitted.to_json(),
+            "held_out_delta_e_2000": self.held_out.to_json() if self.held_out else None,
+            "left_out": {patch.name: patch.left_out_reason for patch in self.left_out},
+            "patches": [patch.to_json() for patch in self.patches],
+            "said": list(self.said),
+        }
+
+
+def fit_camera(
+    colours: Correspondences,
+    form: Form = "linear",
+    loss: Loss = "xyz",
+    *,
+    black_rgb: ArrayLike = (0.0, 0.0, 0.0),
+    exposure: Exposure | None = None,
+    name: str = "",
+    source: str = "",
+) -> CameraFit:
+    """Fit a camera model (thesis Expressions 4.1 to 4.8) to colours that camera and instrument both saw.
+
+    Saturated patches are left out, and those that do not belong to the rest. ``black_rgb`` (3,) is subtracted before
+    anything else. ΔE00 is against the brightest colour measured. The safe luminance zone is the range of luminances
+    fitted to, as in thesis Figure 5.8.
+
+    Raises
+    ------
+    DeviceError
+        If too few patches remain, their colours do not determine the matrix, or too many do not fit.
+    """
+    black = np.asarray(black_rgb, dtype=np.float64)
+    white = np.maximum(colours.XYZ[np.argmax(colours.XYZ[:, 1])], 1e-9 * colours.XYZ.max())
+    C = design(colours.rgb - black, form)
+    reasons = [_saturated(row) for row in colours.saturated]
+    usable = np.array([not reason for reason in reasons])
+    _enough(colours, usable, form)
+    _determined(colours, C[usable], form)
+    off, expected = find_outliers(C[usable], colours.XYZ[usable], white)
+    rows = np.flatnonzero(usable)
+    if off.sum() > _MOST_LEFT_OUT * len(rows):
+        raise DeviceError(
+            Finding(
+                f"{off.sum()} of {len(rows)} patches do not fit any one matrix ({colours.named(rows[off])})",
+                colours.file,
+                remedy=_UNFIT,
+            )
+        )
+    for row, predicted in zip(rows[off], expected[off], strict=True):
+        reasons[row] = why(predicted, colours.XYZ[row], white)
+    used = np.array([not reason for reason in reasons])
+    _enough(colours, used, form)
+    _determined(colours, C[used], form)
+
+    solution = solve(C[used], colours.XYZ[used], loss, white)
+    lab = xyz_to_lab(colours.XYZ, white)
+    estimated = C @ solution.M.T
+    apart = delta_e_2000(xyz_to_lab(estimated, white), lab)
+    if np.median(apart[used]) > _MOST_MEDIAN:
+        raise DeviceError(
+            Finding(
+                f"the patches do not fit any one matrix: the median ΔE00 is {np.median(apart[used]):.1f}",
+                colours.file,
+                remedy=_UNFIT,
+            )
+        )
+    alone = np.full(len(colours), np.nan)
+    left_out = left_out_xyz(C[used], colours.XYZ[used], loss, white, solution)
+    alone[used] = delta_e_2000(xyz_to_lab(left_out, white), lab[used])
+    luminance = colours.XYZ[:, 1]
+    zone = (float(luminance[used].min()), float(luminance[used].max()))
+    model = CameraModel(
+        solution.M[:, :3],
+        solution.M[:, 3] if form == "affine" else np.zeros(3),
+        black,
+        exposure,
+        zone,
+        form,
+        name,
+        source,
+    )
+    known = used & np.isfinite(alone)
+    return CameraFit(
+        model,
+        loss,
+        tuple(
+            FittedPatch(
+                colours.names[i],
+                colours.rgb[i],
+                colours.XYZ[i],
+                estimated[i],
+                float(apart[i]),
+                float(alone[i]) if math.isfinite(alone[i]) else None,
+                reasons[i],
+            )
+            for i in range(len(colours))
+        ),
+        solution.standard_errors,
+        solution.condition,
+        errors_of(apart[used], luminance[used]),
+        errors_of(alone[known], luminance[known]) if known.any() else None,
+        white,
+        tuple(_said(colours, used, model, white)),
+    )
+
+
+def _saturated(row: NDArray[np.bool_]) -> str:
+    if not row.any():
+        return ""
+    return "saturated: " + " and ".join(colour for colour, one in zip(_COLOURS, row, strict=True) if one)
+
+
+def _enough(colours: Correspondences, used: NDArray[np.bool_], form: Form) -> None:
+    count, least = int(used.sum()), LEAST[form]
+    if count >= least:
+        return
+    gone = len(colours) - count
+    if gone:
+        raise DeviceError(
+            Finding(
+                f"{gone} of {len(colours)} patches are saturated or do not fit, and {count} are too few for a fit "
+                f"({colours.named(~used)})",
+                colours.file,
+                remedy=f"photograph the chart again with a shorter exposure; at least {least} patches must be left",
+            )
+        )
+    raise DeviceError(
+        Finding(
+            f"there are {count} patches; the {form} form needs {least} at the very least",
+            colours.file,
+            remedy="photograph a chart of 24",
+        )
+    )
+
+
+def _determined(colours: Correspondences, C: Floats, form: Form) -> None:
+    condition = condition_of(C)
+    if condition <= MOST_CONDITION:
+        return
+    told = f"{condition:.0f}" if condition < 1e9 else "infinite"
+    raise DeviceError(
+        Finding(
+            f"the camera's values do not determine a matrix: their condition number is {told}, at most "
+            f"{MOST_CONDITION:.0f} is allowed",
+            colours.file,
+            remedy="the colours are too alike, two channels carry the same, or one is dead"
+            + ("; the linear form asks less" if form == "affine" else ""),
+        )
+    )
+
+
+def _said(colours: Correspondences, used: NDArray[np.bool_], model: CameraModel, white: Floats) -> list[str]:
+    said = []
+    if white[1] <= 1.5 or abs(white[1] - 100.0) < 1e-9:
+        said.append(f"the brightest patch has Y = {white[1]:.4g}; if XYZ are relative, so is what the model gives")
+    if model.exposure is None:
+        said.append("no exposure was given: the model cannot be carried to photographs of another exposure")
+    power = _power(colours.rgb[used] - model.black_rgb, colours.XYZ[used], white)
+    if power is not None and not 0.8 <= power <= 1.25:
+        said.append(
+            f"the camera's values of grey go as luminance to the power {power:.2f}; if the picture is bent by a "
+            "gamma, or its black is not subtracted, the model is wrong"
+        )
+    return said
+
+
+def _power(rgb: Floats, XYZ: Floats, white: Floats) -> float | None:
+    """Return the slope of log signal over log luminance of the greys, 1 for a linear camera; None without greys."""
+    signal, luminance = rgb.mean(axis=1), XYZ[:, 1]
+    grey = np.linalg.norm(xyz_to_lab(XYZ, white)[:, 1:], axis=1) < _GREY
+    grey &= (signal > 0) & (luminance > 0)
+    if grey.sum() < 4 or np.ptp(np.log(luminance[grey])) < 1.0:
+        return None
+    return float(np.polyfit(np.log(luminance[grey]), np.log(signal[grey]), 1)[0])

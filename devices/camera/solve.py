@@ -1,0 +1,119 @@
+"""The matrix of thesis Expressions 4.4 to 4.8 by least squares, in XYZ or in ΔE00.
+
+Expression 4.8 is printed as M = (CᵀC)⁻¹(CᵀU); with U = C·Mᵀ (Expression 4.6) that is Mᵀ, and M is what is returned
+here. It is found by orthogonal factors of C rather than by the inverse, which would square the condition number.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.camera.camera_model import Form
+from devices.characterise.metric import difference_roots
+from devices.colour import delta_e_2000, xyz_to_lab
+
+Floats = NDArray[np.float64]
+Loss = Literal["xyz", "delta-e"]
+
+_TINY = 1e-9
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Solution:
+    """``M``, shape (3, 3) or (3, 4), its standard errors of the same shape, and the condition number of C.
+
+    The condition number is that of C with columns of unit length. Standard errors are NaN where there are no more
+    colours than unknowns.
+    """
+
+    M: Floats
+    standard_errors: Floats
+    condition: float
+
+
+def design(rgb: Floats, form: Form) -> Floats:
+    """Return C of Expression 4.6: RGB (n, 3), with a column of ones behind it for the affine form."""
+    return np.column_stack([rgb, np.ones(len(rgb))]) if form == "affine" else rgb
+
+
+def condition_of(C: Floats) -> float:
+    """Return the condition number of C with columns of unit length; infinite if a column is zero."""
+    lengths = np.linalg.norm(C, axis=0)
+    if not np.all(lengths > 0):
+        return float("inf")
+    return float(np.linalg.cond(C / lengths))
+
+
+def solve(C: Floats, XYZ: Floats, loss: Loss, white: Floats, start: Floats | None = None) -> Solution:
+    """Return M with XYZ ≈ C·Mᵀ, for C (n, k) of rank k and XYZ (n, 3).
+
+    ``xyz`` minimises the sum of squares in XYZ; ``delta-e`` that of ΔE00 against ``white`` (3,), from ``start`` (3, k)
+    or from the former.
+    """
+    lengths = np.linalg.norm(C, axis=0)
+    scaled = C / lengths
+    n, k = C.shape
+    q, r = np.linalg.qr(scaled)
+    plain: Floats = np.linalg.solve(r, q.T @ XYZ).T
+    if loss == "xyz":
+        variance = ((XYZ - scaled @ plain.T) ** 2).sum(axis=0) / (n - k) if n > k else np.full(3, np.nan)
+        spread = np.sum(np.linalg.inv(r) ** 2, axis=1)
+        errors = np.sqrt(variance[:, None] * spread[None])
+        return Solution(plain / lengths, errors / lengths, condition_of(C))
+    begin = plain if start is None else start * lengths
+    found, jacobian, left = _least_delta_e(scaled, XYZ, white, begin)
+    if n > k:
+        # Colours differ in what their ΔE00 is worth: the sandwich of [White1980] over colours, corrected for few.
+        bread = np.linalg.pinv(jacobian.T @ jacobian)
+        pull = np.einsum("nip,ni->np", jacobian.reshape(n, 3, -1), left.reshape(n, 3))
+        variance = np.diag(bread @ (pull.T @ pull) @ bread) * n / (n - k)
+        errors = np.sqrt(np.maximum(variance, 0)).reshape(3, k)
+    else:
+        errors = np.full((3, k), np.nan)
+    return Solution(found / lengths, errors / lengths, condition_of(C))
+
+
+def _least_delta_e(C: Floats, XYZ: Floats, white: Floats, start: Floats) -> tuple[Floats, Floats, Floats]:
+    """Return M, the Jacobian and the residuals at the least sum of ΔE00²."""
+    from scipy.optimize import least_squares
+
+    lab = xyz_to_lab(XYZ, white)
+    roots = difference_roots(lab)
+    size = float(np.abs(start).max())
+
+    def residuals(numbers: Floats) -> Floats:
+        # A vector for each colour, as long as its ΔE00 and smooth where that is 0.
+        estimated = xyz_to_lab(C @ (numbers.reshape(start.shape) * size).T, white)
+        near = np.einsum("nij,nj->ni", roots, estimated - lab)
+        length = np.linalg.norm(near, axis=1)
+        exact = delta_e_2000(estimated, lab)
+        share = np.divide(exact, length, out=np.ones_like(exact), where=length > _TINY)
+        return np.asarray((near * share[:, None]).ravel())
+
+    found = least_squares(residuals, start.ravel() / size, x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    return found.x.reshape(start.shape) * size, np.asarray(found.jac) / size, np.asarray(found.fun)
+
+
+def left_out_xyz(C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solution) -> Floats:
+    """Return XYZ (n, 3) of each colour as estimated by the fit to all others; NaN where those do not determine M.
+
+    In XYZ it follows from the one fit: an error left out is e / (1 − h), h being the colour's leverage. In ΔE00 each is
+    fitted anew.
+    """
+    q, _ = np.linalg.qr(C / np.linalg.norm(C, axis=0))
+    leverage = np.sum(q * q, axis=1)
+    lone = 1.0 - leverage < 1e-10
+    if loss == "xyz":
+        error = XYZ - C @ fitted.M.T
+        out = XYZ - error / np.where(lone, np.nan, 1.0 - leverage)[:, None]
+        return np.asarray(out)
+    out = np.full_like(XYZ, np.nan)
+    every = np.arange(len(C))
+    for i in every[~lone]:
+        others = every != i
+        out[i] = C[i] @ solve(C[others], XYZ[others], loss, white, fitted.M).M.T
+    return out
