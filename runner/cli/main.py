@@ -18,6 +18,7 @@ COMMANDS = {
     "power": "Say how many observers an experiment needs, by simulated studies.",
     "preview": "Write what each eye sees in every trial, as PNG.",
     "display": "Measure a display, fit a model to it, and check both.",
+    "camera": "Fit a camera to a colour chart, and develop its photographs.",
     "show": "Show one stereo image with the display's response undone.",
     "demo": "Re-enact the thesis's second experiment with simulated observers.",
     "doctor": "Say what this machine can do.",

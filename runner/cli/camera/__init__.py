@@ -1,0 +1,18 @@
+"""`cyclopean camera`: characterise a camera, and develop its photographs; its commands load one at a time."""
+
+from __future__ import annotations
+
+import click
+
+from runner.cli.lazy_group import LazyGroup
+
+# A command's module is runner.cli.camera.<name>; the text is its line in the help.
+COMMANDS = {
+    "fit": "Fit a camera model to a photographed colour chart.",
+    "develop": "Turn photographs into pictures of linear light.",
+}
+
+
+@click.group(cls=LazyGroup, name="camera", package="runner.cli.camera", commands_help=COMMANDS)
+def command() -> None:
+    """Fit a camera to a colour chart, and develop its photographs."""
