@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from devices.instruments.errors import GarbledError
+from devices.patches.patch import Patch
 
 Triple = tuple[float, float, float]
 
@@ -15,13 +16,16 @@ Triple = tuple[float, float, float]
 class Showing:
     """What stands on the screen: the patch's ``label`` and ``codes`` in 0..1, its place in the order, and since when.
 
-    ``time_s`` counts from the beginning of the measurement. Only those look at it that ask a person or simulate.
+    ``time_s`` counts from the beginning of the measurement. ``other`` are the codes of the eye that is not read, and
+    ``patch`` says how the instrument stands; both may be unknown. Only those look at it that ask a person or simulate.
     """
 
     label: str
     codes: Triple
     position: int
     time_s: float = 0.0
+    other: Triple | None = None
+    patch: Patch | None = None
 
 
 @dataclass(frozen=True, slots=True)

@@ -12,7 +12,8 @@ from devices.display import DisplayModel
 from devices.errors import DeviceError
 from devices.instruments.instrument import Instrument
 from devices.instruments.manual import Manual
-from devices.instruments.simulated import Faults, Simulated
+from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.patches.arrangement import PatchEye
 from documents import Finding
 
 INSTRUMENTS: Mapping[str, str] = MappingProxyType(
@@ -36,14 +37,18 @@ def _silence(words: str) -> None:
 
 @dataclass(frozen=True, slots=True)
 class Wiring:
-    """What instruments may need: a serial ``port``, ``options`` of their own, a person, a ``model`` to simulate."""
+    """What instruments may need: a serial ``port``, ``options`` of their own, a person, a display to simulate.
+
+    The last is a ``model``, or a display with two of them and what is between, seen through the lens of ``eye``.
+    """
 
     port: str | None = None
     options: Mapping[str, str] = field(default_factory=dict)
     ask: Callable[[str], str | None] = _nobody
     tell: Callable[[str], None] = _silence
-    model: DisplayModel | None = None
+    model: DisplayModel | SimulatedDisplay | None = None
     seed: int = 0
+    eye: PatchEye = "both"
 
 
 def open_instrument(name: str, wiring: Wiring) -> Instrument:
@@ -61,7 +66,7 @@ def open_instrument(name: str, wiring: Wiring) -> Instrument:
         if wiring.model is None:
             remedy = "give a display that was characterised in this mode, to simulate it"
             raise DeviceError(Finding("there is no display model to simulate", remedy=remedy))
-        return Simulated(wiring.model, wiring.seed, Faults.parse(dict(wiring.options)))
+        return Simulated(wiring.model, wiring.seed, Faults.parse(dict(wiring.options)), wiring.eye)
     if name == "manual":
         _only((), wiring.options)
         return Manual(wiring.ask, wiring.tell)

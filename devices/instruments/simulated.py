@@ -8,10 +8,17 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.crosstalk import Crosstalk
 from devices.display import DisplayModel
+from devices.display_file import Eye, EyeModels
 from devices.errors import DeviceError
+from devices.gain_map import GainMap
 from devices.instruments.instrument import Reading, Showing
+from devices.patches.arrangement import PatchEye, degrees
 from documents import Finding
+
+Floats = NDArray[np.float64]
+_WARM_UP_S = 480.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -23,6 +30,12 @@ class Faults:
     lacks of the sum of its channels. ``interaction`` moves a channel's code by as much, in codes of 0..1, when the
     other two are at full drive and it is at half. ``takes_s`` is how long a reading takes.
 
+    ``crosstalk`` is the share of the other eye's light that leaks in besides what the display file tells;
+    ``edge_loss`` the share of light that the screen's corners lack of the centre, ``angle_loss`` that lacking at 30°;
+    ``surround_gain`` the share that a patch gains on white; ``glasses_loss`` the share that the glasses take, so that
+    there is more without them; ``warm_up_loss`` the share lacking at the beginning, which goes with a time constant of
+    8 minutes.
+
     Raises DeviceError if one is not finite, or is below 0 where only more makes sense.
     """
 
@@ -32,12 +45,20 @@ class Faults:
     additivity_loss: float = 0.0
     interaction: float = 0.0
     takes_s: float = 0.0
+    crosstalk: float = 0.0
+    edge_loss: float = 0.0
+    angle_loss: float = 0.0
+    surround_gain: float = 0.0
+    glasses_loss: float = 0.0
+    warm_up_loss: float = 0.0
 
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self)):
             value = getattr(self, name)
             if not np.isfinite(value) or (value < 0 and name in ("noise", "floor_cd_m2", "takes_s")):
                 raise DeviceError(f"'{name}' of a simulated instrument cannot be {value}")
+        if self.glasses_loss >= 1.0:
+            raise DeviceError(f"'glasses_loss' of a simulated instrument cannot be {self.glasses_loss}: 1 is all light")
 
     @classmethod
     def parse(cls, options: dict[str, str]) -> Faults:
@@ -58,21 +79,45 @@ class Faults:
         return cls(**values)
 
 
-class Simulated:
-    """Reads ``model`` with ``faults``. The noise of a patch depends on ``seed`` and its place in the order alone."""
+@dataclass(frozen=True, slots=True, eq=False)
+class SimulatedDisplay:
+    """The display that a simulated instrument looks at: each eye's model, what leaks between them, and its evenness."""
 
-    def __init__(self, model: DisplayModel, seed: int = 0, faults: Faults | None = None) -> None:
-        self._model = model
+    models: EyeModels
+    crosstalk: Crosstalk | None = None
+    gain_map: GainMap | None = None
+
+
+class Simulated:
+    """Reads ``display`` through the lens of ``eye`` with ``faults``; a model alone is that of both eyes.
+
+    A patch that names its lens is read through that one; ``both`` sees what the left eye does. The noise of a patch
+    depends on ``seed`` and its place in the order alone.
+    """
+
+    def __init__(
+        self,
+        display: DisplayModel | SimulatedDisplay,
+        seed: int = 0,
+        faults: Faults | None = None,
+        eye: PatchEye = "both",
+    ) -> None:
+        if isinstance(display, SimulatedDisplay):
+            self._display = display
+        else:
+            self._display = SimulatedDisplay(EyeModels(display, display))
         self._seed = seed
         self._faults = faults or Faults()
+        self._eye = eye
         self.name = f"simulated (seed {seed})"
 
     def read(self, showing: Showing) -> Reading:
         """Return what the simulated instrument reads."""
         faults = self._faults
         time.sleep(faults.takes_s)
-        light = simulated_XYZ(self._model, np.array(showing.codes), faults)
+        light = (self._own(showing) + self._leak(showing)) * self._share(showing)
         light = light * (1.0 + faults.drift_per_hour * showing.time_s / 3600.0)
+        light = light * (1.0 - faults.warm_up_loss * float(np.exp(-showing.time_s / _WARM_UP_S)))
         rng = np.random.default_rng([self._seed, showing.position])
         light = light * (1.0 + faults.noise * rng.standard_normal(3)) + faults.floor_cd_m2 * rng.standard_normal(3)
         return Reading((float(light[0]), float(light[1]), float(light[2])))
@@ -80,8 +125,42 @@ class Simulated:
     def close(self) -> None:
         """Do nothing."""
 
+    def _side(self, showing: Showing) -> Eye:
+        asked = (showing.patch.eye if showing.patch else None) or self._eye
+        return "right" if asked == "right" else "left"
 
-def simulated_XYZ(model: DisplayModel, codes: NDArray[np.float64], faults: Faults) -> NDArray[np.float64]:
+    def _own(self, showing: Showing) -> Floats:
+        return simulated_XYZ(self._display.models.eye(self._side(showing)), np.array(showing.codes), self._faults)
+
+    def _leak(self, showing: Showing) -> Floats:
+        """Return what arrives of the other eye's picture."""
+        if showing.other is None:
+            return np.zeros(3)
+        eye = self._side(showing)
+        model = self._display.models.right if eye == "left" else self._display.models.left
+        light = simulated_XYZ(model, np.array(showing.other), self._faults) - model.black_XYZ_cd_m2
+        leaks = self._display.crosstalk
+        matrix = np.zeros((3, 3)) if leaks is None else leaks.left if eye == "left" else leaks.right
+        return np.asarray((matrix + self._faults.crosstalk * np.eye(3)) @ light)
+
+    def _share(self, showing: Showing) -> float:
+        """Return the share of the light at the centre, straight ahead and through the glasses that is read."""
+        patch, faults = showing.patch, self._faults
+        if patch is None:
+            return 1.0
+        across, down = (0.5, 0.5) if patch.place is None else patch.place.centre
+        share = 1.0 - faults.edge_loss * 2.0 * ((across - 0.5) ** 2 + (down - 0.5) ** 2)
+        if self._display.gain_map is not None:
+            width_px, height_px = self._display.gain_map.resolution_px
+            share *= float(self._display.gain_map.gain(across * width_px, down * height_px))
+        if patch.angle:
+            share *= 1.0 - faults.angle_loss * (degrees(patch.angle) / 30.0) ** 2
+        if patch.around is not None:
+            share *= 1.0 + faults.surround_gain * float(np.mean(patch.around))
+        return share if patch.glasses else share / (1.0 - faults.glasses_loss)
+
+
+def simulated_XYZ(model: DisplayModel, codes: Floats, faults: Faults) -> Floats:
     """Return the light of ``codes``, shape (..., 3), on a display with ``faults``, before drift and noise."""
     others = (codes.sum(axis=-1, keepdims=True) - codes) / 2.0
     moved = np.clip(codes + faults.interaction * others * 4.0 * codes * (1.0 - codes), 0.0, 1.0)

@@ -41,22 +41,28 @@ def colorchecker_xyY() -> tuple[tuple[str, ...], Floats]:
 
 
 def asked_of(model: DisplayModel) -> tuple[AskedColour, ...]:
-    """Return the 24 colours as asked of a display: every one inside its gamut."""
+    """Return the 24 colours as asked of a display: every one inside its gamut.
+
+    Where the display's channels do not add up, how far a colour can go is found by halving.
+    """
     names, xyY = colorchecker_xyY()
     lowest = np.array([float(curve.linear(0.0)) for curve in model.curves])
     highest = np.array([min(1.0, float(curve.linear(1.0))) for curve in model.curves])
-    white = model.primaries_XYZ_cd_m2 @ highest
+    full = model.light_of(highest)
+    white = model.primaries_XYZ_cd_m2 @ full
     wanted = _adapted(XYZ_from_xyY(xyY), white) @ model.linear_from_XYZ.T
-    wanted = wanted / max(1.0, float((wanted / highest).max()))
+    wanted = wanted / max(1.0, float((wanted / full).max()))
     luminance = model.primaries_XYZ_cd_m2[1]
     asked = []
     for name, linear in zip(names, wanted, strict=True):
-        grey = highest * float(luminance @ linear) / float(luminance @ highest)
+        grey = full * float(luminance @ linear) / float(luminance @ full)
         grey = np.maximum(grey, lowest)
-        share = _largest_share(linear, grey, lowest, highest)
-        kept = grey + share * (linear - grey)
-        kept = np.clip(kept, lowest, highest)
-        XYZ = model.black_XYZ_cd_m2 + model.primaries_XYZ_cd_m2 @ kept
+        if model.additive:
+            share = _largest_share(linear, grey, lowest, highest)
+        else:
+            share = _halved_share(model, linear, grey, lowest, highest)
+        kept = model.channels(grey + share * (linear - grey))
+        XYZ = model.xyz_of_linear(np.clip(kept, lowest, highest))
         asked.append(AskedColour(name, XYZ, share < 1.0 - _WITHIN))
     return tuple(asked)
 
@@ -77,3 +83,19 @@ def _largest_share(linear: Floats, grey: Floats, lowest: Floats, highest: Floats
         if step[channel] != 0:
             share = min(share, float((bound - grey[channel]) / step[channel]))
     return max(share, 0.0)
+
+
+def _halved_share(model: DisplayModel, light: Floats, grey: Floats, lowest: Floats, highest: Floats) -> float:
+    """Return as `_largest_share`, to a millionth, where a channel's light depends on the others'."""
+
+    def inside(share: float) -> bool:
+        channels = model.channels(grey + share * (light - grey))
+        return bool(np.all((channels >= lowest - _WITHIN) & (channels <= highest + _WITHIN)))
+
+    if inside(1.0):
+        return 1.0
+    low, high = 0.0, 1.0
+    for _ in range(20):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if inside(middle) else (low, middle)
+    return low

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import difflib
 import itertools
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
 from pathlib import Path
 from types import MappingProxyType
 
 from devices.errors import DeviceError
+from devices.patches import diagnostic_sets
 from devices.patches.patch import Patch, PatchSet
 from devices.patches.patch_file import parse_patches, read_patches
 from documents import Finding
@@ -49,9 +50,56 @@ def dark_weighted(steps: int = _DARK_STEPS) -> PatchSet:
     return PatchSet("dark", tuple(patches), f"ramps of {steps} codes that grow as the square")
 
 
-BUILT_IN: Mapping[str, Callable[[], PatchSet]] = MappingProxyType(
+CHARACTERISATIONS: Mapping[str, Callable[[], PatchSet]] = MappingProxyType(
     {"table_c1": table_c1, "grey": grey_ramp, "cube": cube, "dark": dark_weighted}
 )
+DIAGNOSTIC: Mapping[str, Callable[[], PatchSet]] = MappingProxyType(
+    {
+        "warm-up": diagnostic_sets.warm_up,
+        "repeatability": diagnostic_sets.repeatability,
+        "additivity": diagnostic_sets.additivity,
+        "on-white": diagnostic_sets.on_surrounds,
+        "uniformity": diagnostic_sets.uniformity,
+        "angles": diagnostic_sets.angles,
+        "crosstalk": diagnostic_sets.crosstalk,
+        "glasses": diagnostic_sets.glasses,
+    }
+)
+BUILT_IN: Mapping[str, Callable[[], PatchSet]] = MappingProxyType({**CHARACTERISATIONS, **DIAGNOSTIC})
+ALL = "all"
+# Warm-up first, what nobody need be there for next, and what the glasses come off for last.
+_ALL = (
+    "warm-up",
+    "table_c1",
+    "repeatability",
+    "additivity",
+    "on-white",
+    "uniformity",
+    "angles",
+    "crosstalk",
+    "glasses",
+)
+
+
+def find_sets(
+    names: Sequence[str], code_range: str | None = None, every_s: float | None = None
+) -> tuple[PatchSet, ...]:
+    """Return the sets called ``names``, each once; ``all`` is one set for each diagnosis.
+
+    ``every_s`` is the time between the readings of the warm-up, if not its own.
+
+    Raises
+    ------
+    DeviceError
+        As `find_patches`, or if no set is named.
+    """
+    wanted = dict.fromkeys(one for name in names for one in (_ALL if name == ALL else (name,)))
+    if not wanted:
+        raise DeviceError(Finding("no set of patches is named", remedy=f"expected {', '.join(BUILT_IN)} or a CSV file"))
+    sets = tuple(find_patches(name, code_range) for name in wanted)
+    if every_s is None:
+        return sets
+    return tuple(diagnostic_sets.warm_up(one.repeats, every_s) if one.name == "warm-up" else one for one in sets)
 
 
 def find_patches(name: str, code_range: str | None = None) -> PatchSet:
@@ -68,8 +116,8 @@ def find_patches(name: str, code_range: str | None = None) -> PatchSet:
         return BUILT_IN[name]()
     if Path(name).suffix or Path(name).exists():
         return read_patches(Path(name), code_range)
-    near = difflib.get_close_matches(name, BUILT_IN, n=1)
-    remedy = f"did you mean '{near[0]}'?" if near else f"expected {', '.join(BUILT_IN)} or a CSV file"
+    near = difflib.get_close_matches(name, [*BUILT_IN, ALL], n=1)
+    remedy = f"did you mean '{near[0]}'?" if near else f"expected {', '.join(BUILT_IN)}, {ALL} or a CSV file"
     raise DeviceError(Finding(f"there is no set of patches '{name}'", remedy=remedy))
 
 

@@ -1,4 +1,7 @@
-"""A screen of nothing but device codes: each eye's pixels of a stereo mode filled with exactly the codes asked."""
+"""A screen of nothing but device codes: each eye's pixels of a stereo mode filled with exactly the codes asked.
+
+While a person is asked to do something, words stand over it.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +13,24 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display_file import Eye
+from devices.patches import Patch, PatchEye
 from runner.measuring.errors import MeasuringError
+from runner.measuring.patch_screen import CodeTriple, Shown
 from runner.presenter.depth import code_texture, highest_code
 from runner.presenter.drawing import BLACK, BLUE
 from runner.presenter.errors import GraphicsError
+from runner.presenter.lettering import coverage
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.rectangle import Rectangle
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
+from runner.presenter.words import squeezed
 
-CodeTriple = tuple[float, float, float]
+Shares = tuple[float, float, float, float]
+_MIDDLE: Shares = (1 / 3, 1 / 3, 2 / 3, 2 / 3)
+_INK = 0.6  # the code of words' grey
 _EYES: Mapping[Buffer, Eye | None] = MappingProxyType(
     {Buffer.BACK: None, Buffer.BACK_LEFT: "left", Buffer.BACK_RIGHT: "right"}
 )
@@ -29,19 +38,52 @@ _EYES: Mapping[Buffer, Eye | None] = MappingProxyType(
 
 @dataclass(frozen=True, slots=True)
 class EyeCodes:
-    """What each eye sees: codes in 0..1."""
+    """What each eye sees: codes in 0..1, over all of its area, or in ``window`` alone.
+
+    ``window`` holds the left, top, right and bottom edges as shares of each eye's area; outside it each eye sees the
+    codes that ``around`` has for it, left and right.
+    """
 
     left: CodeTriple
     right: CodeTriple
+    window: Shares | None = None
+    around: tuple[CodeTriple, CodeTriple] = (BLACK, BLACK)
 
     @classmethod
     def of(cls, codes: CodeTriple, eye: str) -> EyeCodes:
         """Return ``codes`` for ``eye``, one or ``both``; the other eye's are black."""
         return cls(codes if eye in ("left", "both") else BLACK, codes if eye in ("right", "both") else BLACK)
 
+    @classmethod
+    def of_patch(cls, patch: Patch, eye: PatchEye) -> EyeCodes:
+        """Return what each eye sees of ``patch``, in a measurement of ``eye``."""
+        eye = patch.eye or eye
+        plain = cls.of(patch.codes, eye)
+        if patch.other is not None:
+            return cls(patch.codes, patch.other) if eye == "left" else cls(patch.other, patch.codes)
+        if patch.place is None and patch.around is None:
+            return plain
+        around = cls.of(patch.around or BLACK, eye)
+        window = _MIDDLE if patch.place is None else patch.place.window
+        return cls(plain.left, plain.right, window, (around.left, around.right))
+
+    @property
+    def alike(self) -> bool:
+        """Whether both eyes see the same."""
+        return self.left == self.right and self.around[0] == self.around[1]
+
     def eye(self, eye: Eye) -> CodeTriple:
         """Return the codes of ``eye``."""
         return self.left if eye == "left" else self.right
+
+    def fills(self, eye: Eye, area: Rectangle) -> list[tuple[Rectangle, CodeTriple]]:
+        """Return what of ``area`` is filled with which codes for ``eye``, in that order."""
+        if self.window is None:
+            return [(area, self.eye(eye))]
+        left, right = (round(area.width * share) for share in (self.window[0], self.window[2]))
+        top, bottom = (round(area.height * share) for share in (self.window[1], self.window[3]))
+        inside = Rectangle(area.left + left, area.top + top, right - left, bottom - top)
+        return [(area, self.around[eye == "right"]), (inside, self.eye(eye))]
 
 
 class CodeScreen:
@@ -62,6 +104,7 @@ class CodeScreen:
         self._turns = 1 + max(area.turn for area in areas)
         self._turn = self._turns - 1
         self._codes = EyeCodes(BLACK, BLACK)
+        self._words = ""
         surface.on_damage = surface.on_move = self.redraw
 
     @property
@@ -87,9 +130,23 @@ class CodeScreen:
         MeasuringError
             If they differ by eye where both eyes see the same pixels.
         """
-        if self.shared and codes.left != codes.right:
+        if self.shared and not codes.alike:
             raise MeasuringError(f"the mode '{self.mode.name}' shows both eyes the same pixels")
         self._codes = codes
+        for _ in range(self._turns):
+            self.redraw()
+
+    def show_patch(self, patch: Patch, eye: PatchEye) -> Shown:
+        """Show ``patch`` in a measurement of ``eye``, and return what stands there; errors as `show`."""
+        codes = EyeCodes.of_patch(patch, "both" if self.shared else eye)
+        self.show(codes)
+        right = (patch.eye or eye) == "right"
+        own, other = (codes.right, codes.left) if right else (codes.left, codes.right)
+        return Shown(own, None if self.shared else other)
+
+    def say(self, words: str) -> None:
+        """Show ``words`` to both eyes over the codes, until other ones come; none if they are empty."""
+        self._words = words
         for _ in range(self._turns):
             self.redraw()
 
@@ -156,20 +213,44 @@ class CodeScreen:
             raise GraphicsError(f"the graphics driver reports {error} ({self.surface.facts.renderer})")
 
     def _fill(self, buffer: Buffer, area: EyeArea) -> None:
-        codes = self._codes.eye(area.eyes[0])
         target = self.surface.target(buffer)
         if area.weave is None:
-            self._painter.fill(target, area.rectangle, codes)
+            for place, codes in self._codes.fills(area.eyes[0], area.rectangle):
+                self._painter.fill(target, place, codes)
         else:
             texture = code_texture(self.surface.context, area.rectangle.size_px, self.surface.bits)
             filled = self.surface.context.framebuffer([texture])
             try:
-                filled.clear(*codes, 1.0)
+                filled.use()
+                for place, codes in self._codes.fills(area.eyes[0], Rectangle(0, 0, *area.rectangle.size_px)):
+                    self._painter.fill(filled, place, codes)
                 self._painter.picture(self.surface.target(buffer), filled, area.rectangle, area.rectangle, area)
             finally:
                 filled.release()
                 texture.release()
+        if self._words:
+            self._write(buffer, area)
         if area.sync_line is not None:
             line = area.sync_line
             self._painter.fill(target, Rectangle(0, line.top, self.surface.size_px[0], line.height), BLACK)
             self._painter.fill(target, line, BLUE)
+
+    def _write(self, buffer: Buffer, area: EyeArea) -> None:
+        """Put the words on black into the half of ``area`` where the patch is not aimed at."""
+        width, height = area.view_px
+        drawn = coverage(self._words, max(12, height // 32), width * 3 // 4)
+        if drawn is None:
+            return
+        levels = np.floor(squeezed(np.pad(drawn, height // 64), area.squeeze) * _INK + 0.5).astype(np.uint8)[::-1]
+        rgba = np.dstack([levels] * 3 + [np.full_like(levels, 255)])
+        texture = code_texture(self.surface.context, (levels.shape[1], levels.shape[0]), self.surface.bits)
+        texture.write(np.ascontiguousarray(rgba).tobytes())
+        written = self.surface.context.framebuffer([texture])
+        try:
+            low = self._codes.window is None or self._codes.window[3] < 0.9
+            down = area.rectangle.height * (1 if low else -1) // 3
+            place = area.rectangle.centred(texture.size, (0, down))
+            self._painter.picture(self.surface.target(buffer), written, place, place.intersection(area.rectangle), area)
+        finally:
+            written.release()
+            texture.release()

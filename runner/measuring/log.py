@@ -9,7 +9,7 @@ from __future__ import annotations
 import json
 import os
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import TracebackType
 from typing import Any, BinaryIO
@@ -17,7 +17,7 @@ from typing import Any, BinaryIO
 from filelock import FileLock, Timeout
 
 from devices.instruments import Reading
-from devices.patches import Patch, Step
+from devices.patches import Patch, Place, Step
 from documents import Finding, InputError
 from runner.measuring.errors import MeasuringError
 
@@ -27,11 +27,16 @@ VERSION = 1
 
 @dataclass(frozen=True, slots=True)
 class Kept:
-    """A reading of the step at ``position``, ``time_s`` after the measurement began."""
+    """A reading of the step at ``position``, ``time_s`` after the measurement began.
+
+    ``shown`` are the codes in 0..1 that stood on the screen where they are not the patch's own: those that the eye that
+    was read saw, and the other eye's.
+    """
 
     position: int
     time_s: float
     reading: Reading
+    shown: tuple[tuple[float, float, float], tuple[float, float, float] | None] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,8 +111,8 @@ class MeasurementLog:
             what = f"the measurement cannot be gone on with: {error.strerror}"
             raise MeasuringError(Finding(what, str(file), remedy="let it be written")) from error
 
-    def keep(self, step: Step, time_s: float, reading: Reading) -> None:
-        """Put a reading on disk."""
+    def keep(self, step: Step, time_s: float, reading: Reading, **facts: Any) -> None:
+        """Put a reading on disk, with other ``facts`` about it."""
         line: dict[str, Any] = {"record": "reading", "position": step.position, "label": step.label}
         line |= {"time_s": round(time_s, 3), "XYZ_cd_m2": reading.XYZ_cd_m2}
         if reading.spectrum:
@@ -115,7 +120,7 @@ class MeasurementLog:
                 self._write({"record": "wavelengths", "nm": reading.wavelengths_nm})
                 self._wavelengths_nm = reading.wavelengths_nm
             line["spectrum"] = reading.spectrum
-        self._write(line)
+        self._write({**line, **facts})
 
     def fail(self, step: Step, time_s: float, why: str) -> None:
         """Put on disk why a patch was not read."""
@@ -184,9 +189,11 @@ def read_session(file: Path) -> Session:
                 spectrum = tuple(map(float, line.get("spectrum", ())))
                 reading = Reading((X, Y, Z), spectrum, wavelengths_nm if spectrum else ())
                 position = _position(line, steps)
-                readings[position] = Kept(position, float(line["time_s"]), reading)
+                shown = line.get("shown")
+                seen = None if shown is None else (_triple(shown[0]), _triple(shown[1]) if shown[1] else None)
+                readings[position] = Kept(position, float(line["time_s"]), reading, seen)
                 failures.pop(position, None)
-        except (ValueError, TypeError, KeyError, InputError) as error:
+        except (ValueError, TypeError, KeyError, IndexError, InputError) as error:
             what = "the line is damaged" if number > 1 else "this is no measurement"
             remedy = "take the line out, if what it held can be measured again"
             raise MeasuringError(Finding(f"{what}: {error}", str(file), number, remedy=remedy)) from error
@@ -196,16 +203,42 @@ def read_session(file: Path) -> Session:
 
 
 def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """Return the steps as the header holds them."""
-    return [{"label": step.label, "name": step.patch.name, "codes": step.patch.codes} for step in steps]
+    """Return the steps as the header holds them: of a patch's fields, those that say something."""
+    return [{"label": step.label, **_patch_facts(step.patch)} for step in steps]
+
+
+def _patch_facts(patch: Patch) -> dict[str, Any]:
+    plain = Patch(patch.name, patch.codes)
+    said: dict[str, Any] = {"name": patch.name, "codes": patch.codes}
+    for field in fields(Patch):
+        value = getattr(patch, field.name)
+        if value != getattr(plain, field.name):
+            said[field.name] = asdict(value) if isinstance(value, Place) else value
+    return said
 
 
 def _steps(held: list[dict[str, Any]]) -> tuple[Step, ...]:
-    made = []
-    for position, line in enumerate(held):
-        red, green, blue = map(float, line["codes"])
-        made.append(Step(position, str(line["label"]), Patch(str(line["name"]), (red, green, blue))))
-    return tuple(made)
+    return tuple(Step(position, str(line["label"]), _patch(line)) for position, line in enumerate(held))
+
+
+def _patch(line: Mapping[str, Any]) -> Patch:
+    around, other, place = (line.get(key) for key in ("around", "other", "place"))
+    return Patch(
+        str(line["name"]),
+        _triple(line["codes"]),
+        None if around is None else _triple(around),
+        None if other is None else _triple(other),
+        None if place is None else Place(**place),
+        line.get("eye"),
+        str(line.get("angle", "")),
+        bool(line.get("glasses", True)),
+        float(line.get("wait_s", 0.0)),
+    )
+
+
+def _triple(values: list[float]) -> tuple[float, float, float]:
+    red, green, blue = map(float, values)
+    return red, green, blue
 
 
 def _position(line: Mapping[str, Any], steps: tuple[Step, ...]) -> int:

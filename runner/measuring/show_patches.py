@@ -8,9 +8,9 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
-from devices.patches import Step
-from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.measuring.take_readings import Keys
+from devices.patches import Arrangement, PatchEye, Step
+from runner.measuring.keys import Keys
+from runner.measuring.patch_screen import PatchScreen
 
 _BACK = ("left", "page_up", "backspace")
 _ON = ("right", "enter", "page_down")
@@ -28,27 +28,38 @@ class Shown:
 
 
 def show_patches(
-    screen: CodeScreen,
+    screen: PatchScreen,
     order: Sequence[Step],
-    eye: str,
+    eye: PatchEye,
     hold_s: float | None,
     tell: Callable[[str], None],
     on_shown: Callable[[Shown], None],
 ) -> dict[int, float]:
     """Show ``order`` and return when each was last shown, in seconds from the first, by position.
 
-    Each stands for ``hold_s`` seconds, or until a key if that is None.
+    Each stands for ``hold_s`` seconds, or until a key if that is None. What a person must move before it is told, and
+    with keys stands on the screen until one is pressed.
     """
     keys = Keys(screen, tell)
     times_s: dict[int, float] = {}
     begun_s = time.monotonic()
     index = 0
+    stands = Arrangement(eye)
     while index < len(order) and not keys.stops:
         step = order[index]
-        screen.show(EyeCodes.of(step.patch.codes, "both" if screen.shared else eye))
+        screen.show_patch(step.patch, eye)
+        wanted = step.patch.arrangement(eye)
+        if request := wanted.request(stands):
+            if hold_s is not None:
+                tell(request)
+            elif not keys.ask(request):
+                break
+        stands = wanted
         times_s[step.position] = round(time.monotonic() - begun_s, 3)
-        on_shown(Shown(step, index + 1, len(order), (hold_s or 0.0) * (len(order) - index), screen.highest))
-        index = max(0, index + _held(keys, hold_s))
+        left_s = sum(max(hold_s or 0.0, later.patch.wait_s) for later in order[index:])
+        on_shown(Shown(step, index + 1, len(order), left_s, screen.highest))
+        wait_s = order[index + 1].patch.wait_s if index + 1 < len(order) else 0.0
+        index = max(0, index + _held(keys, None if hold_s is None else max(hold_s, wait_s)))
     return times_s
 
 
@@ -67,7 +78,7 @@ def patch_table(
         if times_s is None or step.position in times_s:
             codes = [round(code * highest) for code in step.patch.codes]
             time_s = [times_s[step.position]] if times_s is not None else []
-            writer.writerow([step.patch.name, *codes, "", "", "", *time_s, eye])
+            writer.writerow([step.patch.name, *codes, "", "", "", *time_s, step.patch.eye or eye])
     return out.getvalue()
 
 

@@ -5,26 +5,34 @@ from __future__ import annotations
 import hashlib
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from dataclasses import asdict, dataclass, field
 from datetime import UTC, datetime
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
 from devices.display import DisplayModel
 from devices.display_file import EyeModels
 from devices.instruments import open_instrument
 from devices.instruments.open import Wiring
-from devices.patches import PatchSet, Step, steps
+from devices.instruments.simulated import SimulatedDisplay
+from devices.patches import PatchEye, PatchSet, Step, steps
 from documents import Finding
+from runner.compensation import Compensation
+from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.errors import MeasuringError
 from runner.measuring.log import MeasurementLog, Session, read_session, step_facts
+from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.measuring.target import Target
 from runner.presenter.surfaces import open_surface
 
+Floats = NDArray[np.float64]
 # What a measurement that is gone on with must have in common with how it began.
 _KEPT_ALIKE = ("display", "mode", "mode_options", "eye", "set", "seed", "repeat_every", "highest_code", "steps")
 
@@ -33,8 +41,8 @@ _KEPT_ALIKE = ("display", "mode", "mode_options", "eye", "set", "seed", "repeat_
 class Order:
     """What is to be shown to whom, and how: ``eye`` is left, right or both."""
 
-    patches: PatchSet
-    eye: str = "both"
+    sets: tuple[PatchSet, ...]
+    eye: PatchEye = "both"
     seed: int = 1
     repeat_every: int = 12
     settle_s: float = 1.0
@@ -44,28 +52,74 @@ class Order:
 
 @dataclass(frozen=True, slots=True)
 class Talk:
-    """What is told while it runs: after each patch, and in words."""
+    """What is told while it runs: after each patch, and in words.
+
+    ``ready`` is as in `take_readings`.
+    """
 
     on_progress: Callable[[Progress], None] = lambda progress: None
     tell: Callable[[str], None] = lambda words: None
+    ready: Callable[[str], bool] | None = None
 
 
 @contextmanager
-def open_screen(target: Target, backend: str, *, windowed: bool = False) -> Iterator[CodeScreen]:
-    """Open a screen of codes on ``target``, and close it."""
-    mode = target.mode
-    with (
-        open_surface(
-            backend,
-            target.panel.resolution_px,
-            stereo=mode.needs_stereo,
-            windowed=windowed,
-            windows=mode.windows,
-            bits=target.panel.code_bits,
-        ) as surface,
-        CodeScreen(surface, mode) as screen,
-    ):
-        yield screen
+def open_screen(
+    target: Target, backend: str, *, windowed: bool = False, asked: Mapping[str, Floats] | None = None
+) -> Iterator[PatchScreen]:
+    """Open a screen on ``target``, and close it: of device codes, or of colours ``asked`` in XYZ by patch name.
+
+    Raises
+    ------
+    InputError
+        If it cannot be opened, or colours are asked of a display that was not characterised in this mode.
+    """
+    mode, panel = target.mode, target.panel
+    with ExitStack() as opened:
+        surface = opened.enter_context(
+            open_surface(
+                backend,
+                panel.resolution_px,
+                stereo=mode.needs_stereo,
+                windowed=windowed,
+                windows=mode.windows,
+                bits=panel.code_bits,
+            )
+        )
+        if asked is None:
+            yield opened.enter_context(CodeScreen(surface, mode))
+        else:
+            models = characterised(target).models
+            compensation = Compensation(models, mode, panel.resolution_px, target.crosstalk, target.gain_map)
+            yield opened.enter_context(AskedScreen(surface, compensation, asked))
+
+
+def characterised(target: Target) -> SimulatedDisplay:
+    """Return all that was measured of ``target``; raise MeasuringError if it was not characterised in its mode."""
+    if target.simulated is None:
+        what = f"the display was not characterised in the mode '{target.mode.name}'"
+        raise MeasuringError(Finding(what, str(target.display_file), remedy="measure it, and fit a model"))
+    return target.simulated
+
+
+def check_sets(target: Target, sets: Sequence[PatchSet], *, chosen: bool) -> tuple[tuple[PatchSet, ...], str]:
+    """Return those of ``sets`` that can be shown on ``target``, and a remark on the others, empty if there are none.
+
+    Raises
+    ------
+    MeasuringError
+        If one that was ``chosen`` by its name needs each eye to see pixels of its own, and the mode has none, or none
+        is left.
+    """
+    shared = any(len(area.eyes) > 1 for area in target.mode.areas(target.panel.resolution_px))
+    lost = [one for one in sets if shared and any(patch.other is not None for patch in one.patches)]
+    if not lost:
+        return tuple(sets), ""
+    names = ", ".join(one.name for one in lost)
+    what = f"the mode '{target.mode.name}' shows both eyes the same pixels"
+    kept = tuple(one for one in sets if one not in lost)
+    if chosen or not kept:
+        raise MeasuringError(Finding(f"{what}: '{names}' cannot be measured", remedy="leave it out"))
+    return kept, f"{what}: '{names}' is left out"
 
 
 def check_eye(target: Target, eye: str) -> str:
@@ -88,7 +142,7 @@ def measure(
     file: Path,
     target: Target,
     order: Order,
-    screen: CodeScreen,
+    screen: PatchScreen,
     instrument: str,
     wiring: Wiring,
     *,
@@ -106,7 +160,8 @@ def measure(
         If it cannot begin: with a finding each.
     """
     talk = talk or Talk()
-    planned = steps(order.patches.rounded(screen.highest), order.seed, order.repeat_every)
+    sets = [one.rounded(screen.highest) for one in order.sets]
+    planned = steps(sets, order.seed, order.repeat_every, eye=order.eye)
     facts = _facts(target, order, screen, planned)
     log: MeasurementLog | None = None
     begun = datetime.now(UTC)
@@ -144,6 +199,7 @@ def measure(
                 elapsed_s,
                 talk.on_progress,
                 talk.tell,
+                talk.ready,
             )
         finally:
             opened.close()
@@ -165,15 +221,15 @@ def _clock(begun: datetime) -> Callable[[], float]:
     return lambda: already_s + time.monotonic() - now_s
 
 
-def _facts(target: Target, order: Order, screen: CodeScreen, planned: tuple[Step, ...]) -> dict[str, Any]:
+def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Step, ...]) -> dict[str, Any]:
     return {
         "display": target.display_file.name,
         "display_sha256": hashlib.sha256(target.display_file.read_bytes()).hexdigest(),
         "mode": target.mode.name,
         "mode_options": target.mode_options,
         "eye": order.eye,
-        "set": order.patches.name,
-        "set_source": order.patches.source,
+        "set": " + ".join(one.name for one in order.sets),
+        "set_source": "; ".join(one.source for one in order.sets if one.source),
         "seed": order.seed,
         "repeat_every": order.repeat_every,
         "settle_s": order.settle_s,

@@ -6,6 +6,7 @@ and keys are heard meanwhile: space pauses, Escape stops after the reading, a se
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable, Sequence
@@ -14,14 +15,13 @@ from queue import Empty, SimpleQueue
 
 from devices.instruments import Instrument, Reading, Showing
 from devices.instruments.errors import GarbledError, InstrumentError, LostError, RangeError
-from devices.patches import Step
-from runner.measuring.code_screen import CodeScreen, EyeCodes
+from devices.patches import Arrangement, PatchEye, Step
+from runner.measuring.keys import Keys
 from runner.measuring.log import MeasurementLog
-from runner.ports import WindowClosed
+from runner.measuring.patch_screen import PatchScreen
 
 TRIES = 3
-_IDLE_S = 0.004
-_REFRESH_HZ = 60.0
+_STOPPED = "stopped at the keyboard"
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,90 +45,50 @@ class Outcome:
     stopped: str = ""
 
 
-class Keys:
-    """What keys ask for. ``poll`` keeps the screen and hears the keys once; it sleeps for the least while."""
-
-    def __init__(self, screen: CodeScreen, tell: Callable[[str], None], on_stop: str = "stopping") -> None:
-        self._screen = screen
-        self._tell = tell
-        self._on_stop = on_stop
-        self._refresh_s = 1.0 / (screen.surface.facts.refresh_hz or _REFRESH_HZ)
-        self._paced = screen.surface.facts.vsync
-        self.paused = False
-        self.stops = 0
-
-    def poll(self) -> str:
-        """Return the last other key that was pressed, an empty text if none.
-
-        A closed window is as two presses of Escape.
-        """
-        other = ""
-        try:
-            for press in self._screen.surface.poll_keys():
-                if press.key == "space":
-                    self.paused = not self.paused
-                    self._tell("paused: space goes on" if self.paused else "going on")
-                elif press.key == "escape":
-                    self.stops += 1
-                    self._tell(self._on_stop)
-                elif not press.key.startswith(("text ", "again ", "click")):
-                    other = press.key
-        except WindowClosed:
-            self.stops = 2
-        if self._screen.takes_turns:
-            self._screen.redraw()
-            if not self._paced:
-                time.sleep(self._refresh_s)
-        else:
-            time.sleep(_IDLE_S)
-        return other
-
-    def wait(self, seconds: float) -> None:
-        """Keep the screen for ``seconds``, less if asked to stop."""
-        until_s = time.monotonic() + seconds
-        while time.monotonic() < until_s and not self.stops:
-            self.poll()
-
-    def wait_while_paused(self) -> None:
-        """Keep the screen until the pause ends or it is to stop."""
-        while self.paused and not self.stops:
-            self.poll()
-
-
 def take_readings(
-    screen: CodeScreen,
+    screen: PatchScreen,
     instrument: Instrument,
     log: MeasurementLog,
     steps: Sequence[Step],
-    eye: str,
+    eye: PatchEye,
     settle_s: float,
     elapsed_s: Callable[[], float],
     on_progress: Callable[[Progress], None] = lambda progress: None,
     tell: Callable[[str], None] = lambda words: None,
+    ready: Callable[[str], bool] | None = None,
 ) -> Outcome:
     """Read ``steps`` in their order, each kept in ``log`` before the next is shown.
 
     ``elapsed_s`` tells the seconds since the measurement began, over all its resumptions. A patch out of the
     instrument's range is recorded as failed, and the next comes; an answer that makes no sense is asked for again, and
     the third such, or a lost instrument, stops the measurement.
+
+    Where a person must move the instrument or the glasses, ``ready`` is told what to do and returns once it is done,
+    False to stop; without it, the words stand on the screen until a key.
     """
     keys = Keys(screen, tell, "stopping after this reading; Escape again stops at once")
+    ready = ready or keys.ask
     failed: list[str] = []
     taken = 0
-    begun_s = time.monotonic()
-    paused_s = 0.0
+    stands = Arrangement(eye)
+    busy_s, read_at_s = 0.0, -math.inf
     for done, step in enumerate(steps):
-        before_s = time.monotonic()
         keys.wait_while_paused()
-        paused_s += time.monotonic() - before_s
         if keys.stops:
-            return Outcome(taken, tuple(failed), "stopped at the keyboard")
-        screen.show(EyeCodes.of(step.patch.codes, "both" if screen.shared else eye))
+            return Outcome(taken, tuple(failed), _STOPPED)
+        shown = screen.show_patch(step.patch, eye)
+        wanted = step.patch.arrangement(eye)
+        request = wanted.request(stands)
+        if request and not ready(request):
+            return Outcome(taken, tuple(failed), _STOPPED if keys.stops else "nobody says that the instrument stands")
+        stands = wanted
+        keys.wait(read_at_s + step.patch.wait_s - elapsed_s() - settle_s if step.patch.wait_s else 0.0)
+        began_s = time.monotonic()
         keys.wait(settle_s)
         if keys.stops:
-            return Outcome(taken, tuple(failed), "stopped at the keyboard")
+            return Outcome(taken, tuple(failed), _STOPPED)
         read_at_s = elapsed_s()
-        showing = Showing(step.label, step.patch.codes, step.position, read_at_s)
+        showing = Showing(step.label, shown.own, step.position, read_at_s, shown.other, step.patch)
         reading, why = None, ""
         try:
             reading = _read(instrument, showing, keys)
@@ -138,15 +98,16 @@ def take_readings(
             log.fail(step, read_at_s, str(error))
             return Outcome(taken, (*failed, step.label), str(error))
         if reading is None and not why:
-            return Outcome(taken, tuple(failed), "stopped at the keyboard")
+            return Outcome(taken, tuple(failed), _STOPPED)
         if reading is not None:
-            log.keep(step, read_at_s, reading)
+            log.keep(step, read_at_s, reading, **({"shown": (shown.own, shown.other)} if shown.read_back else {}))
             taken += 1
         else:
             log.fail(step, read_at_s, why)
             failed.append(step.label)
-        each_s = (time.monotonic() - begun_s - paused_s) / (done + 1)
-        left_s = each_s * (len(steps) - done - 1)
+        busy_s += time.monotonic() - began_s
+        each_s = busy_s / (done + 1)
+        left_s = sum(max(each_s, later.patch.wait_s) for later in steps[done + 1 :])
         on_progress(Progress(step, reading, why, done + 1, len(steps), left_s))
     return Outcome(taken, tuple(failed))
 

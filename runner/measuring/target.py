@@ -8,7 +8,10 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
+from devices.crosstalk import Crosstalk
 from devices.display_file import EyeModels, PanelSpec, read_display
+from devices.gain_map import GainMap
+from devices.instruments.simulated import SimulatedDisplay
 from devices.rig_file import RigSpec
 from documents import Finding, load_document
 from documents.yaml_source import read_yaml
@@ -29,7 +32,7 @@ class _PanelAlone(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """The ``file`` as given, the display file, its panel, the stereo mode, and the models if there are any."""
+    """The ``file`` as given, the display file, its panel, the stereo mode, and its measurements if there are any."""
 
     file: Path
     display_file: Path
@@ -37,6 +40,13 @@ class Target:
     mode: Mode
     models: EyeModels | None = None
     mode_options: dict[str, Any] = field(default_factory=dict)
+    crosstalk: Crosstalk | None = None
+    gain_map: GainMap | None = None
+
+    @property
+    def simulated(self) -> SimulatedDisplay | None:
+        """The display as a simulated instrument sees it, None if it was not characterised in this mode."""
+        return None if self.models is None else SimulatedDisplay(self.models, self.crosstalk, self.gain_map)
 
 
 def read_target(path: Path, mode: str | None = None) -> Target:
@@ -71,5 +81,8 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     spec, _ = load_document(display_file, _PanelAlone)
     found = find_mode(mode, ModeOptions.parse(options))
     # A new display file has no modes yet; one that has must be right.
-    models = read_display(display_file).modes.get(mode) if (spec.model_extra or {}).get("modes") else None
-    return Target(path, display_file, spec.panel, found, models, options)
+    display = read_display(display_file) if (spec.model_extra or {}).get("modes") else None
+    if display is None or mode not in display.modes:
+        return Target(path, display_file, spec.panel, found, None, options)
+    crosstalk, gain_map = display.crosstalk(mode), display.gain_map(mode)
+    return Target(path, display_file, spec.panel, found, display.modes[mode], options, crosstalk, gain_map)

@@ -2,47 +2,79 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import DisplayModel
-from devices.patches import Patch, PatchSet
+from devices.instruments import Showing
+from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.patches import Patch, PatchEye, PatchSet
 from devices.patches.colorchecker import AskedColour
 from runner.measuring.errors import MeasuringError
-from runner.measuring.log import Session
+from runner.measuring.log import Kept, Session
+
+Floats = NDArray[np.float64]
+Triple = tuple[float, float, float]
+_NO_FAULT = Faults(noise=0.0)
 
 
 @dataclass(frozen=True, slots=True)
 class Checked:
-    """A colour asked and measured, XYZ with Y in cd/m², and the difference, in ΔE00 against the display's white.
+    """A colour asked, measured, and predicted: XYZ with Y in cd/m², differences in ΔE00 against the display's white.
 
+    ``predicted_XYZ_cd_m2`` is what the display file says of the codes that stood on the screen, and
+    ``predicted_delta_e_00`` how far that lies from what was asked: what codes in whole numbers and the gamut cost.
     ``desaturated`` says that the chart's own colour lies outside the gamut and a less saturated one was asked.
     """
 
     name: str
-    asked_XYZ_cd_m2: tuple[float, float, float]
-    measured_XYZ_cd_m2: tuple[float, float, float]
+    asked_XYZ_cd_m2: Triple
+    measured_XYZ_cd_m2: Triple
     delta_e_00: float
     desaturated: bool
+    predicted_XYZ_cd_m2: Triple
+    predicted_delta_e_00: float
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """The mean, 95th percentile and largest of differences in ΔE00."""
+
+    mean: float
+    p95: float
+    largest: float
+
+    @classmethod
+    def of(cls, differences: Floats) -> Spread:
+        """Return the spread of ``differences``, shape (n,), n at least 1."""
+        return cls(float(differences.mean()), float(np.percentile(differences, 95)), float(differences.max()))
+
+    def to_json(self) -> dict[str, float]:
+        """Return the numbers."""
+        return {"mean": self.mean, "p95": self.p95, "max": self.largest}
 
 
 @dataclass(frozen=True, slots=True)
 class Verdict:
-    """ΔE00 of the colours that were read: mean, 95th percentile and largest; those ``missing`` were not read."""
+    """The differences of the colours that were read, ``achieved`` and as the model alone has them; the ``missing`` were
+    not read.
+    """
 
     colours: tuple[Checked, ...]
-    mean: float
-    p95: float
-    largest: float
+    achieved: Spread
+    predicted: Spread
     missing: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers."""
         return {
-            "delta_e_00": {"mean": self.mean, "p95": self.p95, "max": self.largest},
+            "delta_e_00": self.achieved.to_json(),
+            "model_alone_delta_e_00": self.predicted.to_json(),
             "missing": list(self.missing),
             "colours": [
                 {
@@ -50,6 +82,8 @@ class Verdict:
                     "asked_XYZ_cd_m2": one.asked_XYZ_cd_m2,
                     "measured_XYZ_cd_m2": one.measured_XYZ_cd_m2,
                     "delta_e_00": one.delta_e_00,
+                    "model_XYZ_cd_m2": one.predicted_XYZ_cd_m2,
+                    "model_alone_delta_e_00": one.predicted_delta_e_00,
                     "desaturated": one.desaturated,
                 }
                 for one in self.colours
@@ -58,7 +92,7 @@ class Verdict:
 
 
 def patches_of(asked: tuple[AskedColour, ...], model: DisplayModel) -> PatchSet:
-    """Return the codes that ``model`` says show the colours ``asked``."""
+    """Return the colours ``asked`` with the codes that ``model`` alone would show them by."""
     made = []
     for colour in asked:
         red, green, blue = map(float, model.code(colour.XYZ_cd_m2))
@@ -66,27 +100,55 @@ def patches_of(asked: tuple[AskedColour, ...], model: DisplayModel) -> PatchSet:
     return PatchSet("colorchecker", tuple(made), "ColorChecker Classic, asked in XYZ")
 
 
-def judge(session: Session, asked: tuple[AskedColour, ...], model: DisplayModel) -> Verdict:
-    """Return how far the readings of ``session`` lie from what was ``asked``.
+def asked_XYZ(asked: tuple[AskedColour, ...], model: DisplayModel) -> Mapping[str, Floats]:
+    """Return what is asked by patch name: the colours, and the black and white that are shown again and again."""
+    ends = {"black": model.xyz([0.0] * 3), "white": model.xyz([1.0] * 3)}
+    return {**ends, **{colour.name: colour.XYZ_cd_m2 for colour in asked}}
 
-    The reference white is that of ``model`` at full drive, for both. Raises MeasuringError if nothing was read.
+
+def judge(session: Session, asked: tuple[AskedColour, ...], display: SimulatedDisplay, eye: PatchEye) -> Verdict:
+    """Return how far the readings of ``session`` lie from what was ``asked`` of ``eye``.
+
+    A gain map that makes the whole panel as dim as its dimmest place makes what was asked dimmer too. The reference
+    white is the model's at full drive, dimmed alike. Raises MeasuringError if nothing was read.
     """
-    read = {session.steps[place].patch.name: kept.reading for place, kept in session.readings.items()}
-    found = [(colour, read[colour.name].XYZ_cd_m2) for colour in asked if colour.name in read]
+    kept = {session.steps[place].patch.name: one for place, one in session.readings.items()}
+    found = [(colour, kept[colour.name]) for colour in asked if colour.name in kept]
     if not found:
         raise MeasuringError("none of the colours was read")
-    white = model.xyz([1.0, 1.0, 1.0])
-    asked_lab = xyz_to_lab(np.array([colour.XYZ_cd_m2 for colour, _ in found]), white)
-    differences = delta_e_2000(asked_lab, xyz_to_lab(np.array([XYZ for _, XYZ in found]), white))
+    share = 1.0 if display.gain_map is None else display.gain_map.delivered_share
+    model = display.models.right if eye == "right" else display.models.left
+    white = share * model.xyz([1.0, 1.0, 1.0])
+    wanted = share * np.array([colour.XYZ_cd_m2 for colour, _ in found])
+    read = np.array([one.reading.XYZ_cd_m2 for _, one in found])
+    told = np.array([_predicted(session, one, display, eye) for _, one in found])
+    wanted_lab = xyz_to_lab(wanted, white)
+    achieved = delta_e_2000(wanted_lab, xyz_to_lab(read, white))
+    predicted = delta_e_2000(wanted_lab, xyz_to_lab(told, white))
     colours = tuple(
-        Checked(colour.name, _triple(colour.XYZ_cd_m2), _triple(XYZ), float(difference), colour.desaturated)
-        for (colour, XYZ), difference in zip(found, differences, strict=True)
+        Checked(
+            colour.name,
+            _triple(wanted[row]),
+            _triple(read[row]),
+            float(achieved[row]),
+            colour.desaturated,
+            _triple(told[row]),
+            float(predicted[row]),
+        )
+        for row, (colour, _) in enumerate(found)
     )
-    missing = tuple(colour.name for colour in asked if colour.name not in read)
-    p95 = float(np.percentile(differences, 95))
-    return Verdict(colours, float(differences.mean()), p95, float(differences.max()), missing)
+    missing = tuple(colour.name for colour in asked if colour.name not in kept)
+    return Verdict(colours, Spread.of(achieved), Spread.of(predicted), missing)
 
 
-def _triple(values: Any) -> tuple[float, float, float]:
+def _predicted(session: Session, kept: Kept, display: SimulatedDisplay, eye: PatchEye) -> Triple:
+    """Return what the display file says of the codes that stood on the screen while ``kept`` was read."""
+    step = session.steps[kept.position]
+    own, other = kept.shown or (step.patch.codes, step.patch.codes if eye == "both" else (0.0, 0.0, 0.0))
+    showing = Showing(step.label, own, 0, 0.0, other, step.patch)
+    return Simulated(display, 0, _NO_FAULT, eye).read(showing).XYZ_cd_m2
+
+
+def _triple(values: Any) -> Triple:
     X, Y, Z = map(float, values)
     return X, Y, Z

@@ -7,66 +7,68 @@ from pathlib import Path
 
 import click
 
-from runner.cli.display.measuring_options import EYES, instrument_options, showing_options
+from runner.cli.display.measuring_options import (
+    Choosing,
+    Reading,
+    Showing,
+    choosing_options,
+    reading_options,
+    showing_options,
+)
 
 
 @click.command(short_help="Show patches and read each with an instrument.")
 @click.argument("rig_or_display", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The measurement: NAME.jsonl.")
 @click.option("--mode", help="The stereo mode; a rig has one already.")
-@click.option("--eye", type=click.Choice(EYES), default="both", show_default=True, help="The other eye sees black.")
-@click.option(
-    "--set", "set_name", default="table_c1", show_default=True, help="table_c1, grey, cube, dark or FILE.csv."
-)
-@click.option("--codes", "code_range", help="What the codes of FILE.csv run over, if it does not say: 0..255.")
+@choosing_options
 @click.option("--notes", default="", help="What to keep with the readings: which lens, which room.")
 @click.option("--resume", is_flag=True, help="Go on with a measurement: read what has no reading yet.")
 @click.option("--again", multiple=True, metavar="NAME", help="Read this patch once more; white#2 is the second white.")
-@instrument_options
+@reading_options
 @showing_options
 @click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
 def command(
     rig_or_display: Path,
     output: Path,
     mode: str | None,
-    eye: str,
-    set_name: str,
-    code_range: str | None,
+    choosing: Choosing,
     notes: str,
     resume: bool,
     again: tuple[str, ...],
-    instrument: str,
-    port: str | None,
-    instrument_options: tuple[str, ...],
-    seed: int,
-    repeat_every: int,
-    settle_s: float,
-    backend: str,
-    windowed: bool,
+    reading: Reading,
+    showing: Showing,
     as_json: bool,
 ) -> None:
     """Show patches and read each with an instrument.
 
     Readings go to NAME.jsonl one by one, and to NAME.csv at the end, for `display fit` and `display report`. Space
-    pauses, Escape stops after the reading; --resume goes on. Close the blinds and let the display warm up first.
+    pauses, Escape stops after the reading; --resume goes on. Close the blinds, and let the display warm up first,
+    unless the warm-up is measured. Where the instrument or the glasses must be moved, the run says so and waits.
     """
-    from devices.patches import find_patches
-    from runner.cli.display.measuring_options import raise_unless_complete, talk, wiring_of
+    from runner.cli.display.measuring_options import note, raise_unless_complete, talk, wiring_of
     from runner.measuring.export import export_csv
     from runner.measuring.station import Order, check_eye, measure, open_screen
     from runner.measuring.target import read_target
 
     target = read_target(rig_or_display, mode)
-    remark = check_eye(target, eye)
-    if remark:
-        click.echo(f"note: {remark}", err=True)
-    order = Order(find_patches(set_name, code_range), eye, seed, repeat_every, settle_s, notes)
-    wiring = wiring_of(target, eye, instrument, port, instrument_options, seed)
-    with open_screen(target, backend, windowed=windowed) as screen:
+    note(check_eye(target, showing.eye))
+    sets = choosing.sets(target)
+    order = Order(sets, showing.eye, showing.seed, showing.repeat_every, showing.settle_s, notes)
+    wiring = wiring_of(target, showing, reading)
+    with open_screen(target, showing.backend, windowed=showing.windowed) as screen:
         for warning in screen.surface.facts.remarks:
             click.echo(f"warning: {warning}", err=True)
         outcome, session = measure(
-            output, target, order, screen, instrument, wiring, resume=resume, again=again, talk=talk(as_json)
+            output,
+            target,
+            order,
+            screen,
+            reading.instrument,
+            wiring,
+            resume=resume,
+            again=again,
+            talk=talk(showing, reading, quiet=as_json),
         )
     table = output.with_suffix(".csv")
     if session.readings:

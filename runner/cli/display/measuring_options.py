@@ -1,91 +1,170 @@
-"""The options that the commands which show patches share, and how they talk."""
+"""The options that the commands which show patches share, each group given to a command as one value; how they talk."""
 
 from __future__ import annotations
 
+import functools
 import sys
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
     from devices.instruments.open import Wiring
+    from devices.patches import PatchEye, PatchSet
     from runner.measuring.station import Talk
     from runner.measuring.take_readings import Outcome
     from runner.measuring.target import Target
 
-Command = TypeVar("Command", bound=Callable[..., Any])
+Command = Callable[..., Any]
 # As devices.instruments.INSTRUMENTS and devices.patches.BUILT_IN have them; held here so that help appears at once.
 INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
-EYES = ("both", "left", "right")
+SETS = (
+    "table_c1, grey, cube, dark; warm-up, repeatability, additivity, on-white, uniformity, angles, crosstalk, glasses; "
+    "all; or FILE.csv. Several times for several."
+)
 
 
-def showing_options(command: Command) -> Command:
-    """Add how patches are shown."""
-    for option in (
-        click.option("--windowed", is_flag=True, help="A window in place of the full screen."),
-        click.option(
-            "--backend",
-            type=click.Choice(["window", "egl", "null"]),
-            default="window",
-            show_default=True,
-            help="Where to draw; without a window there are no keys.",
-        ),
-        click.option(
-            "--settle",
-            "settle_s",
-            type=click.FloatRange(0),
-            default=1.0,
-            show_default=True,
-            metavar="S",
-            help="How long a patch stands before it is read.",
-        ),
-        click.option(
-            "--repeat-every",
-            type=click.IntRange(0),
-            default=12,
-            show_default=True,
-            help="Show black and white again after so many patches; 0 never does.",
-        ),
-        click.option("--seed", type=int, default=1, show_default=True, help="Of the order of the patches."),
-    ):
-        command = option(command)
-    return command
+@dataclass(frozen=True, slots=True)
+class Showing:
+    """How patches are shown."""
+
+    eye: PatchEye
+    seed: int
+    repeat_every: int
+    settle_s: float
+    backend: str
+    windowed: bool
 
 
-def instrument_options(command: Command) -> Command:
-    """Add what reads the light."""
-    for option in (
-        click.option(
-            "--instrument-option",
-            "instrument_options",
-            multiple=True,
-            metavar="KEY=VALUE",
-            help='An option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".',
-        ),
-        click.option("--port", help="The instrument's serial port, or its number with spotread."),
-        click.option("--instrument", type=click.Choice(INSTRUMENTS), required=True, help="What reads the light."),
-    ):
-        command = option(command)
-    return command
+@dataclass(frozen=True, slots=True)
+class Choosing:
+    """Which patches are shown."""
+
+    set_names: tuple[str, ...]
+    code_range: str | None
+    every_s: float | None
+
+    def sets(self, target: Target) -> tuple[PatchSet, ...]:
+        """Return the sets, less those that ``all`` holds and the mode cannot show, which is told."""
+        from devices.patches import find_sets
+        from devices.patches.sets import ALL
+        from runner.measuring.station import check_sets
+
+        found = find_sets(self.set_names, self.code_range, self.every_s)
+        kept, remark = check_sets(target, found, chosen=ALL not in self.set_names)
+        note(remark)
+        return kept
 
 
-def wiring_of(target: Target, eye: str, instrument: str, port: str | None, options: Sequence[str], seed: int) -> Wiring:
-    """Return what instruments may need: the port, their options, the person at the terminal, a model to simulate.
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """What reads the light."""
+
+    instrument: str
+    port: str | None
+    instrument_options: tuple[str, ...]
+    unattended: bool
+
+
+def _gathered(name: str, kind: type[Any], *options: Callable[[Command], Command]) -> Callable[[Command], Command]:
+    """Return what adds ``options`` to a command, which gets them as one ``kind`` called ``name``."""
+
+    def add(command: Command) -> Command:
+        @functools.wraps(command)
+        def called(**given: Any) -> Any:
+            taken = {field.name: given.pop(field.name) for field in fields(kind)}
+            return command(**given, **{name: kind(**taken)})
+
+        with_options: Command = called
+        for option in reversed(options):
+            with_options = option(with_options)
+        return with_options
+
+    return add
+
+
+showing_options = _gathered(
+    "showing",
+    Showing,
+    click.option(
+        "--eye",
+        type=click.Choice(["both", "left", "right"]),
+        default="both",
+        show_default=True,
+        help="The other eye sees black.",
+    ),
+    click.option("--seed", type=int, default=1, show_default=True, help="Of the order of the patches."),
+    click.option(
+        "--repeat-every",
+        type=click.IntRange(0),
+        default=12,
+        show_default=True,
+        help="Show black and white again after so many patches; 0 never does.",
+    ),
+    click.option(
+        "--settle",
+        "settle_s",
+        type=click.FloatRange(0),
+        default=1.0,
+        show_default=True,
+        metavar="S",
+        help="How long a patch stands before it is read.",
+    ),
+    click.option(
+        "--backend",
+        type=click.Choice(["window", "egl", "null"]),
+        default="window",
+        show_default=True,
+        help="Where to draw; without a window there are no keys.",
+    ),
+    click.option("--windowed", is_flag=True, help="A window in place of the full screen."),
+)
+choosing_options = _gathered(
+    "choosing",
+    Choosing,
+    click.option("--set", "set_names", multiple=True, default=("table_c1",), show_default=True, help=SETS),
+    click.option("--codes", "code_range", help="What the codes of FILE.csv run over, if it does not say: 0..255."),
+    click.option(
+        "--every",
+        "every_s",
+        type=click.FloatRange(0),
+        metavar="S",
+        help="The time between two readings of the warm-up; 60 s if left out.",
+    ),
+)
+reading_options = _gathered(
+    "reading",
+    Reading,
+    click.option("--instrument", type=click.Choice(INSTRUMENTS), required=True, help="What reads the light."),
+    click.option("--port", help="The instrument's serial port, or its number with spotread."),
+    click.option(
+        "--instrument-option",
+        "instrument_options",
+        multiple=True,
+        metavar="KEY=VALUE",
+        help='An option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".',
+    ),
+    click.option("--unattended", is_flag=True, help="Say what is to be moved, but wait for nobody."),
+)
+
+
+def wiring_of(target: Target, showing: Showing, reading: Reading) -> Wiring:
+    """Return what instruments may need: the port, their options, the person at the terminal, a display to simulate.
 
     A simulated instrument looks at the target, or at the display file that its option ``display`` names.
     """
-    from devices.display_file import read_display
     from devices.instruments.open import Wiring
-    from runner.measuring.station import eye_model
+    from runner.measuring.target import read_target
 
-    parsed = parse_options(options)
-    models = target.models
-    if instrument == "simulated" and "display" in parsed:
-        models = read_display(Path(parsed.pop("display"))).models(target.mode.name)
-    model = None if models is None else eye_model(models, eye)
-    return Wiring(port, parsed, _ask, _tell, model, seed)
+    parsed = parse_options(reading.instrument_options)
+    if reading.instrument == "simulated" and "display" in parsed:
+        simulated = read_target(Path(parsed.pop("display")), target.mode.name).simulated
+    else:
+        simulated = target.simulated
+    return Wiring(reading.port, parsed, _ask, _tell, simulated, showing.seed, showing.eye)
 
 
 def parse_options(options: Sequence[str]) -> dict[str, str]:
@@ -99,8 +178,17 @@ def parse_options(options: Sequence[str]) -> dict[str, str]:
     return parsed
 
 
-def talk(quiet: bool) -> Talk:
-    """Return what tells of each reading on the error stream, unless ``quiet``."""
+def note(remark: str) -> None:
+    """Tell ``remark`` on the error stream, unless it is empty."""
+    if remark:
+        click.echo(f"note: {remark}", err=True)
+
+
+def talk(showing: Showing, reading: Reading, *, quiet: bool) -> Talk:
+    """Return what tells of each reading on the error stream, unless ``quiet``, and what waits for the person.
+
+    In a window that is a key; elsewhere, the end of a line on the terminal.
+    """
     from runner.measuring.station import Talk
     from runner.measuring.take_readings import Progress
 
@@ -112,7 +200,15 @@ def talk(quiet: bool) -> Talk:
         left = f"{duration(progress.left_s)} left" if progress.done < progress.of else "done"
         click.echo(f"{progress.done}/{progress.of}  {progress.step.label}: {what}  ({left})", err=True)
 
-    return Talk() if quiet else Talk(on_progress, _tell)
+    def told(request: str) -> bool:
+        click.echo(f"note: {request}", err=True)
+        return True
+
+    def asked(request: str) -> bool:
+        return _ask(f"{request} Then press Enter: ") is not None
+
+    ready = told if reading.unattended else None if showing.backend == "window" else asked
+    return Talk(ready=ready) if quiet else Talk(on_progress, _tell, ready)
 
 
 def duration(seconds: float) -> str:

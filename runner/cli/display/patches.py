@@ -7,17 +7,13 @@ from pathlib import Path
 
 import click
 
-from runner.cli.display.measuring_options import EYES, showing_options
+from runner.cli.display.measuring_options import Choosing, Showing, choosing_options, showing_options
 
 
 @click.command(short_help="Show patches of known device codes full-screen in a stereo mode.")
 @click.argument("rig_or_display", type=click.Path(path_type=Path))
 @click.option("--mode", help="The stereo mode; a rig has one already.")
-@click.option("--eye", type=click.Choice(EYES), default="both", show_default=True, help="The other eye sees black.")
-@click.option(
-    "--set", "set_name", default="table_c1", show_default=True, help="table_c1, grey, cube, dark or FILE.csv."
-)
-@click.option("--codes", "code_range", help="What the codes of FILE.csv run over, if it does not say: 0..255.")
+@choosing_options
 @click.option("--each", "each_s", type=click.FloatRange(0, min_open=True), metavar="S", help="Go on by itself after S.")
 @click.option("--start", "start_label", metavar="NAME", help="Begin at this patch; white#2 is the second white.")
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="A table of what was shown, to fill X, Y, Z in.")
@@ -27,18 +23,12 @@ from runner.cli.display.measuring_options import EYES, showing_options
 def command(
     rig_or_display: Path,
     mode: str | None,
-    eye: str,
-    set_name: str,
-    code_range: str | None,
+    choosing: Choosing,
     each_s: float | None,
     start_label: str | None,
     output: Path | None,
     list_only: bool,
-    seed: int,
-    repeat_every: int,
-    settle_s: float,
-    backend: str,
-    windowed: bool,
+    showing: Showing,
     as_json: bool,
 ) -> None:
     """Show patches of known device codes full-screen in a stereo mode.
@@ -46,20 +36,21 @@ def command(
     Both eyes see them, or one while the other sees black, so that the mode stays enabled. Right and left go on and
     back, space pauses, Escape stops. The order is shuffled by the seed; black and white come again throughout.
     """
-    from devices.patches import find_patches, steps
-    from runner.cli.display.measuring_options import duration
+    from devices.patches import steps
+    from runner.cli.display.measuring_options import duration, note
     from runner.cli.main import WorkError
     from runner.measuring.errors import MeasuringError
     from runner.measuring.show_patches import Shown, patch_table, show_patches
     from runner.measuring.station import check_eye, open_screen
     from runner.measuring.target import read_target
 
-    if backend != "window" and each_s is None and not list_only:
+    if showing.backend != "window" and each_s is None and not list_only:
         raise click.UsageError("Without a window there are no keys: add --each S.")
     target = read_target(rig_or_display, mode)
+    eye = showing.eye
     remark = check_eye(target, eye)
-    patches = find_patches(set_name, code_range).rounded(255 if target.panel.code_bits == 8 else 1023)
-    order = steps(patches, seed, repeat_every)
+    highest = 255 if target.panel.code_bits == 8 else 1023
+    order = steps([one.rounded(highest) for one in choosing.sets(target)], showing.seed, showing.repeat_every, eye=eye)
     if start_label is not None:
         labels = [step.label for step in order]
         if start_label not in labels:
@@ -68,20 +59,19 @@ def command(
     if list_only:
         click.echo(patch_table(order, eye, target.mode.name, target.panel.code_bits), nl=False)
         return
-    if remark:
-        click.echo(f"note: {remark}", err=True)
+    note(remark)
 
     def tell(shown: Shown) -> None:
         codes = " ".join(f"{round(code * shown.highest)}" for code in shown.step.patch.codes)
         left = f", {duration(shown.left_s)} left" if each_s else ""
         click.echo(f"{shown.number}/{shown.of}  {shown.step.label}: {codes}{left}", err=True)
 
-    with open_screen(target, backend, windowed=windowed) as screen:
+    with open_screen(target, showing.backend, windowed=showing.windowed) as screen:
         for warning in screen.surface.facts.remarks:
             click.echo(f"warning: {warning}", err=True)
-        if screen.highest != (255 if target.panel.code_bits == 8 else 1023):
+        if screen.highest != highest:
             order = tuple(type(step)(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
-        hold_s = None if each_s is None else settle_s + each_s
+        hold_s = None if each_s is None else showing.settle_s + each_s
         times_s = show_patches(screen, order, eye, hold_s, lambda words: click.echo(words, err=True), tell)
         bits = screen.surface.bits
     if output is not None:

@@ -10,10 +10,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from devices.errors import DeviceError
-from devices.patches import BUILT_IN, Patch, PatchSet, find_patches, steps
+from devices.patches import Patch, PatchSet, find_patches, steps
+from devices.patches.sets import CHARACTERISATIONS
 
 
-@given(st.sampled_from(list(BUILT_IN)), st.integers(0, 99), st.integers(0, 40))
+@given(st.sampled_from(list(CHARACTERISATIONS)), st.integers(0, 99), st.integers(0, 40))
 def test_every_patch_once_and_black_and_white_throughout(name: str, seed: int, every: int) -> None:
     patches = find_patches(name)
     order = steps(patches, seed, every)

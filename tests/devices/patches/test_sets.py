@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from devices.errors import DeviceError
-from devices.patches import BUILT_IN, Patch, PatchSet, find_patches
+from devices.patches import Patch, PatchSet, find_patches
+from devices.patches.sets import CHARACTERISATIONS
 
 
 def test_table_c1_holds_the_thesis_patches() -> None:
@@ -24,7 +25,7 @@ def test_table_c1_holds_the_thesis_patches() -> None:
     assert patches["white"] == (1, 1, 1)
 
 
-@pytest.mark.parametrize("name", list(BUILT_IN))
+@pytest.mark.parametrize("name", list(CHARACTERISATIONS))
 def test_every_set_has_black_and_white_and_no_colour_twice(name: str) -> None:
     codes = [patch.rounded(255).codes for patch in find_patches(name).patches]
     assert len(set(codes)) == len(codes)

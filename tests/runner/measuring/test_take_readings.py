@@ -154,11 +154,11 @@ def test_escape_stops_after_the_reading_that_runs(desk: Desk) -> None:
 
 @pytest.mark.parametrize("closed", [False, True], ids=["escape twice", "window closed"])
 def test_a_second_escape_or_a_closed_window_leaves_a_reading_that_hangs(desk: Desk, closed: bool) -> None:
-    instrument = Told(desk.screen, takes_s=0.0)
+    instrument = Told(desk.screen, takes_s=0.05)  # long enough for the keys to be heard
 
     def keys() -> tuple[KeyPress, ...]:
         if len(instrument.asked) < 3:
-            instrument.takes_s = 5.0 if len(instrument.asked) == 2 else 0.0
+            instrument.takes_s = 5.0 if len(instrument.asked) == 2 else 0.05
             return ()
         if closed:
             raise WindowClosed("closed")

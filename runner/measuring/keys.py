@@ -1,0 +1,81 @@
+"""What keys ask for while patches are shown: a pause, a stop, or that the person is ready."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+
+from runner.measuring.patch_screen import PatchScreen
+from runner.ports import WindowClosed
+
+_IDLE_S = 0.004
+_REFRESH_HZ = 60.0
+_READY = ("space", "enter", "right", "page_down")
+
+
+class Keys:
+    """What keys ask for. ``poll`` keeps the screen and hears the keys once; it sleeps for the least while."""
+
+    def __init__(self, screen: PatchScreen, tell: Callable[[str], None], on_stop: str = "stopping") -> None:
+        self._screen = screen
+        self._tell = tell
+        self._on_stop = on_stop
+        self._refresh_s = 1.0 / (screen.surface.facts.refresh_hz or _REFRESH_HZ)
+        self._paced = screen.surface.facts.vsync
+        self._asking = False
+        self.paused = False
+        self.stops = 0
+
+    def poll(self) -> str:
+        """Return the last other key that was pressed, an empty text if none.
+
+        A closed window is as two presses of Escape.
+        """
+        other = ""
+        try:
+            for press in self._screen.surface.poll_keys():
+                if press.key == "space" and not self._asking:
+                    self.paused = not self.paused
+                    self._tell("paused: space goes on" if self.paused else "going on")
+                elif press.key == "escape":
+                    self.stops += 1
+                    self._tell(self._on_stop)
+                elif not press.key.startswith(("text ", "again ", "click")):
+                    other = press.key
+        except WindowClosed:
+            self.stops = 2
+        if self._screen.takes_turns:
+            self._screen.redraw()
+            if not self._paced:
+                time.sleep(self._refresh_s)
+        else:
+            time.sleep(_IDLE_S)
+        return other
+
+    def wait(self, seconds: float) -> None:
+        """Keep the screen for ``seconds``, pauses not counted, less if asked to stop."""
+        left_s, last_s = seconds, time.monotonic()
+        while left_s > 0 and not self.stops:
+            self.poll()
+            now_s = time.monotonic()
+            left_s -= 0.0 if self.paused else now_s - last_s
+            last_s = now_s
+
+    def wait_while_paused(self) -> None:
+        """Keep the screen until the pause ends or it is to stop."""
+        while self.paused and not self.stops:
+            self.poll()
+
+    def ask(self, words: str) -> bool:
+        """Show ``words`` until space or another key goes on, and return True; False if it is to stop."""
+        self._tell(f"{words} Space goes on.")
+        self._screen.say(f"{words}\nSpace goes on, Escape stops.")
+        self._asking = True
+        try:
+            while not self.stops:
+                if self.poll() in _READY:
+                    return True
+        finally:
+            self._asking = False
+            self._screen.say("")
+        return False

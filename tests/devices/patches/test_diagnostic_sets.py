@@ -1,0 +1,130 @@
+"""The sets for single diagnoses: read with a simulated display, each is judged, passes, and finds its own fault."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.examine import MeasuredSet, examine
+from devices.display_file import EyeModels
+from devices.errors import DeviceError
+from devices.instruments import Showing
+from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.measurements import Measurements
+from devices.patches import Arrangement, Patch, PatchEye, Place, find_sets, steps
+from devices.patches.sets import DIAGNOSTIC
+from tests.devices.diagnostics.simulated import MODEL
+
+
+def _read(names: tuple[str, ...], faults: Faults, eye: PatchEye = "both", seed: int = 1) -> Measurements:
+    """Read the sets as `display measure` does, 15 s a patch."""
+    instrument = Simulated(SimulatedDisplay(EyeModels(MODEL, MODEL)), seed, faults, eye)
+    taken, time_s, now_s = [], [], 0.0
+    shown = steps(find_sets(names), seed, eye=eye)
+    for step in shown:
+        patch = step.patch
+        now_s += max(15.0, patch.wait_s)
+        black = (0.0, 0.0, 0.0)
+        other = patch.other if patch.other is not None else patch.codes if eye == "both" else black
+        taken.append(instrument.read(Showing(step.label, patch.codes, step.position, now_s, other, patch)).XYZ_cd_m2)
+        time_s.append(now_s)
+    return Measurements(
+        np.array([step.patch.codes for step in shown]), np.array(taken), tuple(step.patch.name for step in shown),
+        np.array(time_s), tuple(step.patch.eye or eye for step in shown),
+    )  # fmt: skip
+
+
+def _judged(table: Measurements) -> dict[str, Diagnosis]:
+    return {one.name: one for one in examine([MeasuredSet("m", table)])}
+
+
+@pytest.mark.parametrize("eye", ["both", "left"])
+def test_all_sets_let_every_check_be_made_and_a_display_without_fault_passes(eye: PatchEye) -> None:
+    found = _judged(_read(("all",), Faults(noise=0.001, glasses_loss=0.85), eye))
+    undecided = {name for name, one in found.items() if one.passed is None}
+    # Spectra are not simulated, and a gamut is told without a verdict.
+    assert undecided == {"spectral_overlap", "gamut"}
+    failed = {name: one.value for name, one in found.items() if one.passed is False}
+    # Taking the glasses off moves the gamut by nothing here; nothing else is planted either.
+    assert failed == {}
+
+
+@pytest.mark.parametrize(
+    ("name", "check", "fault", "value"),
+    [
+        ("crosstalk", "crosstalk", {"crosstalk": 0.08}, 8.0),
+        ("uniformity", "uniformity", {"edge_loss": 0.5}, 100 * 0.5 * 4 / 9),
+        ("on-white", "pixel_independence", {"surround_gain": 0.05}, 5.0),
+        ("additivity", "additivity", {"additivity_loss": 0.08}, 8.7),
+        ("repeatability", "repeatability", {"noise": 0.01}, 1.0),
+        ("warm-up", "warm_up", {"warm_up_loss": 0.9}, None),
+        ("glasses", "glasses_transmittance", {"glasses_loss": 0.4}, 60.0),
+        ("angles", "angular_luminance", {"angle_loss": 1.0}, 9.5),
+    ],
+)  # fmt: skip
+def test_each_set_finds_its_own_fault(name: str, check: str, fault: dict[str, float], value: float | None) -> None:
+    quiet = Faults(noise=0.001, glasses_loss=0.85)
+    assert _judged(_read((name,), quiet))[check].passed is True
+    found = _judged(_read((name,), Faults(**{"noise": 0.001, **fault})))[check]
+    assert found.passed is False
+    if value is not None:
+        assert found.value == pytest.approx(value, rel=0.15)
+
+
+def test_a_set_leaves_the_plain_readings_alone() -> None:
+    """What is read for a diagnosis never looks like a reading of the display as it is characterised."""
+    from devices.diagnostics.tags import plain
+
+    told = ("crosstalk", "uniformity", "on-white", "warm-up", "angles")
+    assert len(plain(_read(told, Faults()))) == 0
+    assert {name for name in plain(_read(("glasses",), Faults())).name if "@" in name} == set()
+
+
+@pytest.mark.parametrize("eye", ["both", "left", "right"])
+def test_the_instrument_is_moved_once_for_each_arrangement(eye: PatchEye) -> None:
+    order = steps(find_sets(("all",)), 3, eye=eye)
+    stood = [arrangement for arrangement, _ in itertools.groupby(step.patch.arrangement(eye) for step in order)]
+    assert len(stood) == len(set(stood))
+    assert stood[0] == Arrangement(eye)
+    assert len({step.label for step in order}) == len(order)
+
+
+def test_what_a_person_must_do_is_told() -> None:
+    start = Arrangement("left")
+    assert start.request(start) == ""
+    corner = Arrangement("left", Place(1, 3))
+    assert corner.request(start) == "Point the instrument at the patch (row 1, column 3: top right)."
+    assert Place(2, 2).words() == "row 2, column 2: middle"
+    assert start.request(corner) == "Point the instrument at the middle of the screen."
+    assert Arrangement("right").request(start) == "Put the right lens before the instrument."
+    bare = Arrangement("left", glasses=False)
+    assert bare.request(start) == "Take the glasses away from before the instrument."
+    assert (
+        start.request(bare) == "Put the glasses before the instrument again. Put the left lens before the instrument."
+    )
+    side = Arrangement("left", angle="v-10deg")
+    assert side.request(start) == "Turn the instrument about the middle of the screen to 10° below."
+    assert "straight ahead" in start.request(side)
+
+
+def test_wrong_patches_are_refused() -> None:
+    with pytest.raises(DeviceError, match="which eye is read"):
+        Patch("a", (0.0, 0.0, 0.0), other=(1.0, 1.0, 1.0))
+    with pytest.raises(DeviceError, match="cannot wait"):
+        Patch("a", (0.0, 0.0, 0.0), wait_s=float("inf"))
+    with pytest.raises(DeviceError, match="three in"):
+        Patch("a", (0.0, 0.0, 0.0), around=(2.0, 0.0, 0.0))
+    with pytest.raises(DeviceError, match="no row 4"):
+        Place(4, 1)
+    with pytest.raises(DeviceError, match="did you mean 'uniformity'"):
+        find_sets(("unifomity",))
+    with pytest.raises(DeviceError, match="no set"):
+        find_sets(())
+
+
+def test_sets_are_named_once_and_all_holds_one_for_each_diagnosis() -> None:
+    assert [one.name for one in find_sets(("grey", "uniformity", "grey"))] == ["grey", "uniformity"]
+    assert set(DIAGNOSTIC) <= {one.name for one in find_sets(("all",))}
