@@ -139,12 +139,12 @@ def test_an_even_colour_is_even(tmp_path: Path, black: int, span: int, method: D
 def _perturbed(tmp_path: Path, method: Demosaic, codes: NDArray[np.uint16], place: tuple[int, int]) -> None:
     """Change one saturated photosite: no unmarked value may move."""
     codes = codes.copy()
-    codes[place] = 4000
+    codes[place] = 1500
     full = save_dng(tmp_path / "full.dng", codes, white=4095)
     codes[place] = 4095
     over = save_dng(tmp_path / "over.dng", codes, white=4095)
-    one = read_camera_image(full, demosaic=method, levels=Levels(saturated=4000))
-    other = read_camera_image(over, demosaic=method, levels=Levels(saturated=4000))
+    one = read_camera_image(full, demosaic=method, levels=Levels(saturated=1500))
+    other = read_camera_image(over, demosaic=method, levels=Levels(saturated=1500))
     assert one.saturated.any()
     moved = np.abs(one.rgb - other.rgb) > 1e-9
     assert not (moved & ~one.saturated).any()
@@ -153,9 +153,10 @@ def _perturbed(tmp_path: Path, method: Demosaic, codes: NDArray[np.uint16], plac
 @pytest.mark.parametrize("method", DEMOSAICS)
 def test_the_saturation_map_marks_all_that_a_full_photosite_touches(tmp_path: Path, method: Demosaic) -> None:
     rng = np.random.default_rng(4)
-    waves = 2000 + 1200 * np.sin(np.arange(40) / 2.1)[None, :] * np.cos(np.arange(36) / 3.3)[:, None]
-    for _ in range(6):
-        codes = np.clip(waves + rng.normal(0, 120, waves.shape), 0, 3900).astype(np.uint16)
+    waves = 750 + 500 * np.sin(np.arange(40) / 2.1)[None, :] * np.cos(np.arange(36) / 3.3)[:, None]
+    for trial in range(12):
+        noise = rng.normal(0, 60, waves.shape) if trial % 2 else rng.uniform(-700, 700, waves.shape)
+        codes = np.clip(waves + noise, 0, 1490).astype(np.uint16)
         row, column = rng.integers(0, 36), rng.integers(0, 40)
         _perturbed(tmp_path, method, codes, (int(row), int(column)))
 
