@@ -21,7 +21,7 @@ def make_plate(
     Each viewpoint's sparkles are rendered once, and each exposure of them is developed once, however many stimuli
     show them.
     """
-    studio = Studio(recipe.plate, recipe.lamp, recipe.camera, recipe.seed, pixel_pitch_mm)
+    studio = Studio(recipe.plate, recipe.lamp, recipe.camera, recipe.seed, pixel_pitch_mm, recipe.further_lamps)
     factors = stimulus_factors(recipe)
     wanted = [(stimulus, view) for stimulus in recipe.stimuli for view in recipe.views]
     for done, (stimulus, view) in enumerate(wanted):

@@ -35,7 +35,8 @@ def make_series(
     done = 0
     for named, of_plate in groupby(pictures, key=lambda picture: picture.plate):
         seed = plate_seed(recipe.seed, named.name)
-        studio = Studio(named.over(recipe.plate), recipe.lamp, recipe.camera, seed, pixel_pitch_mm)
+        plate = named.over(recipe.plate)
+        studio = Studio(plate, recipe.lamp, recipe.camera, seed, pixel_pitch_mm, recipe.further_lamps)
         for picture in of_plate:
             report(f"rendering {picture.name}", done, len(pictures))
             yield _made(picture, studio, recipe.target_mean_luminance_cd_m2)

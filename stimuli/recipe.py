@@ -18,10 +18,10 @@ from documents import Finding, load_document
 from documents.yaml_source import YamlSource
 from stimuli.errors import StimulusError
 from stimuli.exr.to_xyz import ColourSpace, Negative
-from stimuli.recipe_faults import Fault, series_faults, too_large, twin_names, twin_views
+from stimuli.recipe_faults import Fault, series_faults, too_large, twin_names, twin_views, without_spectra
 from stimuli.recipe_values import MAX_STIMULI, Name, Seconds, View, Views
 from stimuli.series_recipe import SparkleSeriesRecipe
-from stimuli.sparkle.recipe import CameraSpec, LampSpec, PlateSpec, Strict
+from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec, Strict
 from stimuli.stereo_image import Eye
 
 
@@ -58,6 +58,7 @@ class SparklePlateRecipe(Strict):
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     plate: PlateSpec
     lamp: LampSpec
+    further_lamps: FurtherLamps = ()
     camera: CameraSpec
     views: Views = ("stereo", "flat")
     stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
@@ -123,6 +124,7 @@ def _faults(recipe: AnyRecipe) -> Iterator[Fault]:
     yield from twin_views(recipe.views)
     if isinstance(recipe, SparklePlateRecipe):
         yield from too_large(recipe.plate, recipe.camera)
+        yield from without_spectra([recipe.plate], recipe.lamp, recipe.further_lamps)
         return
     for index, picture in enumerate(recipe.stimuli):
         if recipe.views and picture.view:

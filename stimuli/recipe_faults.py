@@ -11,7 +11,7 @@ from pydantic import ValidationError
 from documents.yaml_source import Path_
 from stimuli.recipe_values import MAX_STIMULI, View
 from stimuli.series_recipe import NamedPlateSpec, SparkleSeriesRecipe
-from stimuli.sparkle.recipe import CameraSpec, PlateSpec
+from stimuli.sparkle.recipe import CameraSpec, LampSpec, PlateSpec
 
 # What a plate may ask for: either takes a few GB of memory.
 MAX_FLAKES = 50_000_000
@@ -62,6 +62,18 @@ def too_large(plate: PlateSpec, camera: CameraSpec, flakes: Path_ = ("plate", "f
         )
 
 
+def without_spectra(plates: Iterable[PlateSpec], lamp: LampSpec, further_lamps: Iterable[LampSpec]) -> Iterator[Fault]:
+    """Yield each lamp that is a chromaticity where a plate has a spectrum: no colour follows from the two."""
+    if not any(plate.base.spectrum or plate.flakes.spectrum for plate in plates):
+        return
+    places: list[tuple[Path_, LampSpec]] = [(("lamp",), lamp)]
+    places += [(("further_lamps", index), one) for index, one in enumerate(further_lamps)]
+    for place, one in places:
+        if not one.is_spectral:
+            message = "the plate has a spectrum, and this lamp has none"
+            yield Fault((*place, "chromaticity_xy"), message, "give it a temperature_K or a spectrum")
+
+
 def series_faults(recipe: SparkleSeriesRecipe) -> Iterator[Fault]:
     """Yield what is wrong with series of exposures."""
     yield from twin_views(recipe.views)
@@ -75,8 +87,14 @@ def series_faults(recipe: SparkleSeriesRecipe) -> Iterator[Fault]:
     pictures = len(recipe.plates) * len(recipe.series) * len(recipe.exposures_s) * len(recipe.views or "1")
     if pictures > MAX_STIMULI:
         yield Fault(("plates",), f"these are {pictures} pictures", f"a recipe makes {MAX_STIMULI} at most")
+    faulty = False
     for index, plate in enumerate(recipe.plates):
-        yield from _plate_faults(plate, index, recipe)
+        for fault in _plate_faults(plate, index, recipe):
+            faulty = True
+            yield fault
+    if not faulty:
+        plates = (plate.over(recipe.plate) for plate in recipe.plates)
+        yield from without_spectra(plates, recipe.lamp, recipe.further_lamps)
 
 
 def _plate_faults(plate: NamedPlateSpec, index: int, recipe: SparkleSeriesRecipe) -> Iterator[Fault]:

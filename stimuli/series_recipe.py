@@ -11,7 +11,18 @@ from typing import Annotated, Literal
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from stimuli.recipe_values import MAX_STIMULI, Name, Seconds, Views
-from stimuli.sparkle.recipe import BaseSpec, CameraSpec, Chromaticity, FlakesSpec, LampSpec, PlateSpec, Share, Strict
+from stimuli.sparkle.recipe import (
+    BaseSpec,
+    CameraSpec,
+    Chromaticity,
+    FlakesSpec,
+    FurtherLamps,
+    LampSpec,
+    PlateSpec,
+    Share,
+    ShareSpectrum,
+    Strict,
+)
 
 
 class FlakesChangeSpec(Strict):
@@ -26,6 +37,9 @@ class FlakesChangeSpec(Strict):
     lobe_sd_deg: Annotated[float, Field(gt=0, le=20)] | None = None
     reflectance: Share | None = None
     chromaticity_xy: Chromaticity | None = None
+    spectrum: ShareSpectrum | None = None
+    diffraction: bool | None = None
+    rim_um: NonNegativeFloat | None = None
 
 
 class NamedPlateSpec(Strict):
@@ -51,6 +65,7 @@ class NamedPlateSpec(Strict):
         return PlateSpec(
             size_mm=shared.size_mm,
             coat_refractive_index=self.coat_refractive_index or shared.coat_refractive_index,
+            coat_extinction_per_mm=shared.coat_extinction_per_mm,
             flakes=self.flakes_over(shared.flakes),
             base=self.base or shared.base,
         )
@@ -75,6 +90,7 @@ class SparkleSeriesRecipe(Strict):
     seed: Annotated[int, Field(ge=0, lt=2**63)]
     plate: PlateSpec
     lamp: LampSpec
+    further_lamps: FurtherLamps = ()
     camera: CameraSpec
     target_mean_luminance_cd_m2: PositiveFloat
     plates: Annotated[tuple[NamedPlateSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]

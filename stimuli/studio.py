@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stimuli.recipe_values import View
 from stimuli.sparkle.flakes import scatter_flakes
-from stimuli.sparkle.photograph import Photograph, SparkleMap, photograph, sparkle_map
+from stimuli.sparkle.light import Light
+from stimuli.sparkle.photograph import Photograph, photograph, plate_light
 from stimuli.sparkle.recipe import CameraSpec, LampSpec, PlateSpec
 
 
@@ -16,16 +17,31 @@ def viewpoints(view: View) -> tuple[str, ...]:
     return ("left", "right") if view == "stereo" else ("center",)
 
 
-class Studio:
-    """A plate, a lamp and a camera; equal seeds scatter equal flakes. Its photographs are kept as long as it is."""
+Place = tuple[float, ...]
 
-    def __init__(self, plate: PlateSpec, lamp: LampSpec, camera: CameraSpec, seed: int, pixel_pitch_mm: float) -> None:
-        self._plate, self._lamp, self._camera = plate.plate(), lamp.lamp(), camera.camera()
+
+class Studio:
+    """A plate, lamps and a camera; equal seeds scatter equal flakes. Its photographs are kept as long as it is.
+
+    Views from one place are rendered once: with no distance between the eyes, left, right and centre are one.
+    """
+
+    def __init__(
+        self,
+        plate: PlateSpec,
+        lamp: LampSpec,
+        camera: CameraSpec,
+        seed: int,
+        pixel_pitch_mm: float,
+        further_lamps: Sequence[LampSpec] = (),
+    ) -> None:
+        self._plate, self._camera = plate.plate(), camera.camera()
+        self._lamps = [one.lamp() for one in (lamp, *further_lamps)]
         self._pixel_pitch_mm = pixel_pitch_mm
         self._seed = seed
         self._flakes = scatter_flakes(self._plate, seed)
-        self._sparkles: dict[str, SparkleMap] = {}
-        self._photographs: dict[tuple[str, float], Photograph] = {}
+        self._lights: dict[Place, Light] = {}
+        self._photographs: dict[tuple[Place, float], Photograph] = {}
 
     def photographs(self, view: View, exposure_s: float) -> tuple[Photograph, ...]:
         """Return the photographs of each of the view's viewpoints, in absolute XYZ on the display's pixels."""
@@ -34,29 +50,40 @@ class Studio:
     def steps(self, view: View, exposure_s: float) -> tuple[Mapping[str, Any], ...]:
         """Return what led to those photographs, for the manifest."""
         eyes = viewpoints(view)
-        saturated = [self._photograph(eye, exposure_s).saturated_percent for eye in eyes]
-        return (
-            {"step": "render", "seed": self._seed, "views": {eye: self._sparkle_map(eye).counts for eye in eyes}},
-            {
-                "step": "expose",
-                "exposure_s": exposure_s,
-                "saturated_percent": {
-                    eye: dict(zip(("red", "green", "blue"), shares, strict=True))
-                    for eye, shares in zip(eyes, saturated, strict=True)
-                },
+        taken = {eye: self._photograph(eye, exposure_s) for eye in eyes}
+        expose: dict[str, Any] = {
+            "step": "expose",
+            "exposure_s": exposure_s,
+            "saturated_percent": {
+                eye: dict(zip(("red", "green", "blue"), one.saturated_percent, strict=True))
+                for eye, one in taken.items()
             },
+        }
+        if self._camera.noise is not None:
+            expose["below_black_percent"] = {eye: one.below_black_percent for eye, one in taken.items()}
+        return (
+            {
+                "step": "render",
+                "seed": self._seed,
+                "places": len({self._place(eye) for eye in eyes}),
+                "views": {eye: dict(self._light(eye).counts) for eye in eyes},
+            },
+            expose,
             {"step": "resample", "pixel_pitch_mm": self._pixel_pitch_mm},
         )
 
+    def _place(self, eye: str) -> Place:
+        return tuple(self._camera.position_mm(eye).tolist())
+
     def _photograph(self, eye: str, exposure_s: float) -> Photograph:
-        key = (eye, exposure_s)
+        key = (self._place(eye), exposure_s)
         if key not in self._photographs:
-            plate, lamp, camera = self._plate, self._lamp, self._camera
-            sparkles = self._sparkle_map(eye)
-            self._photographs[key] = photograph(sparkles, plate, lamp, camera, exposure_s, self._pixel_pitch_mm)
+            light, noise_seed = self._light(eye), (self._seed, *f"{eye}/{exposure_s!r}".encode())
+            self._photographs[key] = photograph(light, self._camera, exposure_s, self._pixel_pitch_mm, noise_seed)
         return self._photographs[key]
 
-    def _sparkle_map(self, eye: str) -> SparkleMap:
-        if eye not in self._sparkles:
-            self._sparkles[eye] = sparkle_map(self._plate, self._lamp, self._camera, eye, self._flakes)
-        return self._sparkles[eye]
+    def _light(self, eye: str) -> Light:
+        place = self._place(eye)
+        if place not in self._lights:
+            self._lights[place] = plate_light(self._plate, self._lamps, self._camera, eye, self._flakes)
+        return self._lights[place]

@@ -1,12 +1,24 @@
-"""Which flakes can matter: the rest are dropped before shading, and what shading shows to be dim before splatting.
+"""Which flakes can matter: the rest are dropped before they are shaded, by a bound that is exact.
 
-A flake is kept if the half-way direction between lamp and eye may lie within ``CUT_SD`` standard deviations of its
-normal. Dropped flakes send the eye less than one millionth of their lobe's peak. On the grey plate in configs/stimuli
-that is below 0.001 cd/m² in the camera pixel of even an 80 µm flake, on a base of 3.6 cd/m².
+A flake of normal n sends an eye the share exp((n·h − 1)/σ²) of its lobe's peak, h the half-way direction between eye
+and lamp inside the coat. It matters if that share is τ or more: if the angle between n and h is at most α, where
+cos α = 1 − σ² ln(1/τ). With the widest σ of any flake anywhere on the plate, none that matters has a wider angle.
 
-The first test runs on slopes alone:
-half-way slopes over the whole plate stay within a known distance of the middle's, and directions within an angle d of
-one another, both within an angle t of the plate's normal, have slopes that differ by at most d / cos² t.
+h changes over the plate. Let a place lie within ρ of a tile's middle, and nowhere in the tile nearer to the eye than r
+or to the lamp than s:
+
+1. Along the line from the middle, the direction to the eye turns by at most ρ/r, that to the lamp by at most ρ/s (a
+   step dx turns a ray of length r by at most dx/r).
+2. In the coat of index m these turns are at most 1/m as large: Snell's law divides a turn about the normal's azimuth,
+   sin θ dφ, by m, and one towards the normal, dθ, by m cos θ'/cos θ, where θ' ≤ θ.
+3. h = (v + l)/|v + l| turns by at most (dv + dl)/|v + l|, and |v + l| is at least the sum of both vectors' heights
+   over the plate, whose least values in the tile are those at its greatest distance from eye and lamp.
+
+So h lies within β = ρ (1/r + 1/s) / (m (v_z + l_z)) of the middle's, and a flake that matters has its normal within
+γ = α + β of h there. On the plane of slopes that cap is an ellipse, whose long axis points away from the origin, from
+tan(θ − γ) to tan(θ + γ) with θ the zenith angle of h. The circle on that axis holds the ellipse. A flake outside the
+circle of the whole plate, or else outside that of its tile, is dropped. Circles are wider by 1e-5 than they
+would have to be, for slopes are kept as float32. A cap that reaches the horizon has no circle: then all are kept.
 """
 
 from __future__ import annotations
@@ -15,36 +27,74 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stimuli.sparkle.flakes import Flakes
-from stimuli.sparkle.optics import half_way, lobe_sd, refract, view_directions
+from stimuli.sparkle.lamplight import lamp_directions, nearest_mm
+from stimuli.sparkle.optics import half_way, refract, view_directions, widest_lobe_sd
 from stimuli.sparkle.scene import Lamp, Plate
+from stimuli.sparkle.tiles import Tiles, whole
 
+Floats = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+# Dropped flakes send the eye less than this share of their lobe's peak. On the grey plate in configs/stimuli that is
+# below 0.001 cd/m² in the camera pixel of even an 80 µm flake, on a base of 3.6 cd/m².
 LEAST_LOBE_SHARE = 1e-6
-CUT_SD = float(np.sqrt(-2.0 * np.log(LEAST_LOBE_SHARE)))  # 5.26
+_SLACK = 1e-5
 
 
-def half_way_slopes(
-    x_mm: NDArray[np.float64], y_mm: NDArray[np.float64], plate: Plate, lamp: Lamp, eye_mm: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return slopes (n, 2) of the half-way direction at places on the plate, (n,) each."""
+def that_matter(
+    flakes: Flakes, plate: Plate, lamp: Lamp, eye_mm: Floats, tiles: Tiles, least_share: float = LEAST_LOBE_SHARE
+) -> Indices:
+    """Return the indices of flakes that may send the eye at ``eye_mm`` (3,) ``least_share`` of their lobe's peak."""
+    centre, radius = slope_circles(whole(plate), plate, lamp, eye_mm, least_share)
+    near = np.arange(len(flakes))
+    if np.isfinite(radius[0]):
+        near = np.flatnonzero(_within(flakes.slope_x, flakes.slope_y, centre, radius))
+    centres, radii = slope_circles(tiles, plate, lamp, eye_mm, least_share)
+    tile = tiles.of_places(flakes.x_mm[near], flakes.y_mm[near])
+    return near[_within(flakes.slope_x[near], flakes.slope_y[near], centres[tile], radii[tile])]
+
+
+def slope_circles(tiles: Tiles, plate: Plate, lamp: Lamp, eye_mm: Floats, least_share: float) -> tuple[Floats, Floats]:
+    """Return the circles that hold the slopes of flakes that matter: centres (tiles, 2) and radii (tiles,).
+
+    The radius is infinite where there is none.
+    """
+    x, y, reach = tiles.middles_mm()
+    reach = reach * (1 + _SLACK)
     index = plate.coat_refractive_index
-    h = half_way(refract(view_directions(x_mm, y_mm, eye_mm), index), refract(lamp.direction, index))
-    return np.asarray(h[:, :2] / h[:, 2:])
+    view, light = view_directions(x, y, eye_mm), np.broadcast_to(lamp_directions(lamp, x, y), (len(x), 3))
+    h = half_way(refract(view, index), refract(light, index))
+    to_eye = np.sqrt((eye_mm[0] - x) ** 2 + (eye_mm[1] - y) ** 2 + eye_mm[2] ** 2)
+    eye_near, lamp_near = np.maximum(to_eye - reach, eye_mm[2]), nearest_mm(lamp, x, y, reach)
+    height = _least_height(eye_mm[2] / (to_eye + reach), index)
+    position = lamp.position_mm
+    if position is None:
+        height = height + refract(lamp.direction, index)[2]
+    else:
+        away = np.sqrt((position[0] - x) ** 2 + (position[1] - y) ** 2 + position[2] ** 2)
+        height = height + _least_height(position[2] / (away + reach), index)
+    beta = reach * (1.0 / eye_near + 1.0 / lamp_near) / (index * height)
+    square = -(widest_lobe_sd(plate, lamp) ** 2) * np.log(least_share)
+    alpha = np.arccos(1.0 - square) if square < 2 else np.pi
+    zenith = np.arctan2(np.hypot(h[:, 0], h[:, 1]), h[:, 2])
+    gamma = (alpha + beta) * (1 + _SLACK)
+    bounded = zenith + gamma < np.pi / 2 - 1e-3
+    outer, inner = (np.tan(np.where(bounded, zenith + sign * gamma, 0.0)) for sign in (1, -1))
+    radius = np.where(bounded, 0.5 * (outer - inner) * (1 + _SLACK) + _SLACK, np.inf)
+    away_xy = h[:, :2] / np.maximum(np.hypot(h[:, 0], h[:, 1]), 1e-300)[:, None]
+    return 0.5 * (outer + inner)[:, None] * away_xy, radius
 
 
-def can_matter(flakes: Flakes, plate: Plate, lamp: Lamp, eye_mm: NDArray[np.float64]) -> NDArray[np.bool_]:
-    """Return which flakes, (n,), may send light above one millionth of a lobe's peak to the eye at ``eye_mm``."""
-    # Slopes change monotonically away from the eye's foot on the plate: the border holds the extremes.
-    side = np.linspace(-0.5, 0.5, 33)
-    end = np.full_like(side, 0.5)
-    x = plate.width_mm * np.concatenate([side, side, -end, end])
-    y = plate.height_mm * np.concatenate([-end, end, side, side])
-    border = half_way_slopes(x, y, plate, lamp, eye_mm)
-    centre = 0.5 * (border.min(axis=0) + border.max(axis=0))
-    reach = float(np.linalg.norm(border - centre, axis=1).max())
-    cut = CUT_SD * lobe_sd(plate, lamp)
-    steepest = float(np.arctan(np.linalg.norm(border, axis=1).max())) + cut
-    if steepest >= np.pi / 2:
-        return np.ones(len(flakes), dtype=np.bool_)
-    radius = 1.001 * (reach + cut / np.cos(steepest) ** 2)
-    along, across = flakes.slope_x - np.float32(centre[0]), flakes.slope_y - np.float32(centre[1])
-    return np.asarray(along * along + across * across <= np.float32(radius**2))
+def _least_height(cosine: Floats, refractive_index: float) -> Floats:
+    """Return the height in the coat of a unit vector whose height outside is ``cosine``."""
+    return np.asarray(np.sqrt(1.0 - (1.0 - cosine**2) / refractive_index**2))
+
+
+def _within(
+    slope_x: NDArray[np.float32], slope_y: NDArray[np.float32], centre: Floats, radius: Floats
+) -> NDArray[np.bool_]:
+    along, across = slope_x - centre[:, 0].astype(np.float32), slope_y - centre[:, 1].astype(np.float32)
+    along *= along
+    across *= across
+    along += across
+    return np.asarray(along <= (radius**2).astype(np.float32))

@@ -29,8 +29,8 @@ class Flakes:
     def __len__(self) -> int:
         return len(self.x_mm)
 
-    def chosen(self, which: NDArray[np.bool_]) -> Flakes:
-        """Return the flakes for which ``which``, shape (n,), is true."""
+    def chosen(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> Flakes:
+        """Return the flakes for which ``which``, shape (n,), is true, or those of the indices ``which``."""
         return Flakes(*(getattr(self, one.name)[which] for one in fields(self)))
 
 

@@ -3,7 +3,8 @@
 A flake is a small mirror whose surface normals scatter about its own by a von Mises-Fisher lobe, exp((n·h − 1)/σ²) /
 (2πσ²), with h the half-way direction between lamp and eye inside the coat. The reflected luminance is then
 ρ · E · lobe / (4 v·h): integrated over all directions v it gives back ρ · E, the light that the mirror received
-(4 v·h is the ratio of the solid angles of v and of h). A lamp of finite size widens the lobe.
+(4 v·h is the ratio of the solid angles of v and of h). A lamp of finite size widens the lobe, and so does the
+diffraction of a small flake. What shines in the base is the same kind of mirror, flat and everywhere.
 """
 
 from __future__ import annotations
@@ -14,9 +15,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stimuli.sparkle.flakes import Flakes
+from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions, nearest_mm
 from stimuli.sparkle.scene import Lamp, Plate
 
 Floats = NDArray[np.float64]
+
+# The Gaussian that fits the centre of a disc's diffraction pattern best has this standard deviation, in wavelengths
+# per diameter; the rings around it are left out.
+DIFFRACTION_SD = 0.42
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +58,28 @@ def transmittance(cos_outside: Floats | float, cos_inside: Floats | float, refra
     return np.asarray(1.0 - 0.5 * (across**2 + along**2))
 
 
-def lobe_sd(plate: Plate, lamp: Lamp) -> float:
+def lobe_sd(plate: Plate, angular_radius_rad: Floats | float, diameter_mm: Floats | float) -> Floats | float:
     """Return the lobe's standard deviation about a flake's normal, in radians.
 
-    The lamp's disc, of angular radius a, has the variance a²/4 along each axis; in the coat its angles shrink by the
-    refractive index, and a turn of the half-way direction turns the reflection twice as far.
+    A lamp's disc, of angular radius a, has the variance a²/4 along each axis; a flake of diameter D spreads light of
+    wavelength λ by 0.42 λ/D. In the coat angles shrink by the refractive index, and a turn of the half-way direction
+    turns the reflection twice as far.
     """
-    from_lamp = np.radians(lamp.angular_radius_deg) / (2.0 * plate.coat_refractive_index * 2.0)
-    return float(np.hypot(np.radians(plate.lobe_sd_deg), from_lamp))
+    turn = 2.0 * plate.coat_refractive_index
+    variance = np.radians(plate.lobe_sd_deg) ** 2 + (angular_radius_rad / (2.0 * turn)) ** 2
+    if plate.diffraction_nm is not None:
+        variance = variance + (DIFFRACTION_SD * plate.diffraction_nm * 1e-6 / (turn * diameter_mm)) ** 2
+    widest = np.sqrt(variance)
+    return float(widest) if np.ndim(widest) == 0 else np.asarray(widest)
+
+
+def widest_lobe_sd(plate: Plate, lamp: Lamp) -> float:
+    """Return an upper bound of `lobe_sd` over the plate: its smallest flake, as near to the lamp as it may lie."""
+    radius, zero = np.radians(lamp.angular_radius_deg), np.zeros(1)
+    if lamp.distance_mm is not None:
+        nearest = nearest_mm(lamp, zero, zero, np.full(1, 0.5 * np.hypot(plate.width_mm, plate.height_mm)))
+        radius = np.arctan(lamp.distance_mm * np.tan(radius) / nearest[0])
+    return float(lobe_sd(plate, float(radius), plate.flake_diameter_min_um / 1000.0)) * (1.0 + 1e-6)
 
 
 def view_directions(x_mm: Floats, y_mm: Floats, eye_mm: Floats) -> Floats:
@@ -69,9 +89,53 @@ def view_directions(x_mm: Floats, y_mm: Floats, eye_mm: Floats) -> Floats:
 
 
 def half_way(view_inside: Floats, lamp_inside: Floats) -> Floats:
-    """Return the unit directions (n, 3) half way between view (n, 3) and lamp (3,)."""
+    """Return the unit directions (n, 3) half way between view (n, 3) and lamp (3,) or (n, 3)."""
     h = view_inside + lamp_inside
     return np.asarray(h / np.linalg.norm(h, axis=-1, keepdims=True))
+
+
+@dataclass(frozen=True, slots=True)
+class Mirrored:
+    """What mirrors send to an eye: luminance in cd/m² and share of the lobe's peak, (n,) each.
+
+    ``view_inside`` (n, 3) is the direction of view in the coat, and ``lamp_inside``, (3,) or (n, 3), the lamp's.
+    """
+
+    luminance_cd_m2: Floats
+    lobe_share: Floats
+    view_inside: Floats
+    lamp_inside: Floats
+
+
+def mirror(
+    places_mm: tuple[Floats, Floats],
+    normal: Floats,
+    reflectance: float,
+    sd: Floats | float,
+    plate: Plate,
+    lamp: Lamp,
+    eye_mm: Floats,
+) -> Mirrored:
+    """Return what mirrors of unit ``normal`` (n, 3) or (3,) and lobe ``sd`` at ``places_mm`` (x and y, (n,) each) send.
+
+    The eye is at ``eye_mm`` (3,). Their depth in the coat does not count here.
+    """
+    x, y = places_mm
+    index = plate.coat_refractive_index
+    view = view_directions(x, y, eye_mm)
+    view_inside = refract(view, index)
+    light = lamp_directions(lamp, x, y)
+    lamp_inside = refract(light, index)
+    h = half_way(view_inside, lamp_inside)
+    lobe_share = np.exp((np.einsum("...j,...j->...", normal, h) - 1.0) / sd**2)
+    lobe = lobe_share / (2.0 * np.pi * sd**2)
+    # Illuminance on a plane square to the beam inside the coat: the meter's reading, less what the surface returns.
+    through = transmittance(light[..., 2], lamp_inside[..., 2], index)
+    received = illuminance_lx(lamp, x, y) * through / lamp_inside[..., 2]
+    inside = reflectance * received * lobe / (4.0 * np.einsum("ij,ij->i", view_inside, h))
+    # Leaving the coat, light spreads over n² times the solid angle.
+    luminance = inside * transmittance(view[:, 2], view_inside[:, 2], index) / index**2
+    return Mirrored(np.asarray(luminance), np.asarray(lobe_share), view_inside, lamp_inside)
 
 
 def shade(flakes: Flakes, plate: Plate, lamp: Lamp, eye_mm: Floats) -> Sparkles:
@@ -80,29 +144,23 @@ def shade(flakes: Flakes, plate: Plate, lamp: Lamp, eye_mm: Floats) -> Sparkles:
     A flake lies deeper than the surface, so that each eye sees it at its own place there. The direction of view is
     taken at the flake's own x and y: over a depth of some hundredths of a millimetre it does not change.
     """
-    index = plate.coat_refractive_index
     x, y = flakes.x_mm.astype(np.float64), flakes.y_mm.astype(np.float64)
-    view = view_directions(x, y, eye_mm)
-    view_inside = refract(view, index)
-    lamp_inside = refract(lamp.direction, index)
+    diameter = flakes.diameter_mm.astype(np.float64)
     normal = np.stack([flakes.slope_x, flakes.slope_y, np.ones(len(flakes), np.float32)], axis=-1).astype(np.float64)
     normal /= np.linalg.norm(normal, axis=-1, keepdims=True)
-    h = half_way(view_inside, lamp_inside)
-    sd = lobe_sd(plate, lamp)
-    lobe_share = np.exp((np.einsum("ij,ij->i", normal, h) - 1.0) / sd**2)
-    lobe = lobe_share / (2.0 * np.pi * sd**2)
-    # Illuminance on a plane square to the beam inside the coat: the meter's reading, less what the surface returns.
-    lamp_cos = lamp.direction[2]
-    received = lamp.illuminance_lx * transmittance(lamp_cos, lamp_inside[2], index) / lamp_inside[2]
-    inside = plate.flake_reflectance * received * lobe / (4.0 * np.einsum("ij,ij->i", view_inside, h))
-    # Leaving the coat, light spreads over n² times the solid angle.
-    luminance = inside * transmittance(view[:, 2], view_inside[:, 2], index) / index**2
-    seen = np.abs(np.einsum("ij,ij->i", normal, view_inside)) / view_inside[:, 2]
+    sd = lobe_sd(plate, angular_radius(lamp, x, y), diameter)
+    seen = mirror((x, y), normal, plate.flake_reflectance, sd, plate, lamp, eye_mm)
+    view_inside, luminance = seen.view_inside, seen.luminance_cd_m2
+    across = np.abs(np.einsum("ij,ij->i", normal, view_inside)) / view_inside[:, 2]
     depth = flakes.depth_mm.astype(np.float64) / view_inside[:, 2]
+    if plate.coat_extinction_per_mm > 0:
+        path = depth + flakes.depth_mm / seen.lamp_inside[..., 2]
+        luminance = luminance * np.exp(-plate.coat_extinction_per_mm * path)
+    flat = np.maximum(diameter - 2e-3 * plate.flake_rim_um, 0.0)
     return Sparkles(
         x_mm=x + depth * view_inside[:, 0],
         y_mm=y + depth * view_inside[:, 1],
-        luminance_cd_m2=np.asarray(luminance),
-        area_mm2=np.asarray(seen * np.pi / 4.0 * flakes.diameter_mm.astype(np.float64) ** 2),
-        lobe_share=np.asarray(lobe_share),
+        luminance_cd_m2=luminance,
+        area_mm2=np.asarray(across * np.pi / 4.0 * flat**2),
+        lobe_share=seen.lobe_share,
     )

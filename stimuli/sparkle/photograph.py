@@ -1,72 +1,142 @@
-"""From a plate, a lamp and a camera to photographs in absolute XYZ on the display's grid."""
+"""From a plate, lamps and a camera to photographs in absolute XYZ on the display's grid."""
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import XYZ_from_xyY
 from stimuli.resample import area_weights, resample
-from stimuli.sparkle.cull import LEAST_LOBE_SHARE, can_matter
+from stimuli.sparkle.base_light import flop_luminance, matt_luminance
+from stimuli.sparkle.cull import LEAST_LOBE_SHARE, that_matter
+from stimuli.sparkle.eye_optics import through_the_eye
 from stimuli.sparkle.flakes import Flakes
+from stimuli.sparkle.light import Light, Term, colour_under, gathered
 from stimuli.sparkle.optics import shade
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.sensor import expose, sensor_of
 from stimuli.sparkle.splat import splat
+from stimuli.sparkle.tiles import TILE_PX, tiles_of
 from stimuli.stereo_image import XYZImage
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SparkleMap:
-    """What flakes add to the plate for one viewpoint: cd/m² (rows, columns), and how much work that was.
+    """What flakes add to the plate for one viewpoint and lamp: cd/m² (rows, columns), and how much work that was.
 
-    Of ``flakes``, ``shaded`` may send light to the eye by their slopes and ``splatted`` do.
+    Of ``flakes``, ``shaded`` may send light to the eye by their slopes and ``splatted`` do; of ``tiles``,
+    ``tiles_visited`` have any of these.
     """
 
     luminance_cd_m2: NDArray[np.float32]
     flakes: int
     shaded: int
     splatted: int
+    tiles: int
+    tiles_visited: int
 
     @property
     def counts(self) -> dict[str, int]:
         """The work by name, for a manifest."""
-        return {"flakes": self.flakes, "shaded": self.shaded, "splatted": self.splatted}
+        names = ("flakes", "shaded", "splatted", "tiles", "tiles_visited")
+        return {name: getattr(self, name) for name in names}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Photograph:
-    """A photograph in XYZ (cd/m²) on the display's grid, and the percentage of full camera pixels per channel."""
+    """A photograph in XYZ (cd/m²) on the display's grid, and the percentage of full camera pixels per channel.
+
+    ``below_black_percent`` of the display's pixels had XYZ below 0 by noise, which was set to 0.
+    """
 
     xyz_cd_m2: XYZImage
     saturated_percent: tuple[float, float, float]
+    below_black_percent: float = 0.0
 
 
-def sparkle_map(plate: Plate, lamp: Lamp, camera: Camera, eye: str, flakes: Flakes, *, cull: bool = True) -> SparkleMap:
-    """Return what ``flakes`` add for ``left``, ``right`` or ``center``; without ``cull``, by brute force."""
-    position = camera.position_mm(eye)
-    kept = flakes.chosen(can_matter(flakes, plate, lamp, position)) if cull else flakes
+def sparkle_map(
+    plate: Plate,
+    lamp: Lamp,
+    camera: Camera,
+    eye: str,
+    flakes: Flakes,
+    *,
+    cull: bool = True,
+    least_share: float = LEAST_LOBE_SHARE,
+    tile_px: int = TILE_PX,
+) -> SparkleMap:
+    """Return what ``flakes`` add for ``left``, ``right`` or ``center``; without ``cull``, by brute force.
+
+    Flakes that send less than ``least_share`` of their lobe's peak are left out.
+    """
+    position, tiles = camera.position_mm(eye), tiles_of(plate, camera, tile_px)
+    kept = flakes.chosen(that_matter(flakes, plate, lamp, position, tiles, least_share)) if cull else flakes
     sparkles = shade(kept, plate, lamp, position)
     if cull:
-        sparkles = sparkles.chosen(sparkles.lobe_share >= LEAST_LOBE_SHARE)
-    return SparkleMap(splat(sparkles, plate, camera), len(flakes), len(kept), len(sparkles.x_mm))
+        sparkles = sparkles.chosen(sparkles.lobe_share >= least_share)
+    luminance, visited = splat(sparkles, plate, camera, tile_px)
+    seen = through_the_eye(luminance, camera)
+    return SparkleMap(seen, len(flakes), len(kept), len(sparkles.x_mm), len(tiles), visited)
+
+
+def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, flakes: Flakes) -> Light:
+    """Return the light of base and flakes under all lamps as it reaches ``left``, ``right`` or ``center``.
+
+    A lamp without light is left out, and a plate without flakes has no map of them.
+
+    Raises
+    ------
+    StimulusError
+        If the plate has spectra and a lamp has none.
+    """
+    terms: list[Term] = []
+    counts = Counter({"lamps": 0, "flakes": 0, "shaded": 0, "splatted": 0, "tiles": 0, "tiles_visited": 0})
+    for lamp in lamps:
+        if lamp.illuminance_lx == 0:
+            continue
+        counts["lamps"] += 1
+        share, colour = colour_under(lamp, plate.base_chromaticity_xy, plate.base_spectrum)
+        terms.append(Term(_times(matt_luminance(plate, lamp, camera), share), colour))
+        flakes_share, flakes_colour = colour_under(lamp, plate.flake_chromaticity_xy, plate.flake_spectrum)
+        flop_colour = flakes_colour
+        flop_share = flakes_share
+        if plate.flop_chromaticity_xy is not None:
+            flop_share, flop_colour = colour_under(lamp, plate.flop_chromaticity_xy, None)
+        flop = flop_luminance(plate, lamp, camera, camera.position_mm(eye))
+        terms.append(Term(_times(flop, flop_share), flop_colour))
+        if len(flakes) and plate.flake_reflectance > 0:
+            found = sparkle_map(plate, lamp, camera, eye, flakes)
+            counts.update(found.counts)
+            terms.append(Term(_times(found.luminance_cd_m2, flakes_share), flakes_colour))
+    return Light(gathered(terms), camera.grid_px(plate), (plate.width_mm, plate.height_mm), dict(counts))
 
 
 def photograph(
-    sparkles: SparkleMap, plate: Plate, lamp: Lamp, camera: Camera, exposure_s: float, pixel_pitch_mm: float
+    light: Light, camera: Camera, exposure_s: float, pixel_pitch_mm: float, noise_seed: Sequence[int] = (0,)
 ) -> Photograph:
-    """Expose the sensor to base and sparkles, take its reading back to XYZ, and resample once, in linear light."""
+    """Expose the sensor to the light, take its reading back to XYZ, and resample once, in linear light.
+
+    Noise, where the camera has any, is drawn afresh for each ``noise_seed``.
+    """
     sensor = sensor_of(camera)
-    base_luminance = plate.base_reflectance * lamp.illuminance_lx / np.pi
-    base = XYZ_from_xyY([*plate.base_chromaticity_xy, base_luminance])
-    sparkle_XYZ = XYZ_from_xyY([*(plate.flake_chromaticity_xy or lamp.chromaticity_xy), 1.0])
-    channels = expose(base, sparkle_XYZ, sparkles.luminance_cd_m2, exposure_s, sensor)
-    columns = area_weights(channels[0].shape[1], plate.width_mm, pixel_pitch_mm)
-    rows = area_weights(channels[0].shape[0], plate.height_mm, pixel_pitch_mm)
+    channels = expose(light, exposure_s, sensor, camera.noise, noise_seed)
+    columns = area_weights(light.grid_px[0], light.size_mm[0], pixel_pitch_mm)
+    rows = area_weights(light.grid_px[1], light.size_mm[1], pixel_pitch_mm)
     # The way from the channels to XYZ is linear: resampling first does it for fewer pixels, with the same outcome.
     small = np.stack([resample(channel, rows, columns) for channel in channels], axis=-1)
     xyz = small @ sensor.XYZ_from_raw.T / exposure_s
     red, green, blue = (100.0 * float(np.mean(channel >= 1.0)) for channel in channels)
-    return Photograph(xyz.astype(np.float32), (red, green, blue))
+    below = 0.0
+    if camera.noise is not None:
+        below = 100.0 * float(np.mean((xyz < 0).any(axis=-1)))
+        xyz = np.maximum(xyz, 0.0)
+    return Photograph(xyz.astype(np.float32), (red, green, blue), below)
+
+
+def _times(luminance: NDArray[np.float32] | float, share: float) -> NDArray[np.float32] | float:
+    if share == 1.0:
+        return luminance
+    return luminance * share if isinstance(luminance, float) else luminance * np.float32(share)

@@ -1,7 +1,8 @@
-"""The part of a recipe that describes a sparkling plate, its lamp and its camera."""
+"""The part of a recipe that describes a sparkling plate, its lamps and its camera."""
 
 from __future__ import annotations
 
+from itertools import pairwise
 from typing import Annotated
 
 from pydantic import (
@@ -14,7 +15,7 @@ from pydantic import (
     model_validator,
 )
 
-from stimuli.sparkle.scene import Camera, Lamp, Plate
+from stimuli.sparkle.scene import Camera, Lamp, Noise, Plate, Spectrum
 
 
 class Strict(BaseModel):
@@ -30,14 +31,51 @@ def _chromaticity(value: tuple[float, float]) -> tuple[float, float]:
     return value
 
 
+# Where the eye is most sensitive.
+DIFFRACTION_NM = 555.0
+
 Share = Annotated[float, Field(ge=0, le=1)]
 Chromaticity = Annotated[tuple[float, float], AfterValidator(_chromaticity)]
+
+
+class SpectrumSpec(Strict):
+    """Values at rising wavelengths: straight lines between, the first and the last held beyond."""
+
+    nm: Annotated[tuple[PositiveFloat, ...], Field(min_length=2, max_length=1000)]
+    values: tuple[NonNegativeFloat, ...]
+
+    @model_validator(mode="after")
+    def _pairs(self) -> SpectrumSpec:
+        if len(self.nm) != len(self.values):
+            raise ValueError(f"there are {len(self.nm)} wavelengths and {len(self.values)} values")
+        if any(later <= earlier for earlier, later in pairwise(self.nm)):
+            raise ValueError("wavelengths must rise")
+        if max(self.values) == 0:
+            raise ValueError("a spectrum needs a value above 0")
+        return self
+
+    def on_grid(self) -> Spectrum:
+        """Return the values on the grid of 5 nm."""
+        from stimuli.sparkle.spectrum import on_grid
+
+        return on_grid(self.nm, self.values)
+
+
+def _share(value: SpectrumSpec) -> SpectrumSpec:
+    if max(value.values) > 1:
+        raise ValueError("no reflectance is above 1")
+    return value
+
+
+ShareSpectrum = Annotated[SpectrumSpec, AfterValidator(_share)]
 
 
 class FlakesSpec(Strict):
     """The flakes: how many, how large, how deep, how they tilt and how they reflect.
 
-    Their light has ``chromaticity_xy`` in a coat that is tinted, else the lamp's.
+    Their light has ``chromaticity_xy`` in a coat that is tinted, or the ``spectrum`` of their reflectance times the
+    lamp's; else the lamp's colour. ``diffraction`` widens the lobes of small flakes; within ``rim_um`` of its edge a
+    flake scatters its light, which counts with the base.
     """
 
     per_mm2: NonNegativeFloat
@@ -49,6 +87,15 @@ class FlakesSpec(Strict):
     lobe_sd_deg: Annotated[float, Field(gt=0, le=20)]
     reflectance: Share
     chromaticity_xy: Chromaticity | None = None
+    spectrum: ShareSpectrum | None = None
+    diffraction: bool = False
+    rim_um: NonNegativeFloat = 0.0
+
+    @model_validator(mode="after")
+    def _one_colour(self) -> FlakesSpec:
+        if self.chromaticity_xy and self.spectrum:
+            raise ValueError("give flakes a chromaticity_xy or a spectrum, not both")
+        return self
 
     @model_validator(mode="after")
     def _range_holds_the_median(self) -> FlakesSpec:
@@ -58,11 +105,27 @@ class FlakesSpec(Strict):
         return self
 
 
-class BaseSpec(Strict):
-    """What lies between the flakes, taken as matt."""
+class FlopSpec(Strict):
+    """What shines in the base, and darkens away from the lamp's mirror direction; in the flakes' colour if unsaid."""
 
     reflectance: Share
-    chromaticity_xy: Chromaticity
+    lobe_sd_deg: Annotated[float, Field(ge=2, le=45)] = 12.0
+    chromaticity_xy: Chromaticity | None = None
+
+
+class BaseSpec(Strict):
+    """What lies between the flakes: matt, and with a ``flop`` if it shines; ``spectrum`` multiplies ``reflectance``."""
+
+    reflectance: Share
+    chromaticity_xy: Chromaticity | None = None
+    spectrum: ShareSpectrum | None = None
+    flop: FlopSpec | None = None
+
+    @model_validator(mode="after")
+    def _one_colour(self) -> BaseSpec:
+        if (self.chromaticity_xy is None) == (self.spectrum is None):
+            raise ValueError("a base has a chromaticity_xy or a spectrum, one of the two")
+        return self
 
 
 class PlateSpec(Strict):
@@ -70,12 +133,13 @@ class PlateSpec(Strict):
 
     size_mm: tuple[PositiveFloat, PositiveFloat]
     coat_refractive_index: Annotated[float, Field(ge=1, le=4)]
+    coat_extinction_per_mm: NonNegativeFloat = 0.0
     flakes: FlakesSpec
     base: BaseSpec
 
     def plate(self) -> Plate:
         """Return the plate."""
-        flakes = self.flakes
+        flakes, flop = self.flakes, self.base.flop
         return Plate(
             width_mm=self.size_mm[0],
             height_mm=self.size_mm[1],
@@ -92,25 +156,86 @@ class PlateSpec(Strict):
             base_reflectance=self.base.reflectance,
             base_chromaticity_xy=self.base.chromaticity_xy,
             flake_chromaticity_xy=flakes.chromaticity_xy,
+            diffraction_nm=DIFFRACTION_NM if flakes.diffraction else None,
+            flake_rim_um=flakes.rim_um,
+            coat_extinction_per_mm=self.coat_extinction_per_mm,
+            flop_reflectance=flop.reflectance if flop else 0.0,
+            flop_lobe_sd_deg=flop.lobe_sd_deg if flop else 12.0,
+            flop_chromaticity_xy=flop.chromaticity_xy if flop else None,
+            base_spectrum=self.base.spectrum.on_grid() if self.base.spectrum else None,
+            flake_spectrum=flakes.spectrum.on_grid() if flakes.spectrum else None,
         )
 
 
 class LampSpec(Strict):
-    """The directional lamp; its zenith angle is from the plate's normal, its azimuth from the right, 90 being above."""
+    """A lamp; its zenith angle is from the plate's normal, its azimuth from the right, 90 being above.
+
+    With ``distance_mm`` from the plate's middle it is near, and may have a beam. Its light is a chromaticity, a black
+    body's at ``temperature_K``, or a ``spectrum``.
+    """
 
     illuminance_lx: NonNegativeFloat
-    chromaticity_xy: Chromaticity
+    chromaticity_xy: Chromaticity | None = None
+    temperature_K: Annotated[float, Field(ge=1000, le=25000)] | None = None
+    spectrum: SpectrumSpec | None = None
     zenith_deg: Annotated[float, Field(ge=0, lt=90)]
     azimuth_deg: float = 90.0
     angular_radius_deg: Annotated[float, Field(ge=0, le=20)]
+    distance_mm: Annotated[float, Field(ge=10)] | None = None
+    beam_angle_deg: Annotated[float, Field(ge=5, le=170)] | None = None
+
+    @model_validator(mode="after")
+    def _one_light(self) -> LampSpec:
+        if sum(one is not None for one in (self.chromaticity_xy, self.temperature_K, self.spectrum)) != 1:
+            raise ValueError("a lamp has a chromaticity_xy, a temperature_K or a spectrum, one of the three")
+        if self.beam_angle_deg is not None and self.distance_mm is None:
+            raise ValueError("a beam needs the lamp's distance_mm: a far lamp lights the plate evenly")
+        return self
+
+    @property
+    def is_spectral(self) -> bool:
+        """Whether the lamp's spectrum is known."""
+        return self.chromaticity_xy is None
 
     def lamp(self) -> Lamp:
         """Return the lamp."""
-        return Lamp(**self.model_dump())
+        spectrum = None
+        if self.chromaticity_xy is not None:
+            x, y = self.chromaticity_xy
+        else:
+            from devices.colour import xyY_from_XYZ
+            from stimuli.sparkle.spectrum import XYZ_of, planck
+
+            spectrum = self.spectrum.on_grid() if self.spectrum else planck(self.temperature_K or 0.0)
+            x, y, _ = xyY_from_XYZ(XYZ_of(spectrum)).tolist()
+        return Lamp(
+            illuminance_lx=self.illuminance_lx,
+            chromaticity_xy=(x, y),
+            zenith_deg=self.zenith_deg,
+            azimuth_deg=self.azimuth_deg,
+            angular_radius_deg=self.angular_radius_deg,
+            distance_mm=self.distance_mm,
+            beam_angle_deg=self.beam_angle_deg,
+            spectrum=spectrum,
+        )
+
+
+FurtherLamps = Annotated[tuple[LampSpec, ...], Field(max_length=16)]
+
+
+class NoiseSpec(Strict):
+    """The sensor's noise: electrons in a full channel, at the sensitivity used, and electrons of read noise."""
+
+    full_well_electrons: Annotated[float, Field(ge=10, le=1e7)]
+    read_noise_electrons: NonNegativeFloat
+
+    def noise(self) -> Noise:
+        """Return the noise."""
+        return Noise(self.full_well_electrons, self.read_noise_electrons)
 
 
 class CameraSpec(Strict):
-    """The camera, moved sideways between the views."""
+    """The camera, moved sideways between the views. ``pupil_mm`` adds the spread of an eye's optics, 2 to 6 mm."""
 
     distance_mm: PositiveFloat
     interpupillary_distance_mm: NonNegativeFloat
@@ -118,6 +243,8 @@ class CameraSpec(Strict):
     point_spread_sd_px: Annotated[float, Field(gt=0, le=20)]
     full_well_cd_s_m2: PositiveFloat
     raw_from_XYZ: tuple[tuple[float, float, float], tuple[float, float, float], tuple[float, float, float]]
+    pupil_mm: Annotated[float, Field(ge=2, le=6)] | None = None
+    noise: NoiseSpec | None = None
 
     @model_validator(mode="after")
     def _full_is_light(self) -> CameraSpec:
@@ -130,4 +257,5 @@ class CameraSpec(Strict):
 
     def camera(self) -> Camera:
         """Return the camera."""
-        return Camera(**self.model_dump())
+        noise = self.noise.noise() if self.noise else None
+        return Camera(**self.model_dump(exclude={"noise"}), noise=noise)

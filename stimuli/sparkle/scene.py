@@ -1,4 +1,4 @@
-"""What stands in front of the camera: plate, lamp and the camera itself.
+"""What stands in front of the camera: plate, lamps and the camera itself.
 
 Millimetres; x to the right, y up, z from the plate's surface towards the camera; the origin is the plate's middle.
 """
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 Row = tuple[float, float, float]
+Spectrum = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
@@ -19,9 +20,16 @@ class Plate:
     """A painted plate. Flake diameters are lognormal between two bounds, flake slopes Gaussian about the normal.
 
     ``flake_diameter_spread`` is the standard deviation of ln(diameter); ``tilt_sd_deg`` that of each slope's angle;
-    ``lobe_sd_deg`` says how far a flake's own surface strays from its mean normal. ``base_reflectance`` is that of
-    what lies between the flakes, taken as matt. ``flake_chromaticity_xy`` is that of the lamp's light once it has gone
-    through the coat to a flake and back; None if the coat is colourless, so that it is the lamp's own.
+    ``lobe_sd_deg`` says how far a flake's own surface strays from its mean normal. ``diffraction_nm`` is the
+    wavelength at which flakes widen their lobe, the smaller the more; None where they do not. Within
+    ``flake_rim_um`` of its edge a flake is no mirror. ``coat_extinction_per_mm`` dims deep flakes.
+
+    ``base_reflectance`` is that of what lies between the flakes, taken as matt. ``flop_reflectance`` is that of what
+    shines in it, such as flakes too fine to be seen: a lobe of ``flop_lobe_sd_deg`` about the plate's normal.
+
+    ``flake_chromaticity_xy`` is that of the lamp's light once it has gone through the coat to a flake and back; None
+    if the coat is colourless, so that it is the lamp's own. ``base_chromaticity_xy`` is that of the base's light, and
+    None where ``base_spectrum`` says it. Spectra multiply the reflectance, on the grid of `stimuli.sparkle.spectrum`.
     """
 
     width_mm: float
@@ -37,25 +45,55 @@ class Plate:
     lobe_sd_deg: float
     coat_refractive_index: float
     base_reflectance: float
-    base_chromaticity_xy: tuple[float, float]
+    base_chromaticity_xy: tuple[float, float] | None
     flake_chromaticity_xy: tuple[float, float] | None = None
+    diffraction_nm: float | None = None
+    flake_rim_um: float = 0.0
+    coat_extinction_per_mm: float = 0.0
+    flop_reflectance: float = 0.0
+    flop_lobe_sd_deg: float = 12.0
+    flop_chromaticity_xy: tuple[float, float] | None = None
+    base_spectrum: Spectrum | None = None
+    flake_spectrum: Spectrum | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Lamp:
-    """A far lamp. ``illuminance_lx`` is what a meter lying on the plate reads; the zenith is the plate's normal."""
+    """A lamp; the zenith is the plate's normal. ``illuminance_lx`` is what a meter reads in the plate's middle.
+
+    It shines from afar, or from ``distance_mm`` from the plate's middle: its direction, its size and its light then
+    change over the plate. ``angular_radius_deg`` is that of its disc as seen from the middle. A beam is aimed at the
+    middle, and half as strong at half of ``beam_angle_deg`` from its axis; None shines into all directions alike.
+    ``spectrum`` is relative, on the grid of `stimuli.sparkle.spectrum`.
+    """
 
     illuminance_lx: float
     chromaticity_xy: tuple[float, float]
     zenith_deg: float
     azimuth_deg: float
     angular_radius_deg: float
+    distance_mm: float | None = None
+    beam_angle_deg: float | None = None
+    spectrum: Spectrum | None = None
 
     @property
     def direction(self) -> Floats:
-        """Unit vector (3,) from the plate to the lamp."""
+        """Unit vector (3,) from the plate's middle to the lamp."""
         zenith, azimuth = np.radians(self.zenith_deg), np.radians(self.azimuth_deg)
         return np.array([np.sin(zenith) * np.cos(azimuth), np.sin(zenith) * np.sin(azimuth), np.cos(zenith)])
+
+    @property
+    def position_mm(self) -> Floats | None:
+        """Where the lamp stands, (3,); None if it is far."""
+        return None if self.distance_mm is None else self.distance_mm * self.direction
+
+
+@dataclass(frozen=True, slots=True)
+class Noise:
+    """What a sensor's reading is uncertain by: electrons that a full channel holds, and the noise of reading them."""
+
+    full_well_electrons: float
+    read_noise_electrons: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,7 +101,8 @@ class Camera:
     """A camera moved sideways between the views, its frustum off axis: zero parallax at the plate's surface.
 
     ``point_spread_sd_px`` is that of a Gaussian, in camera pixels. ``full_well_cd_s_m2`` is the luminance times
-    exposure of a pixel whose channels are all full. ``raw_from_XYZ`` maps XYZ to the sensor's channels.
+    exposure of a pixel whose channels are all full. ``raw_from_XYZ`` maps XYZ to the sensor's channels. With
+    ``pupil_mm`` light also goes through an eye's optics of that pupil; without ``noise`` readings are exact.
     """
 
     distance_mm: float
@@ -72,6 +111,8 @@ class Camera:
     point_spread_sd_px: float
     full_well_cd_s_m2: float
     raw_from_XYZ: tuple[Row, Row, Row]
+    pupil_mm: float | None = None
+    noise: Noise | None = None
 
     def position_mm(self, eye: str) -> Floats:
         """Where the lens stands, (3,), for ``left``, ``right`` or ``center``."""

@@ -1,13 +1,15 @@
-"""The sensor: three channels that fill, and stay full."""
+"""The sensor: three channels that fill, and stay full; and the noise of their readings, if there is any."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from stimuli.sparkle.scene import Camera
+from stimuli.sparkle.light import Light
+from stimuli.sparkle.scene import Camera, Noise
 
 Floats = NDArray[np.float64]
 
@@ -34,22 +36,39 @@ def sensor_of(camera: Camera) -> Sensor:
 
 
 def expose(
-    base_XYZ_cd_m2: Floats,
-    sparkle_XYZ: Floats,
-    sparkle_cd_m2: NDArray[np.float32],
-    exposure_s: float,
-    sensor: Sensor,
+    light: Light, exposure_s: float, sensor: Sensor, noise: Noise | None = None, noise_seed: Sequence[int] = (0,)
 ) -> tuple[NDArray[np.float32], ...]:
-    """Return the fill, 0 to 1, of the three channels, float32 (rows, columns) each.
+    """Return the fill of the three channels, 1 where full, float32 (rows, columns) each.
 
-    The light is ``base_XYZ_cd_m2`` (3,) everywhere plus the map ``sparkle_cd_m2`` (rows, columns) times
-    ``sparkle_XYZ`` (3,), the XYZ of the flakes' light at Y = 1.
+    Without ``noise`` no fill is below 0. With it, electrons are Poisson, readings Gaussian about them: they may fall
+    below 0, and are full where the light fills the channel.
     """
-    base = sensor.raw_from_XYZ @ base_XYZ_cd_m2 * exposure_s
-    gain = sensor.raw_from_XYZ @ sparkle_XYZ * exposure_s
+    columns, rows = light.grid_px
+    constant = np.zeros(3)
+    maps: list[tuple[NDArray[np.float32], Floats]] = []
+    for term in light.terms:
+        gain = sensor.raw_from_XYZ @ np.array(term.colour.XYZ)
+        if isinstance(term.luminance_cd_m2, float):
+            constant += gain * term.luminance_cd_m2 * exposure_s
+        else:
+            maps.append((term.luminance_cd_m2, gain * exposure_s))
     channels = []
     for channel in range(3):
-        fill = sparkle_cd_m2 * np.float32(gain[channel])
-        fill += np.float32(base[channel])
-        channels.append(np.clip(fill, np.float32(0), np.float32(1), out=fill))
+        fill = np.zeros((rows, columns), np.float32) if not maps else maps[0][0] * np.float32(maps[0][1][channel])
+        for luminance, gain in maps[1:]:
+            fill += luminance * np.float32(gain[channel])
+        fill += np.float32(constant[channel])
+        np.clip(fill, np.float32(0), np.float32(1), out=fill)
+        if noise is not None:
+            fill = _noisy(fill, noise, np.random.default_rng([*noise_seed, channel]))
+        channels.append(fill)
     return tuple(channels)
+
+
+def _noisy(fill: NDArray[np.float32], noise: Noise, random: np.random.Generator) -> NDArray[np.float32]:
+    """Return a reading of ``fill``: shot noise of its electrons, then the reading's own, cut where the channel ends."""
+    electrons = random.poisson(fill.astype(np.float64) * noise.full_well_electrons).astype(np.float32)
+    electrons += np.float32(noise.read_noise_electrons) * random.standard_normal(fill.shape, dtype=np.float32)
+    read = np.minimum(electrons / np.float32(noise.full_well_electrons), np.float32(1))
+    read[fill >= 1] = 1
+    return np.asarray(read, dtype=np.float32)

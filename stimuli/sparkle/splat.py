@@ -1,7 +1,8 @@
 """Sparkles on the camera's pixel grid, spread by the lens.
 
 A flake is far smaller than what the lens resolves: it is a point whose light falls on pixels as a Gaussian integrated
-over each pixel's area, cut at four standard deviations beyond its pixel and scaled back to keep all its light.
+over each pixel's area, cut at four standard deviations beyond its pixel and scaled back to keep all its light. The
+plate is drawn tile by tile, and tiles without sparkles are not visited.
 """
 
 from __future__ import annotations
@@ -11,38 +12,50 @@ from numpy.typing import NDArray
 
 from stimuli.sparkle.optics import Sparkles
 from stimuli.sparkle.scene import Camera, Plate
+from stimuli.sparkle.tiles import TILE_PX, tiles_of
 
 # Flakes splatted at a time: the weights of a block stay in memory that the processor's cache can hold.
 _BLOCK = 8192
 
 
-def splat(sparkles: Sparkles, plate: Plate, camera: Camera) -> NDArray[np.float32]:
-    """Return the luminance that sparkles add to each camera pixel, float32 (rows, columns), in cd/m²."""
-    columns, rows = camera.grid_px(plate)
+def splat(sparkles: Sparkles, plate: Plate, camera: Camera, tile_px: int = TILE_PX) -> tuple[NDArray[np.float32], int]:
+    """Return the luminance that sparkles add to each camera pixel, in cd/m², and how many tiles had any.
+
+    The luminance is float32 (rows, columns). Where tiles begin makes no difference but in its last digit.
+    """
+    tiles = tiles_of(plate, camera, tile_px)
+    columns, rows = tiles.columns_px, tiles.rows_px
     column_mm, row_mm = plate.width_mm / columns, plate.height_mm / rows
     across = (sparkles.x_mm + 0.5 * plate.width_mm) / column_mm
     down = (0.5 * plate.height_mm - sparkles.y_mm) / row_mm
     light = sparkles.luminance_cd_m2 * sparkles.area_mm2 / (column_mm * row_mm)
     reach = int(np.ceil(4.0 * camera.point_spread_sd_px))
-    width = columns + 2 * reach + 2
-    padded = np.zeros((rows + 2 * reach + 2) * width)
     offsets = np.arange(-reach, reach + 1)
-    # From top to bottom, so that a block of flakes touches few rows.
-    order = np.argsort(down)
-    for start in range(0, len(order), _BLOCK):
-        part = order[start : start + _BLOCK]
-        first_column, horizontal = _weights(across[part], columns, offsets, camera.point_spread_sd_px)
-        first_row, vertical = _weights(down[part], rows, offsets, camera.point_spread_sd_px)
-        vertical *= light[part, None]
-        top = int(first_row.min())
-        places = (first_row[:, None] - top + offsets + reach)[:, :, None] * width
-        places = places + (first_column[:, None] + offsets + reach + 1)[:, None, :]
-        weights = vertical[:, :, None] * horizontal[:, None, :]
-        added = np.bincount(places.ravel(), weights.ravel())
-        first = (top + 1) * width
-        padded[first : first + len(added)] += added
-    image = padded.reshape(-1, width)[reach + 1 : reach + 1 + rows, reach + 1 : reach + 1 + columns]
-    return image.astype(np.float32)
+    # A sparkle beyond the border belongs to the pixel next to it outside, and spreads from there.
+    margin = reach + 1
+    padded = np.zeros((rows + 2 * margin, columns + 2 * margin))
+    tile = tiles.of_pixels(across, down)
+    order = np.argsort(tile, kind="stable")
+    ends = np.cumsum(np.bincount(tile, minlength=len(tiles)))
+    visited = 0
+    for index, (start, end) in enumerate(zip(np.append(0, ends[:-1]), ends, strict=True)):
+        if start == end:
+            continue
+        visited += 1
+        top, left = index // tiles.columns * tile_px, index % tiles.columns * tile_px
+        height = min(tile_px, rows - top) + 2 * margin
+        width = min(tile_px, columns - left) + 2 * margin
+        added = np.zeros(height * width)
+        for first in range(start, end, _BLOCK):
+            part = order[first : min(first + _BLOCK, end)]
+            column, horizontal = _weights(across[part], columns, offsets, camera.point_spread_sd_px)
+            row, vertical = _weights(down[part], rows, offsets, camera.point_spread_sd_px)
+            vertical *= light[part, None]
+            places = (row[:, None] - top + offsets + margin)[:, :, None] * width
+            places = places + (column[:, None] - left + offsets + margin)[:, None, :]
+            added += np.bincount(places.ravel(), (vertical[:, :, None] * horizontal[:, None, :]).ravel(), len(added))
+        padded[top : top + height, left : left + width] += added.reshape(height, width)
+    return padded[margin : margin + rows, margin : margin + columns].astype(np.float32), visited
 
 
 def _weights(

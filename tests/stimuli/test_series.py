@@ -238,6 +238,7 @@ def test_a_tinted_coat_tints_what_flakes_add(recipe: SparkleSeriesRecipe) -> Non
         (photograph,) = studio.photographs("flat", 1e-3)
         assert photograph.saturated_percent == (0.0, 0.0, 0.0)
         total = photograph.xyz_cd_m2.sum(axis=(0, 1), dtype=np.float64)
+        assert expected is not None
         np.testing.assert_allclose(total[:2] / total.sum(), expected, rtol=1e-5)
 
 
@@ -247,7 +248,7 @@ def test_a_tinted_coat_tints_what_flakes_add(recipe: SparkleSeriesRecipe) -> Non
 def test_each_viewpoint_is_rendered_once_and_each_exposure_developed_once(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    calls: dict[str, int] = {"sparkle_map": 0, "photograph": 0}
+    calls: dict[str, int] = {"plate_light": 0, "photograph": 0}
     for name in calls:
         real = getattr(stimuli.studio, name)
 
@@ -259,11 +260,11 @@ def test_each_viewpoint_is_rendered_once_and_each_exposure_developed_once(
     recipe = series_recipe(five(tmp_path, exposures_s=[1.3, 4], views=["flat"]))
     flat = list(make_series(recipe, PITCH_MM, quiet))
     assert len(flat) == 5 * 3 * 2
-    assert calls == {"sparkle_map": 5, "photograph": 5 * 2}
+    assert calls == {"plate_light": 5, "photograph": 5 * 2}
     assert all(one.image.is_flat and set(step(one, "render")["views"]) == {"center"} for one in flat)
-    calls.update(sparkle_map=0, photograph=0)
+    calls.update(plate_light=0, photograph=0)
     assert len(list(make_series(series_recipe(five(tmp_path, exposures_s=[1.3, 4])), PITCH_MM, quiet))) == 30
-    assert calls == {"sparkle_map": 5 * 2, "photograph": 5 * 2 * 2}
+    assert calls == {"plate_light": 5 * 2, "photograph": 5 * 2 * 2}
 
 
 def test_equal_seeds_and_names_make_equal_plates_whatever_the_others(

@@ -1,0 +1,56 @@
+"""A lamp's light on the plate: from where it comes, how strong it is, how large the lamp looks."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stimuli.sparkle.scene import Lamp
+
+Floats = NDArray[np.float64]
+
+
+def lamp_directions(lamp: Lamp, x_mm: Floats, y_mm: Floats) -> Floats:
+    """Return unit directions from places on the plate to the lamp: (3,) if it is far, else (n, 3)."""
+    position = lamp.position_mm
+    if position is None:
+        return lamp.direction
+    ray = np.stack([position[0] - x_mm, position[1] - y_mm, np.full_like(x_mm, position[2])], axis=-1)
+    return np.asarray(ray / np.linalg.norm(ray, axis=-1, keepdims=True))
+
+
+def illuminance_lx(lamp: Lamp, x_mm: Floats, y_mm: Floats) -> Floats | float:
+    """Return what a meter lying at places on the plate reads, in lx: one number if the lamp is far, else (n,).
+
+    The illuminance of a point: intensity towards the place times cosine over distance squared, the intensity falling
+    off the beam's axis as a power of the cosine. Discs smaller than 5° differ from a point by less than 1 %.
+    """
+    position = lamp.position_mm
+    if position is None:
+        return lamp.illuminance_lx
+    distance = float(np.linalg.norm(position))
+    square = (position[0] - x_mm) ** 2 + (position[1] - y_mm) ** 2 + position[2] ** 2
+    light = lamp.illuminance_lx * (distance**2 / square) ** 1.5
+    if lamp.beam_angle_deg is not None:
+        along = (distance**2 - position[0] * x_mm - position[1] * y_mm) / (distance * np.sqrt(square))
+        power = np.log(0.5) / np.log(np.cos(np.radians(lamp.beam_angle_deg / 2)))
+        light = light * np.maximum(along, 0.0) ** power
+    return np.asarray(light)
+
+
+def angular_radius(lamp: Lamp, x_mm: Floats, y_mm: Floats) -> Floats | float:
+    """Return the lamp's angular radius in radians as seen from places on the plate; one number if it is far."""
+    radius, position = np.radians(lamp.angular_radius_deg), lamp.position_mm
+    if position is None:
+        return float(radius)
+    square = (position[0] - x_mm) ** 2 + (position[1] - y_mm) ** 2 + position[2] ** 2
+    return np.asarray(np.arctan(np.linalg.norm(position) * np.tan(radius) / np.sqrt(square)))
+
+
+def nearest_mm(lamp: Lamp, x_mm: Floats, y_mm: Floats, reach_mm: Floats) -> Floats:
+    """Return a lower bound of the lamp's distance from places within ``reach_mm`` of some, (n,); infinite if far."""
+    position = lamp.position_mm
+    if position is None:
+        return np.full_like(x_mm, np.inf)
+    away = np.sqrt((position[0] - x_mm) ** 2 + (position[1] - y_mm) ** 2 + position[2] ** 2)
+    return np.asarray(np.maximum(away - reach_mm, position[2]))
