@@ -2,15 +2,16 @@
 
 A channel cannot give less light than at code 0, so that a dark place opposite a bright one keeps a ghost. Per pixel:
 
-1. each eye's picture becomes linear light of its own display model, clipped to what the channels can give;
-2. the six equations of `devices.crosstalk`, written in the channels' light, give what to send to both eyes;
+1. each eye's picture becomes light in units of its own display's primaries, clipped to what the channels can give;
+2. the six equations of `devices.crosstalk`, written in that light, give what to send to both eyes;
 3. what is sent is clipped to what the channels can give;
 4. each eye's light is computed once more against the *clipped* light of the other eye, and clipped. Without this step
    an eye would be given light to make up for a negative ghost that never comes. What remains beside the ghost itself
    is smaller by the square of the leak.
 
 Lifting adds the same share of each eye's white to every pixel of both eyes, so that there is light to subtract from.
-Nothing is scaled down for it: what lay close to white may then be clipped there.
+Nothing is scaled down for it: what lay close to white may then be clipped there. Where channels do not add up (see
+`devices.plvc`) light is clipped by way of each channel's own, and black cannot be lifted.
 """
 
 from __future__ import annotations
@@ -25,6 +26,7 @@ from devices.crosstalk import Crosstalk
 from devices.display import GAMUT_TOLERANCE, DisplayModel
 from devices.display_file import EyeModels
 from devices.errors import DeviceError
+from documents import Finding
 
 Floats = NDArray[np.float64]
 
@@ -65,7 +67,10 @@ class CancelCost:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cancelled:
-    """What to send to each eye, linear light of its channels (share of full), shape (..., 3), and what it cost."""
+    """What to send to each eye, light in units of its primaries, shape (..., 3), and what it cost.
+
+    Where channels add up, that is the linear light of each, as a share of full.
+    """
 
     left_linear: Floats
     right_linear: Floats
@@ -96,8 +101,11 @@ def cancel_crosstalk(
     Raises
     ------
     DeviceError
-        If the shapes differ, a value is not finite, or the lift is not in 0..1.
+        If the shapes differ, a value is not finite, the lift is not in 0..1, or there is one for channels that do not
+        add up.
     """
+    if lift_share > 0.0:
+        refuse_lift(models)
     if not 0.0 <= lift_share <= 1.0:
         raise DeviceError(f"the lift is {lift_share}; it must be a share of white in 0..1")
     lifted_left = _in_gamut(models.left, left_XYZ) + lift_share
@@ -127,8 +135,9 @@ def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, ri
     Raises
     ------
     DeviceError
-        If a channel leaks more than it gives, so that adding light does not help.
+        If a channel leaks more than it gives, so that adding light does not help, or channels do not add up.
     """
+    refuse_lift(models)
     mix = channel_crosstalk(models, crosstalk)
     wanted = _in_gamut(models.left, left_XYZ), _in_gamut(models.right, right_XYZ)
     lift = 0.0
@@ -140,6 +149,17 @@ def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, ri
         if light.size:
             lift = max(lift, float(((_limits(model)[0] - light) / gain).max()))
     return lift
+
+
+def refuse_lift(models: EyeModels) -> None:
+    """Raise DeviceError where a share of white is not the same share of each channel's light."""
+    if not (models.left.additive and models.right.additive):
+        raise DeviceError(
+            Finding(
+                "the black level cannot be lifted on a display whose channels act on each other (curve of kind 'plvc')",
+                remedy="leave out lift_black, or fit the display again with --model table",
+            )
+        )
 
 
 def seen_XYZ(
@@ -166,7 +186,8 @@ def _limits(model: DisplayModel) -> tuple[Floats, Floats]:
 
 
 def _clip(model: DisplayModel, linear: Floats) -> Floats:
-    return np.asarray(np.clip(linear, *_limits(model)))
+    """Return light in units of the primaries, clipped to what the channels can give."""
+    return model.light_of(np.clip(model.channels(linear), *_limits(model)))
 
 
 def _in_gamut(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
@@ -174,14 +195,15 @@ def _in_gamut(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
     xyz = np.asarray(xyz_cd_m2, dtype=np.float64)
     if not np.all(np.isfinite(xyz)):
         raise DeviceError(f"{np.count_nonzero(~np.isfinite(xyz))} values of the picture are not finite numbers")
-    return _clip(model, model.linear(xyz))
+    return _clip(model, model.in_primaries(xyz))
 
 
 def _cost(model: DisplayModel, asked_XYZ: ArrayLike, lifted: Floats, needed: Floats, seen: Floats) -> CancelCost:
     lowest, highest = _limits(model)
     asked = np.asarray(asked_XYZ, dtype=np.float64).reshape(-1, 3)
-    negative = (needed < lowest - GAMUT_TOLERANCE).any(axis=-1)
-    above = (np.maximum(needed, lifted) > highest + GAMUT_TOLERANCE).any(axis=-1)
+    channels = model.channels(needed)
+    negative = (channels < lowest - GAMUT_TOLERANCE).any(axis=-1)
+    above = (np.maximum(channels, model.channels(lifted)) > highest + GAMUT_TOLERANCE).any(axis=-1)
     residual = (seen - _clip(model, lifted)) @ model.primaries_XYZ_cd_m2.T
     white = model.white_XYZ_cd_m2
     shown = (model.black_XYZ_cd_m2 + seen @ model.primaries_XYZ_cd_m2.T).reshape(-1, 3)

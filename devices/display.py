@@ -61,12 +61,33 @@ class DisplayModel:
         """Return XYZ in cd/m², shape (..., 3), for device codes in 0..1, shape (..., 3)."""
         codes = np.asarray(code, dtype=np.float64)
         linear = np.stack([curve.linear(codes[..., i]) for i, curve in enumerate(self.curves)], axis=-1)
-        return np.asarray(self.black_XYZ_cd_m2 + linear @ self.primaries_XYZ_cd_m2.T)
+        return self.xyz_of_linear(linear)
+
+    def xyz_of_linear(self, linear: ArrayLike) -> Floats:
+        """Return XYZ in cd/m² of the channels' linear light, shape (..., 3) each."""
+        return np.asarray(self.black_XYZ_cd_m2 + self.light_of(linear) @ self.primaries_XYZ_cd_m2.T)
 
     def linear(self, xyz_cd_m2: ArrayLike) -> Floats:
         """Return each channel's linear light, unclipped, shape (..., 3), for XYZ in cd/m², shape (..., 3)."""
+        return self.channels(self.in_primaries(xyz_cd_m2))
+
+    def in_primaries(self, xyz_cd_m2: ArrayLike) -> Floats:
+        """Return XYZ in cd/m², shape (..., 3), above black, in units of the primaries: light that adds up."""
         light = np.asarray(xyz_cd_m2, dtype=np.float64) - self.black_XYZ_cd_m2
         return np.asarray(light @ self.linear_from_XYZ.T)
+
+    @property
+    def additive(self) -> bool:
+        """Whether channels add up, each along its primary, so that `channels` and `light_of` change nothing."""
+        return True
+
+    def channels(self, light: ArrayLike) -> Floats:
+        """Return the channels' linear light, unclipped, for light in units of the primaries, shape (..., 3) each."""
+        return np.asarray(light, dtype=np.float64)
+
+    def light_of(self, linear: ArrayLike) -> Floats:
+        """Return the light, in units of the primaries, of the channels' linear light: undoes `channels`."""
+        return np.asarray(linear, dtype=np.float64)
 
     def code(self, xyz_cd_m2: ArrayLike) -> Floats:
         """Return device codes in 0..1, shape (..., 3), for XYZ in cd/m², shape (..., 3), clipping to the gamut."""

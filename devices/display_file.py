@@ -11,30 +11,23 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
-import numpy as np
-from pydantic import BaseModel, ConfigDict, Discriminator, Field, PositiveFloat, PositiveInt, Tag
+from pydantic import BaseModel, Discriminator, Field, PositiveFloat, PositiveInt, Tag
 
 from devices.crosstalk import Crosstalk, check_leakage
 from devices.display import DisplayModel
 from devices.display_extras import CrosstalkSpec, GainMapSpec
 from devices.errors import DeviceError
 from devices.gain_map import GainMap
-from devices.table_curve import TableCurve
-from devices.tone_curve import Curve, ToneCurve
+from devices.model_spec import ModelSpec, Strict
 from documents import Finding, load_document
 from documents.yaml_source import YamlSource
 
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, Eye] = ("left", "right")
-Triple = tuple[float, float, float]
 Made = TypeVar("Made")
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class PanelSpec(_Strict):
+class PanelSpec(Strict):
     """The panel: how many pixels, how large, how fast, how deep."""
 
     resolution_px: tuple[PositiveInt, PositiveInt]
@@ -48,92 +41,13 @@ class PanelSpec(_Strict):
         return 10 if self.bits >= 10 else 8
 
 
-class PrimariesSpec(_Strict):
-    """XYZ of each channel at full drive minus black, in cd/m²."""
-
-    red: Triple
-    green: Triple
-    blue: Triple
-
-
-class ChannelSpec(_Strict):
-    """One channel's curve: linear = max(0, gain · code + offset) ^ gamma + lift, code in 0..1."""
-
-    gain: PositiveFloat = 1.0
-    offset: float = 0.0
-    gamma: PositiveFloat
-    lift: float = 0.0
-
-
-# What each kind of curve leaves fixed.
-_FIXED = {"gog": ("lift",), "ggo": ("offset",), "gogo": (), "gamma": ("gain", "offset", "lift")}
-
-
-class CurveSpec(_Strict):
-    """The tone curves of the three channels."""
-
-    kind: Literal["gog", "gogo", "ggo", "gamma"]
-    red: ChannelSpec
-    green: ChannelSpec
-    blue: ChannelSpec
-
-    def curves(self) -> tuple[Curve, Curve, Curve]:
-        """Return the curves of red, green and blue."""
-        channels = (self.red, self.green, self.blue)
-        for channel in channels:
-            for name in _FIXED[self.kind]:
-                if name in channel.model_fields_set:
-                    raise DeviceError(f"a curve of kind '{self.kind}' has no '{name}'")
-        red, green, blue = (ToneCurve(c.gain, c.offset, c.gamma, c.lift) for c in channels)
-        return red, green, blue
-
-
-class TableSpec(_Strict):
-    """One channel's curve as a table: the share of full light at each code; both rise from 0 to 1."""
-
-    codes: Annotated[tuple[float, ...], Field(min_length=3)]
-    light: Annotated[tuple[float, ...], Field(min_length=3)]
-
-
-class TableCurveSpec(_Strict):
-    """The tone curves of the three channels as tables, joined by monotone cubics."""
-
-    kind: Literal["table"]
-    red: TableSpec
-    green: TableSpec
-    blue: TableSpec
-
-    def curves(self) -> tuple[Curve, Curve, Curve]:
-        """Return the curves of red, green and blue."""
-        red, green, blue = (TableCurve(c.codes, c.light) for c in (self.red, self.green, self.blue))
-        return red, green, blue
-
-
-class ModelSpec(_Strict):
-    """One characterisation, measured through the glasses in its stereo mode."""
-
-    black_XYZ_cd_m2: Triple
-    primaries_XYZ_cd_m2: PrimariesSpec
-    curve: Annotated[CurveSpec | TableCurveSpec, Field(discriminator="kind")]
-    source: str = ""
-
-    def model(self) -> DisplayModel:
-        """Return the display model."""
-        primaries = self.primaries_XYZ_cd_m2
-        return DisplayModel(
-            np.array(self.black_XYZ_cd_m2),
-            np.array([primaries.red, primaries.green, primaries.blue]).T,
-            self.curve.curves(),
-        )
-
-
-class SameAsSpec(_Strict):
+class SameAsSpec(Strict):
     """A mode whose light is that of another mode: same panel state and glasses, other signal."""
 
     same_as: str
 
 
-class _ExtrasSpec(_Strict):
+class _ExtrasSpec(Strict):
     """What a mode holds of both eyes at once."""
 
     crosstalk: CrosstalkSpec | None = None
@@ -185,7 +99,7 @@ ModeSpec = Annotated[
 ]
 
 
-class DisplaySpec(_Strict):
+class DisplaySpec(Strict):
     """A display file."""
 
     schema_version: Literal[1]

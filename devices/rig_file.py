@@ -11,6 +11,7 @@ from typing import Any, Literal, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
 
 from devices.crosstalk import Crosstalk
+from devices.crosstalk_cancel import refuse_lift
 from devices.display_file import Display, EyeModels, read_display
 from devices.errors import DeviceError
 from devices.gain_map import GainMap
@@ -100,7 +101,10 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         place = source.place((key,))
         line, column = (place.line, place.column) if place else (None, None)
         return InputError(
-            [Finding(f"{f.message}: {f.file}", source.file, line, column, f.remedy) for f in error.findings]
+            [
+                Finding(f"{f.message}: {f.file}" if f.file else f.message, source.file, line, column, f.remedy)
+                for f in error.findings
+            ]
         )
 
     def named(key: str, name: str, what: str, read: Callable[[Path], Read]) -> Read | None:
@@ -130,6 +134,11 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         models = display.models(characterised_as)
     except InputError as error:
         raise error if mode else located(error, "mode") from None
+    if spec.lift_black and display.crosstalk(characterised_as):
+        try:
+            refuse_lift(models)
+        except DeviceError as error:
+            raise located(error, "lift_black") from None
     return Rig(
         str(path),
         display,

@@ -68,7 +68,7 @@ class TableCurve:
 
     def linear(self, code: ArrayLike) -> Floats:
         """Return linear light (share of full), in 0..1, for device codes of any shape; codes are clipped to 0..1."""
-        return np.asarray(self.root(code)[0] ** 2)
+        return np.asarray(np.minimum(self.root(code)[0] ** 2, 1.0))
 
     def code(self, linear: ArrayLike) -> Floats:
         """Return device codes in 0..1 for linear light of any shape; what lies beyond the table is clipped."""

@@ -16,6 +16,7 @@ from typing import Any
 from analysis.records import Header
 from devices.clip_cost import clip_cost
 from devices.display_file import Eye
+from devices.plvc import Plvc
 from devices.rig_file import Rig
 from documents import Finding
 from runner.compensation import Compensation
@@ -37,6 +38,11 @@ def _display_digest(rig: Rig) -> str:
     models = rig.models
     numbers: list[object] = [
         [model.black_XYZ_cd_m2.tolist(), model.primaries_XYZ_cd_m2.tolist(), [asdict(c) for c in model.curves]]
+        + (
+            []
+            if not isinstance(model, Plvc)
+            else [model.XYZ_per_light_cd_m2.tolist(), model.mixtures_XYZ_cd_m2.tolist()]
+        )
         for model in (models.left, models.right)
     ]
     if rig.crosstalk:

@@ -13,6 +13,7 @@ from devices.display_file import EyeModels
 Floats = NDArray[np.float64]
 # Room that is left below each channel's full drive, and what is let pass at either end: float32 pictures round.
 _MARGIN, _ROUNDING = 1e-5, 5e-7
+_GRID = 4096
 
 
 @dataclass(frozen=True)
@@ -54,9 +55,26 @@ class ShownRange:
     def _reach(self) -> tuple[float, float]:
         """Return from which share of the left eye's range to which both eyes have it."""
         lowest, highest = 0.0, 1.0
-        for model in (self.models.left, self.models.right):
+        models = (self.models.left, self.models.right)
+        if not all(model.additive for model in models):
+            return self._longest_run()
+        for model in models:
             start = model.linear(self._between(0.0))
             slope = model.linear(self._between(1.0)) - start
             lowest = max(lowest, float(np.max(-start / slope)))
             highest = min(highest, float(np.min((1.0 - _MARGIN - start) / slope)))
         return lowest, highest
+
+    def _longest_run(self) -> tuple[float, float]:
+        """Do as `_reach` where channels do not add up: the longest run of a grid's greys that both eyes have."""
+        shares = np.linspace(0.0, 1.0, _GRID + 1)
+        left = self.models.left
+        greys = left.black_XYZ_cd_m2 + shares[:, None] * (left.white_XYZ_cd_m2 - left.black_XYZ_cd_m2)
+        lights = np.concatenate([model.linear(greys) for model in (left, self.models.right)], axis=1)
+        inside = np.all((lights >= -_ROUNDING) & (lights <= 1.0 - _MARGIN), axis=1)
+        edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
+        starts, ends = edges[::2], edges[1::2]
+        if not len(starts):
+            return 0.0, 0.0
+        longest = int(np.argmax(ends - starts))
+        return float(shares[starts[longest]]), float(shares[ends[longest] - 1])

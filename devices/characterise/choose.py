@@ -8,7 +8,7 @@ held-out mean is within 0.05 ΔE00 of the best and whose 95th percentile is with
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,12 +18,12 @@ from devices.characterise.examine import examine
 from devices.characterise.figures import Errors, differences, errors_of, r_squared, table_error_codes
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches, patches
-from devices.characterise.plvc import Plvc
 from devices.characterise.plvc_fit import fit_plvc
 from devices.characterise.table_fit import fit_table
 from devices.display import DisplayModel
 from devices.errors import DeviceError
 from devices.measurements.table import Measurements
+from devices.plvc import Plvc
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -49,11 +49,11 @@ class Candidate:
 
     ``held_out`` is of readings that it was not fitted to. ``r2_XYZ``: of X, Y and Z over all readings. ``unusable``
     says why it cannot be chosen, empty where it can. ``table_error_codes``: the presenter's table against the model, in
-    codes of 8 bits; None where no table of the presenter serves it.
+    codes of 8 bits; None where it cannot be undone.
     """
 
     name: Name
-    model: DisplayModel | Plvc
+    model: DisplayModel
     free_numbers: int
     held_out: Errors
     fitted: Errors
@@ -114,10 +114,8 @@ class Characterisation:
         }
 
 
-def characterise(
-    readings: Measurements, model: Name | Literal["auto"] = "auto", *, seed: int = 1, servable: bool = False
-) -> Characterisation:
-    """Fit the candidates to ``readings`` and choose, or take ``model``; ``servable`` leaves out PLVC from the choice.
+def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto", *, seed: int = 1) -> Characterisation:
+    """Fit the candidates to ``readings`` and choose, or take ``model``.
 
     Raises
     ------
@@ -148,7 +146,7 @@ def characterise(
     if len(judged) < _FEW:
         said.append(f"only {len(judged)} readings were held out, too few to choose or judge a model by: measure more")
     candidates = tuple(_candidate(name, whole[name], data, delta[name][judged], judged) for name in NAMES)
-    chosen, reason = _choose(candidates, model, servable)
+    chosen, reason = _choose(candidates, model)
     mean = chosen.held_out.mean
     if mean > MOST_MEAN:
         raise DeviceError(
@@ -162,12 +160,6 @@ def characterise(
         )
     if mean > _TELLING_MEAN:
         said.append(f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: measure again, or more")
-    plvc = candidates[-1]
-    if servable and model == "auto" and not plvc.unusable and plvc.held_out.mean < chosen.held_out.mean - MARGIN_MEAN:
-        said.append(
-            f"plvc predicts better (mean {plvc.held_out.mean:.2f} against {mean:.2f} ΔE00), but the presenter has no "
-            "table for it, so that a display file cannot hold it"
-        )
     if chosen.unusable:
         said.append(f"{chosen.name} was asked for; {chosen.unusable}")
     errs = _where(delta[chosen.name], data, names, judged)
@@ -176,14 +168,14 @@ def characterise(
 
 def fit_all(
     data: Patches, starts: dict[str, Floats], *, judged: bool = True
-) -> dict[Name, tuple[DisplayModel | Plvc, int, float, Fitted | None]]:
+) -> dict[Name, tuple[DisplayModel, int, float, Fitted | None]]:
     """Fit every model; numbers found are kept in ``starts`` and begin the fits of nearly the same patches."""
-    out: dict[Name, tuple[DisplayModel | Plvc, int, float, Fitted | None]] = {}
+    out: dict[Name, tuple[DisplayModel, int, float, Fitted | None]] = {}
     for kind in PARAMETRIC:
         fitted, numbers = fit_parametric(data, kind, starts.get(kind), judged=judged)
         starts.setdefault(kind, numbers)
         out[kind] = (fitted.model, fitted.free_numbers, fitted.condition, fitted)
-    tables = fit_table(data, cast(DisplayModel, out["gogo"][0]), judged=judged)
+    tables = fit_table(data, out["gogo"][0], judged=judged)
     out["table"] = (tables.model, tables.free_numbers, tables.condition, tables)
     model, numbers_of, condition = fit_plvc(data, tables, judged=judged)
     out["plvc"] = (model, numbers_of, condition, None)
@@ -225,15 +217,18 @@ def _folds(data: Patches, seed: int) -> list[NDArray[np.intp]]:
 
 def _candidate(
     name: Name,
-    fit: tuple[DisplayModel | Plvc, int, float, Fitted | None],
+    fit: tuple[DisplayModel, int, float, Fitted | None],
     data: Patches,
     held_out: Floats,
     judged: NDArray[np.intp],
 ) -> Candidate:
     model, free_numbers, condition, fitted = fit
     unusable = ""
-    if isinstance(model, Plvc) and (clashes := model.clashes()):
-        unusable = f"it cannot be undone: at {clashes} of 729 codes more drive gives less light"
+    if isinstance(model, Plvc):
+        try:
+            assert model.steps
+        except DeviceError as error:
+            unusable = str(error)
     return Candidate(
         name,
         model,
@@ -245,14 +240,14 @@ def _candidate(
         fitted.standard_errors if fitted else {},
         fitted.at_bound if fitted else (),
         unusable,
-        table_error_codes(model) if isinstance(model, DisplayModel) else None,
+        None if unusable else table_error_codes(model),
     )
 
 
-def _choose(candidates: tuple[Candidate, ...], asked: str, servable: bool) -> tuple[Candidate, str]:
+def _choose(candidates: tuple[Candidate, ...], asked: str) -> tuple[Candidate, str]:
     if asked != "auto":
         return next(c for c in candidates if c.name == asked), "it was asked for"
-    fit = [c for c in candidates if not c.unusable and not (servable and c.name == "plvc")]
+    fit = [c for c in candidates if not c.unusable]
     best = min(fit, key=lambda c: c.held_out.mean)
     near = [
         c

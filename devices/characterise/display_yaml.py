@@ -7,6 +7,8 @@ from collections.abc import Iterable
 import yaml
 
 from devices.display import DisplayModel
+from devices.model_spec import MixturesSpec
+from devices.plvc import Plvc
 from devices.table_curve import TableCurve
 from devices.tone_curve import ToneCurve
 
@@ -20,10 +22,17 @@ def model_lines(model: DisplayModel, source: str) -> list[str]:
         lines.append(f"  {colour + ':':6} {_numbers(model.primaries_XYZ_cd_m2[:, channel].tolist())}")
     lines.append("curve:")
     if all(isinstance(curve, TableCurve) for curve in model.curves):
-        lines.append("  kind: table")
-        for colour, curve in zip(_COLOURS, model.curves, strict=True):
+        lines.append(f"  kind: {'plvc' if isinstance(model, Plvc) else 'table'}")
+        for channel, (colour, curve) in enumerate(zip(_COLOURS, model.curves, strict=True)):
             if isinstance(curve, TableCurve):
                 lines += [f"  {colour}:", f"    codes: {_numbers(curve.codes)}", f"    light: {_numbers(curve.light)}"]
+            if isinstance(model, Plvc):
+                rows = ", ".join(_numbers(row) for row in model.XYZ_per_light_cd_m2[channel].tolist())
+                lines.append(f"    XYZ_per_light_cd_m2: [{rows}]")
+        if isinstance(model, Plvc):
+            lines.append("  mixtures_XYZ_cd_m2:")
+            rows_of = zip(MixturesSpec.model_fields, model.mixtures_XYZ_cd_m2.tolist(), strict=True)
+            lines += [f"    {name}: {_numbers(row)}" for name, row in rows_of]
     else:
         curves = [curve for curve in model.curves if isinstance(curve, ToneCurve)]
         plain = all(curve.gain == 1 and curve.offset == 0 for curve in curves)

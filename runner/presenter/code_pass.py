@@ -37,6 +37,7 @@ class CodePass:
 
     Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` says whose dither mask to read.
     Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
+    ``between`` are files that the shader calls, and that call the encoding.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class CodePass:
         dithering: Dithering | None = None,
         eye: Eye = "left",
         bits: Bits = 8,
+        between: Sequence[str] = (),
     ) -> None:
         self._context = context
         if dithering is not None and dithering.levels is None:
@@ -56,7 +58,7 @@ class CodePass:
         self._dithering = dithering
         self._format = CODE_FORMATS[bits]
         encoder = "encode.glsl" if dithering is None else "dither.glsl"
-        parts = [shader_file(name) for name in ("table_fourth_root.glsl", encoder, shader)]
+        parts = [shader_file(name) for name in ("table_fourth_root.glsl", encoder, *between, shader)]
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
         self._area = context.vertex_array(self._program, [])
         # Where dithered, the light of the codes decides, and not the table.

@@ -11,12 +11,15 @@ from runner.presenter.code_pass import CodePass, by_columns, release_codes
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
 from runner.presenter.placing import squeezed_size
+from runner.presenter.undoing import undoing
 
 __all__ = ["ColourPass", "release_codes"]
 
 
 class ColourPass:
     """The colour pass for one display model (linear = M⁻¹(XYZ − black), then a table per channel).
+
+    Where the model's channels do not add up, Newton's method undoes that in between; see `devices.plvc`.
 
     ``squeeze`` is how many pixels of the picture, across and down, share one pixel of the codes: their XYZ is averaged.
     With ``dithering``, codes are dithered by the masks of ``eye``; without, they are rounded. Codes have
@@ -33,6 +36,7 @@ class ColourPass:
         bits: Bits = 8,
     ) -> None:
         self._squeeze = squeeze
+        between, uniforms = undoing(model)
         self._pass = CodePass(
             context,
             "colour_pass.frag",
@@ -42,10 +46,12 @@ class ColourPass:
                 "linear_from_XYZ": by_columns(model.linear_from_XYZ),
                 "black_XYZ": tuple(model.black_XYZ_cd_m2.tolist()),
                 "box": squeeze,
+                **uniforms,
             },
             dithering,
             eye,
             bits,
+            between,
         )
 
     def run(self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None) -> moderngl.Framebuffer:

@@ -20,6 +20,7 @@ from runner.presenter.dithering import Dithering
 from runner.presenter.panel_places import PanelPlaces
 from runner.presenter.placing import squeezed_size
 from runner.presenter.shaders import Uniform
+from runner.presenter.undoing import undoing
 
 Floats = NDArray[np.float64]
 COST = 2  # times the plain colour pass, about; see benchmarks/crosstalk.py
@@ -61,7 +62,8 @@ class CompensatedPass:
         self._context = context
         gains = np.ones((1, 1)) if correction.gain_map is None else correction.gain_map.gains
         self._gains = _texture(context, gains[..., np.newaxis])
-        own = models.eye(eye)
+        own, other = models.eye(eye), models.eye("right" if eye == "left" else "left")
+        files, uniforms = undoing(own, other)
         self._pass = CodePass(
             context,
             "compensated_pass.frag",
@@ -73,10 +75,12 @@ class CompensatedPass:
                 "own_black_XYZ": tuple(own.black_XYZ_cd_m2.tolist()),
                 **_cancelling(models, correction, eye),
                 **_evening(own, correction.gain_map),
+                **uniforms,
             },
             dithering,
             eye,
             bits,
+            [*files, "plvc_within.glsl" if files else "within.glsl"],
         )
 
     def run(

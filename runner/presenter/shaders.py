@@ -11,7 +11,9 @@ import moderngl
 from runner.presenter.errors import GraphicsError
 
 Part = tuple[str, str]  # the file's name and its text
-Uniform = int | float | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...]
+Uniform = (
+    int | float | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...] | tuple[tuple[float, ...], ...]
+)
 
 _HEADERS = {False: "#version 330 core\n", True: "#version 330 core\n#extension GL_ARB_gpu_shader_fp64 : require\n"}
 # Mesa writes 0:14(5), Nvidia 0(14), others 0:14, and Mesa forgets the number of the part that #line can give: so
@@ -51,8 +53,14 @@ def compile_program(
 
 
 def set_uniform(program: moderngl.Program, name: str, value: Uniform) -> None:
-    """Set the uniform ``name``; KeyError if the program has none that it uses."""
-    program[name].value = value  # type: ignore[union-attr]  # a member may be an attribute, which has no value
+    """Set the uniform ``name``; KeyError if the program has none that it uses.
+
+    Of an array, drivers keep what the program uses; what it is given beyond that is left out.
+    """
+    member = program[name]
+    if isinstance(value, tuple) and isinstance(value[0], tuple):
+        value = value[: member.array_length]  # type: ignore[union-attr]
+    member.value = value  # type: ignore[union-attr]  # a member may be an attribute, which has no value
 
 
 def _join(header: str, parts: Sequence[Part]) -> str:

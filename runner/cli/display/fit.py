@@ -50,8 +50,7 @@ def command(
     `display measure`. Every model is judged on readings that it was not fitted to. Where the file has readings of
     either eye, each is fitted by itself; readings at other places, angles or surrounds are left out.
 
-    With -o the chosen model becomes a mode of a display file; a mode that is there is never overwritten, and PLVC is
-    not written, because the presenter has no table for it.
+    With -o the chosen model becomes a mode of a display file; a mode that is there is never overwritten.
     """
     import json
     from pathlib import Path
@@ -62,8 +61,6 @@ def command(
     from devices.measurements.table import PatchEye
     from runner.display_report.reading import read_sets
 
-    if output and model == "plvc":
-        raise click.UsageError("a display file cannot hold PLVC, whose channels are not independent; leave out -o")
     shape = _panel(panel) if panel else None
     (measured,) = read_sets([Path(file)], code_range)
     readings = plain(measured.measurements)
@@ -78,7 +75,6 @@ def command(
             readings if one == "both" else readings.for_eye(cast(PatchEye, one)),
             cast(Name, model),
             seed=seed,
-            servable=output is not None,
         )
         for one in eyes
     }

@@ -16,8 +16,6 @@ uniform dvec3 other_black_XYZ;
 
 uniform int cancels;              // 0: leaks stay, and nothing is clipped before the gain
 uniform dvec3 lift_share;         // added to both eyes' light
-uniform dmat2x3 own_limits;       // the least and the most light of each channel
-uniform dmat2x3 other_limits;
 uniform dmat3 other_from_own;     // what to send to the other eye is other_from_own · own + other_from_other · other
 uniform dmat3 other_from_other;
 uniform dmat3 leak;               // from the other eye's light to what it adds to this eye's
@@ -32,6 +30,8 @@ uniform dvec3 black_light;        // own_linear_from_XYZ · own_black_XYZ
 out vec4 codes;
 
 vec4 codes_of_linear(dvec3 asked);
+dvec3 own_within(dvec3 light);
+dvec3 other_within(dvec3 light);
 
 dvec3 mean_XYZ(sampler2D picture, ivec2 first, ivec2 end) {
     dvec3 XYZ = dvec3(0.0);
@@ -41,10 +41,6 @@ dvec3 mean_XYZ(sampler2D picture, ivec2 first, ivec2 end) {
         }
     }
     return XYZ / double((end.x - first.x) * (end.y - first.y));
-}
-
-dvec3 within(dvec3 light, dmat2x3 limits) {
-    return clamp(light, limits[0], limits[1]);
 }
 
 double reading(ivec2 place) {
@@ -77,10 +73,10 @@ void main() {
     dvec3 light = own_linear_from_XYZ * (mean_XYZ(own_XYZ, first, end) - own_black_XYZ);
     if (cancels != 0) {
         dvec3 other = other_linear_from_XYZ * (mean_XYZ(other_XYZ, first, end) - other_black_XYZ);
-        dvec3 wanted = within(within(light, own_limits) + lift_share, own_limits);
-        dvec3 wanted_other = within(within(other, other_limits) + lift_share, other_limits);
-        dvec3 sent_other = within(other_from_own * wanted + other_from_other * wanted_other, other_limits);
-        light = within(wanted - leak * sent_other, own_limits);
+        dvec3 wanted = own_within(own_within(light) + lift_share);
+        dvec3 wanted_other = other_within(other_within(other) + lift_share);
+        dvec3 sent_other = other_within(other_from_own * wanted + other_from_other * wanted_other);
+        light = own_within(wanted - leak * sent_other);
     }
     if (evens != 0) {
         // The panel dims black too: gain · (black + light) is what is seen.

@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.display import DisplayModel
 from devices.display_file import Eye, EyeModels
 from devices.tone_curve import Curve
+from documents import Finding
 from runner.presenter.errors import PresentationError
 
 Floats = NDArray[np.float64]
@@ -77,7 +78,8 @@ def least_squares(models: EyeModels, left_filter: ArrayLike | None, right_filter
     Raises
     ------
     PresentationError
-        If the filters leave a channel that neither eye sees, or need negative light for white.
+        If the filters leave a channel that neither eye sees, or need negative light for white, or channels do not add
+        up.
     """
     seen = [_filtered(models.left.primaries_XYZ_cd_m2, left_filter)]
     seen.append(_filtered(models.right.primaries_XYZ_cd_m2, right_filter))
@@ -126,7 +128,18 @@ def _through(model: DisplayModel, through: ArrayLike | None) -> Floats:
 
 
 def _mixture(models: EyeModels, left: Floats, right: Floats, through: tuple[Floats, Floats]) -> Mixture:
-    """Take each channel's curve from the eye that sees more of its light; the panel has but one."""
+    """Take each channel's curve from the eye that sees more of its light; the panel has but one.
+
+    Raises PresentationError if channels do not add up: what one gives then depends on what the other eye is shown.
+    """
+    if not (models.left.additive and models.right.additive):
+        raise PresentationError(
+            Finding(
+                "two views cannot be mixed into one picture on a display whose channels act on each other "
+                "(curve of kind 'plvc')",
+                remedy="characterise the mode by independent channels: display fit --model table",
+            )
+        )
     more_left = models.left.primaries_XYZ_cd_m2[1] >= models.right.primaries_XYZ_cd_m2[1]
     red, green, blue = ((models.left if more_left[channel] else models.right).curves[channel] for channel in range(3))
     blacks = models.left.black_XYZ_cd_m2, models.right.black_XYZ_cd_m2

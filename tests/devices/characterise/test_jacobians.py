@@ -7,7 +7,7 @@ from devices.characterise.channel_fit import KINDS, Kind
 from devices.characterise.metric import difference_roots, lab_slopes
 from devices.characterise.parametric import _Problem, fit_parametric
 from devices.characterise.patches import patches
-from devices.characterise.plvc import FUNCTIONS, functions_of
+from devices.characterise.plvc_fit import FUNCTIONS, functions_of, plvc_of
 from devices.characterise.simulated import noisy, table_c1_codes, thesis_display
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.table_curve import TableCurve
@@ -47,14 +47,11 @@ def test_parametric_jacobian(kind: Kind) -> None:
         np.testing.assert_allclose(J[:, k], there, rtol=1e-4, atol=1e-4)
 
 
-def test_plvc_functions_slopes() -> None:
+def test_plvc_is_its_functions_times_their_coefficients() -> None:
     x = np.linspace(0, 1, 9)
     curve = TableCurve(tuple(x), tuple(x**2.2))
-    codes = np.random.default_rng(4).uniform(0.05, 0.95, (30, 3))
-    _, slopes = functions_of((curve, curve, curve), codes)
-    assert slopes.shape == (30, FUNCTIONS, 3)
-    for c in range(3):
-        step = np.eye(3)[c] * 1e-6
-        above, _ = functions_of((curve, curve, curve), codes + step)
-        below, _ = functions_of((curve, curve, curve), codes - step)
-        np.testing.assert_allclose(slopes[:, :, c], (above - below) / 2e-6, atol=1e-5)
+    rng = np.random.default_rng(4)
+    coefficients, codes = rng.uniform(-1, 1, (FUNCTIONS, 3)), rng.uniform(0, 1, (30, 3))
+    coefficients[:3] += 5 * np.eye(3)
+    model = plvc_of(np.full(3, 0.1), (curve, curve, curve), coefficients)
+    np.testing.assert_allclose(model.xyz(codes), 0.1 + functions_of(curve.linear(codes)) @ coefficients, atol=1e-12)

@@ -10,9 +10,11 @@ import pytest
 from click.testing import CliRunner
 
 from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display_file import read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, write_csv
+from devices.plvc import Plvc
 from runner.cli.main import group
 
 CODES = table_c1_codes()
@@ -112,15 +114,23 @@ def test_the_eyes_come_one_after_the_other(thesis: Path, tmp_path: Path) -> None
     assert "gog fitted" not in text
 
 
-def test_plvc_is_refused_with_o_and_said_when_it_would_be_better(tmp_path: Path, thesis: Path) -> None:
-    result = CliRunner().invoke(group, ["display", "fit", str(thesis), "--model", "plvc", "-o", "d.yaml"])
-    assert result.exit_code == 2
-    assert "PLVC" in result.output
+def test_plvc_is_written_and_read_and_converts_as_it_was_fitted(tmp_path: Path) -> None:
     file, path = tmp_path / "lcd.csv", tmp_path / "d.yaml"
-    write_csv(Measurements(CODES, liquid_crystal_XYZ(CODES), mode="flat"), file)
-    told = json.loads(_run("fit", str(file), "--json", "-o", str(path), *PANEL))
-    assert told["both"]["chosen"] == "table"
-    assert read_display(path).models("flat").left.curves[0].lift == 0
+    XYZ = liquid_crystal_XYZ(CODES)
+    write_csv(Measurements(CODES, XYZ, mode="flat"), file)
+    told = json.loads(_run("fit", str(file), "--model", "plvc", "--json", "-o", str(path), *PANEL))
+    assert told["both"]["chosen"] == "plvc"
+    model = read_display(path).models("flat").left
+    assert isinstance(model, Plvc)
+    white = model.white_XYZ_cd_m2
+    off = delta_e_2000(xyz_to_lab(model.xyz(CODES), white), xyz_to_lab(XYZ, white))
+    held = next(one for one in told["both"]["candidates"] if one["model"] == "plvc")["fitted_delta_e_2000"]
+    assert off.mean() == pytest.approx(held["mean"], abs=0.01)
+    table = "red,green,blue\n200,100,50\n10,20,30\n"
+    args = ["convert", "--display", str(path), "--mode", "flat"]
+    codes = _run(*args, "--to", "code", given=_run(*args, "--to", "xyz", given=table))
+    found = np.array([[float(cell) for cell in line.split(",")] for line in codes.splitlines()[1:]])
+    np.testing.assert_allclose(found, [[200, 100, 50], [10, 20, 30]], atol=1e-6)
 
 
 @pytest.mark.parametrize(

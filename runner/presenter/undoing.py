@@ -1,0 +1,45 @@
+"""What a colour pass needs beyond a matrix where a display's channels do not add up: `plvc.glsl` and its numbers."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from devices.display import DisplayModel
+from devices.plvc import MIXTURES, NODES, Plvc
+from runner.presenter.shaders import Uniform
+
+
+def is_additive(*models: DisplayModel) -> bool:
+    """Return whether a matrix is all that any of ``models`` needs."""
+    return all(model.additive for model in models)
+
+
+def undoing(own: DisplayModel, other: DisplayModel | None = None) -> tuple[list[str], dict[str, Uniform]]:
+    """Return the shader's files that undo how channels act on each other, and their uniforms; none if they do not.
+
+    ``own`` is the model of the eye whose codes are made, ``other`` that of the other eye, where the pass knows of it.
+    A model that adds up is one whose channels keep their colour and take nothing from each other.
+
+    Raises
+    ------
+    DeviceError
+        If a model cannot be undone.
+    """
+    models = (own, other or own)
+    if is_additive(*models):
+        return [], {}
+    terms = [_terms(model) for model in models]
+    return ["plvc.glsl"], {
+        "plvc_powers": tuple(row for powers, _, _ in terms for row in powers),
+        "plvc_mixtures": tuple(row for _, mixtures, _ in terms for row in mixtures),
+        "plvc_steps": (terms[0][2], terms[1][2]),
+    }
+
+
+def _terms(model: DisplayModel) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]], int]:
+    """Return powers (15, 3), mixtures (10, 3) and the steps to undo them."""
+    powers, mixtures, steps = np.zeros((3, len(NODES) + 1, 3)), np.zeros((MIXTURES, 3)), 1
+    powers[:, 0] = np.eye(3)
+    if isinstance(model, Plvc):
+        powers, mixtures, steps = model.powers, model.mixtures, model.steps
+    return [tuple(row) for row in powers.reshape(-1, 3).tolist()], [tuple(row) for row in mixtures.tolist()], steps

@@ -1,0 +1,191 @@
+"""The colour pass on a display whose channels act on each other, read back on EGL, against float64."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.crosstalk import Crosstalk
+from devices.crosstalk_cancel import cancel_crosstalk
+from devices.display import DisplayModel
+from devices.display_file import EyeModels
+from devices.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from devices.errors import DeviceError
+from devices.gain_map import GainMap
+from devices.plvc import Plvc
+from devices.table_curve import TableCurve
+from runner.presenter.colour_pass import ColourPass
+from runner.presenter.compensated_pass import CompensatedPass, Correction
+from runner.presenter.dithering import Dithering
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene
+from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.undoing import undoing
+from stimuli.stereo_image import StereoImage
+
+PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
+Floats = NDArray[np.float64]
+
+
+def plvc(seed: int = 1, black: float = 0.05, bend: float = 0.05, mixed: float = 0.02) -> Plvc:
+    rng = np.random.default_rng(seed)
+    x = np.linspace(0.0, 1.0, 17)
+    red, green, blue = (TableCurve(tuple(x), tuple(x**gamma)) for gamma in (1.8, 2.2, 2.4))
+    own = PRIMARIES.T[:, np.newaxis] * (1.0 + bend * rng.uniform(-1, 1, (3, 4, 3)))
+    mixtures = mixed * rng.uniform(-1, 1, (10, 3)) * PRIMARIES.sum(axis=1)
+    return Plvc(np.full(3, black), PRIMARIES, (red, green, blue), own, mixtures)
+
+
+def upload(surface: EglSurface, XYZ: NDArray[np.float32]):  # type: ignore[no-untyped-def]
+    height, width, _ = XYZ.shape
+    return surface.context.texture((width, height), 3, XYZ.tobytes(), alignment=1, dtype="f4")
+
+
+def read(codes, dtype: str = "f4") -> Floats:  # type: ignore[no-untyped-def]
+    found = np.frombuffer(codes.read(components=3, dtype=dtype, alignment=1), np.float32 if dtype == "f4" else np.uint8)
+    return found.reshape(codes.height, codes.width, 3)[::-1].astype(np.float64)
+
+
+def picture(model: Plvc, seed: int = 2) -> NDArray[np.float32]:
+    """Colours over the gamut, greys and single channels from 1e-7 cd/m² to full, and colours beyond it."""
+    rng = np.random.default_rng(seed)
+    T = np.concatenate([rng.uniform(0, 1, (3000, 3)), 10 ** rng.uniform(-9, 0, (3000, 3))])
+    lone = 10 ** rng.uniform(-9, 0, (2000, 1)) * np.eye(3)[rng.integers(0, 3, 2000)]
+    grey = np.geomspace(1e-9, 1, 1000)[:, np.newaxis] * np.ones(3)
+    beyond = rng.uniform(-0.4, 1.4, (1000, 3))
+    return model.xyz_of_linear(np.concatenate([T, lone, grey, beyond])).astype(np.float32).reshape(100, 100, 3)
+
+
+@pytest.mark.parametrize("black", [0.0, 0.05])
+@pytest.mark.parametrize("seed", [1, 3])
+def test_every_pixel_is_within_rounding_of_float64(egl: EglSurface, seed: int, black: float) -> None:
+    model = plvc(seed, black)
+    asked = picture(model)
+    run = ColourPass(egl.context, model)
+    expected = model.code(asked.astype(np.float64))
+    texture = upload(egl, asked)
+    assert np.abs(read(run.run(texture, "f4")) - expected).max() * 255 < 0.001
+    assert np.abs(read(run.run(texture), "f1") - 255 * expected).max() <= 0.501
+
+
+def test_ten_bits(egl: EglSurface) -> None:
+    model = plvc()
+    asked = picture(model)
+    run = ColourPass(egl.context, model, bits=10)
+    exact = read(run.run(upload(egl, asked), "f4"))
+    assert np.abs(exact - model.code(asked.astype(np.float64))).max() * 1023 < 0.001
+
+
+def test_the_other_models_shader_is_as_it_was(egl: EglSurface) -> None:
+    model = plvc()
+    additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
+    assert undoing(additive) == ([], {})
+    names = set(ColourPass(egl.context, additive)._pass._program)
+    assert not any("plvc" in name for name in names)
+    assert any("plvc" in name for name in set(ColourPass(egl.context, model)._pass._program))
+
+
+def test_without_drift_it_gives_the_codes_of_the_additive_model(egl: EglSurface) -> None:
+    model = plvc(bend=0.0, mixed=0.0)
+    additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
+    texture = upload(egl, picture(model))
+    one, other = (read(ColourPass(egl.context, m).run(texture), "f1") for m in (model, additive))
+    np.testing.assert_array_equal(one, other)
+
+
+def test_the_pass_is_what_newton_s_steps_make_of_it(egl: EglSurface) -> None:
+    model = plvc()
+    run = ColourPass(egl.context, model)
+    run._pass._program["plvc_steps"].value = (1, 1)  # type: ignore[union-attr]
+    asked = picture(model)
+    off = np.abs(read(run.run(upload(egl, asked), "f4")) - model.code(asked.astype(np.float64))).max() * 255
+    assert off > 0.5
+
+
+MIXING = tuple(name for name in MODES if name.startswith("anaglyph"))
+OTHER_SURFACES = ("quad-buffered", "dual-window")
+
+
+@pytest.mark.parametrize("mode", [name for name in MODES if name not in (*MIXING, *OTHER_SURFACES)])
+def test_what_each_mode_shows_is_what_was_asked(
+    mode: str, make_presenter: Callable[..., Presenter], egl: EglSurface
+) -> None:
+    model = plvc()
+    codes = np.random.default_rng(7).integers(0, 256, (48, 64, 3)) / 255.0
+    asked = np.repeat(np.repeat(model.xyz(codes), 2, axis=0), 2, axis=1).astype(np.float32)
+    presenter = make_presenter({"one": StereoImage.flat(asked)}, mode, EyeModels(model, model))
+    presenter.show(Scene((Picture("one"),)))
+    seen = presenter.eye_view("left").reshape(-1, 3)
+    wanted = {tuple(row) for row in np.rint(255 * codes).astype(int).reshape(-1, 3).tolist()} | {(0, 0, 0)}
+    lit = seen[seen.any(axis=1)]
+    assert len(lit) > 1000
+    assert {tuple(row) for row in lit.tolist()} <= wanted
+
+
+@pytest.mark.parametrize("masks", ["shared", "independent"])
+def test_dithered_codes_are_those_of_the_twin_and_keep_the_mean_light(egl: EglSurface, masks: str) -> None:
+    model = plvc()
+    dithering = Dithering(masks)  # type: ignore[arg-type]
+    run = ColourPass(egl.context, model, dithering=dithering)
+    asked = np.broadcast_to(model.xyz([0.3, 0.21, 0.4]), (64, 64, 3)).astype(np.float32)
+    shown = read(run.run(upload(egl, asked)), "f1")
+    thresholds = dither_thresholds(64, 64, "left", masks)  # type: ignore[arg-type]
+    twin = tabled_dither_codes(model, asked.astype(np.float64), thresholds, dither_tables(model))
+    assert np.mean(shown != twin) < 1e-3
+    np.testing.assert_allclose(model.xyz(shown / 255).mean(axis=(0, 1)), asked[0, 0], rtol=2e-4)
+
+
+def leak(share: float) -> Crosstalk:
+    return Crosstalk(share * np.eye(3), 0.7 * share * np.eye(3))
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_crosstalk_and_gain_map_go_through_the_pass(egl: EglSurface, same: bool) -> None:
+    left = plvc()
+    right: DisplayModel = left if same else DisplayModel(left.black_XYZ_cd_m2, 0.9 * PRIMARIES, left.curves)
+    models = EyeModels(left, right)
+    rng = np.random.default_rng(9)
+    views = [model.xyz(rng.uniform(0, 1, (40, 60, 3))).astype(np.float32) for model in (left, right)]
+    gain_map = GainMap(np.array([[90.0, 95.0], [100.0, 97.0]]), (60, 40), "corners", "minimum")
+    for eye, model in (("left", left), ("right", right)):
+        for correction in (Correction(leak(0.02)), Correction(gain_map=gain_map), Correction(leak(0.02), gain_map)):
+            own, other = views if eye == "left" else views[::-1]
+            run = CompensatedPass(egl.context, models, correction, eye)  # type: ignore[arg-type]
+            found = read(run.run(upload(egl, own), upload(egl, other), dtype="f4"))
+            light = own.astype(np.float64)
+            if correction.crosstalk:
+                done = cancel_crosstalk(models, correction.crosstalk, views[0], views[1])
+                sent = done.left_linear if eye == "left" else done.right_linear
+                light = model.black_XYZ_cd_m2 + sent @ model.primaries_XYZ_cd_m2.T
+            if correction.gain_map:
+                x, y = np.meshgrid(np.arange(60) + 0.5, np.arange(40) + 0.5)
+                light = gain_map.corrected(light, gain_map.gain(x, y))
+            assert np.abs(found - model.code(light)).max() * 255 < 0.002
+
+
+def test_cancelled_crosstalk_is_not_seen() -> None:
+    model = plvc()
+    models, crosstalk = EyeModels(model, model), leak(0.02)
+    rng = np.random.default_rng(9)
+    asked = [model.xyz(rng.uniform(0.3, 0.9, (500, 3))) for _ in range(2)]
+    done = cancel_crosstalk(models, crosstalk, asked[0], asked[1])
+    sent = [model.xyz(model.code(0.05 + light @ PRIMARIES.T)) for light in (done.left_linear, done.right_linear)]
+    seen = crosstalk.seen(sent[0] - 0.05, sent[1] - 0.05)
+    np.testing.assert_allclose(seen[0] + 0.05, asked[0], rtol=1e-9)
+    np.testing.assert_allclose(seen[1] + 0.05, asked[1], rtol=1e-9)
+    assert done.left.percent_negative == 0
+
+
+def test_what_needs_channels_that_add_up_is_refused() -> None:
+    model = plvc()
+    models = EyeModels(model, model)
+    for mode in MIXING:
+        with pytest.raises(PresentationError, match="plvc"):
+            find_mode(mode).mixture(models)
+    with pytest.raises(DeviceError, match="black level"):
+        cancel_crosstalk(models, leak(0.02), np.ones((2, 3)), np.ones((2, 3)), 0.1)
