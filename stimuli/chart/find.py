@@ -1,0 +1,115 @@
+"""Finds a 24-patch chart in a photograph: OpenCV's detector on a preview, then its patches' own centres."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding
+from stimuli.chart.layout import COLORCHECKER, ChartLayout, perspective, project
+from stimuli.chart.sample import Floats, Picture
+from stimuli.errors import StimulusError
+
+# The detector's own sizes suit pictures of about this many pixels across.
+_PREVIEW_PX = 1200
+_GAMMA = 2.2
+_BRIGHT = 99.0
+_ROUNDS = 3
+_LEAST_CENTRES = 12
+
+
+def find_corners(rgb: Picture, layout: ChartLayout = COLORCHECKER, *, file: str | None = None) -> Floats:
+    """Return the outer corners (4, 2) of the patches of a ColorChecker in linear ``rgb`` (height, width, 3), in pixels.
+
+    The order is the detector's guess at top left, top right, bottom right, bottom left of the chart.
+
+    Raises
+    ------
+    StimulusError
+        If no chart is found.
+    """
+    preview, scale = _preview(rgb)
+    box = _detect(preview)
+    if box is None:
+        raise StimulusError(
+            Finding(
+                "no chart of 24 patches was found in the picture",
+                file,
+                remedy="give the outer corners of its patches: --corners x,y x,y x,y x,y",
+            )
+        )
+    return _centred(preview.astype(np.float64), box, layout) * scale
+
+
+def _preview(rgb: Picture) -> tuple[NDArray[np.uint8], float]:
+    """Return a picture (h, w, 3) of 8 bits, bent for the detector's eyes, and how many pixels one of its stands for."""
+    import cv2
+
+    linear = np.nan_to_num(np.asarray(rgb, dtype=np.float32), nan=0.0, posinf=1.0, neginf=0.0)
+    scale = max(1.0, max(rgb.shape[:2]) / _PREVIEW_PX)
+    if scale > 1:
+        size = (max(1, round(rgb.shape[1] / scale)), max(1, round(rgb.shape[0] / scale)))
+        linear = np.asarray(cv2.resize(linear, size, interpolation=cv2.INTER_AREA), dtype=np.float32)
+    # Each channel to its own bright end: a raw picture is green until balanced.
+    bright = np.maximum(np.percentile(linear.reshape(-1, 3), _BRIGHT, axis=0), 1e-6)
+    bent = np.clip(linear / bright, 0.0, 1.0) ** (1.0 / _GAMMA)
+    return np.round(255 * bent).astype(np.uint8), rgb.shape[1] / linear.shape[1]
+
+
+def _detect(preview: NDArray[np.uint8]) -> Floats | None:
+    import cv2
+
+    detector = cv2.mcc.CCheckerDetector.create()
+    detector.setColorChartType(cv2.mcc.MCC24)
+    try:
+        if not detector.process(np.ascontiguousarray(preview[..., ::-1]), 1):
+            return None
+    except cv2.error:  # a picture without contours, or smaller than the detector's windows
+        return None
+    return np.asarray(detector.getBestColorChecker().getBox(), dtype=np.float64)
+
+
+def _centred(preview: Floats, corners: Floats, layout: ChartLayout) -> Floats:
+    """Return the corners moved so that the grid lies on the centres of the patches as their colours show them."""
+    import cv2
+
+    best = corners
+    for _ in range(_ROUNDS):
+        centres = layout.centres()
+        where = project(perspective(layout.outline(), best), centres)
+        step = float(np.median(np.linalg.norm(np.diff(where.reshape(layout.rows, layout.columns, 2), axis=1), axis=2)))
+        found = [(own, at_px) for own, at in zip(centres, where, strict=True) if (at_px := _blob(preview, at, step))]
+        if len(found) < _LEAST_CENTRES:
+            return best
+        own = np.array([pair[0] for pair in found])
+        seen = np.array([pair[1] for pair in found])
+        matrix, _ = cv2.findHomography(own, seen, cv2.LMEDS)
+        if matrix is None:
+            return best
+        best = project(np.asarray(matrix, dtype=np.float64), layout.outline())
+    return best
+
+
+def _blob(preview: Floats, at: Floats, step: float) -> tuple[float, float] | None:
+    """Return the centre of the patch of one colour about ``at``; None if that is no square of a patch's size."""
+    import cv2
+
+    half = int(np.ceil(0.8 * step))
+    column, row = int(at[0]), int(at[1])
+    top, left = row - half, column - half
+    if half < 3 or top < 0 or left < 0 or row + half >= preview.shape[0] or column + half >= preview.shape[1]:
+        return None
+    window = preview[top : row + half + 1, left : column + half + 1]
+    heart = max(1, round(0.15 * step))
+    middle = window[half - heart : half + heart + 1, half - heart : half + heart + 1].reshape(-1, 3)
+    colour = np.median(middle, axis=0)
+    tolerance = 6.0 + 4.0 * float(np.median(np.abs(middle - colour)))
+    alike = (np.abs(window - colour).max(axis=2) <= tolerance).astype(np.uint8)
+    alike = np.asarray(cv2.morphologyEx(alike, cv2.MORPH_OPEN, np.ones((3, 3), np.uint8)), dtype=np.uint8)
+    _, labels, statistics, centroids = cv2.connectedComponentsWithStats(alike, connectivity=4)
+    label = int(labels[half, half])
+    x, y, width, height, area = (int(number) for number in statistics[label])
+    touches = x == 0 or y == 0 or x + width == window.shape[1] or y + height == window.shape[0]
+    if label == 0 or touches or not 0.4 * step**2 < area < 1.1 * step**2:
+        return None
+    return left + float(centroids[label][0]) + 0.5, top + float(centroids[label][1]) + 0.5

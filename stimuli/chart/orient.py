@@ -1,0 +1,97 @@
+"""Which way up a chart lies: the way in which one matrix takes the camera's values to the patches' colours."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.colour import delta_e_2000, xyz_to_lab
+from documents import Finding
+from stimuli.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
+from stimuli.chart.sample import Bools, Floats, Picture
+from stimuli.errors import StimulusError
+
+# The median ΔE00 of the best way round; wrong ways give 15 and more.
+MOST_OFF = 10.0
+# First corner, and direction around the chart, of each way round.
+WAYS: dict[str, tuple[int, ...]] = {
+    "": (0, 1, 2, 3),
+    "upside down": (2, 3, 0, 1),
+    "turned a quarter to the right": (1, 2, 3, 0),
+    "turned a quarter to the left": (3, 0, 1, 2),
+    "mirrored": (1, 0, 3, 2),
+    "mirrored upside down": (3, 2, 1, 0),
+    "mirrored and turned a quarter to the right": (0, 3, 2, 1),
+    "mirrored and turned a quarter to the left": (2, 1, 0, 3),
+}
+_LOOKS = 7
+_LEAST = 8
+
+
+def turn_upright(
+    rgb: Picture,
+    saturated: Bools,
+    corners_px: Floats,
+    reference_XYZ: Floats,
+    layout: ChartLayout = COLORCHECKER,
+    *,
+    file: str | None = None,
+) -> tuple[Floats, str]:
+    """Return the corners (4, 2) in the order of the chart's patches, and in words how the chart lay, empty if upright.
+
+    ``reference_XYZ`` (n, 3) are the patches' colours row by row from the top left, in any unit.
+
+    Raises
+    ------
+    StimulusError
+        If most patches are saturated, or the colours are those of the chart in no way round.
+    """
+    offs: dict[str, float] = {}
+    clipped = 0
+    for way, order in WAYS.items():
+        values, full = _glance(rgb, saturated, corners_px[list(order)], layout)
+        usable = ~full & np.isfinite(values).all(axis=1)
+        clipped = max(clipped, int(full.sum()))
+        if usable.sum() >= _LEAST:
+            offs[way] = _off(values[usable], reference_XYZ[usable])
+    if not offs:
+        raise StimulusError(
+            Finding(
+                f"{clipped} of the chart's {len(layout)} patches are saturated",
+                file,
+                remedy="photograph the chart again with a shorter exposure",
+            )
+        )
+    best = min(offs, key=lambda way: offs[way])
+    if not offs[best] <= MOST_OFF:
+        raise StimulusError(
+            Finding(
+                f"the colours there are not those of the chart in any way round (median ΔE00 {offs[best]:.0f} at best)",
+                file,
+                remedy="give the outer corners of the chart's patches: --corners x,y x,y x,y x,y",
+            )
+        )
+    return corners_px[list(WAYS[best])], best
+
+
+def _glance(
+    rgb: Picture, saturated: Bools, corners_px: Floats, layout: ChartLayout
+) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return the median of a few pixels of each patch, (n, 3), and whether any of them is saturated, (n,)."""
+    quadrangles = patch_quadrangles(corners_px, layout, 0.5)
+    steps = (np.arange(_LOOKS) + 0.5) / _LOOKS
+    u, v = (grid.ravel()[None, :, None] for grid in np.meshgrid(steps, steps))
+    a, b, c, d = (quadrangles[:, i, None, :] for i in range(4))
+    points = (1 - v) * ((1 - u) * a + u * b) + v * ((1 - u) * d + u * c)
+    column = np.clip(np.floor(points[..., 0]).astype(int), 0, rgb.shape[1] - 1)
+    row = np.clip(np.floor(points[..., 1]).astype(int), 0, rgb.shape[0] - 1)
+    return np.median(rgb[row, column].astype(np.float64), axis=1), saturated[row, column].any(axis=(1, 2))
+
+
+def _off(rgb: Floats, XYZ: Floats) -> float:
+    """Return the median ΔE00 left by the matrix that suits best, dark patches weighing as much as bright ones."""
+    weight = 1.0 / np.maximum(XYZ.sum(axis=1, keepdims=True), 1e-3 * XYZ.sum(axis=1).max())
+    matrix, *_ = np.linalg.lstsq(rgb * weight, XYZ * weight, rcond=None)
+    white = np.maximum(XYZ[np.argmax(XYZ[:, 1])], 1e-9 * XYZ.max())
+    apart = delta_e_2000(xyz_to_lab(rgb @ matrix, white), xyz_to_lab(XYZ, white))
+    return float(np.median(apart)) if np.all(np.isfinite(apart)) else float("inf")

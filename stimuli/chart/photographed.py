@@ -1,0 +1,93 @@
+"""From a photograph of a chart to colours that a camera model is fitted to."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from devices.camera.correspondence_file import ReferenceColours
+from devices.camera.correspondences import Correspondences
+from devices.errors import DeviceError
+from documents import Finding
+from stimuli.chart.find import find_corners
+from stimuli.chart.layout import COLORCHECKER, ChartLayout, check_corners
+from stimuli.chart.orient import turn_upright
+from stimuli.chart.sample import Bools, PatchValues, Picture, sample_patches
+from stimuli.errors import StimulusError
+
+_MOST_SPREAD = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PhotographedChart:
+    """The patches' values beside their reference, and remarks, a sentence each."""
+
+    colours: Correspondences
+    values: PatchValues
+    way: str
+    found: bool
+    said: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "corners_px": self.values.corners_px.tolist(),
+            "corners": "found" if self.found else "given",
+            "way_round": self.way or "upright",
+            "spread_rgb": self.values.spread.tolist(),
+            "pixels": self.values.pixels.tolist(),
+            "said": list(self.said),
+        }
+
+
+def read_chart(
+    rgb: Picture,
+    saturated: Bools,
+    reference: ReferenceColours,
+    corners_px: ArrayLike | None = None,
+    layout: ChartLayout = COLORCHECKER,
+    *,
+    file: str | None = None,
+) -> PhotographedChart:
+    """Return the values of a chart in a linear picture (height, width, 3) beside its ``reference``.
+
+    ``corners_px`` (4, 2) are the outer corners of its patches around the chart, found where they are None. A chart that
+    lies another way round than the corners say is turned, and that is said.
+
+    Raises
+    ------
+    StimulusError
+        If there is no such chart, its patches are too small, or most are saturated.
+    DeviceError
+        If the values cannot be those of a linear camera.
+    """
+    if len(reference.names) != len(layout):
+        raise DeviceError(
+            Finding(
+                f"the reference has {len(reference.names)} colours and the chart {len(layout)} patches", reference.file
+            )
+        )
+    found = corners_px is None
+    if found:
+        corners = find_corners(rgb, layout, file=file)
+    else:
+        corners = check_corners(corners_px if corners_px is not None else (), rgb.shape, file)
+    if not np.all((corners >= 0) & (corners <= [rgb.shape[1], rgb.shape[0]])):
+        raise StimulusError(Finding("the chart reaches out of the picture", file))
+    corners, way = turn_upright(rgb, saturated, corners, reference.XYZ, layout, file=file)
+    values = sample_patches(rgb, saturated, corners, layout, file=file)
+    colours = Correspondences(values.rgb, reference.XYZ, reference.names, values.saturated, file)
+    said = []
+    if way:
+        told = "lies" if not found else "was found"
+        said.append(f"the chart {told} {way}; its patches were named accordingly")
+    uneven = values.spread > _MOST_SPREAD * np.maximum(values.rgb, 0.02)
+    if uneven.any():
+        said.append(
+            f"pixels differ by more than {100 * _MOST_SPREAD:.0f} % within {colours.named(uneven.any(axis=1))}: noise, "
+            "shine, or corners that do not sit well"
+        )
+    return PhotographedChart(colours, values, way, found, tuple(said))
