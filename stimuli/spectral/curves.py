@@ -1,0 +1,90 @@
+"""Curves over wavelength: the spectrum of a light, and what the colours of a sensor see."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding
+from stimuli.errors import StimulusError
+from stimuli.spectral.picture import MUST_COVER_NM
+
+Floats = NDArray[np.float64]
+
+WAVELENGTH = "wavelength_nm"
+SENSITIVITY = ("red", "green", "blue")
+
+
+def read_sensitivities(path: Path, wavelengths_nm: Floats) -> Floats:
+    """Return what a sensor's red, green and blue photosites see at ``wavelengths_nm``, shape (n, 3), in any one unit.
+
+    The CSV file at ``path`` has the columns wavelength_nm, red, green, blue: signal per radiance and nm. Between its
+    rows it is interpolated, beyond them it is 0. StimulusError if it does not cover 400..700 nm or a channel sees
+    nothing.
+    """
+    waves, curves = _read(path, SENSITIVITY)
+    dead = [name for name, curve in zip(SENSITIVITY, curves.T, strict=True) if not curve.any()]
+    if dead:
+        raise _wrong(path, f"{dead[0]} sees nothing at any wavelength", "give its sensitivity")
+    return np.stack([np.interp(wavelengths_nm, waves, curve, left=0.0, right=0.0) for curve in curves.T], axis=1)
+
+
+def read_illuminant(name: str, wavelengths_nm: Floats) -> Floats:
+    """Return the spectrum of a light at ``wavelengths_nm``, shape (n,), by file or by the name of a CIE illuminant.
+
+    The CSV file has the columns wavelength_nm, value. Names are those of colour-science: A, D50, D65, E, FL2 and so
+    on, relative to 100 at 560 nm. Between tabulated wavelengths it is interpolated, beyond them it is 0.
+    StimulusError if it does not cover 400..700 nm.
+    """
+    if Path(name).suffix.lower() == ".csv":
+        waves, values = _read(Path(name), ("value",))
+        return np.interp(wavelengths_nm, waves, values[:, 0], left=0.0, right=0.0)
+    from colour.colorimetry.datasets import SDS_ILLUMINANTS
+
+    if name not in SDS_ILLUMINANTS:
+        raise StimulusError(Finding(f"there is no illuminant '{name}'", remedy="A, D50, D65, E, …, or a .csv file"))
+    table = SDS_ILLUMINANTS[name]
+    known = np.asarray(table.wavelengths, dtype=np.float64)
+    return np.interp(wavelengths_nm, known, np.asarray(table.values, dtype=np.float64), left=0.0, right=0.0)
+
+
+def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
+    """Return the rising wavelengths and the values (n, names) of a CSV file of curves that are nowhere negative."""
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as file:
+            rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and row[0][:1] != "#"]
+    except OSError as error:
+        raise _wrong(path, f"it cannot be read: {error.strerror}", "check the path") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise _wrong(path, f"it is no CSV in UTF-8: {error}", "write it again") from error
+    columns = (WAVELENGTH, *names)
+    head = [cell.strip() for cell in rows[0][1]] if rows else []
+    missing = [name for name in columns if name not in head]
+    if missing:
+        raise _wrong(path, f"the header has no {', '.join(missing)}", f"columns: {','.join(columns)}")
+    table = np.empty((len(rows) - 1, len(columns)))
+    for index, (line, cells) in enumerate(rows[1:]):
+        for column, name in enumerate(columns):
+            cell = cells[head.index(name)] if len(cells) == len(head) else ""
+            try:
+                table[index, column] = float(cell)
+            except ValueError:
+                table[index, column] = np.nan
+            if not (np.isfinite(table[index, column]) and table[index, column] >= 0):
+                place = Finding(f"{name} is '{cell}'", str(path), line, head.index(name) + 1, "give a number from 0 up")
+                raise StimulusError(place)
+            if name == WAVELENGTH and index and table[index, 0] <= table[index - 1, 0]:
+                raise StimulusError(
+                    Finding("wavelengths do not rise", str(path), line, remedy="order the rows by them")
+                )
+    if len(table) < 2 or table[0, 0] > MUST_COVER_NM[0] or table[-1, 0] < MUST_COVER_NM[1]:
+        over = f"{table[0, 0]:g}..{table[-1, 0]:g} nm" if len(table) else "nothing"
+        raise _wrong(path, f"its wavelengths run over {over}", "400..700 nm is the least")
+    return table[:, 0], table[:, 1:]
+
+
+def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, str(path), remedy=remedy))

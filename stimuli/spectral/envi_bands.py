@@ -1,0 +1,120 @@
+"""Spectral pictures in ENVI files: a header that lists the wavelengths, and the data beside it."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding
+from stimuli.errors import StimulusError
+from stimuli.spectral.picture import Quantity, SpectralPicture
+
+_NM = {"nanometers": 1.0, "nanometer": 1.0, "nm": 1.0, "micrometers": 1e3, "micrometer": 1e3, "microns": 1e3, "um": 1e3}
+
+
+def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
+    """Return the spectral picture whose header is ``path``, or whose data ``path`` is; StimulusError if it is none.
+
+    Bands that the header's bad-band list marks are left out. Its reflectance scale factor is applied.
+    """
+    from spectral.io import envi
+    from spectral.io.spyfile import SpyFile
+
+    header = _header(path)
+    try:
+        data = envi.open(str(header.resolve()))
+    except Exception as error:  # the library lets through what its parsing meets, of any kind
+        reason = (str(error).splitlines() or [type(error).__name__])[0]
+        raise _wrong(path, f"the ENVI file cannot be read: {reason}", "check its header and its data file") from error
+    if not isinstance(data, SpyFile):
+        raise _wrong(path, "it is a library of spectra, not a picture", "give a picture")
+    told = data.metadata
+    needed = data.nrows * data.ncols * data.nbands * data.sample_size + data.offset
+    size = Path(data.filename).stat().st_size
+    if size < needed:
+        raise _wrong(path, f"its data are cut short: {size} bytes, not {needed}", "copy it again")
+    if np.issubdtype(data.dtype, np.complexfloating):
+        raise _wrong(path, "its values are complex", "give radiance or reflectance")
+    waves = _wavelengths(told, data.nbands, path)
+    good = _good(told, data.nbands, path)
+    scaled = "reflectance scale factor" in told
+    if quantity is None and not scaled:
+        raise _wrong(path, "its header does not tell radiance from reflectance", "say which it is")
+    said = () if good.all() else (f"{int((~good).sum())} bands marked bad in the header were left out",)
+    return SpectralPicture(
+        path=path,
+        wavelengths_nm=waves[good],
+        height_px=data.nrows,
+        width_px=data.ncols,
+        quantity=quantity or "reflectance",
+        read_rows=_Rows(data, np.flatnonzero(good), _ignored(told, path), path),
+        said=said,
+    )
+
+
+class _Rows:
+    """Reads rows of the good bands."""
+
+    def __init__(self, data: Any, bands: NDArray[np.intp], ignored: float | None, path: Path) -> None:
+        self._data, self._bands, self._ignored, self._path = data, bands, ignored, path
+
+    def __call__(self, first: int, last: int) -> NDArray[np.float32]:
+        read = np.asarray(self._data.read_subregion((first, last), (0, self._data.ncols)))[..., self._bands]
+        if self._ignored is not None:
+            missing = int((read * self._data.scale_factor == self._ignored).any(axis=-1).sum())
+            if missing:
+                raise _wrong(self._path, f"in rows {first}..{last - 1}, {missing} pixels hold no data", "crop it")
+        return np.asarray(read, dtype=np.float32)
+
+
+def _header(path: Path) -> Path:
+    """Return the header of ``path``, which is one or has one beside it."""
+    for header in (path, path.with_suffix(".hdr"), path.with_name(path.name + ".hdr")):
+        if header.suffix.lower() == ".hdr" and header.is_file():
+            return header
+    if path.is_file():
+        raise _wrong(path, "this is neither OpenEXR nor ENVI data with a header beside it", "give one of them")
+    raise _wrong(path, "there is no such file", "check the path")
+
+
+def _wavelengths(told: Any, bands: int, path: Path) -> NDArray[np.float64]:
+    if "wavelength" not in told:
+        raise _wrong(path, "its header lists no wavelengths", "add 'wavelength = { … }'")
+    unit = str(told.get("wavelength units", "")).strip().lower()
+    if unit not in _NM:
+        raise _wrong(path, f"the unit of its wavelengths is '{unit}'", "write 'wavelength units = Nanometers'")
+    try:
+        waves = np.array([float(value) for value in told["wavelength"]]) * _NM[unit]
+    except (TypeError, ValueError) as error:
+        raise _wrong(path, f"its wavelengths are no numbers: {error}", "mend its header") from error
+    if len(waves) != bands:
+        raise _wrong(path, f"its header lists {len(waves)} wavelengths for {bands} bands", "mend its header")
+    return waves
+
+
+def _good(told: Any, bands: int, path: Path) -> NDArray[np.bool_]:
+    marks = told.get("bbl")
+    if marks is None:
+        return np.ones(bands, dtype=bool)
+    try:
+        good = np.array([float(mark) > 0 for mark in marks])
+    except (TypeError, ValueError) as error:
+        raise _wrong(path, f"its bad-band list holds no numbers: {error}", "mend its header") from error
+    if len(good) != bands:
+        raise _wrong(path, f"its bad-band list marks {len(good)} of {bands} bands", "mend its header")
+    return good
+
+
+def _ignored(told: Any, path: Path) -> float | None:
+    value = told.get("data ignore value")
+    try:
+        return None if value is None else float(value)
+    except ValueError as error:
+        raise _wrong(path, f"its data ignore value is '{value}'", "mend its header") from error
+
+
+def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, str(path), remedy=remedy))

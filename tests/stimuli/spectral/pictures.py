@@ -1,0 +1,56 @@
+"""Spectral pictures of known values, as OpenEXR and as ENVI."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+from numpy.typing import NDArray
+
+WAVES = np.arange(380.0, 781.0, 5.0)
+
+
+def bumps(waves: NDArray[np.float64], shape: tuple[int, int] = (7, 9), seed: int = 0) -> NDArray[np.float64]:
+    """Return smooth spectra between 0 and about 1, shape (height, width, bands)."""
+    rng = np.random.default_rng(seed)
+    centre = rng.uniform(400, 700, (*shape, 3, 1))
+    width = rng.uniform(30, 120, (*shape, 3, 1))
+    height = rng.uniform(0.05, 0.33, (*shape, 3, 1))
+    return np.asarray((height * np.exp(-(((waves - centre) / width) ** 2))).sum(axis=2))
+
+
+def save_exr(
+    path: Path,
+    values: NDArray[Any],
+    waves: NDArray[np.float64] = WAVES,
+    form: str = "S0.{},0nm",
+    *,
+    tile: int = 0,
+    names: list[str] | None = None,
+    attributes: dict[str, Any] | None = None,
+) -> Path:
+    channels = names or [form.format(f"{wave:g}") for wave in waves]
+    spec = oiio.ImageSpec(values.shape[1], values.shape[0], values.shape[2], "float")
+    spec.channelnames = tuple(channels)
+    spec.tile_width = spec.tile_height = tile
+    for name, value in (attributes or {}).items():
+        spec.attribute(name, value)
+    output = oiio.ImageOutput.create(str(path))
+    assert output is not None
+    assert output.open(str(path), spec)
+    assert output.write_image(np.ascontiguousarray(values, dtype=np.float32))
+    assert output.close()
+    return path
+
+
+def save_envi(path: Path, values: NDArray[Any], waves: NDArray[np.float64] = WAVES, **metadata: Any) -> Path:
+    """Save and return the header's path."""
+    from spectral.io import envi
+
+    told = {"wavelength": [f"{wave:g}" for wave in waves], "wavelength units": "Nanometers", **metadata}
+    interleave = told.pop("interleave", "bil")
+    told = {key: value for key, value in told.items() if value is not None}
+    envi.save_image(str(path), values, dtype=values.dtype, interleave=interleave, metadata=told, force=True, ext="img")
+    return path

@@ -1,0 +1,293 @@
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import colour
+import numpy as np
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from devices.camera.exposure import Exposure
+from devices.measurements.spectra import xyz_from_spectra
+from stimuli.errors import StimulusError
+from stimuli.spectral import picture as picture_module
+from stimuli.spectral import read_spectral, spectral_to_camera, spectral_to_xyz
+from stimuli.spectral.light import Light
+from stimuli.spectral.picture import Quantity
+from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
+
+LIGHT = bumps(WAVES)
+
+
+def refusal(path: Path, quantity: Quantity | None = None) -> str:
+    with pytest.raises(StimulusError) as caught:
+        spectral_to_xyz(read_spectral(path, quantity))
+    (finding,) = caught.value.findings
+    assert finding.file == str(path)
+    assert finding.remedy
+    return finding.message
+
+
+def sensor(path: Path, waves: np.ndarray[Any, Any] = WAVES) -> Path:
+    """Save the sensitivities of a sensor whose channels are no mixture of the observer's."""
+    curves = [np.exp(-(((waves - centre) / 35) ** 2)) for centre in (600, 530, 460)]
+    rows = ["wavelength_nm,red,green,blue"]
+    rows += [f"{wave},{r:.9g},{g:.9g},{b:.9g}" for wave, r, g, b in zip(waves, *curves, strict=True)]
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("form", ["S0.{},0nm", "S0.{}nm", "{}nm"])
+@pytest.mark.parametrize("tile", [0, 4])
+def test_radiance_becomes_the_xyz_of_each_spectrum(tmp_path: Path, form: str, tile: int) -> None:
+    path = save_exr(tmp_path / "a.exr", LIGHT, form=form, tile=tile)
+    found = spectral_to_xyz(read_spectral(path, "radiance"))
+    truth = xyz_from_spectra(LIGHT.astype(np.float32).reshape(-1, len(WAVES)), WAVES).reshape(7, 9, 3)
+    np.testing.assert_allclose(found.xyz, truth, rtol=1e-6)
+    assert found.steps[0]["bands"] == 81
+
+
+def test_the_sum_is_colour_science_s(tmp_path: Path) -> None:
+    path = save_exr(tmp_path / "a.exr", LIGHT)
+    found = spectral_to_xyz(read_spectral(path)).xyz
+    for row, column in ((0, 0), (3, 5), (6, 8)):
+        spectrum = colour.SpectralDistribution(LIGHT[row, column].astype(np.float32), WAVES)
+        cmfs = colour.MSDS_CMFS["CIE 1931 2 Degree Standard Observer"].copy().align(spectrum.shape)
+        truth = 683 * 5 * (spectrum.values[:, None] * cmfs.values).sum(axis=0)
+        np.testing.assert_allclose(found[row, column], truth, rtol=1e-6)
+
+
+def test_channels_in_any_order_are_put_in_order(tmp_path: Path) -> None:
+    """OpenEXR keeps channels by name, in which 1000nm comes before 380nm; wavelengths in metres are read too."""
+    waves = np.concatenate([WAVES, [1000.0]])
+    values = bumps(waves)
+    names = [f"S0.{wave * 1e-9:.9f}m".replace(".", ",").replace("S0,", "S0.") for wave in waves]
+    shuffled = np.random.default_rng(0).permutation(len(waves))
+    mixed = save_exr(tmp_path / "m.exr", values[..., shuffled], names=[names[i] for i in shuffled])
+    found = read_spectral(mixed)
+    np.testing.assert_allclose(found.wavelengths_nm, waves)
+    (block,) = found.blocks()
+    np.testing.assert_array_equal(block[1], values.astype(np.float32))
+
+
+@pytest.mark.parametrize("interleave", ["bil", "bip", "bsq"])
+def test_envi_gives_what_exr_gives(tmp_path: Path, interleave: str) -> None:
+    header = save_envi(tmp_path / "a.hdr", LIGHT.astype(np.float32), interleave=interleave)
+    truth = spectral_to_xyz(read_spectral(save_exr(tmp_path / "a.exr", LIGHT))).xyz
+    for path in (header, header.with_suffix(".img")):
+        np.testing.assert_allclose(spectral_to_xyz(read_spectral(path, "radiance")).xyz, truth, rtol=1e-6)
+
+
+def test_envi_in_micrometres_with_bad_bands_and_a_scale(tmp_path: Path) -> None:
+    waves = np.concatenate([WAVES, [2000.0, 2500.0]])
+    codes = np.rint(bumps(waves) * 10000).astype(np.uint16)
+    codes[..., -1] = 65535
+    codes[..., 40] = 60000
+    told = {
+        "wavelength units": "Micrometers",
+        "wavelength": [f"{wave / 1000:g}" for wave in waves],
+        "reflectance scale factor": 10000,
+        "bbl": [0 if index in (40, 82) else 1 for index in range(83)],
+    }
+    picture = read_spectral(save_envi(tmp_path / "a.hdr", codes, waves, **told))
+    assert picture.quantity == "reflectance"
+    assert picture.said == ("2 bands marked bad in the header were left out",)
+    found = spectral_to_xyz(picture, Light("E", 100.0)).xyz
+    plain = codes[..., np.delete(np.arange(81), 40)] / 10000
+    save_exr(tmp_path / "b.exr", plain, np.delete(WAVES, 40), "T.{},0nm")
+    np.testing.assert_allclose(
+        found, spectral_to_xyz(read_spectral(tmp_path / "b.exr"), Light("E", 100.0)).xyz, rtol=1e-5
+    )
+
+
+@pytest.mark.parametrize("name", ["D65", "A", "E"])
+def test_reflectance_in_a_light(tmp_path: Path, name: str) -> None:
+    """A perfect diffuser has the light's own colour and the luminance asked for."""
+    reflectance = np.ones((2, 3, len(WAVES)))
+    reflectance[1] = 0.18
+    picture = read_spectral(save_exr(tmp_path / "a.exr", reflectance, form="T.{},0nm"))
+    xyz = spectral_to_xyz(picture, Light(name, 80.0)).xyz
+    np.testing.assert_allclose(xyz[0, :, 1], 80.0, rtol=1e-6)
+    np.testing.assert_allclose(xyz[1], 0.18 * xyz[0], rtol=1e-6)
+    white = colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"][name]
+    np.testing.assert_allclose(xyz[0, 0, :2] / xyz[0, 0].sum(), white, atol=3e-4)
+
+
+def test_an_illuminant_of_a_file_is_irradiance(tmp_path: Path) -> None:
+    (tmp_path / "light.csv").write_text("wavelength_nm,value\n360,0.01\n830,0.01\n", encoding="utf-8")
+    picture = read_spectral(save_exr(tmp_path / "a.exr", np.ones((2, 3, 81)), form="{}nm"), "reflectance")
+    found = spectral_to_xyz(picture, Light(str(tmp_path / "light.csv"))).xyz
+    truth = xyz_from_spectra(np.full((1, 81), 0.01 / np.pi), WAVES)
+    np.testing.assert_allclose(found[0, 0], truth[0], rtol=1e-6)
+    double = spectral_to_xyz(picture, Light(str(tmp_path / "light.csv"), scale=2.0)).xyz
+    np.testing.assert_allclose(double, 2 * found, rtol=1e-6)
+
+
+def test_metamers_differ_to_the_camera(tmp_path: Path) -> None:
+    """Spectra that differ by what the observer does not see have one XYZ and two camera RGB."""
+    weights = xyz_from_spectra(np.eye(81), WAVES)
+    wave = np.sin(WAVES / 11.0)
+    black = wave - weights @ np.linalg.lstsq(weights, wave, rcond=None)[0]
+    pair = np.stack([np.full(81, 0.5), 0.5 + 0.3 * black / np.abs(black).max()])[None]
+    picture = read_spectral(save_exr(tmp_path / "a.exr", pair))
+    xyz = spectral_to_xyz(picture).xyz
+    np.testing.assert_allclose(xyz[0, 0], xyz[0, 1], rtol=1e-6)
+    rgb = spectral_to_camera(picture, sensor(tmp_path / "s.csv"), 1e5).rgb
+    assert np.abs(rgb[0, 1] / rgb[0, 0] - 1).max() > 0.02
+
+
+def test_the_camera_s_numbers(tmp_path: Path) -> None:
+    """Equal-energy light of the full-scale luminance just fills the first channel; twice as much is held at 1."""
+    flat = np.ones((1, 3, 81)) * np.array([0.5, 1.0, 2.0])[None, :, None]
+    picture = read_spectral(save_exr(tmp_path / "a.exr", flat))
+    luminance = float(spectral_to_xyz(picture).xyz[0, 1, 1])
+    image = spectral_to_camera(picture, sensor(tmp_path / "s.csv"), luminance * 1.0001, exposure=Exposure(0.1, 8))
+    np.testing.assert_allclose(image.rgb[0, 1].max(), 1.0, rtol=2e-4)
+    np.testing.assert_allclose(image.rgb[0, 0], image.rgb[0, 1] / 2, rtol=1e-6)
+    assert (image.rgb[0, 2] == 1).all()
+    assert image.saturated[0].tolist() == [[False] * 3, [False] * 3, [True] * 3]
+    assert image.exposure == Exposure(0.1, 8)
+
+
+def test_the_camera_sees_light_on_reflectance(tmp_path: Path) -> None:
+    reflectance = bumps(WAVES, (2, 2))
+    direct = reflectance * colour.SDS_ILLUMINANTS["A"].copy().align(colour.SpectralShape(380, 780, 5)).values / np.pi
+    one = read_spectral(save_exr(tmp_path / "r.exr", reflectance, form="T.{},0nm"))
+    other = read_spectral(save_exr(tmp_path / "s.exr", direct))
+    curves = sensor(tmp_path / "s.csv")
+    np.testing.assert_allclose(
+        spectral_to_camera(one, curves, 1e6, Light("A")).rgb, spectral_to_camera(other, curves, 1e6).rgb, rtol=1e-5
+    )
+
+
+@settings(max_examples=20, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@given(step=st.integers(1, 20), low=st.integers(360, 400), rows=st.integers(1, 5), seed=st.integers(0, 99))
+def test_blocks_change_nothing(tmp_path: Path, step: int, low: int, rows: int, seed: int) -> None:
+    """Whatever the spacing and the block, it is the sum over the whole picture."""
+    waves = np.arange(low, 730.0 + step, step)
+    values = bumps(waves, (7, 3), seed)
+    path = save_exr(tmp_path / "blocks.exr", values, waves, "{}nm", tile=0)
+    whole = spectral_to_xyz(read_spectral(path, "radiance")).xyz
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(picture_module, "_BLOCK_VALUES", rows * 3 * len(waves))
+        picture = read_spectral(path, "radiance")
+        object.__setattr__(picture, "chunk_rows", 1)
+        assert len(list(picture.blocks())) == -(-7 // rows)
+        np.testing.assert_array_equal(spectral_to_xyz(picture).xyz, whole)
+    np.testing.assert_allclose(whole, xyz_from_spectra(values.reshape(-1, len(waves)), waves).reshape(7, 3, 3), 2e-6)
+
+
+def test_negative_light_is_refused_or_counted(tmp_path: Path) -> None:
+    values = LIGHT.copy()
+    values[2, 3] = -0.01
+    path = save_exr(tmp_path / "a.exr", values)
+    assert "1 pixels have negative XYZ" in refusal(path)
+    found = spectral_to_xyz(read_spectral(path), negative="clip")
+    assert found.clipped == 1
+    assert found.lowest < 0
+    assert found.xyz.min() == 0
+
+
+def test_exr_files_that_are_none_are_refused(tmp_path: Path) -> None:
+    rgb = save_exr(tmp_path / "rgb.exr", np.ones((2, 2, 3)), names=["R", "G", "B"])
+    assert "no channel is named like" in refusal(rgb)
+    three = save_exr(tmp_path / "three.exr", np.ones((2, 2, 3)), np.array([450.0, 550.0, 650.0]))
+    assert "3 bands" in refusal(three)
+    narrow = WAVES[(WAVES >= 410)]
+    assert "410..780 nm" in refusal(save_exr(tmp_path / "n.exr", np.ones((2, 2, len(narrow))), narrow))
+    wide = np.arange(380.0, 781.0, 25.0)
+    far = np.concatenate([WAVES[WAVES < 695], [900.0]])
+    assert "sees over 380..690 nm" in refusal(save_exr(tmp_path / "o.exr", np.ones((2, 2, len(far))), far))
+    assert "no band" in refusal(save_exr(tmp_path / "w.exr", np.ones((2, 2, len(wide))), wide))
+    names = [f"S0.{wave:g},0nm" for wave in WAVES]
+    names[1] = "S0.380nm"
+    assert "do not rise: 380 nm, then 380 nm" in refusal(save_exr(tmp_path / "d.exr", LIGHT, names=names))
+    plain = save_exr(tmp_path / "p.exr", LIGHT, form="{}nm")
+    assert "radiance from reflectance" in refusal(plain)
+    assert "S0.550nm" in refusal(save_exr(tmp_path / "t.exr", LIGHT, form="T.{},0nm"), "radiance")
+    assert "no light falls" in refusal(tmp_path / "t.exr")
+    both = np.concatenate([LIGHT, LIGHT], axis=2)
+    either = [f"{kind}.{wave:g}nm" for kind in ("S0", "T") for wave in WAVES]
+    assert "S0 and T" in refusal(save_exr(tmp_path / "b.exr", both, names=either))
+    bispectral = ["T.400nm.500nm", *(f"T.{wave:g}nm" for wave in WAVES[1:])]
+    assert "bispectral" in refusal(save_exr(tmp_path / "f.exr", LIGHT, names=bispectral))
+
+
+def test_what_is_not_finite_or_whole_is_refused(tmp_path: Path) -> None:
+    values = LIGHT.copy()
+    values[4, 4, 3] = np.nan
+    values[5, 4, 3] = np.inf
+    assert "2 pixels are NaN or infinite" in refusal(save_exr(tmp_path / "a.exr", values))
+    assert "2 pixels are NaN" in refusal(save_envi(tmp_path / "a.hdr", values.astype(np.float32)), "radiance")
+    whole = save_exr(tmp_path / "b.exr", LIGHT)
+    content = whole.read_bytes()
+    whole.write_bytes(content[: len(content) * 2 // 3])
+    assert "cut short" in refusal(whole)
+    whole.write_bytes(content[:100])
+    assert "cannot be read" in refusal(whole)
+    assert "no such file" in refusal(tmp_path / "missing.exr")
+    assert "no such file" in refusal(tmp_path / "missing.hdr")
+    (tmp_path / "odd.bin").write_bytes(b"abc")
+    assert "neither OpenEXR nor ENVI" in refusal(tmp_path / "odd.bin")
+    (tmp_path / "jpeg.exr").write_bytes(b"\xff\xd8\xff\xe0" + bytes(60))
+    refusal(tmp_path / "jpeg.exr")
+
+
+def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
+    values = LIGHT.astype(np.float32)
+
+    def save(**told: Any) -> Path:
+        return save_envi(tmp_path / "a.hdr", values, **told)
+
+    assert "radiance from reflectance" in refusal(save())
+    assert "lists no wavelengths" in refusal(save(wavelength=None), "radiance")
+    assert "unit of its wavelengths is ''" in refusal(save(**{"wavelength units": None}), "radiance")
+    assert "80 wavelengths for 81 bands" in refusal(save(wavelength=list(WAVES[1:])), "radiance")
+    assert "do not rise: 780 nm" in refusal(save(wavelength=list(WAVES[::-1])), "radiance")
+    assert "are no numbers" in refusal(save(wavelength=["red"] * 81), "radiance")
+    assert "hold no data" in refusal(save(**{"data ignore value": float(values[0, 0, 0])}), "radiance")
+    data = save().with_suffix(".img")
+    data.write_bytes(data.read_bytes()[:-1])
+    assert "cut short" in refusal(tmp_path / "a.hdr", "radiance")
+    data.unlink()
+    assert "cannot be read" in refusal(tmp_path / "a.hdr", "radiance")
+    (tmp_path / "a.hdr").write_bytes(b"ENVI\nsamples = many\n")
+    assert "cannot be read" in refusal(tmp_path / "a.hdr", "radiance")
+
+
+def test_the_light_and_the_picture_go_together(tmp_path: Path) -> None:
+    radiance = read_spectral(save_exr(tmp_path / "s.exr", LIGHT))
+    with pytest.raises(StimulusError, match="has its light in it"):
+        spectral_to_xyz(radiance, Light("D65"))
+    reflectance = read_spectral(save_exr(tmp_path / "t.exr", LIGHT, form="T.{},0nm"))
+    with pytest.raises(StimulusError, match="no illuminant 'D99'"):
+        spectral_to_xyz(reflectance, Light("D99"))
+    for white, scale in ((None, 0.0), (None, np.nan), (-1.0, 1.0)):
+        with pytest.raises(StimulusError, match="above 0"):
+            Light(None, white, scale)
+    with pytest.raises(StimulusError, match="full scale is at 0"):
+        spectral_to_camera(radiance, sensor(tmp_path / "s.csv"), 0.0)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("wavelength,red,green,blue\n", "header has no wavelength_nm"),
+        ("wavelength_nm,red,green,blue\n", "run over nothing"),
+        ("wavelength_nm,red,green,blue\n400,1,1,1\n690,1,1,1\n", "400..690 nm"),
+        ("wavelength_nm,red,green,blue\n400,1,1,1\n400,1,1,1\n", "do not rise"),
+        ("wavelength_nm,red,green,blue\n400,1,1,x\n", "blue is 'x'"),
+        ("wavelength_nm,red,green,blue\n400,1,-1,1\n", "green is '-1'"),
+        ("wavelength_nm,red,green,blue\n400,1,1\n", "is ''"),
+        ("wavelength_nm,red,green,blue\n380,1,0,1\n780,1,0,1\n", "green sees nothing"),
+        ("", "header has no"),
+    ],
+)
+def test_sensitivities_that_cannot_be(tmp_path: Path, text: str, words: str) -> None:
+    (tmp_path / "s.csv").write_text(text, encoding="utf-8")
+    picture = read_spectral(save_exr(tmp_path / "a.exr", LIGHT))
+    with pytest.raises(StimulusError, match=words) as caught:
+        spectral_to_camera(picture, tmp_path / "s.csv", 100.0)
+    assert caught.value.findings[0].file == str(tmp_path / "s.csv")
