@@ -24,7 +24,7 @@ EXPOSURE_ATTRIBUTE = "cyclopean:exposure"
 def exif_exposure(path: Path, raw: rawpy.RawPy | None = None) -> Exposure | None:
     """Return the exposure that the file states, or None where it leaves out time, f-number or ISO.
 
-    A lens without contacts leaves the f-number out. LibRaw rounds to single precision: seven digits remain.
+    A lens without contacts leaves the f-number out. Metadata are kept in single precision: seven digits count.
     """
     stated: tuple[float, float, float] = (0.0, 0.0, 0.0)
     if raw is not None:
@@ -35,7 +35,7 @@ def exif_exposure(path: Path, raw: rawpy.RawPy | None = None) -> Exposure | None
     if not all(stated):
         attributes = _attributes(path)
         stated = tuple(a or b for a, b in zip(stated, spec_numbers(attributes), strict=True))  # type: ignore[assignment]
-    return _exposure(*stated)
+    return _exposure(*(_seven_digits(value) for value in stated))
 
 
 def spec_exposure(spec: OpenImageIO.ImageSpec) -> Exposure | None:
@@ -44,7 +44,7 @@ def spec_exposure(spec: OpenImageIO.ImageSpec) -> Exposure | None:
     if isinstance(kept, str):
         with contextlib.suppress(ValueError, TypeError):
             return _exposure(*(float(number) for number in json.loads(kept)))
-    return _exposure(*spec_numbers(spec))
+    return _exposure(*(_seven_digits(value) for value in spec_numbers(spec)))
 
 
 def spec_numbers(spec: OpenImageIO.ImageSpec | None) -> tuple[float, float, float]:
@@ -76,8 +76,13 @@ def _number(spec: OpenImageIO.ImageSpec, name: str) -> float:
     return float(value) if isinstance(value, (int, float)) and np.isfinite(value) else 0.0
 
 
+def _seven_digits(value: float) -> float:
+    """Return ``value`` as it was before it was stored in single precision."""
+    return float(f"{value:.7g}")
+
+
 def _exposure(time_s: float, f_number: float, iso: float) -> Exposure | None:
-    numbers = tuple(float(f"{value:.7g}") for value in (time_s, f_number, iso))
+    numbers = (time_s, f_number, iso)
     return Exposure(*numbers) if all(np.isfinite(value) and value > 0 for value in numbers) else None
 
 

@@ -10,6 +10,7 @@ from runner.cli.lazy_group import LazyGroup
 COMMANDS = {
     "fit": "Fit a camera model to a photographed colour chart.",
     "develop": "Turn photographs into pictures of linear light.",
+    "spectral": "Turn a spectral picture into XYZ, or into what a camera records.",
 }
 
 

@@ -109,7 +109,7 @@ RGB = arrays(np.float32, (3, 4, 3), elements=st.floats(-0.125, 1.5, width=32))
 def test_what_is_written_reads_back(
     tmp_path: Path, rgb: NDArray[np.float32], full: NDArray[np.bool_], time_s: float, known: bool
 ) -> None:
-    exposure = Exposure(float(f"{time_s:.7g}"), 8.0, 400.0) if known else None
+    exposure = Exposure(time_s, 8.0, 400.0) if known else None
     image = CameraImage(rgb, full, exposure, "photo.nef", ({"step": "read", "file": "é.nef"}, {"step": "demosaic"}))
     write_camera_exr(tmp_path / "a.exr", image)
     back = read_camera_image(tmp_path / "a.exr")
