@@ -1,0 +1,195 @@
+"""What disparity a pair holds, block by block: how far sparkles, edges and slopes lie from the plane of the screen.
+
+Each block is registered on its own. A block without texture, or whose best shift noise would reach as well, is left out
+and counted: it says nothing, and a guess for it would widen the range.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
+from documents import Finding
+from stimuli.align.phase import correlation, find_peak, hann
+from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture
+from stimuli.align.register import refine_within
+from stimuli.errors import StimulusError
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+
+BLOCK_PX = 64
+FALSE_ALARM = 1e-5  # of a block: of nine thousand blocks one tenth of a block
+PERCENTILES = (2.5, 97.5)
+
+
+@dataclass(frozen=True, slots=True)
+class Viewing:
+    """How a pair is seen: the pitch of its pixels on the screen, the distance, and that between the eyes."""
+
+    pixel_pitch_mm: float
+    distance_mm: float
+    interpupillary_distance_mm: float = 65.0
+
+
+@dataclass(frozen=True, slots=True)
+class Spread:
+    """Median, 2.5th and 97.5th percentile, and both ends of the blocks' disparities, in one unit."""
+
+    median: float
+    low: float
+    high: float
+    least: float
+    most: float
+
+    @classmethod
+    def of(cls, values: Floats) -> Spread:
+        """Return the spread of ``values`` (n,), n at least 1."""
+        low, median, high = np.percentile(values, [PERCENTILES[0], 50.0, PERCENTILES[1]])
+        return cls(float(median), float(low), float(high), float(values.min()), float(values.max()))
+
+    def to_json(self) -> dict[str, float]:
+        """Return the numbers by name."""
+        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DisparityReport:
+    """Disparities of a pair's blocks: the right eye's place minus the left eye's, positive behind the screen.
+
+    ``middle_px`` (n, 2) and ``disparity_px`` (n, 2), across and down, are of the ``used`` blocks alone, and so is
+    ``false_alarm`` (n,), the chance that noise gives such a block. ``flat`` blocks have no texture, in ``uncertain``
+    ones nothing rises above noise. ``horizontal`` and ``vertical`` hold a `Spread` for each unit that is known: ``px``,
+    and with a `Viewing` ``mm`` and ``arcmin``; they are empty where no block was used.
+    """
+
+    block_px: int
+    middle_px: Floats
+    disparity_px: Floats
+    false_alarm: Floats
+    flat: int
+    uncertain: int
+    horizontal: Mapping[str, Spread]
+    vertical: Mapping[str, Spread]
+
+    @property
+    def used(self) -> int:
+        """How many blocks have a disparity."""
+        return len(self.disparity_px)
+
+    @property
+    def blocks(self) -> int:
+        """How many blocks were looked at."""
+        return self.used + self.flat + self.uncertain
+
+    def to_json(self) -> Mapping[str, Any]:
+        """Return counts and spreads by name, for a manifest; blocks one by one are left out."""
+        return {
+            "block_px": self.block_px,
+            "blocks": self.blocks,
+            "used": self.used,
+            "flat": self.flat,
+            "uncertain": self.uncertain,
+            "horizontal": {unit: spread.to_json() for unit, spread in self.horizontal.items()},
+            "vertical": {unit: spread.to_json() for unit, spread in self.vertical.items()},
+        }
+
+
+def measure_disparity(
+    left: NDArray[Any],
+    right: NDArray[Any],
+    *,
+    luminance_weights: ArrayLike | None = None,
+    block_px: int = BLOCK_PX,
+    viewing: Viewing | None = None,
+    false_alarm: float = FALSE_ALARM,
+) -> DisparityReport:
+    """Return the disparities of an aligned pair, by squares of ``block_px``, up to a quarter of a block either way.
+
+    Pictures are (height, width) or (height, width, 3), linear; ``luminance_weights`` is as in `register`.
+
+    Raises
+    ------
+    StimulusError
+        If the pictures differ in size, hold NaN, or are smaller than a block; if a block is smaller than 32 pixels.
+    """
+    one, two = light_plane(left, luminance_weights, "left"), light_plane(right, luminance_weights, "right")
+    same_size(one, two, ("left", "right"))
+    if not LEAST_SIDE_PX <= block_px <= min(one.shape):
+        raise StimulusError(
+            Finding(
+                f"block_px is {block_px}", remedy=f"between {LEAST_SIDE_PX} and the picture's side, {min(one.shape)}"
+            )
+        )
+    return _report(_Blocks(one, two, block_px, false_alarm), viewing)
+
+
+class _Blocks:
+    """The blocks of a pair of planes, row by row."""
+
+    def __init__(self, left: Floats32, right: Floats32, block_px: int, false_alarm: float) -> None:
+        self.block_px = block_px
+        self.flat = self.uncertain = 0
+        self.found: list[tuple[float, ...]] = []
+        one, two = texture(left), texture(right)
+        columns, rows = (length // block_px for length in (left.shape[1], left.shape[0]))
+        # What is over at the edges is shared between both sides.
+        first = [
+            (length - count * block_px) // 2 for length, count in ((left.shape[1], columns), (left.shape[0], rows))
+        ]
+        window = np.outer(hann(block_px), hann(block_px))
+        for row in range(rows):
+            top = first[1] + row * block_px
+            places = [(first[0] + column * block_px, top) for column in range(columns)]
+            kept = []
+            for x, y in places:
+                part = (slice(y, y + block_px), slice(x, x + block_px))
+                if is_flat(left[part], left[part]) or is_flat(right[part], right[part]):
+                    self.flat += 1
+                else:
+                    kept.append((x, y))
+            if kept:
+                stacks = [
+                    np.stack([plane[y : y + block_px, x : x + block_px] for x, y in kept]) * window
+                    for plane in (one, two)
+                ]
+                for (x, y), surface in zip(kept, correlation(stacks[0], stacks[1]), strict=True):
+                    self._register(one, two, (x, y), surface, false_alarm)
+
+    def _register(
+        self, one: Floats32, two: Floats32, corner: tuple[int, int], surface: Floats32, false_alarm: float
+    ) -> None:
+        x, y = corner
+        side = self.block_px
+        peak = find_peak(surface, (side // 4, side // 4))
+        if peak.false_alarm <= false_alarm:
+            start = (float(peak.shift_px[0]), float(peak.shift_px[1]))
+            fit = refine_within(one, two, (x, y, x + side, y + side), start)
+            if fit.converged and fit.correlation > 0:
+                middle = (x + (side - 1) / 2, y + (side - 1) / 2)
+                self.found.append((*middle, *fit.shift_px, peak.false_alarm))
+                return
+        self.uncertain += 1
+
+
+def _report(blocks: _Blocks, viewing: Viewing | None) -> DisparityReport:
+    found = np.array(blocks.found, dtype=np.float64).reshape(-1, 5)
+    across, down = found[:, 2], found[:, 3]
+    horizontal: dict[str, Spread] = {}
+    vertical: dict[str, Spread] = {}
+    if len(found):
+        horizontal["px"], vertical["px"] = Spread.of(across), Spread.of(down)
+    if len(found) and viewing is not None:
+        pitch, distance = viewing.pixel_pitch_mm, viewing.distance_mm
+        horizontal["mm"], vertical["mm"] = (Spread.of(mm_from_px(one, pitch)) for one in (across, down))
+        eyes = viewing.interpupillary_distance_mm
+        horizontal["arcmin"] = Spread.of(disparity_arcmin(across, pitch, distance, eyes))
+        vertical["arcmin"] = Spread.of(60.0 * visual_angle_deg(mm_from_px(down, pitch), distance))
+    return DisparityReport(
+        blocks.block_px, found[:, :2], found[:, 2:4], found[:, 4], blocks.flat, blocks.uncertain, horizontal, vertical
+    )

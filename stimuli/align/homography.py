@@ -1,0 +1,118 @@
+"""Pictures of one plane seen by two cameras: the homography between them, and pictures warped by it.
+
+Found by the direct linear transformation on normalised places [Hartley2003].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from documents import Finding
+from stimuli.errors import StimulusError
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+
+_BAND_ROWS = 256
+_PAD = 12
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Homography:
+    """``matrix`` (3, 3) takes places (x, y, 1) of one picture to another's; ``residual_px`` is root mean square."""
+
+    matrix: Floats
+    residual_px: float
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Warped:
+    """A warped picture, how many of its pixels lie outside the one it came from, and how many were set to 0."""
+
+    picture: Floats32
+    outside_px: int
+    negative_px: int
+
+
+def homography_from_points(reference_points: ArrayLike, moving_points: ArrayLike) -> Homography:
+    """Return the homography that takes reference places (n, 2) to moving places (n, 2), n at least 4.
+
+    Raises
+    ------
+    StimulusError
+        If there are fewer than four pairs, a place is not finite, or three of every four lie on one line.
+    """
+    one, two = (np.asarray(points, dtype=np.float64) for points in (reference_points, moving_points))
+    if one.ndim != 2 or one.shape != two.shape or one.shape[1] != 2 or len(one) < 4:
+        raise _error(f"the corners have shapes {one.shape} and {two.shape}", "give four pairs of places (x, y) or more")
+    if not (np.isfinite(one).all() and np.isfinite(two).all()):
+        raise _error("a corner's place is NaN or infinite", "give places in pixels")
+    (to_one, a), (to_two, b) = _normalised(one), _normalised(two)
+    zero, ones = np.zeros((len(a), 3)), np.ones((len(a), 1))
+    p = np.hstack([a, ones])
+    rows = np.concatenate([np.hstack([p, zero, -b[:, :1] * p]), np.hstack([zero, p, -b[:, 1:] * p])])
+    values, vectors = np.linalg.eigh(rows.T @ rows)
+    if values[1] < 1e-9 * values[-1]:
+        raise _error("the corners do not fix a homography", "give four places of which no three lie on one line")
+    matrix = np.linalg.inv(to_two) @ vectors[:, 0].reshape(3, 3) @ to_one
+    if abs(matrix[2, 2]) < 1e-12 * np.abs(matrix).max() or abs(np.linalg.det(matrix / np.abs(matrix).max())) < 1e-15:
+        raise _error("the corners do not fix a homography", "give four places of which no three lie on one line")
+    matrix = matrix / matrix[2, 2]
+    away = mapped(matrix, one) - two
+    return Homography(matrix, float(np.sqrt(np.mean(np.sum(away**2, axis=1)))))
+
+
+def mapped(matrix: ArrayLike, places: ArrayLike) -> Floats:
+    """Return the places (..., 2) that the homography ``matrix`` (3, 3) takes ``places`` (..., 2) to."""
+    points = np.asarray(places, dtype=np.float64)
+    h = np.asarray(matrix, dtype=np.float64)
+    taken = points @ h[:, :2].T + h[:, 2]
+    return np.asarray(taken[..., :2] / taken[..., 2:])
+
+
+def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warped:
+    """Return ``picture`` (height, width, channels) as it lies before a homography, of ``size_px`` across and down.
+
+    ``matrix`` takes each place of the outcome to one of ``picture``. In linear light, by a cubic spline; what lies
+    outside takes the nearest edge's light and is counted; where ``picture`` has no negative light none is made.
+    """
+    from scipy.ndimage import map_coordinates, spline_filter
+
+    width, height = size_px
+    found = np.empty((height, width, picture.shape[2]), dtype=np.float32)
+    outside = 0
+    below = np.zeros((height, width), dtype=np.bool_)
+    columns = np.arange(width, dtype=np.float64)
+    for channel in range(picture.shape[2]):
+        plane = np.asarray(picture[:, :, channel], dtype=np.float32)
+        spline = spline_filter(np.pad(plane, _PAD, mode="edge"), 3, output=np.float32, mode="mirror")
+        for first in range(0, height, _BAND_ROWS):
+            rows = np.arange(first, min(first + _BAND_ROWS, height), dtype=np.float64)
+            places = mapped(matrix, np.stack(np.meshgrid(columns, rows), axis=-1))
+            x, y = places[..., 0], places[..., 1]
+            right, bottom = plane.shape[1] - 1, plane.shape[0] - 1
+            if channel == 0:
+                outside += int(np.count_nonzero((x < -0.5) | (x > right + 0.5) | (y < -0.5) | (y > bottom + 0.5)))
+            where = [np.clip(y, 0, bottom) + _PAD, np.clip(x, 0, right) + _PAD]
+            part = map_coordinates(spline, where, order=3, prefilter=False, output=np.float32, mode="mirror")
+            found[first : first + len(rows), :, channel] = part
+        if plane.min() >= 0.0:
+            below |= found[:, :, channel] < 0.0
+            np.maximum(found[:, :, channel], 0.0, out=found[:, :, channel])
+    return Warped(found, outside, int(below.sum()))
+
+
+def _normalised(points: Floats) -> tuple[Floats, Floats]:
+    """Return what brings ``points`` (n, 2) about the origin at a mean distance of √2, and the points brought there."""
+    middle = points.mean(axis=0)
+    size = float(np.linalg.norm(points - middle, axis=1).mean())
+    scale = np.sqrt(2.0) / size if size > 0 else 1.0
+    matrix = np.array([[scale, 0, -scale * middle[0]], [0, scale, -scale * middle[1]], [0, 0, 1.0]])
+    return matrix, (points - middle) * scale
+
+
+def _error(message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, remedy=remedy))

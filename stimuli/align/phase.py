@@ -1,0 +1,108 @@
+"""Where two textures agree, found in the phases of their spectra, and whether they agree at all.
+
+Phase correlation [Kuglin1975]: the product of one spectrum with the other's conjugate, each frequency brought to nearly
+the same weight, has a peak at the shift. Frequencies that hold less than the median do not carry the texture but its
+noise, and weigh less. Textures that have nothing in common have phases at random: the surface is then Gaussian noise,
+whose floor is measured on the surface itself, away from the peak. The chance that the highest of its cells rises as far
+as the peak did is the false alarm by which a shift is accepted or refused.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats32 = NDArray[np.float32]
+
+# Cells about a peak that belong to it: a blurred texture has a broad one.
+_PEAK_PX = 6
+# Frequencies that hold less than this share of the mean hold what the window leaks, in the same phase in any picture.
+_LEAST_SHARE = 0.01
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """A peak of a phase correlation.
+
+    ``shift_px`` is whole, across and down; ``height`` is in standard deviations of the floor; ``false_alarm`` is the
+    chance that noise alone rises as high anywhere. ``rival_px`` and ``rival_share`` are the place and the height of the
+    next peak, the latter as a share of this one, and ``rival_false_alarm`` its chance.
+    """
+
+    shift_px: tuple[int, int]
+    height: float
+    false_alarm: float
+    rival_px: tuple[int, int]
+    rival_share: float
+    rival_false_alarm: float
+
+
+def hann(length: int) -> Floats32:
+    """Return Hann's window (length,), above 0 at both ends."""
+    return np.sin(np.pi * (np.arange(length) + 0.5) / length, dtype=np.float64).astype(np.float32) ** 2
+
+
+def correlation(reference: Floats32, moving: Floats32) -> Floats32:
+    """Return the phase correlation of windowed textures (..., height, width), no shift in its first cell."""
+    from scipy.fft import irfft2, rfft2
+
+    product = np.conj(rfft2(reference)) * rfft2(moving)
+    power = np.abs(product)
+    typical = np.median(power, axis=(-2, -1), keepdims=True)
+    typical = typical + _LEAST_SHARE * power.mean(axis=(-2, -1), keepdims=True)
+    product /= np.maximum(power + typical, np.finfo(np.float32).tiny)
+    return np.asarray(irfft2(product, s=reference.shape[-2:]), dtype=np.float32)
+
+
+def find_peak(surface: Floats32, most_px: tuple[int, int]) -> Peak:
+    """Return the highest peak of `correlation`'s ``surface`` (height, width) within ``most_px``, across and down."""
+    from scipy.stats import norm
+
+    height, width = surface.shape
+    reach = (min(most_px[0], (width - 1) // 2), min(most_px[1], (height - 1) // 2))
+    rows, columns = np.arange(-reach[1], reach[1] + 1), np.arange(-reach[0], reach[0] + 1)
+    near = surface[np.ix_(rows % height, columns % width)].copy()
+    cells = near.size
+    # The floor is that of the whole surface: a narrow search would leave too few cells to know it by.
+    row, column = np.unravel_index(int(near.argmax()), near.shape)
+    peak = float(near[row, column])
+    floor = _floor(surface, int(rows[row]), int(columns[column]))
+    _blank(near, int(row), int(column))
+    rival_row, rival_column = np.unravel_index(int(near.argmax()), near.shape)
+    rival = float(near[rival_row, rival_column])
+    alarms = [float(min(1.0, cells * norm.sf(one / floor))) if floor > 0 else 1.0 for one in (peak, rival)]
+    return Peak(
+        shift_px=(int(columns[column]), int(rows[row])),
+        height=peak / floor if floor > 0 else 0.0,
+        false_alarm=alarms[0],
+        rival_px=(int(columns[rival_column]), int(rows[rival_row])),
+        rival_share=max(0.0, rival / peak) if peak > 0 and np.isfinite(rival) else 0.0,
+        rival_false_alarm=alarms[1] if np.isfinite(rival) else 1.0,
+    )
+
+
+def _floor(surface: Floats32, row: int, column: int) -> float:
+    """Return the root of the mean square of ``surface`` beyond the cells about its peak: near by or everywhere.
+
+    The greater of the two is taken. Windows overlap most where there is no shift, and the noise is highest there.
+    """
+    height, width = surface.shape
+    size = min(_PEAK_PX, height // 8, width // 8)
+    about = _around(surface, row, column, size, size)
+    near = _around(surface, row, column, max(height // 8, size + 2), max(width // 8, size + 2))
+    square, cells = float(np.vdot(about, about)), about.size
+    floors = [(float(np.vdot(one, one)) - square) / (one.size - cells) for one in (surface, near)]
+    return float(np.sqrt(max(0.0, *floors)))
+
+
+def _around(surface: Floats32, row: int, column: int, rows: int, columns: int) -> Floats32:
+    height, width = surface.shape
+    down, across = np.arange(row - rows, row + rows + 1), np.arange(column - columns, column + columns + 1)
+    return surface[np.ix_(down % height, across % width)]
+
+
+def _blank(near: Floats32, row: int, column: int) -> None:
+    top, left = max(0, row - _PEAK_PX), max(0, column - _PEAK_PX)
+    near[top : row + _PEAK_PX + 1, left : column + _PEAK_PX + 1] = -np.inf

@@ -1,0 +1,235 @@
+"""How one picture lies against another: a shift found, and how far it can be trusted.
+
+The shift is found on textures in two stages: whole pixels by phase correlation, which also says whether the pictures
+have anything in common, then a fraction by least squares. Pictures of more than four million pixels are averaged down
+for the first stage.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from documents import Finding
+from stimuli.align.agreement import LEAST_AGREEMENT, agreement
+from stimuli.align.phase import Peak, correlation, find_peak, hann
+from stimuli.align.planes import Region, checked_region, is_flat, light_plane, same_size, texture
+from stimuli.align.refine import MARGIN_PX, MOST_PIXELS, Fit, refine
+from stimuli.errors import StimulusError
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+
+# Accepted by chance less than once in a million pairs that have nothing in common.
+FALSE_ALARM = 1e-6
+MOST_RIVAL_SHARE = 0.8
+_ELSE = "give the shift or a bound for it, or mark points, or choose a region with texture"
+
+
+@dataclass(frozen=True, slots=True)
+class Registration:
+    """Where ``moving`` lies against ``reference``.
+
+    ``shift_px`` (across, down) is a thing's place in the moving picture minus its place in the reference, with
+    ``standard_error_px``. ``correlation`` is that of the two textures once the shift is undone, at most 1.
+    ``peak_height`` is the phase correlation's peak in standard deviations of its floor, ``false_alarm`` the chance that
+    pictures with nothing in common reach it, ``rival_share`` the next peak's height as a share of it.
+    ``homography`` (3, 3) takes a place of the reference to the moving picture, where four corners were given: the shift
+    is then what was left after it.
+    """
+
+    shift_px: tuple[float, float]
+    standard_error_px: tuple[float, float]
+    correlation: float
+    peak_height: float
+    false_alarm: float
+    rival_share: float
+    homography: tuple[tuple[float, float, float], ...] | None = None
+
+    def to_json(self) -> Mapping[str, Any]:
+        """Return the numbers by name, for a manifest."""
+        found: dict[str, Any] = {
+            "shift_px": list(self.shift_px),
+            "standard_error_px": list(self.standard_error_px),
+            "correlation": self.correlation,
+            "peak_height": self.peak_height,
+            "false_alarm": self.false_alarm,
+            "rival_share": self.rival_share,
+        }
+        return found if self.homography is None else found | {"homography": [list(row) for row in self.homography]}
+
+
+def register(
+    reference: NDArray[Any],
+    moving: NDArray[Any],
+    *,
+    luminance_weights: ArrayLike | None = None,
+    region: Region | None = None,
+    most_px: tuple[int, int] | None = None,
+    corners: tuple[ArrayLike, ArrayLike] | None = None,
+    false_alarm: float = FALSE_ALARM,
+) -> Registration:
+    """Return where ``moving`` lies against ``reference``; both (height, width) or (height, width, 3), linear.
+
+    Parameters
+    ----------
+    luminance_weights
+        (3,): what the channels weigh; without, the second channel is taken, which is Y of XYZ.
+    region
+        The part of the reference to find: first column, first row, column and row after the last.
+    most_px
+        The largest shift to look for, across and down; without, nearly half of the picture.
+    corners
+        Four or more places (n, 2) in the reference and the same places in the moving picture: the moving picture is
+        first brought onto the reference by the homography through them. The two may then differ in size.
+    false_alarm
+        The chance of accepting two pictures that have nothing in common.
+
+    Raises
+    ------
+    StimulusError
+        If a picture is flat, too small, or holds NaN; if the sizes differ; if the two have nothing in common, or repeat
+        so that several shifts fit as well; if no shift to a fraction of a pixel is found.
+    """
+    one = light_plane(reference, luminance_weights, "reference")
+    two = light_plane(moving, luminance_weights, "moving")
+    homography = None
+    if corners is not None:
+        from stimuli.align.homography import homography_from_points, warp
+
+        homography = homography_from_points(*corners).matrix
+        two = warp(two[:, :, None], homography, (one.shape[1], one.shape[0])).picture[:, :, 0]
+    same_size(one, two, ("reference", "moving"))
+    found = register_planes(one, two, region=region, most_px=most_px, false_alarm=false_alarm)
+    if homography is None:
+        return found
+    return replace(found, homography=tuple((float(row[0]), float(row[1]), float(row[2])) for row in homography))
+
+
+def register_planes(
+    reference: Floats32,
+    moving: Floats32,
+    *,
+    region: Region | None = None,
+    most_px: tuple[int, int] | None = None,
+    false_alarm: float = FALSE_ALARM,
+    names: tuple[str, str] = ("reference", "moving"),
+) -> Registration:
+    """Do what `register` does for planes of light (height, width), float32, of one size, checked already."""
+    place = checked_region(region, reference.shape)
+    one, two = texture(reference), texture(moving)
+    part = (slice(place[1], place[3]), slice(place[0], place[2]))
+    for fine, light, name in ((one[part], reference[part], names[0]), (two, moving, names[1])):
+        if is_flat(fine, light):
+            raise _error(f"the {name} picture is flat: there is nothing in it to align by", _ELSE)
+    peak, bin_px = _coarse(one, two, place, most_px)
+    if peak.false_alarm > false_alarm:
+        raise _error(
+            f"the {names[0]} and the {names[1]} picture have nothing in common that rises above noise: the best shift "
+            f"stands {peak.height:.1f} standard deviations high, which {peak.false_alarm:.2g} of noise pictures reach",
+            _ELSE,
+        )
+    start = _start(one, two, place, peak, bin_px)
+    agreed, needed = _agreement(one, two, place, start)
+    if agreed < needed:
+        raise _error(
+            f"the {names[0]} and the {names[1]} picture agree in too few places: at the best shift, "
+            f"({start[0]:.4g}, {start[1]:.4g}) px, their agreement is {agreed:.1f} and must be {needed:.1f}",
+            _ELSE,
+        )
+    if peak.rival_share > MOST_RIVAL_SHARE and peak.rival_false_alarm <= false_alarm:
+        shifts = " and ".join(f"({bin_px * at[0]}, {bin_px * at[1]})" for at in (peak.shift_px, peak.rival_px))
+        raise _error(f"the pictures repeat: shifts of {shifts} px fit nearly as well", _ELSE)
+    fit = refine_within(one, two, place, start)
+    if not fit.converged:
+        raise _error(
+            f"no shift to a fraction of a pixel was found near ({start[0]:.4g}, {start[1]:.4g}) px",
+            "give the shift, or mark points, or choose a region that lies in one plane",
+        )
+    shift = (fit.shift_px[0] + 0.0, fit.shift_px[1] + 0.0)
+    return Registration(shift, fit.standard_error_px, fit.correlation, peak.height, peak.false_alarm, peak.rival_share)
+
+
+def refine_within(
+    reference: Floats32, moving: Floats32, place: Region, start_px: tuple[float, float], most_pixels: int = MOST_PIXELS
+) -> Fit:
+    """Refine the shift of two textures (height, width) from ``start_px`` on, by what lies in ``place`` alone.
+
+    Interpolation looks a few pixels beyond ``place``, where there are any.
+    """
+    height, width = reference.shape
+    across, down = (round(one) for one in start_px)
+    left, right = max(place[0] - MARGIN_PX, 0, -across), min(place[2] + MARGIN_PX, width, width - across)
+    top, bottom = max(place[1] - MARGIN_PX, 0, -down), min(place[3] + MARGIN_PX, height, height - down)
+    fit = refine(
+        reference[top : max(top, bottom), left : max(left, right)],
+        moving[top + down : max(top, bottom) + down, left + across : max(left, right) + across],
+        (start_px[0] - across, start_px[1] - down),
+        most_pixels,
+    )
+    return replace(fit, shift_px=(fit.shift_px[0] + across, fit.shift_px[1] + down))
+
+
+def _agreement(one: Floats32, two: Floats32, place: Region, start_px: tuple[float, float]) -> tuple[float, float]:
+    """Return `agreement` within ``place`` alone."""
+    across, down = (round(at) for at in start_px)
+    left, right = max(place[0], -across), min(place[2], one.shape[1] - across)
+    top, bottom = max(place[1], -down), min(place[3], one.shape[0] - down)
+    if min(right - left, bottom - top) < 1:
+        return 0.0, LEAST_AGREEMENT
+    return agreement(
+        one[top:bottom, left:right], two[top + down : bottom + down, left + across : right + across], (0, 0)
+    )
+
+
+def _coarse(one: Floats32, two: Floats32, place: Region, most_px: tuple[int, int] | None) -> tuple[Peak, int]:
+    """Return the phase correlation's peak, in bins, and how many pixels a bin is."""
+    bin_px = int(np.ceil(np.sqrt(one.size / MOST_PIXELS)))
+    height, width = (length // bin_px for length in one.shape)
+    left, top, right, bottom = (round(edge / bin_px) for edge in place)
+    right, bottom = min(right, width), min(bottom, height)
+    whole = (right - left, bottom - top) == (width, height)
+    # A part may lie anywhere in the moving picture, whose middle must then not weigh more than the rest.
+    across, down = (hann(width), hann(height)) if whole else (_tapered(width), _tapered(height))
+    second = _binned(two, bin_px) * across * down[:, None]
+    first = np.zeros((height, width), dtype=np.float32)
+    first[top:bottom, left:right] = _binned(one, bin_px)[top:bottom, left:right]
+    first[top:bottom, left:right] *= hann(right - left) * hann(bottom - top)[:, None]
+    reach = (width, height) if most_px is None else (-(-most_px[0] // bin_px), -(-most_px[1] // bin_px))
+    return find_peak(correlation(first, second), reach), bin_px
+
+
+def _start(one: Floats32, two: Floats32, place: Region, peak: Peak, bin_px: int) -> tuple[float, float]:
+    """Return where to look for the fraction: the peak, brought within less than a pixel where pixels were binned."""
+    if bin_px == 1:
+        return float(peak.shift_px[0]), float(peak.shift_px[1])
+    left, top, right, bottom = (round(edge / bin_px) for edge in place)
+    small = _binned(one, bin_px), _binned(two, bin_px)
+    inside = (left, top, min(right, small[0].shape[1]), min(bottom, small[0].shape[0]))
+    fit = refine_within(*small, inside, (float(peak.shift_px[0]), float(peak.shift_px[1])))
+    return fit.shift_px[0] * bin_px, fit.shift_px[1] * bin_px
+
+
+def _binned(plane: Floats32, bin_px: int) -> Floats32:
+    if bin_px == 1:
+        return plane
+    height, width = (length // bin_px for length in plane.shape)
+    kept = plane[: height * bin_px, : width * bin_px]
+    return np.asarray(kept.reshape(height, bin_px, width, bin_px).mean(axis=(1, 3)), dtype=np.float32)
+
+
+def _tapered(length: int) -> Floats32:
+    """Return ones (length,) that fall to 0 over a sixteenth of the length at either end."""
+    edge = max(1, length // 16)
+    found = np.ones(length, dtype=np.float32)
+    found[:edge] = hann(2 * edge)[:edge]
+    found[-edge:] = found[:edge][::-1]
+    return found
+
+
+def _error(message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, remedy=remedy))
