@@ -24,11 +24,21 @@ COLOURS = ("red", "green", "blue")
 
 @dataclass(frozen=True, slots=True)
 class DirectRow:
-    """One row of Tables 3.3 or 3.4: a channel's coefficients of determination for X, Y and Z; NaN where not fitted."""
+    """One row of Tables 3.3 or 3.4: a channel's fits of X, Y and Z, each as a share of ``largest_XYZ_cd_m2``.
+
+    A coordinate in which the channel gives no light has no fit, and NaN for its coefficient of determination.
+    """
 
     kind: Kind
     channel: str
-    r2_XYZ: tuple[float, float, float]
+    fits: tuple[ChannelFit | None, ChannelFit | None, ChannelFit | None]
+    largest_XYZ_cd_m2: tuple[float, float, float]
+
+    @property
+    def r2_XYZ(self) -> tuple[float, float, float]:
+        """R² of X, Y and Z."""
+        x, y, z = (float("nan") if fit is None else fit.r2 for fit in self.fits)
+        return x, y, z
 
     @property
     def average(self) -> float:
@@ -79,7 +89,7 @@ def thesis_fits(codes: Floats, XYZ: Floats, primaries_XYZ_cd_m2: Floats | None =
         for channel, colour in enumerate(COLOURS):
             alone = np.all(np.delete(codes, channel, axis=1) == 0, axis=1)
             for way, told in rows.items():
-                told.append(DirectRow(kind, colour, _direct(codes[alone, channel], XYZ[alone], kind, way)))
+                told.append(_direct(kind, colour, codes[alone, channel], XYZ[alone], way))
     return ThesisFits(tuple(rows[False]), tuple(rows[True]), M, forward, inverse)
 
 
@@ -88,32 +98,37 @@ def _three(codes: Floats, light: Floats, kind: Kind, *, inverse: bool) -> tuple[
     return red, green, blue
 
 
-def _direct(code: Floats, XYZ: Floats, kind: Kind, inverse: bool) -> tuple[float, float, float]:
-    """R² of X, Y and Z; the simple gamma, which has no gain, is given each as a share of its largest."""
-    x, y, z = (_direct_r2(code, XYZ[:, axis], kind, inverse) for axis in range(3))
-    return x, y, z
-
-
-def _direct_r2(code: Floats, values: Floats, kind: Kind, inverse: bool) -> float:
-    if values.max() <= 0:
-        return float("nan")
-    return fit_channel(code, values / values.max(), kind, inverse=inverse).r2
+def _direct(kind: Kind, colour: str, code: Floats, XYZ: Floats, inverse: bool) -> DirectRow:
+    x, y, z = (float(value) for value in XYZ.max(axis=0))
+    fits = [
+        fit_channel(code, XYZ[:, axis] / most, kind, inverse=inverse) if most > 0 else None
+        for axis, most in enumerate((x, y, z))
+    ]
+    return DirectRow(kind, colour, (fits[0], fits[1], fits[2]), (x, y, z))
 
 
 def _row(row: DirectRow) -> dict[str, Any]:
     told = {axis: None if np.isnan(value) else value for axis, value in zip("XYZ", row.r2_XYZ, strict=True)}
     average = row.average
-    return {"model": row.kind, "channel": row.channel, **told, "average": None if np.isnan(average) else average}
+    return {
+        "model": row.kind,
+        "channel": row.channel,
+        **told,
+        "average": None if np.isnan(average) else average,
+        "largest_XYZ_cd_m2": list(row.largest_XYZ_cd_m2),
+        "fits": {axis: fit and _fit(fit) for axis, fit in zip("XYZ", row.fits, strict=True)},
+    }
 
 
 def _fits(fits: tuple[ChannelFit, ChannelFit, ChannelFit]) -> dict[str, Any]:
+    return {colour: _fit(fit) for colour, fit in zip(COLOURS, fits, strict=True)}
+
+
+def _fit(fit: ChannelFit) -> dict[str, Any]:
     return {
-        colour: {
-            **dict(zip(COEFFICIENTS, fit.coefficients.tolist(), strict=True)),
-            "standard_errors": dict(zip(COEFFICIENTS, fit.standard_errors.tolist(), strict=True)),
-            "r2": fit.r2,
-            "condition": fit.condition if np.isfinite(fit.condition) else None,
-            "at_bound": fit.at_bound,
-        }
-        for colour, fit in zip(COLOURS, fits, strict=True)
+        **dict(zip(COEFFICIENTS, fit.coefficients.tolist(), strict=True)),
+        "standard_errors": dict(zip(COEFFICIENTS, fit.standard_errors.tolist(), strict=True)),
+        "r2": fit.r2,
+        "condition": fit.condition if np.isfinite(fit.condition) else None,
+        "at_bound": fit.at_bound,
     }

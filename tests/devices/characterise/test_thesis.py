@@ -42,7 +42,13 @@ def test_the_matrix_is_taken_from_the_primaries() -> None:
 def test_json_is_plain() -> None:
     told = thesis_fits(CODES, XYZ).to_json()
     assert set(told["method_2_light_from_code"]) == {"gamma", "gog", "ggo", "gogo"}
-    assert told["method_1_XYZ_from_code_r2"][0].keys() == {"model", "channel", "X", "Y", "Z", "average"}
+    rows = told["method_1_XYZ_from_code_r2"]
+    assert {"model", "channel", "X", "Y", "Z", "average", "fits"} <= rows[0].keys()
+    (green,) = (row for row in rows if (row["model"], row["channel"]) == ("gog", "green"))
+    # Y of green alone, as a share of its largest, is green's own curve, whose offset is none.
+    assert green["fits"]["Y"]["gamma"] == pytest.approx(THESIS_CURVES[1][2], abs=0.02)
+    assert green["fits"]["Y"]["standard_errors"]["gamma"] > 0
+    assert green["Y"] == green["fits"]["Y"]["r2"] == pytest.approx(1, abs=1e-4)
 
 
 def test_channels_never_alone_are_refused() -> None:

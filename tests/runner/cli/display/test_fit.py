@@ -157,14 +157,43 @@ def test_colours_outside_the_gamut_are_counted(thesis: Path, tmp_path: Path) -> 
     assert "1 of 2 colours lie outside the gamut" in result.stderr
 
 
-def test_readings_from_elsewhere_are_left_out_and_told(tmp_path: Path) -> None:
-    XYZ = noisy(thesis_display().xyz(CODES), 0.002, 1)
-    beside = Measurements(
-        np.vstack([CODES, CODES[:3]]),
-        np.vstack([XYZ, 0.5 * XYZ[:3] + 1.0]),
-        name=(*(f"patch{row}" for row in range(len(CODES))), "gray@r1c1", "white@30deg", "black@other=red"),
-    )
-    write_csv(beside, tmp_path / "beside.csv")
-    told = _run("fit", str(tmp_path / "beside.csv"))
-    assert "→ gog" in told
-    assert "3 readings at other places, angles or surrounds (@ in their names) were left out" in told
+def test_tagged_readings_give_parts_and_those_of_no_use_are_told(thesis: Path, tmp_path: Path) -> None:
+    display = thesis_display()
+    grey, dark = [0.5] * 3, display.xyz([0, 0, 0])
+    rows = [
+        ("white@30deg", [1] * 3, display.xyz([1] * 3), "left"),
+        ("gray@no-glasses", grey, 5 * display.xyz(grey), "both"),
+    ]
+    rows += [("gray", grey, display.xyz(grey), "both")]
+    rows += [(f"gray@r{r}c{c}", grey, display.xyz(grey), "left") for r in (1, 2) for c in (1, 2)]
+    for eye in ("left", "right"):
+        rows += [("white", [1] * 3, display.xyz([1] * 3), eye), ("black", [0] * 3, dark, eye)]
+        rows += [("black@other=white", [0] * 3, dark + 0.03 * (display.xyz([1] * 3) - dark), eye)]
+    names, codes, XYZ, eyes = zip(*rows, strict=True)
+    file, path = tmp_path / "tagged.csv", tmp_path / "d.yaml"
+    write_csv(Measurements(np.array(codes), np.array(XYZ), names, eye=eyes, mode="quad-buffered"), file)
+    told = _run("fit", str(file), "--model", "none")
+    assert "Most leaks into the" in told
+    assert "2 × 2 places" in told
+    assert "left eye: At code 128 128 128" in told
+    assert "1 readings at angles" in told
+    with pytest.raises(DeviceError, match="no such display file yet"):
+        _run("fit", str(file), "--model", "none", "-o", str(path), *PANEL)
+    _run("fit", str(thesis), "--model", "gog", "-o", str(path), *PANEL)
+    written = _run("fit", str(file), "--model", "none", "-o", str(path), "--json")
+    assert json.loads(written)["parts"]["crosstalk"]["value"] == pytest.approx(3)
+    display_file = read_display(path)
+    assert display_file.crosstalk("quad-buffered") is not None
+    assert display_file.gain_map("quad-buffered") is not None
+    assert "tagged.csv" in path.read_text()
+
+
+def test_the_tables_of_the_thesis_and_standard_errors_are_printed_unless_brief(thesis: Path) -> None:
+    told = _run("fit", str(thesis), "--model", "gogo")
+    for number in ("3.3", "3.4", "3.5", "3.6"):
+        assert f"(as Table {number})" in told
+    assert "condition" in told
+    assert "± " in told
+    brief = _run("fit", str(thesis), "--brief", "--model", "gogo")
+    assert "Table" not in brief
+    assert "Its black, in cd/m²: X 0.0" in brief

@@ -1,0 +1,96 @@
+"""What tagged readings in a table of measurements give beside the model: crosstalk, evenness, and what glasses take.
+
+Found by the checks that `cyclopean display report` makes, so that both say the same of the same readings.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from devices.characterise.display_yaml import quoted
+from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.eye_crosstalk import crosstalk
+from devices.diagnostics.glasses import glasses_transmittance, luminance_loss
+from devices.diagnostics.tags import plain, tagged, untagged
+from devices.diagnostics.uniformity import uniformity
+from devices.measurements import Measurements, PatchEye
+
+
+@dataclass(frozen=True, slots=True)
+class MeasuredParts:
+    """``lines`` of the display file's ``crosstalk`` and ``gain_map``, and the ``diagnoses`` that they come of.
+
+    ``glasses``: transmittance and luminance loss for each eye. ``said``: what tagged readings do not give, and why.
+    """
+
+    lines: dict[str, list[str]]
+    diagnoses: tuple[Diagnosis, ...]
+    glasses: dict[PatchEye, tuple[Diagnosis, ...]]
+    said: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON: the diagnoses by name, those of the glasses for each eye."""
+        found: dict[str, Any] = {one.name: one.to_json() for one in self.diagnoses}
+        for eye, both in self.glasses.items():
+            for one in both:
+                found.setdefault(one.name, {})[eye] = one.to_json()
+        return found
+
+
+def measured_parts(
+    measurements: Measurements,
+    origin: str,
+    without_glasses: Measurements | None = None,
+    eyes: Sequence[PatchEye] = ("both",),
+) -> MeasuredParts:
+    """Return what the tagged readings of ``measurements`` give; ``origin`` is told as their source.
+
+    ``without_glasses`` are plain readings of a file of their own; where it is None, those named ``...@no-glasses`` are
+    taken.
+    """
+    lines: dict[str, list[str]] = {}
+    said: list[str] = []
+    diagnoses: list[Diagnosis] = []
+    if tagged(measurements, "other"):
+        found = crosstalk(measurements)
+        diagnoses.append(found)
+        _keep("crosstalk", found, origin, lines, said)
+    if rows := [row for row, _ in tagged(measurements, "place")]:
+        grid = measurements.select(rows)
+        if uneven := _uneven_eyes(grid):
+            said.append(uneven)
+        else:
+            found = uniformity(grid)
+            diagnoses.append(found)
+            _keep("gain_map", found, origin, lines, said)
+    glasses: dict[PatchEye, tuple[Diagnosis, ...]] = {}
+    for eye in eyes:
+        table = measurements if eye == "both" else measurements.for_eye(eye)
+        bare = untagged(table, "no-glasses") if without_glasses is None else plain(without_glasses)
+        if len(bare):
+            both = (glasses_transmittance(plain(table), bare), luminance_loss(plain(table), bare))
+            glasses[eye] = tuple(one for one in both if one.value is not None)
+            said += [f"{one.title.lower()}: {one.words}" for one in both if one.value is None]
+    return MeasuredParts(lines, tuple(diagnoses), glasses, tuple(said))
+
+
+def _keep(part: str, found: Diagnosis, origin: str, lines: dict[str, list[str]], said: list[str]) -> None:
+    """Keep the lines that ``found`` gives for ``part``, their source told with its ``origin``; or say why not."""
+    if not found.output:
+        said.append(f"no {part} is written: {found.words}")
+        return
+    kept = []
+    for line in found.output.splitlines():
+        head, named, source = line.partition("  source: ")
+        kept.append(f"  source: {quoted(f'{source}, of {origin}')}" if named and not head else line)
+    lines[part] = kept
+
+
+def _uneven_eyes(grid: Measurements) -> str:
+    """Say why readings through several lenses are no grid, empty if they are: all the same places for each."""
+    places = {eye: {name for name, one in zip(grid.name, grid.eye, strict=True) if one == eye} for eye in set(grid.eye)}
+    if len({frozenset(names) for names in places.values()}) < 2:
+        return ""
+    return "no gain_map is written: the places were not read through each lens alike; read a grid through one"
