@@ -63,7 +63,8 @@ def lobe_sd(plate: Plate, angular_radius_rad: Floats | float, diameter_mm: Float
 
     A lamp's disc, of angular radius a, has the variance a²/4 along each axis; a flake of diameter D spreads light of
     wavelength λ by 0.42 λ/D. In the coat angles shrink by the refractive index, and a turn of the half-way direction
-    turns the reflection twice as far.
+    turns the reflection twice as far. The disc is taken as round in the coat; for a lamp at 45° it is a fifth narrower
+    in the plane of incidence. A disc of 3° under a lobe of 1° is then within 2 % of the lobe's peak.
     """
     turn = 2.0 * plate.coat_refractive_index
     variance = np.radians(plate.lobe_sd_deg) ** 2 + (angular_radius_rad / (2.0 * turn)) ** 2
