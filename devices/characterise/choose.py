@@ -15,7 +15,14 @@ from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import Kind
 from devices.characterise.examine import examine
-from devices.characterise.figures import Errors, differences, errors_of, r_squared, table_error_codes
+from devices.characterise.figures import (
+    Errors,
+    differences,
+    errors_of,
+    inversion_error_codes,
+    r_squared,
+    table_error_codes,
+)
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches, patches
 from devices.characterise.plvc_fit import fit_plvc
@@ -48,8 +55,9 @@ class Candidate:
     """One model, fitted to all readings, and what is known of it.
 
     ``held_out`` is of readings that it was not fitted to. ``r2_XYZ``: of X, Y and Z over all readings. ``unusable``
-    says why it cannot be chosen, empty where it can. ``table_error_codes``: the presenter's table against the model, in
-    codes of 8 bits; None where it cannot be undone.
+    says why it cannot be chosen, empty where it can. ``table_error_codes``: the presenter's table against the model;
+    ``inversion_error_codes``: the model's inverse against the codes that gave the light; both in codes of 8 bits, None
+    where it cannot be undone.
     """
 
     name: Name
@@ -63,6 +71,7 @@ class Candidate:
     at_bound: tuple[str, ...]
     unusable: str
     table_error_codes: float | None
+    inversion_error_codes: float | None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON; the model itself is told by its numbers where it is of the GOGO family."""
@@ -77,6 +86,7 @@ class Candidate:
             "at_bound": list(self.at_bound),
             "unusable": self.unusable,
             "table_error_codes": self.table_error_codes,
+            "inversion_error_codes": self.inversion_error_codes,
         }
 
 
@@ -241,6 +251,7 @@ def _candidate(
         fitted.at_bound if fitted else (),
         unusable,
         None if unusable else table_error_codes(model),
+        None if unusable else inversion_error_codes(model),
     )
 
 

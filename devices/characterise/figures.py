@@ -12,6 +12,7 @@ from devices.characterise.patches import Patches
 from devices.code_table import code_tables, table_codes
 from devices.colour import delta_e_2000, xyz_to_lab
 from devices.display import DisplayModel
+from devices.knot_table import knotted_codes
 
 Floats = NDArray[np.float64]
 
@@ -69,6 +70,24 @@ def table_error_codes(model: DisplayModel) -> float:
     """
     asked = np.repeat(np.linspace(0.0, 1.0, 4081)[:, None], 3, axis=1)
     XYZ = model.xyz(asked)
-    off = np.abs(table_codes(model, XYZ, code_tables(model)) - model.code(XYZ))
+    shown = table_codes(model, XYZ, code_tables(model)) if model.additive else knotted_codes(model, XYZ)
+    off = np.abs(shown - model.code(XYZ))
     rise = np.gradient(model.linear(XYZ), 1.0 / 16.0, axis=0)  # 16 steps of the greys to a code
+    return float(off[rise > 1e-6].max(initial=0.0) * 255.0)
+
+
+def inversion_error_codes(model: DisplayModel) -> float:
+    """Return by how many 8-bit codes ``model``'s inverse misses codes whose light it is asked for, at most.
+
+    Over 256 greys and a cube of 9 codes a side. A channel counts where a code less gives it a millionth of its light
+    less: where light stands still, no inverse can tell which code gave it.
+    """
+    side = np.linspace(0.0, 1.0, 9)
+    cube = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)
+    asked = np.concatenate([np.repeat(np.linspace(0.0, 1.0, 256)[:, None], 3, axis=1), cube])
+    off = np.abs(model.code(model.xyz(asked)) - asked)
+    less = np.maximum(asked - 1.0 / 255.0, 0.0)
+    rise = np.stack(
+        [curve.linear(asked[:, i]) - curve.linear(less[:, i]) for i, curve in enumerate(model.curves)], axis=-1
+    )
     return float(off[rise > 1e-6].max(initial=0.0) * 255.0)

@@ -66,11 +66,13 @@ def _candidates(told: dict[str, Any], console: Console) -> None:
                 f"{found['fitted_delta_e_2000']['mean']:.2f}",
                 _number(found["r2"]["average"]),
                 _number(found["condition"], ".0f"),
+                _number(found["inversion_error_codes"], ".1g"),
                 _number(found["table_error_codes"], ".2g"),
             ]
         )
-    columns = ("model", "numbers", "mean", "p95", "max", "dark", "fitted", "R²", "cond.", "table")
-    _print("Held-out ΔE00 (dark: its darkest third); table: the presenter's error in codes", columns, rows, console)
+    columns = ("model", "free", "mean", "p95", "max", "dark", "fit", "R²", "cond.", "inverse", "table")
+    title = "Held-out ΔE00 (dark: its darkest third); the inverse's and the presenter's table's errors in 8-bit codes"
+    _print(title, columns, rows, console)
 
 
 def _numbers(numbers: dict[str, Any], console: Console) -> None:

@@ -7,9 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from numpy.typing import ArrayLike
 
 from devices.characterise.choose import NAMES, characterise
+from devices.characterise.figures import inversion_error_codes
 from devices.characterise.simulated import THESIS_CURVES, liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.display import DisplayModel
 from devices.errors import DeviceError
 from devices.measurements import Measurements, read_csv
 from devices.tone_curve import ToneCurve
@@ -75,8 +78,22 @@ def test_every_model_is_undone_and_rises(XYZ: np.ndarray) -> None:
         assert np.all(np.diff(grey[:, 1]) >= 0)
         far = np.array([[1e9, -1e9, 0.0], [0, 0, 0], [-5, 1e6, 1e6]])
         assert np.all(np.isfinite(model.code(far)))
-        if candidate.table_error_codes is not None:
-            assert candidate.table_error_codes < 0.05
+        assert candidate.table_error_codes is not None
+        assert candidate.table_error_codes < 0.05
+        assert candidate.inversion_error_codes is not None
+        assert candidate.inversion_error_codes < 1e-6
+
+
+def test_an_inverse_that_misses_is_told_in_codes() -> None:
+    class Missing(DisplayModel):
+        def code(self, xyz_cd_m2: ArrayLike) -> np.ndarray:
+            return np.minimum(super().code(xyz_cd_m2) + 0.25 / 255, 1)
+
+    curves = (ToneCurve(0.98, 0.02, 2.2), ToneCurve(1.05, -0.05, 1.8), ToneCurve(1, 0, 2.4))
+    right = DisplayModel(np.zeros(3), thesis_display().primaries_XYZ_cd_m2, curves)
+    assert inversion_error_codes(right) < 1e-9
+    wrong = Missing(right.black_XYZ_cd_m2, right.primaries_XYZ_cd_m2, right.curves)
+    assert inversion_error_codes(wrong) == pytest.approx(0.25)
 
 
 def test_the_same_seed_gives_the_same_and_the_order_of_rows_does_not_matter_to_the_fit() -> None:
