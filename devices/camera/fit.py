@@ -28,6 +28,7 @@ _COLOURS = ("red", "green", "blue")
 _MOST_LEFT_OUT = 0.25
 _MOST_MEDIAN = 10.0
 _GREY = 8.0
+_MOST_BELOW = 0.02
 _UNFIT = "the patches may be in another order than the reference, the picture not linear, or the light uneven"
 
 
@@ -128,10 +129,11 @@ def fit_camera(
     Raises
     ------
     DeviceError
-        If too few patches remain, their colours do not determine the matrix, or too many do not fit.
+        If the black is none, too few patches remain, their colours do not determine the matrix, or too many do not fit.
     """
     black = np.asarray(black_rgb, dtype=np.float64)
     white = np.maximum(colours.XYZ[np.argmax(colours.XYZ[:, 1])], 1e-9 * colours.XYZ.max())
+    _check_black(colours, black)
     C = design(colours.rgb - black, form)
     reasons = [_saturated(row) for row in colours.saturated]
     usable = np.array([not reason for reason in reasons])
@@ -203,6 +205,20 @@ def fit_camera(
         white,
         tuple(_said(colours, used, model, white)),
     )
+
+
+def _check_black(colours: Correspondences, black: Floats) -> None:
+    if black.shape != (3,) or not np.all(np.isfinite(black)):
+        raise DeviceError(Finding(f"the black is {black.tolist()}", remedy="give three shares of full scale"))
+    below = (colours.rgb - black < -_MOST_BELOW).any(axis=1)
+    if below.any():
+        raise DeviceError(
+            Finding(
+                f"the black {', '.join(f'{value:g}' for value in black)} is above the values of {colours.named(below)}",
+                colours.file,
+                remedy="give it in shares of full scale, and only if it was not subtracted before",
+            )
+        )
 
 
 def _saturated(row: NDArray[np.bool_]) -> str:

@@ -15,10 +15,11 @@ from documents import Finding
 from stimuli.chart.find import find_corners
 from stimuli.chart.layout import COLORCHECKER, ChartLayout, check_corners
 from stimuli.chart.orient import turn_upright
-from stimuli.chart.sample import Bools, PatchValues, Picture, sample_patches
+from stimuli.chart.sample import Bools, Floats, PatchValues, Picture, sample_patches
 from stimuli.errors import StimulusError
 
 _MOST_SPREAD = 0.05
+_MUCH_SATURATED = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -72,7 +73,7 @@ def read_chart(
         )
     found = corners_px is None
     if found:
-        corners = find_corners(rgb, layout, file=file)
+        corners = _find(rgb, saturated, layout, file)
     else:
         corners = check_corners(corners_px if corners_px is not None else (), rgb.shape, file)
     if not np.all((corners >= 0) & (corners <= [rgb.shape[1], rgb.shape[0]])):
@@ -91,3 +92,19 @@ def read_chart(
             "shine, or corners that do not sit well"
         )
     return PhotographedChart(colours, values, way, found, tuple(said))
+
+
+def _find(rgb: Picture, saturated: Bools, layout: ChartLayout, file: str | None) -> Floats:
+    try:
+        return find_corners(rgb, layout, file=file)
+    except StimulusError as error:
+        share = float(saturated.any(axis=2).mean())
+        if share < _MUCH_SATURATED:
+            raise
+        raise StimulusError(
+            Finding(
+                f"no chart was found, and {100 * share:.0f} % of the picture's pixels are saturated",
+                file,
+                remedy="photograph the chart again with a shorter exposure",
+            )
+        ) from error

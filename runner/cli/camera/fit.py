@@ -1,0 +1,239 @@
+"""`cyclopean camera fit`: a photographed colour chart to a camera model."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+    from devices.camera.correspondence_file import ReferenceColours
+    from devices.camera.correspondences import Correspondences
+    from devices.camera.exposure import Exposure
+    from devices.camera.fit import CameraFit
+
+_TABLES = (".csv", ".txt")
+
+
+@click.command(name="fit")
+@click.argument("chart", metavar="CHART.csv|PHOTO")
+@click.option("--reference", metavar="REF.csv", help="The chart's patches as measured: X,Y,Z[,name] in cd/m².")
+@click.option("--white", metavar="X,Y,Z", help="Its white patch alone, in cd/m²; the rest as a ColorChecker's.")
+@click.option(
+    "--corners",
+    nargs=4,
+    metavar="X,Y X,Y X,Y X,Y",
+    help="Outer corners of the patches in pixels, around the chart.  [found]",
+)
+@click.option("--exposure", metavar="TIME,F,ISO", help="Such as 1/15,8,800.  [the photograph's own]")
+@click.option(
+    "--form",
+    type=click.Choice(["linear", "affine"]),
+    default="linear",
+    show_default=True,
+    help="affine has an offset, and serves one exposure.",
+)
+@click.option(
+    "--loss",
+    type=click.Choice(["xyz", "delta-e"]),
+    default="xyz",
+    show_default=True,
+    help="Least squares in XYZ, or in ΔE00.",
+)
+@click.option("--black", metavar="R,G,B", help="To subtract first, in shares of full scale.  [0,0,0]")
+@click.option("--linear", is_flag=True, help="Take a TIFF or OpenEXR as linear camera RGB whatever it declares.")
+@click.option("--name", default="", help="The camera's name.")
+@click.option("-o", "--output", metavar="CAMERA.yaml", help="Camera file to write.")
+@click.option("--replace", is_flag=True, help="Write it over one that is there.")
+@click.option("--report", metavar="PAGE.html", help="HTML page to write.")
+@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+def command(
+    chart: str,
+    reference: str | None,
+    white: str | None,
+    corners: tuple[str, ...] | None,
+    exposure: str | None,
+    form: str,
+    loss: str,
+    black: str | None,
+    linear: bool,
+    name: str,
+    output: str | None,
+    replace: bool,
+    report: str | None,
+    as_json: bool,
+) -> None:
+    """Fit a camera model to a photographed colour chart.
+
+    CHART.csv holds what camera and instrument saw: R,G,B,X,Y,Z[,name]. Or give a PHOTO of a 24-patch ColorChecker, raw
+    or linear TIFF or OpenEXR, with --reference (or, less exactly, --white); its patches are then found, read and, if
+    the chart lies upside down, turned.
+
+    Every patch is judged by the fit to all others. Saturated patches, and those that do not belong to the rest, are
+    left out and named.
+    """
+    import json
+    from pathlib import Path
+    from typing import cast
+
+    from devices.camera.camera_file import write_camera
+    from devices.camera.camera_model import Form
+    from devices.camera.correspondence_file import read_correspondences
+    from devices.camera.exposure import parse_exposure
+    from devices.camera.fit import fit_camera
+    from devices.camera.solve import Loss
+    from runner.cli.main import WorkError
+
+    is_table = chart.lower().endswith(_TABLES)
+    if is_table and (reference or white or corners or linear):
+        raise click.UsageError("--reference, --white, --corners and --linear go with a photograph, not with a table")
+    if not is_table and (reference is None) == (white is None):
+        raise click.UsageError("a photograph needs --reference REF.csv or --white X,Y,Z, and one of them")
+    black_rgb = _triple(black, "--black") if black else (0.0, 0.0, 0.0)
+    at = parse_exposure(exposure) if exposure else None
+    if output and not replace:
+        _refuse_existing(Path(output))
+    read: dict[str, Any] | None = None
+    if is_table:
+        colours = read_correspondences(Path(chart))
+    else:
+        patches = _patches(reference, white)
+        where = [_pair(corner) for corner in corners] if corners else None
+        colours, at, read = _photographed(Path(chart), patches, where, at, linear)
+    found = fit_camera(
+        colours,
+        cast(Form, form),
+        cast(Loss, loss),
+        black_rgb=black_rgb,
+        exposure=at,
+        name=name,
+        source=_source(form, loss, Path(chart)),
+    )
+    found = _with_source(found)
+    told: dict[str, Any] = {"file": chart, "chart": read, **found.to_json(), "written": output, "report": report}
+    notes = tuple(read["said"]) if read else ()
+    try:
+        if report:
+            from runner.camera_report.page import write_page
+
+            write_page(found, name or Path(chart).name, Path(report), notes)
+        if output:
+            write_camera(found.model, Path(output))
+    except OSError as error:
+        raise WorkError(f"{error.filename or output or report} cannot be written: {error.strerror}") from error
+    if as_json:
+        click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
+        return
+    _tell(found, notes)
+    for what, path in (("Camera file", output), ("Report", report)):
+        if path:
+            click.echo(f"{what}: {path}")
+
+
+def _refuse_existing(path: Path) -> None:
+    from devices.errors import DeviceError
+    from documents import Finding
+
+    if path.exists():
+        raise DeviceError(
+            Finding(
+                "the camera file is there already", str(path), remedy="name another, or write over it with --replace"
+            )
+        )
+
+
+def _patches(reference: str | None, white: str | None) -> ReferenceColours:
+    from pathlib import Path
+
+    from devices.camera.chart_reference import colorchecker_XYZ
+    from devices.camera.correspondence_file import ReferenceColours, read_reference
+
+    if reference:
+        return read_reference(Path(reference))
+    names, XYZ = colorchecker_XYZ(_triple(white or "", "--white"))
+    return ReferenceColours(XYZ, names)
+
+
+def _photographed(
+    photo: Path, patches: ReferenceColours, corners: list[tuple[float, float]] | None, at: Exposure | None, linear: bool
+) -> tuple[Correspondences, Exposure | None, dict[str, Any]]:
+    from stimuli.chart.photographed import read_chart
+    from stimuli.develop.read import read_camera_image
+
+    # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
+    image = read_camera_image(photo, demosaic="bilinear", exposure=at, assume_linear=linear)
+    chart = read_chart(image.rgb, image.saturated, patches, corners, file=str(photo))
+    return chart.colours, image.exposure, chart.to_json()
+
+
+def _pair(text: str) -> tuple[float, float]:
+    try:
+        x, y = (float(part) for part in text.split(","))
+    except ValueError:
+        raise click.UsageError(f"a corner is '{text}'; write four as 120,90 620,130 590,455 95,410") from None
+    return x, y
+
+
+def _triple(text: str, option: str) -> tuple[float, float, float]:
+    try:
+        one, two, three = (float(part) for part in text.split(","))
+    except ValueError:
+        raise click.UsageError(f"{option} is '{text}'; write three numbers with commas") from None
+    return one, two, three
+
+
+def _source(form: str, loss: str, chart: Path) -> str:
+    from documents.characters import visible
+
+    return f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {visible(chart.name)}"
+
+
+def _with_source(found: CameraFit) -> CameraFit:
+    """Return the fit whose model's source says what it was fitted to and how well it predicts."""
+    from dataclasses import replace
+
+    model = found.model
+    told = f"{model.source}: {found.fitted.patches} of {len(found.patches)} patches"
+    if found.held_out is not None:
+        held = found.held_out
+        told += f"; left-out ΔE00 mean {held.mean:.2f}, 95th percentile {held.p95:.2f}, largest {held.max:.2f}"
+    return replace(found, model=replace(model, source=told))
+
+
+def _tell(found: CameraFit, notes: tuple[str, ...]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    from runner.camera_report.page import sentence
+
+    console = Console(highlight=False)
+    table = Table(box=None)
+    for name in ("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out"):
+        table.add_column(name, justify="left" if name == "patch" else "right", no_wrap=True)
+    for patch in found.patches:
+        held = patch.held_out_delta_e
+        table.add_row(
+            Text(patch.name),
+            *(f"{value:.4g}" for value in (*patch.XYZ, *patch.estimated_XYZ)),
+            f"{patch.delta_e:.2f}",
+            "not fitted" if patch.left_out_reason else "–" if held is None else f"{held:.2f}",
+        )
+    console.print(table)
+    model = found.model
+    for axis, row, offset in zip("XYZ", model.matrix.tolist(), model.offset_XYZ.tolist(), strict=True):
+        shift = f" {offset:+.5g}" if model.form == "affine" else ""
+        click.echo(f"{axis} = {row[0]:.5g} R {row[1]:+.5g} G {row[2]:+.5g} B{shift}")
+    zone = model.safe_luminance_cd_m2
+    if model.exposure:
+        click.echo(f"Exposure: {model.exposure} (EV {model.exposure.ev:.2f})")
+    click.echo(f"Condition number: {found.condition:.1f}")
+    if zone:
+        click.echo(f"Safe luminance zone: {zone[0]:.4g} to {zone[1]:.4g} cd/m²")
+    for patch in found.left_out:
+        click.echo(f"Left out: {patch.name}: {patch.left_out_reason}")
+    for said in (*notes, *found.said):
+        click.echo(f"Note: {said}.")
+    click.echo(sentence(found))

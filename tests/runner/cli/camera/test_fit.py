@@ -1,0 +1,185 @@
+"""`cyclopean camera fit` from tables and photographs: files, page, JSON, and one line for each mistake."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+import tifffile
+from click.testing import CliRunner, Result
+
+from devices.camera.camera_file import read_camera
+from devices.camera.exposure import Exposure
+from devices.colour import XYZ_from_xyY
+from devices.patches.colorchecker import colorchecker_xyY
+from documents import InputError
+from runner.cli.main import group
+
+M = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
+NAMES, XYY = colorchecker_xyY()
+XYZ = XYZ_from_xyY(XYY) * 100
+RGB = XYZ @ np.linalg.inv(M).T
+
+
+def _table(path: Path, rgb: np.ndarray = RGB, rows: slice = slice(None)) -> Path:
+    lines = [
+        ",".join([*(repr(float(v)) for v in (*one, *other)), name])
+        for one, other, name in zip(rgb[rows], XYZ[rows], NAMES[rows], strict=True)
+    ]
+    path.write_text("R,G,B,X,Y,Z,name\n" + "\n".join(lines) + "\n")
+    return path
+
+
+def _reference(path: Path) -> Path:
+    rows = [",".join([*(repr(float(v)) for v in one), name]) for one, name in zip(XYZ, NAMES, strict=True)]
+    path.write_text("X,Y,Z,name\n" + "\n".join(rows) + "\n")
+    return path
+
+
+def _photo(path: Path, times: float = 1.0) -> Path:
+    """Write the chart square on, patches of 60 pixels and gaps of 9, on black card and a grey table."""
+    picture = np.full((420, 600, 3), [0.09, 0.14, 0.1])
+    picture[60:365, 60:505] = 0.012
+    for number, colour in enumerate(RGB):
+        row, column = divmod(number, 6)
+        top, left = 80 + 69 * row, 80 + 69 * column
+        picture[top : top + 60, left : left + 60] = colour
+    picture += 0.001 * np.random.default_rng(1).standard_normal(picture.shape)
+    tifffile.imwrite(path, np.minimum(times * picture, 1.0).astype(np.float32), photometric="rgb")
+    return path
+
+
+def _fit(*words: object) -> Result:
+    return CliRunner().invoke(group, ["camera", "fit", *(str(word) for word in words)])
+
+
+def _told(*words: object) -> dict[str, object]:
+    result = _fit(*words, "--json")
+    assert result.exit_code == 0, (result.output, result.exception)
+    told: dict[str, object] = json.loads(result.output)
+    return told
+
+
+@pytest.mark.parametrize("form", ["linear", "affine"])
+@pytest.mark.parametrize("loss", ["xyz", "delta-e"])
+def test_a_table_to_a_camera_file_and_a_page(tmp_path: Path, form: str, loss: str) -> None:
+    table, camera, page = _table(tmp_path / "chart.csv"), tmp_path / "camera.yaml", tmp_path / "out" / "page.html"
+    result = _fit(
+        table, "--exposure", "1/15,8,800", "--form", form, "--loss", loss, "--name", "D800 <one>", "-o", camera,
+        "--report", page,
+    )  # fmt: skip
+    assert result.exit_code == 0, (result.output, result.exception)
+    assert "0.00 ΔE00 on average" in result.output
+    assert "1/15 s, f/8, ISO 800 (EV 9.91)" in result.output
+    model = read_camera(camera)
+    assert model.matrix == pytest.approx(M, abs=1e-7)
+    assert model.exposure == Exposure(1 / 15, 8, 800)
+    assert (model.name, model.form) == ("D800 <one>", form)
+    assert model.safe_luminance_cd_m2 == pytest.approx((XYZ[:, 1].min(), XYZ[:, 1].max()))
+    assert "24 of 24 patches" in model.source
+    html = page.read_text(encoding="utf-8")
+    assert "D800 &lt;one&gt;" in html
+    assert "<one>" not in html
+    assert html.count("<svg") == 4
+    assert all(name in html for name in NAMES)
+
+
+def test_a_photograph_finds_its_chart(tmp_path: Path) -> None:
+    photo, reference = _photo(tmp_path / "chart.tif"), _reference(tmp_path / "reference.csv")
+    told = _told(photo, "--reference", reference, "--linear", "--exposure", "1/15,8,800")
+    assert np.array(told["matrix_XYZ_cd_m2"]) == pytest.approx(M, abs=0.5)  # noise of 0.001, some 900 pixels a patch
+    chart = told["chart"]
+    assert isinstance(chart, dict)
+    assert chart["corners"] == "found"
+    assert chart["way_round"] == "upright"
+    assert np.array(chart["corners_px"]) == pytest.approx(np.array([[80, 80], [485, 80], [485, 347], [80, 347]]), abs=3)
+
+
+def test_corners_given_the_wrong_way_round_are_turned_and_said(tmp_path: Path) -> None:
+    photo, reference = _photo(tmp_path / "chart.tif"), _reference(tmp_path / "reference.csv")
+    corners = ["--corners", "485,347", "80,347", "80,80", "485,80"]
+    result = _fit(photo, "--reference", reference, "--linear", *corners)
+    assert result.exit_code == 0, (result.output, result.exception)
+    assert "Note: the chart lies upside down; its patches were named accordingly." in result.output
+    told = _told(photo, "--reference", reference, "--linear", *corners)
+    assert np.array(told["matrix_XYZ_cd_m2"]) == pytest.approx(M, abs=0.5)
+
+
+def test_the_white_patch_alone_with_published_colours(tmp_path: Path) -> None:
+    photo = _photo(tmp_path / "chart.tif")
+    white = ",".join(str(value) for value in XYZ[18])
+    told = _told(photo, "--white", white, "--linear")
+    # The light of the made-up chart is D50, that of the published colours.
+    assert np.array(told["matrix_XYZ_cd_m2"]) == pytest.approx(M, abs=1.0)
+
+
+def test_saturated_and_specular_patches_are_told(tmp_path: Path) -> None:
+    rgb = RGB.copy()
+    rgb[18] = 1.0
+    rgb[3] *= 1.6
+    result = _fit(_table(tmp_path / "chart.csv", rgb), "--report", tmp_path / "page.html")
+    assert "Left out: white 9.5: saturated: red and green and blue" in result.output
+    assert "Left out: foliage: specular: the camera saw 1.60 ×" in result.output
+    assert "2 of 24 patches were left out" in result.output
+    assert "specular: the camera saw 1.60" in (tmp_path / "page.html").read_text()
+
+
+def test_a_camera_file_that_is_there_stays(tmp_path: Path) -> None:
+    table, camera = _table(tmp_path / "chart.csv"), tmp_path / "camera.yaml"
+    camera.write_text("mine")
+    result = _fit(table, "-o", camera)
+    assert isinstance(result.exception, InputError)
+    assert "is there already" in str(result.exception)
+    assert camera.read_text() == "mine"
+    assert _fit(table, "-o", camera, "--replace").exit_code == 0
+    assert read_camera(camera).matrix == pytest.approx(M, abs=1e-7)
+
+
+def test_what_goes_wrong_writes_nothing_and_says_one_thing(tmp_path: Path) -> None:
+    reference = _reference(tmp_path / "reference.csv")
+    bright, dead, broken = RGB * 255, RGB * [1, 0, 1], RGB.copy()
+    broken[3, 1] = np.nan
+    wrong: dict[str, list[object]] = {
+        "values reach": [_table(tmp_path / "bytes.csv", bright)],
+        "green hardly changes": [_table(tmp_path / "dead.csv", dead)],
+        "G is 'nan'": [_table(tmp_path / "nan.csv", broken)],
+        "there are 4 patches": [_table(tmp_path / "four.csv", rows=slice(0, 4))],
+        "pixels are saturated": [_photo(tmp_path / "white.tif", 100.0), "--reference", reference, "--linear"],
+        "no such file": [tmp_path / "none.csv"],
+        "the exposure is": [_table(tmp_path / "good.csv"), "--exposure", "fast"],
+        "the black 0.9, 0.9, 0.9 is above": [_table(tmp_path / "good.csv"), "--black", "0.9,0.9,0.9"],
+    }
+    for words, command in wrong.items():
+        output, page = tmp_path / "camera.yaml", tmp_path / "page.html"
+        result = _fit(*command, "-o", output, "--report", page)
+        assert isinstance(result.exception, InputError), (words, result.output, result.exception)
+        assert len(result.exception.findings) == 1, words
+        assert words in str(result.exception), str(result.exception)
+        assert not output.exists()
+        assert not page.exists()
+
+
+@pytest.mark.parametrize(
+    ("words", "told"),
+    [
+        (["chart.csv", "--white", "1,2,3"], "go with a photograph"),
+        (["chart.nef"], "needs --reference"),
+        (["chart.nef", "--reference", "a.csv", "--white", "1,2,3"], "one of them"),
+        (["chart.nef", "--white", "1,2"], "three numbers"),
+        (["chart.nef", "--white", "1,2,3", "--corners", "1,2", "3", "4,5", "6,7"], "a corner is '3'"),
+        (["chart.csv", "--black", "none"], "--black is 'none'"),
+    ],
+)
+def test_mistakes_in_the_command(words: list[str], told: str) -> None:
+    result = _fit(*words)
+    assert result.exit_code == 2
+    assert told in result.output
+
+
+def test_a_page_that_cannot_be_written(tmp_path: Path) -> None:
+    (tmp_path / "page.html").mkdir()
+    result = _fit(_table(tmp_path / "chart.csv"), "--report", tmp_path / "page.html")
+    assert result.exit_code == 1
+    assert "cannot be written" in result.output
