@@ -18,6 +18,9 @@ from stimuli.sparkle_measures.find import Peaks, Threshold, find_peaks
 from stimuli.sparkle_measures.moments import FWHM_PER_SD, Moments, moments
 from stimuli.sparkle_measures.profile import Profile, radial_profile
 
+# Two equal Gaussians have one top up to two standard deviations apart, unequal ones up to more: so many in the mean.
+_ONE_TOP_SD = 2.7
+
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
@@ -155,8 +158,11 @@ def measure_sparkles(
     alone = peaks.peaks_in_area == 1
     lit = peaks.background_cd_m2 > 0
     excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
-    # Each pair of random places is nearer than the separation with the chance of a disc of that radius.
-    merged = len(peaks) ** 2 / 2 * math.pi * separation_px**2 / luminance_cd_m2.size
+    # Two random places are nearer than a radius with the chance of a disc of it.
+    widths = found.sd_px[alone & found.fits]
+    radius_px = max(separation_px, _ONE_TOP_SD * float(np.median(widths)) if len(widths) else 0.0)
+    chance = math.pi * radius_px**2 / luminance_cd_m2.size
+    merged = len(peaks) ** 2 / 2 * chance * (1 + len(peaks) * chance)
     return SparkleMeasures(
         threshold,
         scale or PixelScale(),
@@ -166,7 +172,7 @@ def measure_sparkles(
         radial_profile(luminance_cd_m2, peaks, found),
         mean_of(excess[lit] / peaks.background_cd_m2[lit]),
         mean_of(peaks.area_px[alone].astype(np.float64)),
-        mean_of(FWHM_PER_SD * found.sd_px[alone & found.fits]),
+        mean_of(FWHM_PER_SD * widths),
         merged,
     )
 

@@ -3,11 +3,13 @@
 Adaptive moments [Bernstein2002]: a round Gaussian weight is moved and widened until it fits the light that it weighs.
 For a Gaussian sparkle this is unbiased, as a centroid and a second moment over a fixed window are not, and noise far
 from the peak does not count. The weight is never narrower than pixels can sample. Width is that on the pixels, which
-includes the pixel's own: 1/12 px² of variance.
+includes the pixel's own: 1/12 px² of variance. Sparkles with others near them are fitted again without the light of
+those.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -26,6 +28,9 @@ _WIDEST = 2.5  # px: wider does not fit into the reach
 _LEAST_WEIGHT = 1.2
 # How far, in px, a sparkle may lie from its brightest pixel: a neighbour draws farther.
 _FARTHEST = 1.0
+# Sparkles this near take part in one another's light, and how often it is taken away and they are fitted again.
+_NEIGHBOURS_PX = 9.0
+_NEIGHBOUR_ROUNDS = 3
 # How far, in px, a round may move or widen the weight of a sparkle that has come to rest.
 _REST = 1e-4
 
@@ -52,12 +57,74 @@ def moments(luminance_cd_m2: Luminance, peaks: Peaks) -> Moments:
     What reaches beyond the picture is left out of both the light and the weight's own moments, so that the background
     subtracted there is none.
     """
-    parts = [_block(luminance_cd_m2, peaks, slice(start, start + _BLOCK)) for start in range(0, len(peaks), _BLOCK)]
-    if not parts:
-        nothing = np.empty(0)
-        return Moments(nothing, nothing, nothing, nothing, np.empty(0, dtype=np.bool_))
-    row, column, sd, flux = (np.concatenate([part[index] for part in parts]) for index in range(4))
-    return Moments(row, column, sd, flux, np.concatenate([part[4] for part in parts]))
+    found = np.empty((4, len(peaks)))
+    fits = np.zeros(len(peaks), dtype=np.bool_)
+    for part in _parts(len(peaks)):
+        found[:, part], fits[part] = _fit(_light(luminance_cd_m2, peaks, part))
+    found[0] += peaks.row
+    found[1] += peaks.column
+    for _ in range(_NEIGHBOUR_ROUNDS):
+        _again_without_neighbours(luminance_cd_m2, peaks, found, fits)
+    return Moments(found[0], found[1], found[2], found[3], fits)
+
+
+def _parts(count: int) -> Iterator[slice]:
+    yield from (slice(start, min(start + _BLOCK, count)) for start in range(0, count, _BLOCK))
+
+
+def _again_without_neighbours(luminance: Luminance, peaks: Peaks, found: Floats, fits: NDArray[np.bool_]) -> None:
+    """Fit again, in place, each sparkle that has others near it, without their light as it was found before."""
+    from scipy.spatial import cKDTree
+
+    if len(peaks) < 2:
+        return
+    pairs = np.asarray(cKDTree(found[:2].T).query_pairs(_NEIGHBOURS_PX, output_type="ndarray"), dtype=np.int64)
+    if len(pairs) == 0:
+        return
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+    row, column, sd, flux = found.copy()
+    # What fits no Gaussian has, for its neighbours, the usual width.
+    usual = float(np.median(sd[fits])) if fits.any() else 1.0
+    excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
+    sd = np.where(fits, sd, usual)
+    flux = np.where(fits, flux, 2 * np.pi * (usual**2 + 1 / 12) * excess)
+    chosen, first = np.unique(pairs[:, 0], return_index=True)
+    ends = np.append(first, len(pairs))
+    for part in _parts(len(chosen)):
+        here = chosen[part]
+        near = pairs[ends[part.start] : ends[part.stop]]
+        light = _light(luminance, peaks, here)
+        _take_away(light, near, np.searchsorted(here, near[:, 0]), peaks, row, column, sd, flux)
+        found[:, here], fits[here] = _fit(light)
+        found[0, here] += peaks.row[here]
+        found[1, here] += peaks.column[here]
+
+
+def _take_away(
+    light: Floats,
+    pairs: NDArray[np.int64],
+    patch: NDArray[np.int64],
+    peaks: Peaks,
+    row: Floats,
+    column: Floats,
+    sd: Floats,
+    flux: Floats,
+) -> None:
+    """Take from each patch of ``light`` (n, k, k), in place, the Gaussians of the second of each of its pairs."""
+    from scipy.special import ndtr
+
+    edges = np.arange(-_REACH, _REACH + 2) - 0.5
+    for part in _parts(len(pairs)):
+        mine, other = pairs[part].T
+        # Integrated over each pixel, whose own width the moments hold.
+        width = np.sqrt(np.maximum(sd[other] ** 2 - 1 / 12, 0.01))[:, None]
+        down = np.diff(ndtr((edges + (peaks.row[mine] - row[other])[:, None]) / width), axis=1)
+        across = np.diff(ndtr((edges + (peaks.column[mine] - column[other])[:, None]) / width), axis=1)
+        down *= flux[other][:, None]
+        # Pairs stand in the order of their patches: one sum for each.
+        first = np.flatnonzero(np.diff(patch[part], prepend=-1))
+        light[patch[part][first]] -= np.add.reduceat(down[:, :, None] * across[:, None, :], first, axis=0)
 
 
 def patches(luminance_cd_m2: Luminance, row: NDArray[np.int64], column: NDArray[np.int64], reach: int) -> Floats:
@@ -71,12 +138,17 @@ def patches(luminance_cd_m2: Luminance, row: NDArray[np.int64], column: NDArray[
     return np.asarray(light)
 
 
-def _block(luminance: Luminance, peaks: Peaks, part: slice) -> tuple[Floats, Floats, Floats, Floats, NDArray[np.bool_]]:
-    row, column = peaks.row[part], peaks.column[part]
-    light = patches(luminance, row, column, _REACH) - peaks.background_cd_m2[part][:, None, None]
-    light = np.nan_to_num(light, nan=0.0)
+def _light(luminance: Luminance, peaks: Peaks, part: slice | NDArray[np.int64]) -> Floats:
+    """Return the light above the background around peaks, shape (n, k, k); 0 beyond the picture."""
+    light = patches(luminance, peaks.row[part], peaks.column[part], _REACH)
+    light -= peaks.background_cd_m2[part][:, None, None]
+    return np.nan_to_num(light, copy=False, nan=0.0)
+
+
+def _fit(light: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return offsets down and across from the middle, width and light, (4, n), of patches, and which of them fit."""
     offsets = np.arange(-_REACH, _REACH + 1.0)
-    n = len(row)
+    n = len(light)
     down, across, sd, flux = np.zeros(n), np.zeros(n), np.ones(n), np.zeros(n)
     fits = np.zeros(n, dtype=np.bool_)
     moving = np.arange(n)
@@ -120,7 +192,7 @@ def _block(luminance: Luminance, peaks: Peaks, part: slice) -> tuple[Floats, Flo
     unfit = ~fits
     down[unfit], across[unfit] = _vertices(light[unfit])
     sd[unfit] = flux[unfit] = np.nan
-    return row + down, column + across, sd, flux, fits
+    return np.stack([down, across, sd, flux]), fits
 
 
 def _vertices(light: Floats) -> tuple[Floats, Floats]:
