@@ -57,12 +57,16 @@ def difference_map(
         )
     height, width = photo.shape[:2]
     out = np.empty((height, width), dtype=np.float32)
+    bad = 0
     for band in bands(photo.shape):
-        labs = [xyz_to_lab(np.maximum(picture[band], 0.0), white_XYZ) for picture in (photo, rendering)]
-        out[band] = delta_e_2000(labs[0], labs[1])
+        rows = (photo[band], rendering[band])
+        finite = np.isfinite(rows[0]).all(axis=-1) & np.isfinite(rows[1]).all(axis=-1)
+        bad += finite.size - int(np.count_nonzero(finite))
+        if not bad:
+            first, second = (xyz_to_lab(np.maximum(one, 0.0), white_XYZ) for one in rows)
+            out[band] = delta_e_2000(first, second)
         if rows_done is not None:
             rows_done(band.stop, height)
-    bad = int(np.count_nonzero(~np.isfinite(out)))
     if bad:
         raise PictureError(f"{bad} pixels cannot be compared: one of the pictures holds NaN or infinity there")
     return out

@@ -5,6 +5,10 @@ channel is blurred by a sum of Gaussians, k · exp(−r²/spread²), whose weigh
 resolves averages out, in colour sooner than in lightness, and a uniform field stays as it is. The picture goes on
 beyond its edges as its own mirror image.
 
+The channels are those of G. M. Johnson and M. D. Fairchild 2003, "A top down description of S-CIELAB and CIEDE2000",
+reckoned from XYZ scaled so that the white is that of D65: greys then have no colour, and a grey pattern gets none by
+being blurred. With the channels of 1997 it would, because their luminance and colour are not apart.
+
 A narrow Gaussian runs over the pixels; a wide one over cells of several pixels, and its outcome is interpolated back:
 `NARROWEST_CELLS` says how wide a Gaussian stays in cells, and so how exact that is.
 """
@@ -15,18 +19,19 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from analysis.validation.errors import PictureError
 from analysis.validation.row_source import RowSource, bands
+from devices.white_points import WHITE_POINTS_XYZ
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
 Floats32 = NDArray[np.float32]
 
-# Rows: luminance, red-green and blue-yellow, of XYZ of the 2° observer.
-OPPONENT_FROM_XYZ = np.array([[0.279, 0.720, -0.107], [-0.449, 0.290, -0.077], [0.086, -0.590, 0.501]])
+# Rows: luminance, red-green and blue-yellow, of XYZ of the 2° observer under D65; the last two of a grey are 0.
+OPPONENT_FROM_XYZ_D65 = np.array([[0.0556, 0.9981, -0.0254], [0.9510, -0.9038, 0.0], [0.0386, 1.0822, -1.0276]])
 # Weight and spread in degrees of visual angle of each channel's Gaussians, as published; weights are then normalised.
 GAUSSIANS: tuple[tuple[tuple[float, float], ...], ...] = (
     ((0.921, 0.0283), (0.105, 0.133), (-0.108, 4.336)),
@@ -58,24 +63,30 @@ class SeenPicture:
     Cells of the wide Gaussians are filled when it is made, in one pass over the picture.
     """
 
-    def __init__(self, picture: RowSource, pixels_per_degree: float) -> None:
+    def __init__(self, picture: RowSource, pixels_per_degree: float, white_XYZ: ArrayLike) -> None:
         """Take a ``picture`` in XYZ, shape (height, width, 3), seen at so many pixels per degree of visual angle.
+
+        ``white_XYZ``, shape (3,), says what is grey; its luminance does not matter.
 
         Raises
         ------
         PictureError
-            If the pixels per degree are not a finite number above 0.
+            If the pixels per degree or the white's components are not finite numbers above 0.
         """
+        white = np.asarray(white_XYZ, dtype=np.float64)
+        if white.shape != (3,) or not (np.all(np.isfinite(white)) and np.all(white > 0)):
+            raise PictureError(f"a white needs three finite numbers above 0, not {white.tolist()}")
         if not (np.isfinite(pixels_per_degree) and pixels_per_degree > 0):
             raise PictureError(f"pixels_per_degree is {pixels_per_degree}; it must be a finite number above 0")
         self._picture = picture
+        self._opponent = opponent_from_xyz(white)
         blurs = [
             _Blur(channel, weight / sum(w for w, _ in gaussians), spread * pixels_per_degree / np.sqrt(2.0))
             for channel, gaussians in enumerate(GAUSSIANS)
             for weight, spread in gaussians
         ]
         self._narrow = [blur for blur in blurs if blur.cell_px == 1]
-        self._wide = _wide_layers(picture, [blur for blur in blurs if blur.cell_px > 1])
+        self._wide = _wide_layers(picture, self._opponent, [blur for blur in blurs if blur.cell_px > 1])
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -89,7 +100,7 @@ class SeenPicture:
         height, width = self.shape[:2]
         start, stop, _ = rows.indices(height)
         reach = max((_reach_px(blur.sd_px) for blur in self._narrow), default=0)
-        opponent = _opponent(_mirrored_rows(self._picture, start - reach, stop + reach))
+        opponent = _turned(_mirrored_rows(self._picture, start - reach, stop + reach), self._opponent)
         seen = np.zeros((stop - start, width, 3), dtype=np.float32)
         for blur in self._narrow:
             kernel = gaussian_kernel(blur.sd_px)
@@ -100,8 +111,9 @@ class SeenPicture:
             seen[..., blur.channel] += np.float32(blur.weight) * convolve1d(tall, kernel, axis=1, mode="reflect")
         for layer in self._wide:
             seen[..., layer.blur.channel] += layer.rows(start, stop)
-        xyz = seen @ np.linalg.inv(OPPONENT_FROM_XYZ).T.astype(np.float32)
-        return np.maximum(xyz, 0, dtype=np.float32)
+        return np.maximum(
+            _turned(seen, np.asarray(np.linalg.inv(self._opponent), dtype=np.float64)), 0, dtype=np.float32
+        )
 
 
 def gaussian_kernel(sd_px: float) -> NDArray[np.float64]:
@@ -118,8 +130,13 @@ def _reach_px(sd_px: float) -> int:
     return int(np.ceil(REACH_SD * sd_px))
 
 
-def _opponent(xyz: NDArray[np.floating]) -> Floats32:
-    return np.asarray(xyz, dtype=np.float32) @ OPPONENT_FROM_XYZ.T.astype(np.float32)
+def opponent_from_xyz(white_XYZ: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the matrix (3, 3) from XYZ to the opponent channels, for a white (3,)."""
+    return np.asarray(OPPONENT_FROM_XYZ_D65 * (np.array(WHITE_POINTS_XYZ["d65"]) * white_XYZ[1] / white_XYZ))
+
+
+def _turned(values: NDArray[np.floating], matrix: NDArray[np.float64]) -> Floats32:
+    return np.asarray(values, dtype=np.float32) @ matrix.T.astype(np.float32)
 
 
 def _mirrored(index: NDArray[np.int64], length: int) -> NDArray[np.int64]:
@@ -148,14 +165,14 @@ class _Layer:
         return np.asarray(self.pixel_columns @ (self.pixel_rows[start:stop] @ self.cells).T, dtype=np.float32).T
 
 
-def _wide_layers(picture: RowSource, blurs: list[_Blur]) -> list[_Layer]:
+def _wide_layers(picture: RowSource, matrix: NDArray[np.float64], blurs: list[_Blur]) -> list[_Layer]:
     from scipy.ndimage import convolve1d
 
     height, width = picture.shape[:2]
     means = [(_cell_means(height, blur), _cell_means(width, blur)) for blur in blurs]
     cells = [np.zeros((rows.shape[0], columns.shape[0])) for rows, columns in means]
     for band in bands(picture.shape) if blurs else ():
-        opponent = _opponent(picture[band])
+        opponent = _turned(picture[band], matrix)
         for (rows, columns), blur, sums in zip(means, blurs, cells, strict=True):
             sums += rows[:, band.start : band.stop] @ np.asarray(columns @ opponent[..., blur.channel].T).T
     layers = []

@@ -1,0 +1,67 @@
+"""ΔE00 and what the eye resolves, at the edges: 36 megapixels, lone pixels, any light, any distance."""
+
+from __future__ import annotations
+
+import tracemalloc
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from analysis.validation.difference_map import difference_map, summarise
+from analysis.validation.scielab import SeenPicture
+
+pytestmark = pytest.mark.stress
+
+WHITE = np.array([96.42, 100.0, 82.49])
+
+
+class Sheet:
+    """A picture of 36 megapixels that exists a few rows at a time: noise about a grey, alike each time it is read."""
+
+    shape = (4912, 7360, 3)
+
+    def __init__(self, factor: float) -> None:
+        self.factor = factor
+
+    def __getitem__(self, rows: slice) -> NDArray[np.float32]:
+        start, stop, _ = rows.indices(self.shape[0])
+        noise = np.sin(np.arange(start, stop)[:, None] * 0.7 + np.arange(self.shape[1]) * 1.3, dtype=np.float32)
+        light = np.float32(self.factor) * (20 + 15 * noise)
+        return np.asarray(light[..., None] * (WHITE / 100).astype(np.float32))
+
+
+def test_thirty_six_megapixels_in_a_gigabyte() -> None:
+    tracemalloc.start()
+    plain = difference_map(Sheet(1.0), Sheet(1.03), WHITE)
+    seen = difference_map(SeenPicture(Sheet(1.0), 178, WHITE), SeenPicture(Sheet(1.03), 178, WHITE), WHITE)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 1e9
+    assert summarise(plain, 1.4).pixels == 4912 * 7360
+    # The stripes are finer than the eye resolves: what is left is the luminance factor, everywhere alike.
+    assert seen[200:-200, 200:-200].std() < 0.02 < plain.std()
+
+
+@pytest.mark.parametrize("pixels_per_degree", [0.01, 1.0, 10.0, 100.0, 1e4, 1e5])
+@pytest.mark.parametrize("shape", [(1, 1), (1, 50), (50, 1), (2, 3), (31, 64)])
+def test_any_size_at_any_distance(shape: tuple[int, int], pixels_per_degree: float) -> None:
+    xyz = np.random.default_rng(1).gamma(0.5, 10.0, (*shape, 3))
+    seen = SeenPicture(xyz, pixels_per_degree, WHITE)[:]
+    assert seen.shape == xyz.shape
+    assert np.isfinite(seen).all()
+    assert seen.max() <= 1.5 * xyz.max()
+    np.testing.assert_allclose(
+        SeenPicture(np.ones_like(xyz), pixels_per_degree, WHITE)[:], np.ones_like(xyz), rtol=0, atol=1e-4
+    )
+
+
+@pytest.mark.parametrize("luminance", [1e-20, 1e-9, 1e-3, 1.0, 1e6, 1e12])
+def test_any_light(luminance: float) -> None:
+    xyz = np.random.default_rng(2).gamma(0.5, 1.0, (40, 40, 3)) * luminance
+    white = WHITE * luminance
+    seen = difference_map(SeenPicture(xyz, 60, white), SeenPicture(1.03 * xyz, 60, white), white)
+    usual = difference_map(
+        SeenPicture(xyz / luminance, 60, WHITE), SeenPicture(1.03 * xyz / luminance, 60, WHITE), WHITE
+    )
+    np.testing.assert_allclose(seen, usual, rtol=0, atol=1e-3)
