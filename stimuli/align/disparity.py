@@ -62,8 +62,9 @@ class Spread:
 class DisparityReport:
     """Disparities of a pair's blocks: the right eye's place minus the left eye's, positive behind the screen.
 
-    ``middle_px`` (n, 2) and ``disparity_px`` (n, 2), across and down, are of the ``used`` blocks alone, and so is
-    ``false_alarm`` (n,), the chance that noise gives such a block. ``flat`` blocks have no texture, in ``uncertain``
+    ``middle_px``, ``disparity_px`` and its ``standard_error_px``, (n, 2) each, across and down, are of the ``used``
+    blocks alone, and so is ``false_alarm`` (n,), the chance that noise gives such a block: with the standard errors it
+    says how much of the spread is the measurement's own. ``flat`` blocks have no texture, in ``uncertain``
     ones nothing rises above noise. ``horizontal`` and ``vertical`` hold a `Spread` for each unit that is known: ``px``,
     and with a `Viewing` ``mm`` and ``arcmin``; they are empty where no block was used.
     """
@@ -71,6 +72,7 @@ class DisparityReport:
     block_px: int
     middle_px: Floats
     disparity_px: Floats
+    standard_error_px: Floats
     false_alarm: Floats
     flat: int
     uncertain: int
@@ -95,6 +97,7 @@ class DisparityReport:
             "used": self.used,
             "flat": self.flat,
             "uncertain": self.uncertain,
+            "median_standard_error_px": np.median(self.standard_error_px, axis=0).tolist() if self.used else None,
             "horizontal": {unit: spread.to_json() for unit, spread in self.horizontal.items()},
             "vertical": {unit: spread.to_json() for unit, spread in self.vertical.items()},
         }
@@ -172,13 +175,13 @@ class _Blocks:
             fit = refine_within(one, two, (x, y, x + side, y + side), start)
             if fit.converged and fit.correlation > 0:
                 middle = (x + (side - 1) / 2, y + (side - 1) / 2)
-                self.found.append((*middle, *fit.shift_px, peak.false_alarm))
+                self.found.append((*middle, *fit.shift_px, *fit.standard_error_px, peak.false_alarm))
                 return
         self.uncertain += 1
 
 
 def _report(blocks: _Blocks, viewing: Viewing | None) -> DisparityReport:
-    found = np.array(blocks.found, dtype=np.float64).reshape(-1, 5)
+    found = np.array(blocks.found, dtype=np.float64).reshape(-1, 7)
     across, down = found[:, 2], found[:, 3]
     horizontal: dict[str, Spread] = {}
     vertical: dict[str, Spread] = {}
@@ -191,5 +194,13 @@ def _report(blocks: _Blocks, viewing: Viewing | None) -> DisparityReport:
         horizontal["arcmin"] = Spread.of(disparity_arcmin(across, pitch, distance, eyes))
         vertical["arcmin"] = Spread.of(60.0 * visual_angle_deg(mm_from_px(down, pitch), distance))
     return DisparityReport(
-        blocks.block_px, found[:, :2], found[:, 2:4], found[:, 4], blocks.flat, blocks.uncertain, horizontal, vertical
+        blocks.block_px,
+        found[:, :2],
+        found[:, 2:4],
+        found[:, 4:6],
+        found[:, 6],
+        blocks.flat,
+        blocks.uncertain,
+        horizontal,
+        vertical,
     )
