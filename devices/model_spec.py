@@ -87,6 +87,8 @@ class TableCurveSpec(Strict):
 class PlvcChannelSpec(TableSpec):
     """One channel's table, and its XYZ per share of light where √light is 0, 1/4, 1/2 and 3/4; at 1 the primary."""
 
+    codes: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
+    light: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
     XYZ_per_light_cd_m2: tuple[Triple, Triple, Triple, Triple]
 
 

@@ -49,8 +49,8 @@ class TableCurve:
         return 0.0
 
     @cached_property
-    def _cubics(self) -> tuple[Floats, Floats]:
-        """Breaks (k + 1,) and coefficients (4, k), highest power first, of √light."""
+    def cubics(self) -> tuple[Floats, Floats]:
+        """The breaks (k + 1,) and coefficients (4, k), highest power first, of √light."""
         from scipy.interpolate import PchipInterpolator
 
         cubic = PchipInterpolator(np.asarray(self.codes), np.sqrt(self.light))
@@ -58,7 +58,7 @@ class TableCurve:
 
     def root(self, code: ArrayLike) -> tuple[Floats, Floats]:
         """Return √light and its slope for device codes of any shape; codes beyond 0..1 are taken as 0 or 1."""
-        breaks, c = self._cubics
+        breaks, c = self.cubics
         codes = np.clip(np.asarray(code, dtype=np.float64), 0.0, 1.0)
         piece = np.clip(np.searchsorted(breaks, codes, side="right") - 1, 0, len(breaks) - 2)
         x = codes - breaks[piece]
@@ -72,7 +72,7 @@ class TableCurve:
 
     def code(self, linear: ArrayLike) -> Floats:
         """Return device codes in 0..1 for linear light of any shape; what lies beyond the table is clipped."""
-        breaks, _ = self._cubics
+        breaks, _ = self.cubics
         wanted = np.sqrt(np.clip(np.asarray(linear, dtype=np.float64), 0.0, 1.0))
         knots = np.sqrt(self.light)
         piece = np.clip(np.searchsorted(knots, wanted, side="right") - 1, 0, len(breaks) - 2)

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from devices.code_table import ENTRIES, curve_table
 from devices.display_file import Eye
+from devices.knot_table import knot_tables
+from devices.table_curve import TableCurve
 from devices.tone_curve import Curve
 from documents import Finding
 from runner.presenter.bands import InBands, bands, to_the_end
@@ -37,7 +39,8 @@ class CodePass:
 
     Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` says whose dither mask to read.
     Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
-    ``between`` are files that the shader calls, and that call the encoding.
+    ``between`` are files that the shader calls, and that call the encoding. With ``by_knots`` curves, which are tables
+    of their own, are inverted piece by piece.
     """
 
     def __init__(
@@ -51,6 +54,7 @@ class CodePass:
         eye: Eye = "left",
         bits: Bits = 8,
         between: Sequence[str] = (),
+        by_knots: bool = False,
     ) -> None:
         self._context = context
         if dithering is not None and dithering.levels is None:
@@ -58,12 +62,15 @@ class CodePass:
         self._dithering = dithering
         self._format = CODE_FORMATS[bits]
         encoder = "encode.glsl" if dithering is None else "dither.glsl"
-        parts = [shader_file(name) for name in ("table_fourth_root.glsl", encoder, *between, shader)]
+        inverse = "knots.glsl" if by_knots else "table_fourth_root.glsl"
+        parts = [shader_file(name) for name in (inverse, encoder, *between, shader)]
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
         self._area = context.vertex_array(self._program, [])
         # Where dithered, the light of the codes decides, and not the table.
         entries = 2 * ENTRIES if bits == 10 and dithering is None else ENTRIES
-        tables = {"code_table": _code_table(context, curves, entries)}
+        tables = (
+            {"knots": _knots(context, curves)} if by_knots else {"code_table": _code_table(context, curves, entries)}
+        )
         lift = np.array([curve.lift for curve in curves])
         common: dict[str, Uniform] = {"lift": tuple(lift.tolist()), "scale": tuple((1.0 / (1.0 - lift)).tolist())}
         if dithering is not None:
@@ -159,6 +166,14 @@ class CodePass:
                     remedy=f"dither to {highest_code(bits)} levels, or draw to floats ('f4')",
                 )
             )
+
+
+def _knots(context: moderngl.Context, curves: Sequence[Curve]) -> moderngl.Texture:
+    tables = knot_tables([curve for curve in curves if isinstance(curve, TableCurve)])
+    rows, pieces, numbers = tables.shape
+    table = context.texture((pieces * numbers // 4, rows), 4, tables.tobytes(), dtype="f4")
+    table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return table
 
 
 def _code_table(context: moderngl.Context, curves: Sequence[Curve], entries: int) -> moderngl.Texture:

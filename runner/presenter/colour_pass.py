@@ -36,7 +36,8 @@ class ColourPass:
         bits: Bits = 8,
     ) -> None:
         self._squeeze = squeeze
-        between, uniforms = undoing(model)
+        undone = undoing(model)
+        self._cost = undone.cost
         self._pass = CodePass(
             context,
             "colour_pass.frag",
@@ -46,12 +47,13 @@ class ColourPass:
                 "linear_from_XYZ": by_columns(model.linear_from_XYZ),
                 "black_XYZ": tuple(model.black_XYZ_cd_m2.tolist()),
                 "box": squeeze,
-                **uniforms,
+                **undone.uniforms,
             },
             dithering,
             eye,
             bits,
-            between,
+            undone.files,
+            by_knots=undone.by_knots,
         )
 
     def run(self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None) -> moderngl.Framebuffer:
@@ -74,7 +76,7 @@ class ColourPass:
     ) -> InBands[moderngl.Framebuffer]:
         """Do as `run`, in bands of about ``band_px`` pixels of the picture."""
         across, down = self._squeeze
-        band_codes = None if band_px is None else band_px // (across * down)
+        band_codes = None if band_px is None else max(1, band_px // (self._cost * across * down))
         return self._pass.drawing([picture_XYZ], squeezed_size(picture_XYZ.size, self._squeeze), dtype, band_codes)
 
     def release(self) -> None:

@@ -24,6 +24,7 @@ from runner.presenter.undoing import undoing
 
 Floats = NDArray[np.float64]
 COST = 2  # times the plain colour pass, about; see benchmarks/crosstalk.py
+INVERSIONS = 3
 CORNER = PanelPlaces((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 
 
@@ -63,7 +64,9 @@ class CompensatedPass:
         gains = np.ones((1, 1)) if correction.gain_map is None else correction.gain_map.gains
         self._gains = _texture(context, gains[..., np.newaxis])
         own, other = models.eye(eye), models.eye("right" if eye == "left" else "left")
-        files, uniforms = undoing(own, other)
+        undone = undoing(own, other)
+        # Where crosstalk is cancelled, channels are undone for both eyes, and again for what is clipped.
+        self._cost = COST if undone.cost == 1 else undone.cost * (INVERSIONS if correction.crosstalk else 1)
         self._pass = CodePass(
             context,
             "compensated_pass.frag",
@@ -75,12 +78,13 @@ class CompensatedPass:
                 "own_black_XYZ": tuple(own.black_XYZ_cd_m2.tolist()),
                 **_cancelling(models, correction, eye),
                 **_evening(own, correction.gain_map),
-                **uniforms,
+                **undone.uniforms,
             },
             dithering,
             eye,
             bits,
-            [*files, "plvc_within.glsl" if files else "within.glsl"],
+            [*undone.files, "plvc_within.glsl" if undone.files else "within.glsl"],
+            by_knots=undone.by_knots,
         )
 
     def run(
@@ -112,7 +116,7 @@ class CompensatedPass:
     ) -> InBands[moderngl.Framebuffer]:
         """Do as `run`, in bands that cost what ``band_px`` pixels of the picture cost in the plain colour pass."""
         across, down = self._squeeze
-        band_codes = None if band_px is None else band_px // (COST * across * down)
+        band_codes = None if band_px is None else max(1, band_px // (self._cost * across * down))
         size_px = squeezed_size(own_XYZ.size, self._squeeze)
         # A texture, because bands of another picture may be drawn between two of this one: a uniform would be theirs.
         steps = _texture(self._context, _reading_steps(self._gain_map, places))

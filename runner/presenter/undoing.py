@@ -1,6 +1,9 @@
-"""What a colour pass needs beyond a matrix where a display's channels do not add up: `plvc.glsl` and its numbers."""
+"""What a colour pass needs beyond a matrix and a table where a display's channels do not add up: files and numbers."""
 
 from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -8,14 +11,24 @@ from devices.display import DisplayModel
 from devices.plvc import MIXTURES, NODES, Plvc
 from runner.presenter.shaders import Uniform
 
-
-def is_additive(*models: DisplayModel) -> bool:
-    """Return whether a matrix is all that any of ``models`` needs."""
-    return all(model.additive for model in models)
+COST = 9
 
 
-def undoing(own: DisplayModel, other: DisplayModel | None = None) -> tuple[list[str], dict[str, Uniform]]:
-    """Return the shader's files that undo how channels act on each other, and their uniforms; none if they do not.
+@dataclass(frozen=True, slots=True)
+class Undoing:
+    """``files`` stand between encoding and pass; ``by_knots`` inverts each curve piece by piece, not by one table.
+
+    ``cost``: times the plain colour pass, about; see benchmarks/plvc_pass.py.
+    """
+
+    files: tuple[str, ...] = ()
+    uniforms: Mapping[str, Uniform] = field(default_factory=dict)
+    by_knots: bool = False
+    cost: int = 1
+
+
+def undoing(own: DisplayModel, other: DisplayModel | None = None) -> Undoing:
+    """Return what undoes how channels act on each other; nothing if they do not.
 
     ``own`` is the model of the eye whose codes are made, ``other`` that of the other eye, where the pass knows of it.
     A model that adds up is one whose channels keep their colour and take nothing from each other.
@@ -26,14 +39,15 @@ def undoing(own: DisplayModel, other: DisplayModel | None = None) -> tuple[list[
         If a model cannot be undone.
     """
     models = (own, other or own)
-    if is_additive(*models):
-        return [], {}
+    if all(model.additive for model in models):
+        return Undoing()
     terms = [_terms(model) for model in models]
-    return ["plvc.glsl"], {
+    uniforms: dict[str, Uniform] = {
         "plvc_powers": tuple(row for powers, _, _ in terms for row in powers),
         "plvc_mixtures": tuple(row for _, mixtures, _ in terms for row in mixtures),
         "plvc_steps": (terms[0][2], terms[1][2]),
     }
+    return Undoing(("plvc.glsl",), uniforms, by_knots=not own.additive, cost=COST)
 
 
 def _terms(model: DisplayModel) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]], int]:

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.code_table import code_tables, table_codes
 from devices.crosstalk import Crosstalk
 from devices.crosstalk_cancel import cancel_crosstalk
 from devices.display import DisplayModel
@@ -15,6 +16,7 @@ from devices.display_file import EyeModels
 from devices.dither import dither_tables, dither_thresholds, tabled_dither_codes
 from devices.errors import DeviceError
 from devices.gain_map import GainMap
+from devices.knot_table import knotted_codes
 from devices.plvc import Plvc
 from devices.table_curve import TableCurve
 from runner.presenter.colour_pass import ColourPass
@@ -25,7 +27,7 @@ from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.undoing import undoing
+from runner.presenter.undoing import Undoing, undoing
 from stimuli.stereo_image import StereoImage
 
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
@@ -73,6 +75,21 @@ def test_every_pixel_is_within_rounding_of_float64(egl: EglSurface, seed: int, b
     assert np.abs(read(run.run(texture), "f1") - 255 * expected).max() <= 0.501
 
 
+def test_below_a_cut_off_where_the_one_table_errs_by_codes(egl: EglSurface) -> None:
+    x = np.linspace(0.0, 1.0, 14)
+    light = np.where(x < 0.2, 1e-7 * x, np.maximum(x - 0.2, 0) ** 2.2 / 0.8**2.2 + 1e-7)
+    curve = TableCurve(tuple(x), tuple(light / light[-1]))
+    flat = plvc()
+    model = Plvc(np.zeros(3), PRIMARIES, (curve, curve, curve), flat.XYZ_per_light_cd_m2, flat.mixtures_XYZ_cd_m2)
+    greys = np.repeat(np.linspace(0, 1, 4000)[:, np.newaxis], 3, axis=1)
+    asked = model.xyz(greys).astype(np.float32).reshape(40, 100, 3)
+    expected = model.code(asked.astype(np.float64))
+    texture = upload(egl, asked)
+    assert np.abs(read(ColourPass(egl.context, model).run(texture), "f1") - 255 * expected).max() <= 0.501
+    assert np.abs(table_codes(model, asked.astype(np.float64), code_tables(model)) - expected).max() * 255 > 1.0
+    assert np.abs(knotted_codes(model, asked.astype(np.float64)) - expected).max() * 255 < 0.001
+
+
 def test_ten_bits(egl: EglSurface) -> None:
     model = plvc()
     asked = picture(model)
@@ -81,12 +98,13 @@ def test_ten_bits(egl: EglSurface) -> None:
     assert np.abs(exact - model.code(asked.astype(np.float64))).max() * 1023 < 0.001
 
 
-def test_the_other_models_shader_is_as_it_was(egl: EglSurface) -> None:
+def test_the_other_models_have_the_one_table_and_nothing_else(egl: EglSurface) -> None:
     model = plvc()
     additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
-    assert undoing(additive) == ([], {})
+    assert undoing(additive) == Undoing()
     names = set(ColourPass(egl.context, additive)._pass._program)
-    assert not any("plvc" in name for name in names)
+    assert not any("plvc" in name or "knots" in name for name in names)
+    assert "code_table" in names
     assert any("plvc" in name for name in set(ColourPass(egl.context, model)._pass._program))
 
 
@@ -94,8 +112,8 @@ def test_without_drift_it_gives_the_codes_of_the_additive_model(egl: EglSurface)
     model = plvc(bend=0.0, mixed=0.0)
     additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
     texture = upload(egl, picture(model))
-    one, other = (read(ColourPass(egl.context, m).run(texture), "f1") for m in (model, additive))
-    np.testing.assert_array_equal(one, other)
+    one, other = (read(ColourPass(egl.context, m).run(texture, "f4")) for m in (model, additive))
+    assert np.abs(one - other).max() * 255 < 0.01
 
 
 def test_the_pass_is_what_newton_s_steps_make_of_it(egl: EglSurface) -> None:
