@@ -17,7 +17,8 @@ class Showing:
     """What stands on the screen: the patch's ``label`` and ``codes`` in 0..1, its place in the order, and since when.
 
     ``time_s`` counts from the beginning of the measurement. ``other`` are the codes of the eye that is not read, and
-    ``patch`` says how the instrument stands; both may be unknown. Only those look at it that ask a person or simulate.
+    ``patch`` says how the instrument stands; both may be unknown. ``place`` is where on the panel it points, across and
+    down, as shares of it. Only those look at it that ask a person or simulate.
     """
 
     label: str
@@ -26,6 +27,7 @@ class Showing:
     time_s: float = 0.0
     other: Triple | None = None
     patch: Patch | None = None
+    place: tuple[float, float] = (0.5, 0.5)
 
 
 @dataclass(frozen=True, slots=True)

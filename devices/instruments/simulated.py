@@ -146,13 +146,13 @@ class Simulated:
     def _share(self, showing: Showing) -> float:
         """Return the share of the light at the centre, straight ahead and through the glasses that is read."""
         patch, faults = showing.patch, self._faults
-        if patch is None:
-            return 1.0
-        across, down = (0.5, 0.5) if patch.place is None else patch.place.centre
+        across, down = showing.place
         share = 1.0 - faults.edge_loss * 2.0 * ((across - 0.5) ** 2 + (down - 0.5) ** 2)
         if self._display.gain_map is not None:
             width_px, height_px = self._display.gain_map.resolution_px
             share *= float(self._display.gain_map.gain(across * width_px, down * height_px))
+        if patch is None:
+            return share
         if patch.angle:
             share *= 1.0 - faults.angle_loss * (degrees(patch.angle) / 30.0) ** 2
         if patch.around is not None:

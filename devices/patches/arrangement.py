@@ -87,7 +87,7 @@ class Arrangement:
                 else f"Point the instrument at the patch ({self.place.words()})."
             )
         if self.angle != before.angle:
-            asked.append(f"Turn the instrument about the middle of the screen to {angle_words(self.angle)}.")
+            asked.append(f"Aim the instrument at the middle of the screen from {angle_words(self.angle)}.")
         return " ".join(asked)
 
 

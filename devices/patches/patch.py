@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 
 from devices.errors import DeviceError
-from devices.patches.arrangement import Arrangement, PatchEye, Place
+from devices.patches.arrangement import Arrangement, PatchEye, Place, degrees
 
 Codes = tuple[float, float, float]
 
@@ -56,7 +56,8 @@ class Patch:
 
     def arrangement(self, eye: PatchEye) -> Arrangement:
         """Return how the instrument stands, in a measurement of ``eye``."""
-        return Arrangement(self.eye or eye, self.place, self.angle, self.glasses)
+        angle = self.angle if degrees(self.angle) else ""
+        return Arrangement(self.eye or eye, self.place, angle, self.glasses)
 
 
 def _are_codes(codes: Codes) -> bool:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from devices.display_file import Eye
 from devices.patches import Patch, PatchEye
 from runner.compensation import Compensation
-from runner.measuring.patch_screen import CodeTriple, Shown
+from runner.measuring.patch_screen import CodeTriple, Shown, middle_of
 from runner.placed_presenter import ReadyPictures
 from runner.presenter.depth import highest_code
 from runner.presenter.presenter import Presenter
@@ -64,7 +64,9 @@ class AskedScreen:
         self._show()
         own: Eye = "right" if shown == "right" else "left"
         other: Eye = "left" if own == "right" else "right"
-        return Shown(self._middle(own), None if self._shared else self._middle(other), read_back=True)
+        area = next(area for area in self._presenter.areas if own in area.eyes)
+        place = middle_of(area, self.surface.size_px)
+        return Shown(self._middle(own), None if self._shared else self._middle(other), place, read_back=True)
 
     def redraw(self) -> None:
         """Show the patch again, to the next eye where they take turns."""

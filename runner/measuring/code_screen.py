@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from devices.display_file import Eye
 from devices.patches import Patch, PatchEye
 from runner.measuring.errors import MeasuringError
-from runner.measuring.patch_screen import CodeTriple, Shown
+from runner.measuring.patch_screen import CodeTriple, Shown, middle_of
 from runner.presenter.depth import code_texture, highest_code
 from runner.presenter.drawing import BLACK, BLUE
 from runner.presenter.errors import GraphicsError
@@ -23,7 +23,7 @@ from runner.presenter.lettering import coverage
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
-from runner.presenter.rectangle import Rectangle
+from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.words import squeezed
@@ -40,14 +40,15 @@ _EYES: Mapping[Buffer, Eye | None] = MappingProxyType(
 class EyeCodes:
     """What each eye sees: codes in 0..1, over all of its area, or in ``window`` alone.
 
-    ``window`` holds the left, top, right and bottom edges as shares of each eye's area; outside it each eye sees the
-    codes that ``around`` has for it, left and right.
+    ``window`` holds the left, top, right and bottom edges as shares of each eye's area, or, if it is ``of_panel``, of
+    the panel; outside it each eye sees the codes that ``around`` has for it, left and right.
     """
 
     left: CodeTriple
     right: CodeTriple
     window: Shares | None = None
     around: tuple[CodeTriple, CodeTriple] = (BLACK, BLACK)
+    of_panel: bool = False
 
     @classmethod
     def of(cls, codes: CodeTriple, eye: str) -> EyeCodes:
@@ -65,7 +66,7 @@ class EyeCodes:
             return plain
         around = cls.of(patch.around or BLACK, eye)
         window = _MIDDLE if patch.place is None else patch.place.window
-        return cls(plain.left, plain.right, window, (around.left, around.right))
+        return cls(plain.left, plain.right, window, (around.left, around.right), of_panel=patch.place is not None)
 
     @property
     def alike(self) -> bool:
@@ -76,14 +77,19 @@ class EyeCodes:
         """Return the codes of ``eye``."""
         return self.left if eye == "left" else self.right
 
-    def fills(self, eye: Eye, area: Rectangle) -> list[tuple[Rectangle, CodeTriple]]:
-        """Return what of ``area`` is filled with which codes for ``eye``, in that order."""
+    def fills(self, eye: Eye, area: EyeArea, size_px: Size) -> list[tuple[Rectangle, CodeTriple]]:
+        """Return what of ``area``, on a surface of ``size_px``, is filled with which codes for ``eye``, in order.
+
+        A squeezed view is stretched back over the panel, so that shares of its area are shares of the panel.
+        """
         if self.window is None:
-            return [(area, self.eye(eye))]
-        left, right = (round(area.width * share) for share in (self.window[0], self.window[2]))
-        top, bottom = (round(area.height * share) for share in (self.window[1], self.window[3]))
-        inside = Rectangle(area.left + left, area.top + top, right - left, bottom - top)
-        return [(area, self.around[eye == "right"]), (inside, self.eye(eye))]
+            return [(area.rectangle, self.eye(eye))]
+        over = Rectangle(0, 0, *size_px) if self.of_panel and area.squeeze == (1, 1) else area.rectangle
+        left, right = (round(over.width * share) for share in (self.window[0], self.window[2]))
+        top, bottom = (round(over.height * share) for share in (self.window[1], self.window[3]))
+        inside = Rectangle(over.left + left, over.top + top, right - left, bottom - top)
+        around = self.around[1] if eye == "right" else self.around[0]
+        return [(area.rectangle, around), (inside.intersection(area.rectangle), self.eye(eye))]
 
 
 class CodeScreen:
@@ -142,7 +148,9 @@ class CodeScreen:
         self.show(codes)
         right = (patch.eye or eye) == "right"
         own, other = (codes.right, codes.left) if right else (codes.left, codes.right)
-        return Shown(own, None if self.shared else other)
+        area = next(area for area in self._areas() if ("right" if right else "left") in area.eyes)
+        place = middle_of(area, self.surface.size_px) if patch.place is None else patch.place.centre
+        return Shown(own, None if self.shared else other, place)
 
     def say(self, words: str) -> None:
         """Show ``words`` to both eyes over the codes, until other ones come; none if they are empty."""
@@ -214,17 +222,20 @@ class CodeScreen:
 
     def _fill(self, buffer: Buffer, area: EyeArea) -> None:
         target = self.surface.target(buffer)
+        fills = self._codes.fills(area.eyes[0], area, self.surface.size_px)
         if area.weave is None:
-            for place, codes in self._codes.fills(area.eyes[0], area.rectangle):
+            for place, codes in fills:
                 self._painter.fill(target, place, codes)
         else:
-            texture = code_texture(self.surface.context, area.rectangle.size_px, self.surface.bits)
+            corner = area.rectangle
+            texture = code_texture(self.surface.context, corner.size_px, self.surface.bits)
             filled = self.surface.context.framebuffer([texture])
             try:
                 filled.use()
-                for place, codes in self._codes.fills(area.eyes[0], Rectangle(0, 0, *area.rectangle.size_px)):
-                    self._painter.fill(filled, place, codes)
-                self._painter.picture(self.surface.target(buffer), filled, area.rectangle, area.rectangle, area)
+                for place, codes in fills:
+                    moved = Rectangle(place.left - corner.left, place.top - corner.top, *place.size_px)
+                    self._painter.fill(filled, moved, codes)
+                self._painter.picture(self.surface.target(buffer), filled, corner, corner, area)
             finally:
                 filled.release()
                 texture.release()

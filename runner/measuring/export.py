@@ -33,7 +33,7 @@ def measurements(session: Session) -> Measurements:
     order = f"{header['set']} ({header['set_source']}), seed {header['seed']}, begun {header['begun_utc']}"
     spectral = len(wavelengths) == 1 and bool(kept[0].reading.wavelengths_nm)
     return Measurements(
-        np.array([one.shown[0] if one.shown else session.steps[one.position].patch.codes for one in kept]),
+        np.array([one.shown.own if one.shown else session.steps[one.position].patch.codes for one in kept]),
         np.array([one.reading.XYZ_cd_m2 for one in kept]),
         tuple(patch.name for patch in patches),
         np.array([one.time_s for one in kept]),

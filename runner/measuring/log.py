@@ -20,6 +20,7 @@ from devices.instruments import Reading
 from devices.patches import Patch, Place, Step
 from documents import Finding, InputError
 from runner.measuring.errors import MeasuringError
+from runner.measuring.patch_screen import Shown
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1
@@ -36,7 +37,7 @@ class Kept:
     position: int
     time_s: float
     reading: Reading
-    shown: tuple[tuple[float, float, float], tuple[float, float, float] | None] | None = None
+    shown: Shown | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -111,8 +112,8 @@ class MeasurementLog:
             what = f"the measurement cannot be gone on with: {error.strerror}"
             raise MeasuringError(Finding(what, str(file), remedy="let it be written")) from error
 
-    def keep(self, step: Step, time_s: float, reading: Reading, **facts: Any) -> None:
-        """Put a reading on disk, with other ``facts`` about it."""
+    def keep(self, step: Step, time_s: float, reading: Reading, shown: Shown | None = None) -> None:
+        """Put a reading on disk, with what stood on the screen if that was read back."""
         line: dict[str, Any] = {"record": "reading", "position": step.position, "label": step.label}
         line |= {"time_s": round(time_s, 3), "XYZ_cd_m2": reading.XYZ_cd_m2}
         if reading.spectrum:
@@ -120,7 +121,9 @@ class MeasurementLog:
                 self._write({"record": "wavelengths", "nm": reading.wavelengths_nm})
                 self._wavelengths_nm = reading.wavelengths_nm
             line["spectrum"] = reading.spectrum
-        self._write({**line, **facts})
+        if shown is not None and shown.read_back:
+            line["shown"] = {"own": shown.own, "other": shown.other, "place": shown.place}
+        self._write(line)
 
     def fail(self, step: Step, time_s: float, why: str) -> None:
         """Put on disk why a patch was not read."""
@@ -189,9 +192,7 @@ def read_session(file: Path) -> Session:
                 spectrum = tuple(map(float, line.get("spectrum", ())))
                 reading = Reading((X, Y, Z), spectrum, wavelengths_nm if spectrum else ())
                 position = _position(line, steps)
-                shown = line.get("shown")
-                seen = None if shown is None else (_triple(shown[0]), _triple(shown[1]) if shown[1] else None)
-                readings[position] = Kept(position, float(line["time_s"]), reading, seen)
+                readings[position] = Kept(position, float(line["time_s"]), reading, _shown(line.get("shown")))
                 failures.pop(position, None)
         except (ValueError, TypeError, KeyError, IndexError, InputError) as error:
             what = "the line is damaged" if number > 1 else "this is no measurement"
@@ -234,6 +235,14 @@ def _patch(line: Mapping[str, Any]) -> Patch:
         bool(line.get("glasses", True)),
         float(line.get("wait_s", 0.0)),
     )
+
+
+def _shown(held: Mapping[str, Any] | None) -> Shown | None:
+    if held is None:
+        return None
+    across, down = map(float, held["place"])
+    other = held["other"]
+    return Shown(_triple(held["own"]), None if other is None else _triple(other), (across, down), read_back=True)
 
 
 def _triple(values: list[float]) -> tuple[float, float, float]:

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import Protocol
 
 from devices.patches import Patch, PatchEye
+from runner.presenter.modes.mode import EyeArea
+from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.surface import Surface
 
 CodeTriple = tuple[float, float, float]
@@ -15,12 +17,25 @@ CodeTriple = tuple[float, float, float]
 class Shown:
     """The codes in 0..1 of the eye that is read and of the other one, None where they share their pixels.
 
-    ``read_back`` says that they were read off the screen, as they are not those of the patch.
+    ``place`` is where on the panel the patch's middle stands, across and down, as shares of it. ``read_back`` says that
+    the codes were read off the screen, as they are not those of the patch.
     """
 
     own: CodeTriple
     other: CodeTriple | None
+    place: tuple[float, float] = (0.5, 0.5)
     read_back: bool = False
+
+
+def middle_of(area: EyeArea, size_px: Size) -> tuple[float, float]:
+    """Return where on a panel of ``size_px`` the middle of an eye's area stands, as shares of it.
+
+    A squeezed view is stretched back over the panel.
+    """
+    if area.squeeze != (1, 1):
+        return 0.5, 0.5
+    place = area.rectangle
+    return (place.left + place.width / 2) / size_px[0], (place.top + place.height / 2) / size_px[1]
 
 
 class PatchScreen(Protocol):

@@ -101,25 +101,34 @@ def characterised(target: Target) -> SimulatedDisplay:
     return target.simulated
 
 
-def check_sets(target: Target, sets: Sequence[PatchSet], *, chosen: bool) -> tuple[tuple[PatchSet, ...], str]:
+def check_sets(
+    target: Target, sets: Sequence[PatchSet], eye: PatchEye, *, chosen: bool
+) -> tuple[tuple[PatchSet, ...], str]:
     """Return those of ``sets`` that can be shown on ``target``, and a remark on the others, empty if there are none.
 
     Raises
     ------
     MeasuringError
-        If one that was ``chosen`` by its name needs each eye to see pixels of its own, and the mode has none, or none
-        is left.
+        If one that was ``chosen`` by its name cannot be shown to ``eye`` in this mode, or none is left.
     """
-    shared = any(len(area.eyes) > 1 for area in target.mode.areas(target.panel.resolution_px))
-    lost = [one for one in sets if shared and any(patch.other is not None for patch in one.patches)]
-    if not lost:
-        return tuple(sets), ""
-    names = ", ".join(one.name for one in lost)
-    what = f"the mode '{target.mode.name}' shows both eyes the same pixels"
-    kept = tuple(one for one in sets if one not in lost)
-    if chosen or not kept:
-        raise MeasuringError(Finding(f"{what}: '{names}' cannot be measured", remedy="leave it out"))
-    return kept, f"{what}: '{names}' is left out"
+    areas = target.mode.areas(target.panel.resolution_px)
+    shared = any(len(area.eyes) > 1 for area in areas)
+    parts = any(area.squeeze == (1, 1) and area.rectangle.size_px != target.panel.resolution_px for area in areas)
+    kept, remarks = [], []
+    for one in sets:
+        if shared and any(patch.other is not None for patch in one.patches):
+            remarks.append((one.name, "shows both eyes the same pixels", "leave it out"))
+        elif parts and eye != "both" and any(patch.place is not None for patch in one.patches):
+            remarks.append((one.name, f"shows the {eye} eye a part of the panel alone", "--eye both"))
+        else:
+            kept.append(one)
+    told = [
+        Finding(f"'{name}' cannot be measured: '{target.mode.name}' {why}", remedy=remedy)
+        for name, why, remedy in remarks
+    ]
+    if told and (chosen or not kept):
+        raise MeasuringError(told)
+    return tuple(kept), "; ".join(finding.message for finding in told)
 
 
 def check_eye(target: Target, eye: str) -> str:

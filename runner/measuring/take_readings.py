@@ -88,7 +88,7 @@ def take_readings(
         if keys.stops:
             return Outcome(taken, tuple(failed), _STOPPED)
         read_at_s = elapsed_s()
-        showing = Showing(step.label, shown.own, step.position, read_at_s, shown.other, step.patch)
+        showing = Showing(step.label, shown.own, step.position, read_at_s, shown.other, step.patch, shown.place)
         reading, why = None, ""
         try:
             reading = _read(instrument, showing, keys)
@@ -100,7 +100,7 @@ def take_readings(
         if reading is None and not why:
             return Outcome(taken, tuple(failed), _STOPPED)
         if reading is not None:
-            log.keep(step, read_at_s, reading, **({"shown": (shown.own, shown.other)} if shown.read_back else {}))
+            log.keep(step, read_at_s, reading, shown)
             taken += 1
         else:
             log.fail(step, read_at_s, why)

@@ -17,6 +17,7 @@ from devices.patches import Patch, PatchEye, PatchSet
 from devices.patches.colorchecker import AskedColour
 from runner.measuring.errors import MeasuringError
 from runner.measuring.log import Kept, Session
+from runner.measuring.patch_screen import Shown
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -144,8 +145,8 @@ def judge(session: Session, asked: tuple[AskedColour, ...], display: SimulatedDi
 def _predicted(session: Session, kept: Kept, display: SimulatedDisplay, eye: PatchEye) -> Triple:
     """Return what the display file says of the codes that stood on the screen while ``kept`` was read."""
     step = session.steps[kept.position]
-    own, other = kept.shown or (step.patch.codes, step.patch.codes if eye == "both" else (0.0, 0.0, 0.0))
-    showing = Showing(step.label, own, 0, 0.0, other, step.patch)
+    shown = kept.shown or Shown(step.patch.codes, step.patch.codes if eye == "both" else (0.0, 0.0, 0.0))
+    showing = Showing(step.label, shown.own, 0, 0.0, shown.other, step.patch, shown.place)
     return Simulated(display, 0, _NO_FAULT, eye).read(showing).XYZ_cd_m2
 
 

@@ -53,7 +53,7 @@ def command(
 
     target = read_target(rig_or_display, mode)
     note(check_eye(target, showing.eye))
-    sets = choosing.sets(target)
+    sets = choosing.sets(target, showing.eye)
     order = Order(sets, showing.eye, showing.seed, showing.repeat_every, showing.settle_s, notes)
     wiring = wiring_of(target, showing, reading)
     with open_screen(target, showing.backend, windowed=showing.windowed) as screen:

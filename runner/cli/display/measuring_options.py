@@ -47,14 +47,14 @@ class Choosing:
     code_range: str | None
     every_s: float | None
 
-    def sets(self, target: Target) -> tuple[PatchSet, ...]:
+    def sets(self, target: Target, eye: PatchEye) -> tuple[PatchSet, ...]:
         """Return the sets, less those that ``all`` holds and the mode cannot show, which is told."""
         from devices.patches import find_sets
         from devices.patches.sets import ALL
         from runner.measuring.station import check_sets
 
         found = find_sets(self.set_names, self.code_range, self.every_s)
-        kept, remark = check_sets(target, found, chosen=ALL not in self.set_names)
+        kept, remark = check_sets(target, found, eye, chosen=ALL not in self.set_names)
         note(remark)
         return kept
 

@@ -50,7 +50,9 @@ def command(
     eye = showing.eye
     remark = check_eye(target, eye)
     highest = 255 if target.panel.code_bits == 8 else 1023
-    order = steps([one.rounded(highest) for one in choosing.sets(target)], showing.seed, showing.repeat_every, eye=eye)
+    order = steps(
+        [one.rounded(highest) for one in choosing.sets(target, eye)], showing.seed, showing.repeat_every, eye=eye
+    )
     if start_label is not None:
         labels = [step.label for step in order]
         if start_label not in labels:

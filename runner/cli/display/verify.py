@@ -58,6 +58,8 @@ def command(
         what = f"the mode '{target.mode.name}' was characterised per eye"
         raise MeasuringError(Finding(what, str(display_file), remedy="verify one after the other: --eye left"))
     note(check_eye(target, eye))
+    if target.mode.mixture(display.models) is not None:
+        note(f"'{target.mode.name}' mixes both eyes' views into one picture: colours are as near as it comes to them")
     model = eye_model(display.models, eye)
     file = output or display_file.with_name(f"{display_file.stem}-{target.mode.name}-{eye}-verify.jsonl")
     asked = asked_of(model)

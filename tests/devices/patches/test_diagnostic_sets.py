@@ -29,7 +29,9 @@ def _read(names: tuple[str, ...], faults: Faults, eye: PatchEye = "both", seed: 
         now_s += max(15.0, patch.wait_s)
         black = (0.0, 0.0, 0.0)
         other = patch.other if patch.other is not None else patch.codes if eye == "both" else black
-        taken.append(instrument.read(Showing(step.label, patch.codes, step.position, now_s, other, patch)).XYZ_cd_m2)
+        place = (0.5, 0.5) if patch.place is None else patch.place.centre
+        showing = Showing(step.label, patch.codes, step.position, now_s, other, patch, place)
+        taken.append(instrument.read(showing).XYZ_cd_m2)
         time_s.append(now_s)
     return Measurements(
         np.array([step.patch.codes for step in shown]), np.array(taken), tuple(step.patch.name for step in shown),
@@ -106,7 +108,7 @@ def test_what_a_person_must_do_is_told() -> None:
         start.request(bare) == "Put the glasses before the instrument again. Put the left lens before the instrument."
     )
     side = Arrangement("left", angle="v-10deg")
-    assert side.request(start) == "Turn the instrument about the middle of the screen to 10° below."
+    assert side.request(start) == "Aim the instrument at the middle of the screen from 10° below."
     assert "straight ahead" in start.request(side)
 
 

@@ -2,22 +2,30 @@
 
 from __future__ import annotations
 
+import json
 import warnings
 from pathlib import Path
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 
 from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display_file import EyeModels, read_display
 from devices.instruments import Reading
 from devices.instruments.simulated import SimulatedDisplay
 from devices.patches import Patch, PatchSet, Step
 from devices.patches.colorchecker import asked_of
 from devices.tone_curve import ToneCurve
+from documents import InputError
+from runner.cli.main import group
+from runner.compensation import Compensation
 from runner.measuring.errors import MeasuringError
-from runner.measuring.log import Kept, Session
+from runner.measuring.log import Kept, Session, read_session
 from runner.measuring.verification import judge, patches_of
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.surfaces import open_surface
+from stimuli.stereo_image import StereoImage
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 CURVE = ToneCurve(0.97, 0.02, 1.8)
@@ -69,3 +77,95 @@ def test_nothing_read_is_no_verdict() -> None:
     other = PatchSet("s", (Patch("black", (0.0, 0.0, 0.0)),))
     with pytest.raises(MeasuringError, match="none of the colours"):
         judge(_session(np.array([[1.0, 1.0, 1.0]]), other), asked, DISPLAY, "both")
+
+
+LEAKING = """\
+schema_version: 1
+panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
+modes:
+  row-interleaved:
+    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
+    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
+    curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
+    source: made up for tests
+    crosstalk:
+      left: [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 0.05]]
+      right: [[0.08, 0, 0], [0, 0.08, 0], [0, 0, 0.08]]
+    gain_map: {luminance: [[20, 25, 20], [22, 27, 24], [21, 24, 16]], positions: cells, normalise: minimum}
+  side-by-side: {same_as: row-interleaved}
+  frame-sequential: {same_as: row-interleaved}
+"""
+
+
+@pytest.mark.parametrize("mode", ["row-interleaved", "side-by-side", "frame-sequential"])
+@pytest.mark.parametrize("eye", ["both", "left", "right"])
+def test_colours_go_through_what_a_session_does(tmp_path: Path, mode: str, eye: str) -> None:
+    """Crosstalk and unevenness are in the codes shown, so that what is left is the rounding of codes.
+
+    The codes are those of the float64 twin: `Compensation.apply`, then the model.
+    """
+    file, log = tmp_path / "display.yaml", tmp_path / "v.jsonl"
+    file.write_text(LEAKING)
+    try:
+        open_surface("egl", (8, 8)).close()
+    except InputError as error:
+        pytest.skip(str(error))
+    arguments = ["display", "verify", "--display", str(file), "--mode", mode, "--eye", eye, "--instrument", "simulated",
+                 "--instrument-option", "noise=0", "--backend", "egl", "--settle", "0", "-o", str(log),
+                 "--limit", "0.5", "--json"]  # fmt: skip
+    result = CliRunner().invoke(group, arguments)
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert found["passed"] is True
+    for one in found["colours"]:
+        np.testing.assert_allclose(one["measured_XYZ_cd_m2"], one["model_XYZ_cd_m2"], rtol=1e-9)
+    display = read_display(file)
+    models, stereo_mode = display.models(mode), find_mode(mode)
+    twin = Compensation(models, stereo_mode, (64, 48), display.crosstalk(mode), display.gain_map(mode))
+    area = stereo_mode.areas((64, 48))[eye == "right"]
+    width, height = area.view_px
+    row, column = height // 2, width // 2
+    if area.weave is not None:  # the nearest of the eye's own rows
+        row, column = (row if area.weave.mask(height, width)[row, column] else row - 1), column - 1
+    model = models.right if eye == "right" else models.left
+    session = read_session(log)
+    plain = 0.0
+    for kept in session.readings.values():
+        patch = session.steps[kept.position].patch
+        asked = session.header["asked_XYZ_cd_m2"].get(patch.name)
+        assert kept.shown is not None
+        if asked is None:
+            continue
+        own = np.tile(np.float32(asked), (height, width, 1))
+        dark = np.tile(np.float32(model.xyz([0.0] * 3)), (height, width, 1))
+        views = (own if eye != "right" else dark, own if eye != "left" else dark)
+        sent = twin.apply(StereoImage(*views))[0].eye("right" if eye == "right" else "left")
+        code = 255 * model.code(sent[row, column].astype(np.float64))
+        np.testing.assert_allclose(255 * np.array(kept.shown.own), code, atol=0.51)
+        plain = max(plain, float(np.abs(255 * np.array(patch.codes) - code).max()))
+    assert plain > 5  # the model's own codes are others
+
+
+def test_a_fault_that_the_display_file_does_not_tell_shows_beside_the_model(tmp_path: Path) -> None:
+    (tmp_path / "display.yaml").write_text(LEAKING)
+    arguments = ["display", "verify", "--display", str(tmp_path / "display.yaml"), "--mode", "row-interleaved",
+                 "--instrument", "simulated", "--instrument-option", "crosstalk=0.1", "--backend", "egl",
+                 "--settle", "0", "--limit", "1", "--json"]  # fmt: skip
+    result = CliRunner().invoke(group, arguments)
+    assert result.exit_code == 1
+    found = json.loads(result.stdout.splitlines()[0])
+    assert found["passed"] is False
+    assert found["delta_e_00"]["mean"] > 1 > 0.5 > found["model_alone_delta_e_00"]["mean"]
+
+
+def test_a_rig_and_a_mode_that_was_not_measured(tmp_path: Path) -> None:
+    (tmp_path / "display.yaml").write_text(LEAKING)
+    (tmp_path / "rig.yaml").write_text(
+        "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
+    )
+    shown = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
+    result = CliRunner().invoke(group, ["display", "verify", "--display", str(tmp_path / "rig.yaml"), *shown])
+    assert result.exit_code == 0, result.output
+    assert "by the model alone: mean" in result.output
+    arguments = ["display", "verify", "--display", str(tmp_path / "display.yaml"), "--mode", "flat", *shown]
+    assert "not characterised in the mode 'flat'" in str(CliRunner().invoke(group, arguments).exception)

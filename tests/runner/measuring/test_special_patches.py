@@ -1,0 +1,196 @@
+"""Patches that are more than a full screen: where they stand, what the person is asked, and that all of it is kept."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+
+from devices.measurements import read_csv
+from devices.patches import Patch, Place, find_sets, steps
+from documents import InputError
+from runner.cli.main import group
+from runner.measuring.code_screen import CodeScreen, EyeCodes
+from runner.measuring.keys import Keys
+from runner.measuring.log import MeasurementLog, read_session, step_facts
+from runner.ports import KeyPress
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.gl_calls import Codes
+
+SIZE = (96, 72)
+OFFSCREEN = [name for name in MODES if name != "quad-buffered"]
+APART = [name for name in OFFSCREEN if name != "flat" and "anaglyph" not in name]
+WHITE = (1.0, 1.0, 1.0)
+BLACK = (0.0, 0.0, 0.0)
+DISPLAY = """\
+schema_version: 1
+panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
+modes:
+  row-interleaved:
+    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
+    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
+    curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
+    source: made up for tests
+  side-by-side: {same_as: row-interleaved}
+  flat: {same_as: row-interleaved}
+"""
+SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
+
+
+def _open(mode: str) -> Surface:
+    try:
+        return open_surface("egl", SIZE, windows=find_mode(mode).windows)
+    except PresentationError as error:
+        pytest.skip(str(error))
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    _open("flat").close()
+    (tmp_path / "display.yaml").write_text(DISPLAY)
+    return tmp_path
+
+
+def _measure(folder: Path, *more: str, typed: str | None = None) -> Result:
+    arguments = ["display", "measure", str(folder / "display.yaml"), "--mode", "row-interleaved",
+                 "-o", str(folder / "m.jsonl"), *SIMULATED, *more]  # fmt: skip
+    return CliRunner().invoke(group, arguments, input=typed)
+
+
+@pytest.mark.parametrize("mode", APART)
+@pytest.mark.parametrize("eye", ["left", "right"])
+def test_the_other_eye_sees_its_own_codes(mode: str, eye: str) -> None:
+    patch = Patch("black@other=red", (0.2, 0.2, 0.2), other=(1.0, 0.0, 0.0), eye="left" if eye == "left" else "right")
+    with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
+        shown = screen.show_patch(patch, "both")
+        seen = {name: screen.seen_by(name) for name in ("left", "right")}
+    assert np.all(seen[eye] == 51)
+    assert np.all(seen["right" if eye == "left" else "left"] == (255, 0, 0))
+    assert (shown.own, shown.other) == (patch.codes, patch.other)
+
+
+@pytest.mark.parametrize("mode", OFFSCREEN)
+@pytest.mark.parametrize("place", [Place(1, 1), Place(2, 2), Place(3, 3), Place(1, 3)])
+def test_a_place_is_a_cell_of_the_panel(mode: str, place: Place) -> None:
+    """What is lit, once squeezed views are stretched back, is the cell and nothing else."""
+    with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
+        shown = screen.show_patch(Patch("white@r1c1", WHITE, place=place), "both")
+        pictures = screen.capture()
+        lit = next(iter(pictures.values()))[..., 0] > 0
+        squeeze = find_mode(mode).areas(SIZE)[0].squeeze
+    width, height = SIZE
+    if squeeze != (1, 1):  # each half holds the whole panel
+        lit = lit[: height // squeeze[1], : width // squeeze[0]].repeat(squeeze[0], axis=1).repeat(squeeze[1], axis=0)
+    expected = np.zeros((height, width), dtype=bool)
+    rows, columns = (place.row - 1) * 24, (place.column - 1) * 32
+    expected[rows : rows + 24, columns : columns + 32] = True
+    np.testing.assert_array_equal(lit, expected)
+    assert shown.place == place.centre
+
+
+@pytest.mark.parametrize("mode", ["flat", "row-interleaved", "side-by-side-half"])
+def test_a_surround_is_around_the_middle(mode: str) -> None:
+    with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
+        screen.show_patch(Patch("grey@on-white", (0.2, 0.2, 0.2), around=WHITE), "both")
+        seen = screen.seen_by("left")[:, 0]
+    assert set(seen) == {51.0, 255.0}
+    assert (seen == 51).mean() == pytest.approx(1 / 9, abs=0.02)
+
+
+def test_eyes_that_share_pixels_cannot_see_different_ones() -> None:
+    with (
+        _open("flat") as surface,
+        CodeScreen(surface, find_mode("flat")) as screen,
+        pytest.raises(InputError, match="the same pixels"),
+    ):
+        screen.show(EyeCodes(WHITE, WHITE, (0.0, 0.0, 1.0, 1.0), (WHITE, BLACK)))
+
+
+@pytest.mark.parametrize("mode", ["flat", "side-by-side-half", "checkerboard", "frame-sequential"])
+@pytest.mark.parametrize("bits", [8, 10])
+def test_words_stand_on_the_screen_until_a_key_and_then_no_longer(mode: str, bits: int) -> None:
+    try:
+        surface = open_surface("egl", (320, 240), bits=8 if bits == 8 else 10)
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with surface, CodeScreen(surface, find_mode(mode)) as screen:
+        said: list[str] = []
+        looks: list[dict[str, Codes]] = []
+
+        def presses() -> tuple[KeyPress, ...]:
+            looks.append(dict(screen.capture()))
+            return (KeyPress("space", 0.0),) if len(looks) == 3 else ()
+
+        screen.show_patch(Patch("black", BLACK), "both")
+        surface.poll_keys = presses  # type: ignore[method-assign]
+        keys = Keys(screen, said.append)
+        assert keys.ask("Point the instrument at the patch.")
+        assert not keys.paused
+        after = screen.capture()
+    assert said == ["Point the instrument at the patch. Space goes on."]
+    for name, picture in looks[0].items():
+        lit = (picture[..., 0] > 0).mean()
+        assert 0.001 < lit < 0.1
+        assert not picture[: picture.shape[0] // 2].any()
+        assert not after[name].any()
+
+
+def test_what_is_special_of_a_patch_comes_back_from_the_log(tmp_path: Path) -> None:
+    order = steps(find_sets(("all",)), 1)
+    header = {"steps": step_facts(order)}
+    with MeasurementLog.create(tmp_path / "m.jsonl", header):
+        pass
+    assert read_session(tmp_path / "m.jsonl").steps == order
+
+
+def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
+    faults = ("crosstalk=0.08", "edge_loss=0.5", "surround_gain=0.05", "glasses_loss=0.8", "noise=0.001")
+    options = [word for fault in faults for word in ("--instrument-option", fault)]
+    result = _measure(folder, "--set", "all", "--every", "0.01", "--eye", "left", "--unattended", *options)
+    assert result.exit_code == 0, result.output
+    assert result.stderr.count("note: ") == 9 + 10 + 2  # places; angles; the right lens, and the glasses off
+    table = read_csv(folder / "m.csv")
+    assert set(table.eye) == {"left", "right"}
+    arguments = ["display", "report", str(folder / "m.csv"), "--display", str(folder / "display.yaml"), "--json"]
+    judged = {one["name"]: one for one in json.loads(CliRunner().invoke(group, arguments).stdout)["diagnoses"]}
+    assert {name for name, one in judged.items() if one["passed"] is None} == {"spectral_overlap", "gamut"}
+    failed = {name for name, one in judged.items() if one["passed"] is False}
+    assert failed == {"crosstalk", "uniformity", "pixel_independence"}
+    assert judged["crosstalk"]["value"] == pytest.approx(8.0, rel=0.05)
+    assert judged["glasses_transmittance"]["value"] == pytest.approx(20.0, rel=0.01)
+
+
+def test_a_person_at_the_terminal_says_when_the_instrument_stands(folder: Path) -> None:
+    """Without a window, the end of a line goes on; where nobody answers, it stops, and goes on later."""
+    result = _measure(folder, "--set", "uniformity", typed="\n" * 4)
+    assert result.exit_code == 1
+    assert result.stderr.count("Then press Enter") == 5
+    assert "nobody says that the instrument stands; 4 readings are safe" in result.output
+    result = _measure(folder, "--set", "uniformity", "--resume", typed="\n" * 5)
+    assert result.exit_code == 0, result.output
+    assert sorted(read_csv(folder / "m.csv").name) == [f"white@r{row}c{column}" for row in "123" for column in "123"]
+
+
+def test_sets_that_a_mode_cannot_show_are_told(folder: Path) -> None:
+    named = _measure(folder, "--set", "crosstalk", "--mode", "flat")
+    assert "'crosstalk' cannot be measured: 'flat' shows both eyes the same pixels" in str(named.exception)
+    parts = _measure(folder, "--set", "uniformity", "--mode", "side-by-side", "--eye", "left")
+    assert "--eye both" in str(parts.exception)
+    assert not (folder / "m.jsonl").exists()
+    everything = _measure(folder, "--set", "all", "--mode", "flat", "--every", "0", "--unattended")
+    assert everything.exit_code == 0, everything.output
+    assert "note: 'crosstalk' cannot be measured" in everything.stderr
+
+
+def test_the_warm_up_waits_between_its_readings(folder: Path) -> None:
+    result = _measure(folder, "--set", "warm-up", "--every", "0.05")
+    assert result.exit_code == 0, result.output
+    table = read_csv(folder / "m.csv")
+    assert table.time_s is not None
+    assert len(table) == 31
+    assert np.all(np.diff(table.time_s) >= 0.049)
