@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 Loss = Literal["xyz", "delta-e"]
 
 _TINY = 1e-9
+_ONE_BY_ONE = 200
+_GROUPS = 20
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -102,8 +104,9 @@ def left_out_xyz(C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solu
     """Return XYZ (n, 3) of each colour as estimated by the fit to all others; NaN where those do not determine M.
 
     In XYZ it follows from the one fit: an error left out is e / (1 − h), h being the colour's leverage. In ΔE00 each is
-    fitted anew.
+    fitted anew; more than 200 are left out in twenty groups.
     """
+    n = len(C)
     q, _ = np.linalg.qr(C / np.linalg.norm(C, axis=0))
     leverage = np.sum(q * q, axis=1)
     lone = 1.0 - leverage < 1e-10
@@ -112,8 +115,18 @@ def left_out_xyz(C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solu
         out = XYZ - error / np.where(lone, np.nan, 1.0 - leverage)[:, None]
         return np.asarray(out)
     out = np.full_like(XYZ, np.nan)
-    every = np.arange(len(C))
-    for i in every[~lone]:
-        others = every != i
-        out[i] = C[i] @ solve(C[others], XYZ[others], loss, white, fitted.M).M.T
+    for group in _groups(C, XYZ, ~lone):
+        others = np.ones(n, dtype=bool)
+        others[group] = False
+        out[group] = C[group] @ solve(C[others], XYZ[others], loss, white, fitted.M).M.T
     return out
+
+
+def _groups(C: Floats, XYZ: Floats, known: NDArray[np.bool_]) -> list[NDArray[np.intp]]:
+    """Return what is left out together: each by itself, or, where that would take long, twenty groups."""
+    rows = np.flatnonzero(known)
+    if len(rows) <= _ONE_BY_ONE:
+        return list(rows[:, None])
+    # By the colours' own order, so that it does not matter how they were listed.
+    ordered = rows[np.lexsort(np.column_stack([C[rows], XYZ[rows]]).T)]
+    return [ordered[start::_GROUPS] for start in range(_GROUPS)]
