@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -21,6 +22,9 @@ from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
 from stimuli.exr.write import write_exr
 from stimuli.stereo_image import StereoImage
+
+# Noise seldom lets so many photosites meet at the largest code.
+_MANY = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,5 +95,18 @@ def _told(photo: Path, output: Path, image: CameraImage, holds: str) -> dict[str
         if exposure is None
         else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
         "saturated_share": list(image.saturated_share),
+        "said": list(_early_full(image)),
         "steps": [dict(step) for step in image.steps],
     }
+
+
+def _early_full(image: CameraImage) -> Iterator[str]:
+    """Yield a remark where many photosites share the largest code although it is not yet one of a full one."""
+    for step in image.steps:
+        if step["step"] == "linearise":
+            largest, many, full = step["largest_code"], step["photosites_at_largest_code"], min(step["saturated_from"])
+            if largest < full and many >= _MANY:
+                yield (
+                    f"{many} photosites share the largest code, {largest}, below {full:g}: if it is full there, "
+                    f"tell --saturated {largest}"
+                )

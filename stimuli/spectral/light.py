@@ -81,9 +81,10 @@ def observer_weights(wavelengths_nm: Floats) -> Floats:
 def weighted(picture: SpectralPicture, weights: Floats) -> NDArray[np.float32]:
     """Return the picture's values times ``weights`` (bands, 3), summed over bands: float32 (height, width, 3)."""
     out = np.empty((picture.height_px, picture.width_px, 3), np.float32)
-    used = weights.any(axis=1)
+    used = np.flatnonzero(weights.any(axis=1))
+    bands = slice(used[0], used[-1] + 1)
     for rows, values in picture.blocks():
-        out[rows] = np.asarray(values[..., used], dtype=np.float64) @ weights[used]
+        out[rows] = values[..., bands].astype(np.float64) @ weights[bands]
     return out
 
 

@@ -167,5 +167,7 @@ def _tell(told: list[dict[str, Any]]) -> None:
         table.add_row(Text(one["photo"]), *cells)
     Console(highlight=False).print(table)
     for one in told:
+        for sentence in one["said"]:
+            click.echo(f"Note: {one['photo']}: {sentence}.")
         if one.get("exposure_was_characterised") is False:
             click.echo(f"Note: {one['photo']}: the camera file was not tried at this exposure.")

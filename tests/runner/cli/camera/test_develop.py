@@ -15,7 +15,7 @@ from documents import InputError
 from runner.cli.camera import command as group
 from stimuli.develop.read import read_camera_image
 from stimuli.exr import read_exr
-from tests.stimuli.develop.dng import exposure_tags, smooth, write_dng
+from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
 
@@ -105,6 +105,21 @@ def test_the_table_tells_what_matters(tmp_path: Path, camera: Path) -> None:
     assert "64 × 48" in result.output
     assert "f/8 ISO 200" in result.output
     assert "a.dng: the camera file was not tried at this exposure" in result.output
+
+
+def test_a_sensor_that_is_full_early_is_noticed(tmp_path: Path) -> None:
+    """Above 15000 of 15520 codes nothing more comes: the remark says so, and the code told marks them."""
+    light = smooth()
+    light[10:20, 10:30] = 1.5
+    path = save_dng(tmp_path / "a.dng", np.minimum(coded(light, (600,), 15520), 15000), black=(600,), white=15520)
+    (told,) = develop(path, "-o", tmp_path / "a.exr", "--demosaic", "bilinear")
+    assert told["saturated_share"] == [0, 0, 0]
+    assert told["said"] == [
+        "200 photosites share the largest code, 15000, below 15520: if it is full there, tell --saturated 15000"
+    ]
+    (told,) = develop(path, "-o", tmp_path / "b.exr", "--demosaic", "bilinear", "--saturated", 15000)
+    assert told["saturated_share"][1] == pytest.approx(200 / 48 / 64, rel=0.3)
+    assert told["said"] == []
 
 
 def test_nothing_is_written_over_a_photograph(tmp_path: Path) -> None:
