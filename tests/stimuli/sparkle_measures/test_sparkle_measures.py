@@ -222,7 +222,7 @@ def test_background_is_the_median_in_the_middle_of_each_window() -> None:
 
 def test_a_window_full_of_sparkle_does_not_lift_its_neighbours() -> None:
     picture = np.full((300, 300), 10.0, np.float32)
-    picture[100:160, 100:160] = 300.0
+    picture[120:180, 120:180] = 300.0
     assert local_background(picture, 60).lines(0, 300, 300).max() == 10.0
 
 
