@@ -32,6 +32,15 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
     if not isinstance(data, SpyFile):
         raise _wrong(path, "it is a library of spectra, not a picture", "give a picture")
     told = data.metadata
+    layout = str(told["interleave"]).lower()
+    if layout not in ("bsq", "bil", "bip"):
+        raise _wrong(path, f"its interleave is '{layout}'", "write bsq, bil or bip")
+    if min(data.nrows, data.ncols, data.nbands) < 1 or data.offset < 0:
+        raise _wrong(
+            path, f"it has {data.nrows} lines of {data.ncols} samples in {data.nbands} bands", "mend its header"
+        )
+    if not (np.isfinite(data.scale_factor) and data.scale_factor > 0):
+        raise _wrong(path, f"its reflectance scale factor is {data.scale_factor:g}", "mend its header")
     needed = data.nrows * data.ncols * data.nbands * data.sample_size + data.offset
     size = Path(data.filename).stat().st_size
     if size < needed:
@@ -56,18 +65,29 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
 
 
 class _Rows:
-    """Reads rows of the good bands."""
+    """Reads rows of the good bands; the file is mapped only meanwhile, so that what was read leaves memory again."""
 
     def __init__(self, data: Any, bands: NDArray[np.intp], ignored: float | None, path: Path) -> None:
-        self._data, self._bands, self._ignored, self._path = data, bands, ignored, path
+        rows, columns, every = data.shape
+        # How the file is laid out, and how its axes become rows, columns, bands.
+        self._shape, self._axes, self._rows_axis = {
+            "bsq": ((every, rows, columns), (1, 2, 0), 1),
+            "bil": ((rows, every, columns), (0, 2, 1), 0),
+            "bip": ((rows, columns, every), (0, 1, 2), 0),
+        }[str(data.metadata["interleave"]).lower()]
+        self._file, self._dtype, self._offset = Path(data.filename), data.dtype, data.offset
+        self._scale = data.scale_factor
+        self._bands, self._ignored, self._path = bands, ignored, path
 
     def __call__(self, first: int, last: int) -> NDArray[np.float32]:
-        read = np.asarray(self._data.read_subregion((first, last), (0, self._data.ncols)))[..., self._bands]
+        mapped = np.memmap(self._file, dtype=self._dtype, mode="r", offset=self._offset, shape=self._shape)
+        part = mapped[:, first:last] if self._rows_axis else mapped[first:last]
+        read = np.array(part.transpose(self._axes)[..., self._bands])
         if self._ignored is not None:
-            missing = int((read * self._data.scale_factor == self._ignored).any(axis=-1).sum())
+            missing = int((read == self._ignored).any(axis=-1).sum())
             if missing:
                 raise _wrong(self._path, f"in rows {first}..{last - 1}, {missing} pixels hold no data", "crop it")
-        return np.asarray(read, dtype=np.float32)
+        return (read / self._scale).astype(np.float32) if self._scale != 1 else read.astype(np.float32)
 
 
 def _header(path: Path) -> Path:

@@ -52,5 +52,7 @@ def save_envi(path: Path, values: NDArray[Any], waves: NDArray[np.float64] = WAV
     told = {"wavelength": [f"{wave:g}" for wave in waves], "wavelength units": "Nanometers", **metadata}
     interleave = told.pop("interleave", "bil")
     told = {key: value for key, value in told.items() if value is not None}
-    envi.save_image(str(path), values, dtype=values.dtype, interleave=interleave, metadata=told, force=True, ext="img")
+    order = 1 if values.dtype.byteorder == ">" else 0
+    options = {"interleave": interleave, "metadata": told, "force": True, "ext": "img", "byteorder": order}
+    envi.save_image(str(path), values, dtype=values.dtype, **options)
     return path

@@ -72,9 +72,10 @@ def test_channels_in_any_order_are_put_in_order(tmp_path: Path) -> None:
     np.testing.assert_array_equal(block[1], values.astype(np.float32))
 
 
+@pytest.mark.parametrize("order", ["<", ">"])
 @pytest.mark.parametrize("interleave", ["bil", "bip", "bsq"])
-def test_envi_gives_what_exr_gives(tmp_path: Path, interleave: str) -> None:
-    header = save_envi(tmp_path / "a.hdr", LIGHT.astype(np.float32), interleave=interleave)
+def test_envi_gives_what_exr_gives(tmp_path: Path, interleave: str, order: str) -> None:
+    header = save_envi(tmp_path / "a.hdr", LIGHT.astype(f"{order}f4"), interleave=interleave)
     truth = spectral_to_xyz(read_spectral(save_exr(tmp_path / "a.exr", LIGHT))).xyz
     for path in (header, header.with_suffix(".img")):
         np.testing.assert_allclose(spectral_to_xyz(read_spectral(path, "radiance")).xyz, truth, rtol=1e-6)
@@ -248,6 +249,12 @@ def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
     assert "do not rise: 780 nm" in refusal(save(wavelength=list(WAVES[::-1])), "radiance")
     assert "are no numbers" in refusal(save(wavelength=["red"] * 81), "radiance")
     assert "hold no data" in refusal(save(**{"data ignore value": float(values[0, 0, 0])}), "radiance")
+    assert "scale factor is 0" in refusal(save(**{"reflectance scale factor": 0}), "radiance")
+    header = save()
+    text = header.read_text(encoding="utf-8")
+    for line, words in (("interleave = bil", "interleave is 'bix'"), ("lines = 7", "lines")):
+        header.write_text(text.replace(line, line[:-1] + ("x" if line[-1] == "l" else "0")), encoding="utf-8")
+        assert words in refusal(header, "radiance")
     data = save().with_suffix(".img")
     data.write_bytes(data.read_bytes()[:-1])
     assert "cut short" in refusal(tmp_path / "a.hdr", "radiance")
