@@ -8,7 +8,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from devices.diagnostics.examine import MeasuredSet, examine
 from devices.instruments import Reading
+from devices.instruments.simulated import Faults
 from devices.patches import Patch, PatchSet, steps
 from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
@@ -16,6 +18,7 @@ from runner.measuring.export import measurements
 from runner.measuring.log import MeasurementLog, read_session, step_facts
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.surfaces import open_surface
+from tests.devices.patches.simulated_sets import read_sets
 from tests.runner.measuring.killed_measurement import kill_and_resume
 from tests.runner.measuring.test_commands import DISPLAY, RIG
 
@@ -60,3 +63,22 @@ def test_five_thousand_readings_with_spectra(tmp_path: Path) -> None:
     assert table.spectra is not None
     assert table.spectra.shape == (len(order), 401)
     assert took_s < 20.0
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_faults_of_the_display_are_found_by_the_sets_and_none_is_made_up(seed: int) -> None:
+    """Faults drawn at random, each nothing or twice its limit: every check says which there are."""
+    rng = np.random.default_rng(seed)
+    twice = {"crosstalk": 0.1, "edge_loss": 0.45, "surround_gain": 0.04, "additivity_loss": 0.06, "angle_loss": 1.8}
+    checks = {
+        "crosstalk": "crosstalk",
+        "edge_loss": "uniformity",
+        "surround_gain": "pixel_independence",
+        "additivity_loss": "additivity",
+        "angle_loss": "angular_luminance",
+    }
+    planted = {name: value for name, value in twice.items() if rng.random() < 0.5}
+    table = read_sets(("all",), Faults(noise=0.002, glasses_loss=0.8, **planted), "left", seed)
+    judged = {one.name: one for one in examine([MeasuredSet("m", table)])}
+    assert {checks[name] for name in planted} == {name for name in checks.values() if judged[name].passed is False}
+    assert judged["glasses_transmittance"].passed is True

@@ -4,39 +4,16 @@ from __future__ import annotations
 
 import itertools
 
-import numpy as np
 import pytest
 
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.examine import MeasuredSet, examine
-from devices.display_file import EyeModels
 from devices.errors import DeviceError
-from devices.instruments import Showing
-from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.instruments.simulated import Faults
 from devices.measurements import Measurements
 from devices.patches import Arrangement, Patch, PatchEye, Place, find_sets, steps
 from devices.patches.sets import DIAGNOSTIC
-from tests.devices.diagnostics.simulated import MODEL
-
-
-def _read(names: tuple[str, ...], faults: Faults, eye: PatchEye = "both", seed: int = 1) -> Measurements:
-    """Read the sets as `display measure` does, 15 s a patch."""
-    instrument = Simulated(SimulatedDisplay(EyeModels(MODEL, MODEL)), seed, faults, eye)
-    taken, time_s, now_s = [], [], 0.0
-    shown = steps(find_sets(names), seed, eye=eye)
-    for step in shown:
-        patch = step.patch
-        now_s += max(15.0, patch.wait_s)
-        black = (0.0, 0.0, 0.0)
-        other = patch.other if patch.other is not None else patch.codes if eye == "both" else black
-        place = (0.5, 0.5) if patch.place is None else patch.place.centre
-        showing = Showing(step.label, patch.codes, step.position, now_s, other, patch, place)
-        taken.append(instrument.read(showing).XYZ_cd_m2)
-        time_s.append(now_s)
-    return Measurements(
-        np.array([step.patch.codes for step in shown]), np.array(taken), tuple(step.patch.name for step in shown),
-        np.array(time_s), tuple(step.patch.eye or eye for step in shown),
-    )  # fmt: skip
+from tests.devices.patches.simulated_sets import read_sets
 
 
 def _judged(table: Measurements) -> dict[str, Diagnosis]:
@@ -45,7 +22,7 @@ def _judged(table: Measurements) -> dict[str, Diagnosis]:
 
 @pytest.mark.parametrize("eye", ["both", "left"])
 def test_all_sets_let_every_check_be_made_and_a_display_without_fault_passes(eye: PatchEye) -> None:
-    found = _judged(_read(("all",), Faults(noise=0.001, glasses_loss=0.85), eye))
+    found = _judged(read_sets(("all",), Faults(noise=0.001, glasses_loss=0.85), eye))
     undecided = {name for name, one in found.items() if one.passed is None}
     # Spectra are not simulated, and a gamut is told without a verdict.
     assert undecided == {"spectral_overlap", "gamut"}
@@ -69,8 +46,8 @@ def test_all_sets_let_every_check_be_made_and_a_display_without_fault_passes(eye
 )  # fmt: skip
 def test_each_set_finds_its_own_fault(name: str, check: str, fault: dict[str, float], value: float | None) -> None:
     quiet = Faults(noise=0.001, glasses_loss=0.85)
-    assert _judged(_read((name,), quiet))[check].passed is True
-    found = _judged(_read((name,), Faults(**{"noise": 0.001, **fault})))[check]
+    assert _judged(read_sets((name,), quiet))[check].passed is True
+    found = _judged(read_sets((name,), Faults(**{"noise": 0.001, **fault})))[check]
     assert found.passed is False
     if value is not None:
         assert found.value == pytest.approx(value, rel=0.15)
@@ -81,8 +58,8 @@ def test_a_set_leaves_the_plain_readings_alone() -> None:
     from devices.diagnostics.tags import plain
 
     told = ("crosstalk", "uniformity", "on-white", "warm-up", "angles")
-    assert len(plain(_read(told, Faults()))) == 0
-    assert {name for name in plain(_read(("glasses",), Faults())).name if "@" in name} == set()
+    assert len(plain(read_sets(told, Faults()))) == 0
+    assert {name for name in plain(read_sets(("glasses",), Faults())).name if "@" in name} == set()
 
 
 @pytest.mark.parametrize("eye", ["both", "left", "right"])

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from devices.diagnostics.examine import MeasuredSet, examine
+from devices.display_file import read_display
 from devices.measurements import read_csv
 from devices.patches import Patch, Place, find_sets, steps
 from documents import InputError
@@ -156,13 +157,13 @@ def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
     assert result.stderr.count("note: ") == 9 + 10 + 2  # places; angles; the right lens, and the glasses off
     table = read_csv(folder / "m.csv")
     assert set(table.eye) == {"left", "right"}
-    arguments = ["display", "report", str(folder / "m.csv"), "--display", str(folder / "display.yaml"), "--json"]
-    judged = {one["name"]: one for one in json.loads(CliRunner().invoke(group, arguments).stdout)["diagnoses"]}
-    assert {name for name, one in judged.items() if one["passed"] is None} == {"spectral_overlap", "gamut"}
-    failed = {name for name, one in judged.items() if one["passed"] is False}
+    models = read_display(folder / "display.yaml").models("row-interleaved")
+    judged = {one.name: one for one in examine([MeasuredSet("m", table)], models=models)}
+    assert {name for name, one in judged.items() if one.passed is None} == {"spectral_overlap", "gamut"}
+    failed = {name for name, one in judged.items() if one.passed is False}
     assert failed == {"crosstalk", "uniformity", "pixel_independence"}
-    assert judged["crosstalk"]["value"] == pytest.approx(8.0, rel=0.05)
-    assert judged["glasses_transmittance"]["value"] == pytest.approx(20.0, rel=0.01)
+    assert judged["crosstalk"].value == pytest.approx(8.0, rel=0.05)
+    assert judged["glasses_transmittance"].value == pytest.approx(20.0, rel=0.01)
 
 
 def test_a_person_at_the_terminal_says_when_the_instrument_stands(folder: Path) -> None:
@@ -182,9 +183,12 @@ def test_sets_that_a_mode_cannot_show_are_told(folder: Path) -> None:
     parts = _measure(folder, "--set", "uniformity", "--mode", "side-by-side", "--eye", "left")
     assert "--eye both" in str(parts.exception)
     assert not (folder / "m.jsonl").exists()
-    everything = _measure(folder, "--set", "all", "--mode", "flat", "--every", "0", "--unattended")
+    arguments = ["display", "patches", str(folder / "display.yaml"), "--mode", "flat", "--set", "all", "--list"]
+    everything = CliRunner().invoke(group, arguments)
     assert everything.exit_code == 0, everything.output
     assert "note: 'crosstalk' cannot be measured" in everything.stderr
+    assert "white@r3c3" in everything.stdout
+    assert "@other=" not in everything.stdout
 
 
 def test_the_warm_up_waits_between_its_readings(folder: Path) -> None:

@@ -1,0 +1,79 @@
+"""Verifying through a session's pass beside the model's own codes, where crosstalk and unevenness were measured.
+
+Errors are the mean ΔE00 between 24 colours asked and a simulated reading of what the screen shows, without noise.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from curves import seconds, write
+
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.crosstalk import Crosstalk
+from devices.display import DisplayModel
+from devices.display_file import EyeModels
+from devices.gain_map import GainMap
+from devices.instruments import Showing
+from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.patches import Patch
+from devices.patches.colorchecker import asked_of
+from devices.tone_curve import ToneCurve
+from runner.compensation import Compensation
+from runner.measuring.asked_screen import AskedScreen
+from runner.measuring.code_screen import CodeScreen
+from runner.measuring.patch_screen import PatchScreen
+from runner.measuring.verification import patches_of
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.surfaces import open_surface
+
+SIZE = (960, 540)
+CURVE = ToneCurve(gamma=2.2)
+MODEL = DisplayModel(
+    np.array([0.02, 0.02, 0.03]),
+    np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]]),
+    (CURVE, CURVE, CURVE),
+)
+
+
+def run() -> dict[str, object]:
+    """Show and read the colours both ways, with a leak of 5 % and a panel that is dim at its right edge."""
+    models = EyeModels(MODEL, MODEL)
+    leaks = Crosstalk(0.05 * np.eye(3), 0.05 * np.eye(3))
+    gain_map = GainMap(np.array([[25.0, 27.0, 20.0]]), SIZE, "cells", "centre")
+    display = SimulatedDisplay(models, leaks, gain_map)
+    instrument = Simulated(display, 0, Faults(noise=0.0))
+    asked = asked_of(MODEL)
+    wanted = np.array([colour.XYZ_cd_m2 for colour in asked])
+    white = MODEL.xyz([1.0, 1.0, 1.0])
+    patches = patches_of(asked, MODEL).rounded(255).patches
+    mode = find_mode("row-interleaved")
+
+    def read(screen: PatchScreen, patch: Patch) -> tuple[float, float, float]:
+        shown = screen.show_patch(patch, "both")
+        return instrument.read(Showing(patch.name, shown.own, 0, 0.0, shown.other, patch, shown.place)).XYZ_cd_m2
+
+    rows = []
+    with open_surface("egl", SIZE) as surface:
+        compensation = Compensation(models, mode, SIZE, leaks, gain_map)
+        for series in ("through the pass, read back", "codes of the model alone"):
+            screen: AskedScreen | CodeScreen
+            if series.startswith("through"):
+                screen = AskedScreen(surface, compensation, {colour.name: colour.XYZ_cd_m2 for colour in asked})
+            else:
+                screen = CodeScreen(surface, mode)
+            with screen:
+                light = np.array([read(screen, patch) for patch in patches])
+                taken = seconds(lambda shown=screen: [read(shown, patch) for patch in patches], repeats=3) / len(
+                    patches
+                )
+            error = float(delta_e_2000(xyz_to_lab(wanted, white), xyz_to_lab(light, white)).mean())
+            note = "a patch shown and read; mean ΔE00 of 24 colours"
+            rows.append(
+                {"series": series, "parameter": "row-interleaved", "seconds": taken, "error": error, "note": note}
+            )
+    return {"title": f"Verifying a display with crosstalk and a gain map, {SIZE[0]} × {SIZE[1]} pixels", "rows": rows}
+
+
+if __name__ == "__main__":
+    result = run()
+    write("verification", str(result["title"]), result["rows"])
