@@ -245,6 +245,13 @@ def test_sparkles_that_both_eyes_see() -> None:
     assert (swapped.left, swapped.right, swapped.both) == (130, 150, 100)
 
 
+def test_one_sparkle_is_the_partner_of_one_only() -> None:
+    left = measure_sparkles(planted((100, 100), np.array([[50.0, 46.0], [50.0, 53.0]]), 300.0, 1.0))
+    right = measure_sparkles(planted((100, 100), np.array([[50.0, 50.0]]), 300.0, 1.0))
+    for one, other in ((left, right), (right, left)):
+        assert shared_sparkles(one, other, tolerance_px=6.0).both == 1
+
+
 def test_random_places_meet_as_often_as_foretold() -> None:
     met, foretold = [], []
     for seed in range(4):
