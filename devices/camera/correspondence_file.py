@@ -1,5 +1,6 @@
 """Tables of colours as CSV: ``R,G,B,X,Y,Z[,name]``, or ``X,Y,Z[,name]`` alone for a chart that a camera is to see.
 
+``time_s,f_number[,iso]`` beside them tell the exposure of each row, where there are several (thesis Table 4.2).
 Comments begin with ``#``; ``# rgb: 0..16383`` says what the camera's values run over, ``# source: ...`` what they are.
 """
 
@@ -16,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.correspondences import FULL_SCALE, Correspondences
+from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding
 from documents.characters import visible
@@ -23,6 +25,7 @@ from documents.characters import visible
 Floats = NDArray[np.float64]
 
 _RGB, _XYZ = ("R", "G", "B"), ("X", "Y", "Z")
+_EXPOSURE = ("time_s", "f_number", "iso")
 _ALSO = {"red": "R", "green": "G", "blue": "B"}
 _MOST_FINDINGS = 20
 _MOST_BYTES = 50_000_000
@@ -46,21 +49,21 @@ def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
         With file, line, column, value and remedy of the first twenty faults.
     """
     file = str(path)
-    values, names, full = _read(file, (*_RGB, *_XYZ))
+    values, names, full, exposures = _read(file, (*_RGB, *_XYZ))
     rgb = values[:, :3] / full
-    return Correspondences(rgb, values[:, 3:], names, rgb >= FULL_SCALE, file)
+    return Correspondences(rgb, values[:, 3:], names, rgb >= FULL_SCALE, file, exposures)
 
 
 def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
     """Read the colours of a chart as measured; columns of camera RGB are passed over. DeviceError as above."""
     file = str(path)
-    values, names, _ = _read(file, _XYZ)
+    values, names, _, _ = _read(file, _XYZ)
     if (values < 0).any() or values[:, 1].max() <= 0:
         raise DeviceError(Finding("XYZ must not be negative, nor all luminances 0", file))
     return ReferenceColours(values, names, file)
 
 
-def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], float]:
+def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], float, tuple[Exposure, ...] | None]:
     full = 1.0
     rows: list[tuple[int, list[str]]] = []
     for number, line in enumerate(_text(file).splitlines(), start=1):
@@ -80,6 +83,7 @@ def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], 
     findings: list[Finding] = []
     values = np.full((len(rows) - 1, len(needed)), np.nan)
     names: list[str] = []
+    exposures: list[Exposure] = []
     for index, (number, cells) in enumerate(rows[1:]):
         if len(cells) != len(rows[0][1]):
             findings.append(Finding(f"the line has {len(cells)} fields, the header {len(rows[0][1])}", file, number))
@@ -94,9 +98,22 @@ def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], 
                 )
         name = visible(cells[columns["name"]]).strip() if "name" in columns else ""
         names.append(name or f"patch {index + 1}")
+        if "time_s" in columns:
+            try:
+                exposures.append(_exposure(cells, columns))
+            except (ValueError, DeviceError):
+                told = ", ".join(cells[columns[one]].strip() for one in _EXPOSURE if one in columns)
+                findings.append(
+                    Finding(f"the exposure is '{told}'", file, number, columns["time_s"] + 1, "such as 1/15, 8, 800")
+                )
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
-    return values, tuple(names), full
+    return values, tuple(names), full, tuple(exposures) or None
+
+
+def _exposure(cells: list[str], columns: dict[str, int]) -> Exposure:
+    iso = float(cells[columns["iso"]]) if "iso" in columns else 100.0
+    return Exposure(parse_seconds(cells[columns["time_s"]]), float(cells[columns["f_number"]]), iso)
 
 
 def _text(file: str) -> str:
@@ -128,7 +145,7 @@ def _full(text: str, file: str, line: int) -> float:
 
 
 def _columns(header: list[str], needed: tuple[str, ...], file: str, line: int) -> dict[str, int]:
-    known = {name.lower(): name for name in (*_RGB, *_XYZ, "name")} | _ALSO
+    known = {name.lower(): name for name in (*_RGB, *_XYZ, *_EXPOSURE, "name")} | _ALSO
     columns: dict[str, int] = {}
     for place, cell in enumerate(header):
         column = known.get(cell.strip().lower())
@@ -138,6 +155,8 @@ def _columns(header: list[str], needed: tuple[str, ...], file: str, line: int) -
             raise DeviceError(Finding(f"the column '{column}' stands twice", file, line, place + 1))
         columns[column] = place
     missing = [name for name in needed if name not in columns]
+    if ("time_s" in columns) != ("f_number" in columns):
+        raise DeviceError(Finding("an exposure needs both time_s and f_number", file, line))
     if missing:
         remedy = f"columns: {','.join(needed)}[,name]"
         raise DeviceError(Finding(f"the header has no {', '.join(missing)}", file, line, remedy=remedy))

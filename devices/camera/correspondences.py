@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from devices.camera.exposure import Exposure
 from devices.errors import DeviceError
 from documents import Finding
 
@@ -26,6 +27,7 @@ class Correspondences:
     """``rgb`` (n, 3), linear, in shares of full scale; ``XYZ`` (n, 3) in cd/m²; a name for each.
 
     ``saturated`` (n, 3) marks channels that clipped anywhere within the patch; ``file`` is what findings carry.
+    ``exposures`` has the exposure of each, where they are known and may differ.
     Raises DeviceError, with a finding for each fault, if the numbers cannot be those of a linear camera and a meter.
     """
 
@@ -34,12 +36,15 @@ class Correspondences:
     names: tuple[str, ...]
     saturated: Bools
     file: str | None = None
+    exposures: tuple[Exposure, ...] | None = None
 
     def __post_init__(self) -> None:
         if not (self.rgb.shape == self.XYZ.shape == self.saturated.shape == (len(self.names), 3)):
             raise DeviceError(
                 Finding(f"camera RGB {self.rgb.shape} and XYZ {self.XYZ.shape} do not go together", self.file)
             )
+        if self.exposures is not None and len(self.exposures) != len(self.names):
+            raise DeviceError(Finding(f"{len(self.names)} colours have {len(self.exposures)} exposures", self.file))
         findings = self._faults()
         if findings:
             raise DeviceError(findings)

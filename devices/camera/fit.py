@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.camera.camera_model import CameraModel, Form
 from devices.camera.correspondences import Correspondences
 from devices.camera.exposure import Exposure
+from devices.camera.exposures_pooled import pool, uneven
 from devices.camera.outliers import find_outliers, why
 from devices.camera.solve import Loss, condition_of, design, left_out_xyz, solve
 from devices.characterise.figures import Errors, errors_of
@@ -38,6 +39,7 @@ class FittedPatch:
 
     ``left_out_reason`` is empty for patches that the matrix was fitted to; the others have no ``held_out_delta_e``,
     since the fit never saw them. It is None too where the other patches do not determine the matrix.
+    ``tested_luminance_cd_m2`` is the luminance that the patch's signal stands for at the model's exposure.
     """
 
     name: str
@@ -46,7 +48,8 @@ class FittedPatch:
     estimated_XYZ: Floats
     delta_e: float
     held_out_delta_e: float | None
-    left_out_reason: str = ""
+    left_out_reason: str
+    tested_luminance_cd_m2: float
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -123,8 +126,9 @@ def fit_camera(
     """Fit a camera model (thesis Expressions 4.1 to 4.8) to colours that camera and instrument both saw.
 
     Saturated patches are left out, and those that do not belong to the rest. ``black_rgb`` (3,) is subtracted before
-    anything else. ΔE00 is against the brightest colour measured. The safe luminance zone is the range of luminances
-    fitted to, as in thesis Figure 5.8.
+    anything else. Colours of several exposures are brought to ``exposure``, or to the least of theirs. ΔE00 is against
+    the brightest colour measured. The safe luminance zone is the range of luminances fitted to (thesis Figure 5.8), or
+    that stand, at the model's exposure, for the signals fitted to.
 
     Raises
     ------
@@ -132,14 +136,17 @@ def fit_camera(
         If the black is none, too few patches remain, their colours do not determine the matrix, or too many do not fit.
     """
     black = np.asarray(black_rgb, dtype=np.float64)
-    white = np.maximum(colours.XYZ[np.argmax(colours.XYZ[:, 1])], 1e-9 * colours.XYZ.max())
     _check_black(colours, black)
-    C = design(colours.rgb - black, form)
+    pooled = pool(colours, form, exposure)
+    level = pooled.light[:, None]
+    C = design((colours.rgb - black) * (pooled.light / pooled.signal)[:, None], form)
+    XYZ = colours.XYZ * level
+    white = np.maximum(XYZ[np.argmax(XYZ[:, 1])], 1e-9 * XYZ.max())
     reasons = [_saturated(row) for row in colours.saturated]
     usable = np.array([not reason for reason in reasons])
     _enough(colours, usable, form)
     _determined(colours, C[usable], form)
-    off, expected = find_outliers(C[usable], colours.XYZ[usable], white)
+    off, expected = find_outliers(C[usable], XYZ[usable], white)
     rows = np.flatnonzero(usable)
     if off.sum() > _MOST_LEFT_OUT * len(rows):
         raise DeviceError(
@@ -150,13 +157,13 @@ def fit_camera(
             )
         )
     for row, predicted in zip(rows[off], expected[off], strict=True):
-        reasons[row] = why(predicted, colours.XYZ[row], white)
+        reasons[row] = why(predicted, XYZ[row], white)
     used = np.array([not reason for reason in reasons])
     _enough(colours, used, form)
     _determined(colours, C[used], form)
 
-    solution = solve(C[used], colours.XYZ[used], loss, white)
-    lab = xyz_to_lab(colours.XYZ, white)
+    solution = solve(C[used], XYZ[used], loss, white)
+    lab = xyz_to_lab(XYZ, white)
     estimated = C @ solution.M.T
     apart = delta_e_2000(xyz_to_lab(estimated, white), lab)
     if np.median(apart[used]) > _MOST_MEDIAN:
@@ -168,19 +175,22 @@ def fit_camera(
             )
         )
     alone = np.full(len(colours), np.nan)
-    left_out = left_out_xyz(C[used], colours.XYZ[used], loss, white, solution)
+    left_out = left_out_xyz(C[used], XYZ[used], loss, white, solution)
     alone[used] = delta_e_2000(xyz_to_lab(left_out, white), lab[used])
-    luminance = colours.XYZ[:, 1]
-    zone = (float(luminance[used].min()), float(luminance[used].max()))
+    luminance = XYZ[:, 1]
+    # At the reference exposure, a set's signals stand for its luminances times its exposure's share.
+    tested = (colours.XYZ[:, 1] * pooled.signal)[used]
+    zone = (float(tested.min()), float(tested.max()))
     model = CameraModel(
         solution.M[:, :3],
         solution.M[:, 3] if form == "affine" else np.zeros(3),
         black,
-        exposure,
+        pooled.reference,
         zone,
         form,
         name,
         source,
+        pooled.sets,
     )
     known = used & np.isfinite(alone)
     return CameraFit(
@@ -191,10 +201,11 @@ def fit_camera(
                 colours.names[i],
                 colours.rgb[i],
                 colours.XYZ[i],
-                estimated[i],
+                estimated[i] / pooled.light[i],
                 float(apart[i]),
                 float(alone[i]) if math.isfinite(alone[i]) else None,
                 reasons[i],
+                float(colours.XYZ[i, 1] * pooled.signal[i]),
             )
             for i in range(len(colours))
         ),
@@ -203,7 +214,7 @@ def fit_camera(
         errors_of(apart[used], luminance[used]),
         errors_of(alone[known], luminance[known]) if known.any() else None,
         white,
-        tuple(_said(colours, used, model, white)),
+        (*_said(colours, used, model, white), *uneven(colours, used, estimated / level)),
     )
 
 
@@ -272,7 +283,9 @@ def _said(colours: Correspondences, used: NDArray[np.bool_], model: CameraModel,
         said.append(f"the brightest patch has Y = {white[1]:.4g}; if XYZ are relative, so is what the model gives")
     if model.exposure is None:
         said.append("no exposure was given: the model cannot be carried to photographs of another exposure")
-    power = _power(colours.rgb[used] - model.black_rgb, colours.XYZ[used], white)
+    power = None
+    if len(set(colours.exposures or ())) < 2:
+        power = _power(colours.rgb[used] - model.black_rgb, colours.XYZ[used], white)
     if power is not None and not 0.8 <= power <= 1.25:
         said.append(
             f"the camera's values of grey go as luminance to the power {power:.2f}; if the picture is bent by a "

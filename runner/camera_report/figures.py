@@ -55,13 +55,14 @@ def _chromaticities(found: CameraFit) -> tuple[str, Panel]:
 def _zone(found: CameraFit) -> tuple[str, Panel]:
     used = _used(found)
     place = np.arange(1, len(found.patches) + 1)
-    luminance = np.array([patch.XYZ[1] for patch in found.patches])
+    luminance = np.array([patch.tested_luminance_cd_m2 for patch in found.patches])
     lines = [Line("fitted to", numbers(place[used]), numbers(luminance[used]), "ink")]
     if not used.all():
         lines.append(Line("left out", numbers(place[~used]), numbers(luminance[~used]), "red"))
     zone = found.model.safe_luminance_cd_m2 or ()
     return (
-        "Measured luminance of each patch. Between the dashed lines an estimate can be trusted (thesis Figure 5.8).",
+        "Luminance of each patch, at the model's exposure. Between the dashed lines an estimate can be trusted "
+        "(thesis Figure 5.8).",
         Panel("Safe luminance zone", "patch", "luminance (cd/m²)", tuple(lines), levels=tuple(zone)),
     )
 

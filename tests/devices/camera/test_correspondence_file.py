@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from devices.camera.correspondence_file import read_correspondences, read_reference
+from devices.camera.exposure import Exposure
 from devices.errors import DeviceError
 
 GOOD = "# source: made up\nR,G,B,X,Y,Z,name\n0.1,0.2,0.3,4,5,6,one\n0.2,0.4,0.999,7,8,9,two\n"
@@ -32,6 +33,17 @@ def test_raw_values_with_their_range_and_columns_in_any_order(tmp_path: Path) ->
     found = read_correspondences(_file(tmp_path, text))
     assert found.rgb[0] == pytest.approx([0, 0.5, 1])
     assert found.names == ("patch 1", "patch 2")
+
+
+def test_rows_with_their_exposure(tmp_path: Path) -> None:
+    text = "R,G,B,X,Y,Z,time_s,f_number,iso\n0.1,0.2,0.3,4,5,6,1/15,8,800\n0.2,0.4,0.9,7,8,9,1.3,5.6,400\n"
+    assert read_correspondences(_file(tmp_path, text)).exposures == (Exposure(1 / 15, 8, 800), Exposure(1.3, 5.6, 400))
+    plain = text.replace(",iso", "").replace(",800", "").replace(",400", "")
+    assert read_correspondences(_file(tmp_path, plain)).exposures == (Exposure(1 / 15, 8), Exposure(1.3, 5.6))
+    with pytest.raises(DeviceError, match=r"csv:2:7: the exposure is '1/0, 8, 800'"):
+        read_correspondences(_file(tmp_path, text.replace("1/15", "1/0")))
+    with pytest.raises(DeviceError, match="needs both time_s and f_number"):
+        read_correspondences(_file(tmp_path, text.replace("f_number", "aperture")))
 
 
 def test_a_reference_needs_no_camera(tmp_path: Path) -> None:
