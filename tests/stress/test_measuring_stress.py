@@ -41,7 +41,7 @@ def test_every_pixel_of_a_4k_panel(mode: str) -> None:
     with surface, CodeScreen(surface, find_mode(mode)) as screen:
         right = (3, 100, 254) if not screen.shared else (200, 1, 77)
         both = [(red / 255, green / 255, blue / 255) for red, green, blue in ((200, 1, 77), right)]
-        screen.show(EyeCodes(*both))
+        screen.show(EyeCodes(both[0], both[1]))
         assert np.all(screen.seen_by("left") == (200, 1, 77))
         assert np.all(screen.seen_by("right") == right)
 

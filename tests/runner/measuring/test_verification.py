@@ -20,12 +20,14 @@ from devices.tone_curve import ToneCurve
 from documents import InputError
 from runner.cli.main import group
 from runner.compensation import Compensation
+from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.errors import MeasuringError
 from runner.measuring.log import Kept, Session, read_session
-from runner.measuring.verification import judge, patches_of
+from runner.measuring.verification import asked_XYZ, judge, patches_of
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces import open_surface
 from stimuli.stereo_image import StereoImage
+from tests.runner.presenter.test_plvc_pass import plvc
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 CURVE = ToneCurve(0.97, 0.02, 1.8)
@@ -169,3 +171,20 @@ def test_a_rig_and_a_mode_that_was_not_measured(tmp_path: Path) -> None:
     assert "by the model alone: mean" in result.output
     arguments = ["display", "verify", "--display", str(tmp_path / "display.yaml"), "--mode", "flat", *shown]
     assert "not characterised in the mode 'flat'" in str(CliRunner().invoke(group, arguments).exception)
+
+
+def test_channels_that_act_on_each_other_are_undone_in_what_is_verified() -> None:
+    """PLVC: every colour asked can be shown, and the codes read back are the float64 model's."""
+    model = plvc(mixed=0.05)
+    asked = asked_of(model)
+    wanted = np.array([one.XYZ_cd_m2 for one in asked])
+    np.testing.assert_allclose(model.xyz(model.code(wanted)), wanted, rtol=1e-6)
+    try:
+        surface = open_surface("egl", (64, 48))
+    except InputError as error:
+        pytest.skip(str(error))
+    compensation = Compensation(EyeModels(model, model), find_mode("row-interleaved"), (64, 48))
+    with surface, AskedScreen(surface, compensation, asked_XYZ(asked, model)) as screen:
+        for patch in patches_of(asked, model).patches:
+            shown = screen.show_patch(patch, "both")
+            np.testing.assert_allclose(255 * np.array(shown.own), 255 * np.array(patch.codes), atol=0.501)
