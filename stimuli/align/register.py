@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from documents import Finding
 from stimuli.align.agreement import LEAST_AGREEMENT, agreement
 from stimuli.align.phase import Peak, correlation, find_peak, hann
-from stimuli.align.planes import Region, checked_region, is_flat, light_plane, same_size, texture
+from stimuli.align.planes import LOCAL_MEAN_PX, Region, checked_region, is_flat, light_plane, same_size, texture
 from stimuli.align.refine import MARGIN_PX, MOST_PIXELS, Fit, refine
 from stimuli.errors import StimulusError
 
@@ -159,12 +159,13 @@ def refine_within(
 ) -> Fit:
     """Refine the shift of two textures (height, width) from ``start_px`` on, by what lies in ``place`` alone.
 
-    Interpolation looks a few pixels beyond ``place``, where there are any.
+    Interpolation looks a few pixels beyond ``place``, where there are any. Along the pictures' own edges, where the
+    local mean knew one side only, sixteen pixels are left out, or an eighth of a small picture.
     """
     height, width = reference.shape
     across, down = (round(one) for one in start_px)
-    left, right = max(place[0] - MARGIN_PX, 0, -across), min(place[2] + MARGIN_PX, width, width - across)
-    top, bottom = max(place[1] - MARGIN_PX, 0, -down), min(place[3] + MARGIN_PX, height, height - down)
+    left, right = _reach(place[0], place[2], across, width)
+    top, bottom = _reach(place[1], place[3], down, height)
     fit = refine(
         reference[top : max(top, bottom), left : max(left, right)],
         moving[top + down : max(top, bottom) + down, left + across : max(left, right) + across],
@@ -172,6 +173,16 @@ def refine_within(
         most_pixels,
     )
     return replace(fit, shift_px=(fit.shift_px[0] + across, fit.shift_px[1] + down))
+
+
+def _reach(first: int, last: int, shift: int, length: int) -> tuple[int, int]:
+    """Return what of one axis to refine by: ``first`` to ``last``, cut where the pictures end, and the margins."""
+    edge = min(LOCAL_MEAN_PX // 2, length // 8)
+    begin, end = max(0, -shift), min(length, length - shift)
+    return (
+        max(begin, max(first, begin + edge) - MARGIN_PX),
+        min(end, min(last, end - edge) + MARGIN_PX),
+    )
 
 
 def _agreement(one: Floats32, two: Floats32, place: Region, start_px: tuple[float, float]) -> tuple[float, float]:

@@ -119,6 +119,9 @@ def test_an_aligned_pair_is_at_zero_and_cropped_alike() -> None:
     assert found.residual_px is not None
     assert found.residual_px < 0.005
     assert found.left.shape == found.right.shape == (192 - 2 - 10, 192 - 5 - 10, 3)
+    # Each view is moved by half of the 0.3 px, and none beyond its edge.
+    assert found.crop["left"][:2] == pytest.approx((4.85, 6.8), abs=0.005)
+    assert found.crop["right"][:2] == pytest.approx((10.15, 5.2), abs=0.005)
     spread = found.disparity.horizontal
     assert abs(spread["px"].median) < 0.01
     assert abs(found.disparity.vertical["px"].median) < 0.01
@@ -187,7 +190,8 @@ def test_flat_versions() -> None:
     middle, step = found.flat_from_centre(centre, left)
     assert middle.left.shape == found.left.shape
     assert step["view"] == "center"
-    np.testing.assert_allclose(middle.left, found.left, atol=3e-3 * found.left.max())
+    # The centre view ends where the part does: five columns are interpolated from its edge.
+    np.testing.assert_allclose(middle.left[:, 5:-5], found.left[:, 5:-5], atol=3e-3 * found.left.max())
     assert isinstance(found.stereo, StereoImage)
 
 
@@ -266,7 +270,7 @@ def test_swapping_the_eyes_negates(dx: float, dy: float, seed: int, noise: float
 def test_shifting_both_shifts_nothing(dx: float, dy: float, shift: float, seed: int) -> None:
     still = register(*(sparkles(x, side=112, seed=seed) for x in (0.0, shift)))
     moved = register(*(sparkles(dx + x, dy, side=112, seed=seed) for x in (0.0, shift)))
-    np.testing.assert_allclose(moved.shift_px, still.shift_px, atol=0.005)  # other sparkles enter at the edges
+    np.testing.assert_allclose(moved.shift_px, still.shift_px, atol=WITHIN_PX / 2)  # other sparkles enter at the edges
 
 
 def test_disparities_of_blocks() -> None:
@@ -293,12 +297,12 @@ def test_disparities_of_blocks() -> None:
 def test_the_spread_of_blocks_is_told_apart_from_their_noise() -> None:
     """One plane and noise: the blocks scatter by what their standard errors say."""
     rng = np.random.default_rng(7)
-    clean = sparkles(0.0, side=512, count=6000)
+    clean = sparkles(0.0, side=384, count=3400)
     left, right = (clean + rng.normal(0.0, 1.0, clean.shape) for _ in range(2))
     found = measure_disparity(left, right)
-    assert found.used == 64
+    assert found.used == 36
     told = np.sqrt(np.mean(found.standard_error_px**2))
-    # 128 disparities: their root mean square is known to 6.3 %; each standard error rests on 36 squares or fewer.
+    # 72 disparities: their root mean square is known to 8.3 %; each standard error rests on 36 squares or fewer.
     assert np.sqrt(np.mean(found.disparity_px**2)) == pytest.approx(told, rel=0.25)
 
 

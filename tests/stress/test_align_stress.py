@@ -1,0 +1,184 @@
+"""Alignment at its edges: how often chance passes for a shift, how weak a texture gives one, how large pictures."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.ndimage import gaussian_filter
+from scipy.special import ndtr
+
+from stimuli.align.disparity import measure_disparity
+from stimuli.align.pair import align_pair
+from stimuli.align.register import Registration, register
+from stimuli.errors import StimulusError
+
+pytestmark = pytest.mark.stress
+ROOT = Path(__file__).parents[2]
+Floats = NDArray[np.float64]
+Maker = Callable[[np.random.Generator], Floats]
+SIDE = 128
+
+
+def sparse(rng: np.random.Generator, count: int, spread: float, noise: float = 0.0, side: int = SIDE) -> Floats:
+    """Sparkles of lognormal light at random places between pixels."""
+    x, y = rng.uniform(-4.0, side + 4.0, (2, count))
+    edges = np.arange(side + 1) - 0.5
+    across, down = (np.diff(ndtr((edges - place[:, None]) / 0.8), axis=1) for place in (x, y))
+    light = rng.lognormal(3.0, spread, count)[:, None]
+    return np.asarray(5.0 + (down * light).T @ across + rng.normal(0.0, noise, (side, side)))
+
+
+def shading() -> Floats:
+    return np.asarray(10.0 * np.exp(-0.5 * np.hypot(*np.mgrid[-1 : 1 : SIDE * 1j, -1 : 1 : SIDE * 1j]) ** 2))
+
+
+def found(reference: NDArray[np.floating], moving: NDArray[np.floating]) -> Registration | None:
+    try:
+        return register(reference, moving)
+    except StimulusError:
+        return None
+
+
+DENSE: dict[str, Maker] = {
+    "white noise": lambda rng: rng.normal(10.0, 1.0, (SIDE, SIDE)),
+    "blurred noise": lambda rng: 10.0 + gaussian_filter(rng.normal(0.0, 1.0, (SIDE, SIDE)), 1.5),
+    "noise blurred far": lambda rng: 10.0 + gaussian_filter(rng.normal(0.0, 1.0, (SIDE, SIDE)), 6.0),
+    "blurred and sharp noise": lambda rng: (
+        10.0 + 5.0 * gaussian_filter(rng.normal(0.0, 1.0, (SIDE, SIDE)), 2.0) + rng.normal(0.0, 0.1, (SIDE, SIDE))
+    ),
+    "noise on a shading in common": lambda rng: shading() + rng.normal(0.0, 0.05, (SIDE, SIDE)),
+    "photons": lambda rng: rng.poisson(0.3 * shading()).astype(np.float64),
+    "noise in 8 bits": lambda rng: np.round(shading() + rng.normal(0.0, 0.5, (SIDE, SIDE))),
+    "small": lambda rng: rng.normal(10.0, 1.0, (32, 32)),
+    "thin": lambda rng: rng.normal(10.0, 1.0, (32, 256)),
+    "1000 sparkles": lambda rng: sparse(rng, 1000, 1.0),
+    "300 sparkles": lambda rng: sparse(rng, 300, 1.0),
+    "300 sparkles, most of the light in few": lambda rng: sparse(rng, 300, 2.0, 0.1),
+    "80 sparkles and noise": lambda rng: sparse(rng, 80, 1.0, 0.1),
+    "80 sparkles in a small picture": lambda rng: sparse(rng, 80, 1.0, 0.1, 64),
+}
+SPARSE: dict[str, Maker] = {
+    "30 sparkles on nothing": lambda rng: sparse(rng, 30, 1.0),
+    "8 sparkles on nothing": lambda rng: sparse(rng, 8, 1.0),
+    "30 sparkles on a smooth shading in common": lambda rng: shading() + sparse(rng, 30, 1.0),
+    "8 sparkles on a smooth shading in common": lambda rng: shading() + sparse(rng, 8, 1.0),
+}
+
+
+@pytest.mark.parametrize("kind", DENSE)
+def test_chance_does_not_pass(kind: str) -> None:
+    rng = np.random.default_rng(1)
+    pairs = 200 if "sparkles" in kind else 500
+    passed = sum(found(DENSE[kind](rng), DENSE[kind](rng)) is not None for _ in range(pairs))
+    print(f"{kind}: {passed} of {pairs} accepted")
+    assert passed == 0
+
+
+@pytest.mark.parametrize("kind", SPARSE)
+def test_chance_seldom_passes_with_a_handful_of_sparkles(kind: str) -> None:
+    """Without any noise, few sparkles laid onto few others are as alike as true pairs are."""
+    rng = np.random.default_rng(2)
+    passed = sum(found(SPARSE[kind](rng), SPARSE[kind](rng)) is not None for _ in range(200))
+    print(f"{kind}: {passed} of 200 accepted")
+    assert passed <= 6
+
+
+def test_what_is_accepted_in_noise_is_right() -> None:
+    rng = np.random.default_rng(3)
+    for noise in (1.0, 3.0, 10.0, 20.0, 40.0):
+        accepted, far = 0, 0
+        for seed in range(20):
+            left = sparse(np.random.default_rng(seed), 600, 0.7)
+            right = np.roll(left, (1, -5), (0, 1))
+            pair = (one + rng.normal(0.0, noise, one.shape) for one in (left, right))
+            one = found(*pair)
+            if one is not None:
+                accepted += 1
+                away = np.subtract(one.shift_px, (-5.0, 1.0)) / one.standard_error_px
+                far += bool(np.abs(away).max() > 5.0)
+        print(f"noise {noise}: {accepted} of 20 accepted, {far} beyond five standard errors")
+        assert far == 0
+        if noise <= 3.0:
+            assert accepted == 20
+
+
+def test_every_fraction_of_a_pixel() -> None:
+    worst = 0.0
+    for shift in np.linspace(-1.0, 1.0, 17):
+        for angle in (0.0, 0.7):
+            at = (shift * np.cos(angle), shift * np.sin(angle))
+            pair = []
+            for x, y in ((0.0, 0.0), at):
+                rng = np.random.default_rng(4)
+                places = rng.uniform(-10.0, 138.0, (2, 500))
+                edges = np.arange(SIDE + 1) - 0.5
+                across, down = (
+                    np.diff(ndtr((edges - place[:, None]) / 0.7), axis=1) for place in (places[0] + x, places[1] + y)
+                )
+                pair.append(3.6 + (down * rng.lognormal(3.0, 0.7, 500)[:, None]).T @ across)
+            worst = max(worst, float(np.abs(np.subtract(register(*pair).shift_px, at)).max()))
+    print(f"worst error {worst:.4f} px")
+    assert worst < 0.01
+
+
+@pytest.mark.parametrize("size", [(32, 32), (33, 47), (32, 1001), (997, 32), (61, 67), (251, 509)])
+def test_odd_sizes(size: tuple[int, int]) -> None:
+    light = np.random.default_rng(5).uniform(1.0, 10.0, (size[0] + 4, size[1] + 4, 3)).astype(np.float32)
+    left, right = light[2:-2, 2:-2], light[1:-3, 3:-1]
+    shift = register(left, right)
+    print(f"{size}: {shift.shift_px}")
+    # The local mean of a small picture is that of another place at its edges.
+    away = np.abs(np.subtract(shift.shift_px, (-1.0, 1.0)))
+    assert away.max() < (0.02 if min(size) < 64 else 0.002)
+    if min(size) > 32:
+        one = align_pair(left, right, block_px=32)
+        np.testing.assert_array_equal(one.left, one.right)
+    else:
+        with pytest.raises(StimulusError, match="common to both views"):
+            align_pair(left, right)
+
+
+@pytest.mark.parametrize("block_px", [32, 64])
+def test_blocks_of_noise_are_left_out(block_px: int) -> None:
+    """The floor of a block of 32 pixels is known from few cells: chance passes oftener there than the test says."""
+    rng = np.random.default_rng(6)
+    side = 64 * block_px
+    noise = (rng.standard_normal((side, side), dtype=np.float32) + np.float32(10.0) for _ in range(2))
+    report = measure_disparity(*noise, block_px=block_px)
+    print(f"{report.used} of {report.blocks} blocks of {block_px} pixels of noise used")
+    assert report.blocks == 4096
+    assert report.used <= (4 if block_px == 32 else 1)
+
+
+CODE = """
+import resource, sys, time
+import numpy as np
+from stimuli.align.pair import align_pair
+rng = np.random.default_rng(0)
+light = rng.random((4912, 7360 + 951, 3), dtype=np.float32)
+light += 1.0
+left, right = light[:, 951:], light[:, :-951]
+before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+began = time.perf_counter()
+found = align_pair(left, right, block_px=256)
+taken = time.perf_counter() - began
+assert abs(found.shift_px - 951.0) < 1e-3, found.shift_px
+assert np.array_equal(found.left, found.right)
+peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+print(f"{taken:.1f} s; {(peak - before) / 2**20:.2f} GiB beyond the views' own {before / 2**20:.2f}; "
+      f"{found.disparity.used} of {found.disparity.blocks} blocks")
+sys.exit(peak - before > 3 * 2**20)
+"""
+
+
+def test_36_megapixels() -> None:
+    """Beyond the two views: the two aligned ones (0.75 GiB), and planes for what is compared."""
+    told = subprocess.run([sys.executable, "-c", CODE], capture_output=True, text=True, cwd=ROOT, check=False)
+    print(told.stdout, told.stderr)
+    assert told.returncode == 0, told.stdout + told.stderr
