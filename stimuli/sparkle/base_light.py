@@ -50,8 +50,8 @@ def over_pixels(
 ) -> NDArray[np.float32]:
     """Return a smooth ``luminance(x_mm, y_mm)`` at each camera pixel's middle, float32 (rows, columns).
 
-    It is computed at a few places and interpolated by cubic splines. It changes over stretches that turn the
-    direction to eye or lamp by ``turn_rad``, or leave the lamp's beam.
+    It is computed at a few places and interpolated by cubic splines, unless these places are more than the pixels. It
+    changes over stretches that turn the direction to eye or lamp by ``turn_rad``, or leave the lamp's beam.
     """
     from scipy.interpolate import RectBivariateSpline
 
@@ -63,13 +63,18 @@ def over_pixels(
         if lamp.beam_angle_deg is not None:
             turn = min(turn, np.radians(lamp.beam_angle_deg / 2))
     columns, rows = camera.grid_px(plate)
-    x, y = (
-        np.linspace(-0.5, 0.5, max(_LEAST_NODES, int(np.ceil(_NODES_PER_STRETCH * size * per_mm / turn)))) * size
+    across = ((np.arange(columns) + 0.5) / columns - 0.5) * plate.width_mm
+    up = (0.5 - (np.arange(rows) + 0.5) / rows) * plate.height_mm
+    nodes_x, nodes_y = (
+        max(_LEAST_NODES, int(np.ceil(_NODES_PER_STRETCH * size * per_mm / turn)))
         for size in (plate.width_mm, plate.height_mm)
     )
-    grid = np.meshgrid(x, y)
-    known = luminance(grid[0].ravel(), grid[1].ravel()).reshape(grid[0].shape)
-    across = ((np.arange(columns) + 0.5) / columns - 0.5) * plate.width_mm
-    up = ((np.arange(rows) + 0.5) / rows - 0.5) * plate.height_mm
-    found = np.asarray(RectBivariateSpline(y, x, known)(up, across))
-    return np.maximum(found, 0.0).astype(np.float32)[::-1]
+    if nodes_x * nodes_y >= columns * rows:
+        found = np.stack([luminance(across, np.full_like(across, height)) for height in up])
+    else:
+        x = np.linspace(-0.5, 0.5, nodes_x) * plate.width_mm
+        y = np.linspace(-0.5, 0.5, nodes_y) * plate.height_mm
+        grid = np.meshgrid(x, y)
+        known = luminance(grid[0].ravel(), grid[1].ravel()).reshape(grid[0].shape)
+        found = np.asarray(RectBivariateSpline(y, x, known)(up[::-1], across))[::-1]
+    return np.maximum(found, 0.0).astype(np.float32)
