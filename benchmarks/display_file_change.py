@@ -1,0 +1,60 @@
+"""One key of a display file changed: by place, and by reading and writing the whole file with PyYAML."""
+
+from __future__ import annotations
+
+import difflib
+
+import numpy as np
+import yaml
+from curves import seconds, write
+
+from devices.characterise.display_yaml import model_lines
+from devices.characterise.yaml_keys import set_keys
+from devices.display import DisplayModel
+from devices.table_curve import TableCurve
+
+BLOCK = ["source: measured again"]
+
+
+def run() -> dict[str, object]:
+    """Time both on files of 2, 10 and 50 modes; the error is how many lines differ that were not to be changed."""
+    rows = []
+    for modes in (2, 10, 50):
+        text = _file(modes)
+        for series, change in (("by place", _by_place), ("PyYAML, whole", _whole)):
+            changed = sum(
+                line[:2] in ("- ", "+ ") for line in difflib.ndiff(text.split("\n"), change(text).split("\n"))
+            )
+            rows.append(
+                {
+                    "series": series,
+                    "parameter": f"{modes} modes",
+                    "seconds": seconds(lambda change=change, text=text: change(text), repeats=5),  # type: ignore[misc]
+                    "error": max(0, changed - 2),
+                    "note": f"{len(text.splitlines())} lines",
+                }
+            )
+    return {"title": "A key of a display file changed: run time against lines lost", "rows": rows}
+
+
+def _file(modes: int) -> str:
+    codes = tuple(np.linspace(0, 1, 18).tolist())
+    model = DisplayModel(np.zeros(3), np.diag([1.0, 2.0, 3.0]), (TableCurve(codes, tuple(c**2 for c in codes)),) * 3)
+    block = "".join(f"    {line}\n" for line in model_lines(model, "measured"))
+    return "modes:   # all\n" + "".join(f"  mode{number}:   # the {number}th\n{block}" for number in range(modes))
+
+
+def _by_place(text: str) -> str:
+    return set_keys(text, ("modes", "mode1"), {"source": BLOCK}, "display.yaml")[0]
+
+
+def _whole(text: str) -> str:
+    data = yaml.safe_load(text)
+    data["modes"]["mode1"]["source"] = "measured again"
+    told: str = yaml.safe_dump(data, sort_keys=False)
+    return told
+
+
+if __name__ == "__main__":
+    result = run()
+    write("display_file_change", str(result["title"]), result["rows"])
