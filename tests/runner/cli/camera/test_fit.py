@@ -126,6 +126,21 @@ def test_saturated_and_specular_patches_are_told(tmp_path: Path) -> None:
     assert "specular: the camera saw 1.60" in (tmp_path / "page.html").read_text()
 
 
+def test_several_exposures_go_into_the_camera_file(tmp_path: Path) -> None:
+    lines = ["R,G,B,X,Y,Z,name,time_s,f_number,iso"]
+    for times, light in ((1, 1.0), (2, 1.0), (4, 0.25)):
+        for one, other, name in zip(RGB * times * light, XYZ * light, NAMES, strict=True):
+            values = ",".join(repr(float(value)) for value in (*np.minimum(one, 1.0), *other))
+            lines.append(f"{values},{name},{times}/15,8,800")
+    (tmp_path / "sets.csv").write_text("\n".join(lines))
+    told = _told(tmp_path / "sets.csv", "-o", tmp_path / "camera.yaml", "--report", tmp_path / "page.html")
+    assert np.array(told["matrix_XYZ_cd_m2"]) == pytest.approx(M, abs=1e-7)
+    model = read_camera(tmp_path / "camera.yaml")
+    assert model.exposure == Exposure(1 / 15, 8, 800)
+    assert [round(one.white_luminance_cd_m2 / XYZ[18, 1], 6) for one in model.exposure_sets] == [1.0, 0.25]
+    assert model.tried_at(Exposure(4 / 15, 8, 800))
+
+
 def test_a_camera_file_that_is_there_stays(tmp_path: Path) -> None:
     table, camera = _table(tmp_path / "chart.csv"), tmp_path / "camera.yaml"
     camera.write_text("mine")
