@@ -24,7 +24,8 @@ Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
 
 BLOCK_PX = 64
-FALSE_ALARM = 1e-5  # of a block: of nine thousand blocks one tenth of a block
+# Of a block, by its floor. A block of 32 pixels has few cells to know its floor by: there 1 of 4096 passed.
+FALSE_ALARM = 1e-5
 PERCENTILES = (2.5, 97.5)
 
 
