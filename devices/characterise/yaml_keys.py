@@ -78,9 +78,10 @@ def _at(node: yaml.Node | None, path: Sequence[str], file: str) -> yaml.MappingN
 
 
 def _end(key: yaml.Node, value: yaml.Node) -> int:
-    """Return the number of the line behind the last that ``key`` and its ``value`` write on."""
-    if value.start_mark.index < key.start_mark.index:  # an alias: its node stands where the anchor is
-        return key.end_mark.line + 1
+    """Return the number of the line behind the last that ``key`` and its ``value`` write on.
+
+    An alias's node stands where its anchor does, before the key.
+    """
     if isinstance(value, yaml.CollectionNode) and not value.flow_style and value.value:
         last = value.value[-1]
         ends = _end(*last) if isinstance(value, yaml.MappingNode) else _end(value, last)
