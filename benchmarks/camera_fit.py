@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from devices.camera.correspondences import Correspondences
 from devices.camera.fit import fit_camera
 from devices.camera.solve import Loss
+from devices.chart.layout import COLORCHECKER, perspective, project
 from devices.colour import delta_e_2000, xyz_to_lab
 from stimuli.chart.find import find_corners
-from stimuli.chart.layout import COLORCHECKER, perspective, project
 
 Floats = NDArray[np.float64]
 

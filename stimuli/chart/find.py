@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.chart.layout import COLORCHECKER, ChartLayout, perspective, project
 from documents import Finding
-from stimuli.chart.layout import COLORCHECKER, ChartLayout, perspective, project
 from stimuli.chart.sample import Floats, Picture
 from stimuli.errors import StimulusError
 

@@ -5,25 +5,12 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
+from devices.chart.way_round import MOST_OFF, WAYS, misfit
 from documents import Finding
-from stimuli.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
 from stimuli.chart.sample import Bools, Floats, Picture
 from stimuli.errors import StimulusError
 
-# The median ΔE00 of the best way round; wrong ways give 15 and more.
-MOST_OFF = 10.0
-# First corner, and direction around the chart, of each way round.
-WAYS: dict[str, tuple[int, ...]] = {
-    "": (0, 1, 2, 3),
-    "upside down": (2, 3, 0, 1),
-    "turned a quarter to the right": (1, 2, 3, 0),
-    "turned a quarter to the left": (3, 0, 1, 2),
-    "mirrored": (1, 0, 3, 2),
-    "mirrored upside down": (3, 2, 1, 0),
-    "mirrored and turned a quarter to the right": (0, 3, 2, 1),
-    "mirrored and turned a quarter to the left": (2, 1, 0, 3),
-}
 _LOOKS = 7
 _LEAST = 8
 
@@ -53,7 +40,7 @@ def turn_upright(
         usable = ~full & np.isfinite(values).all(axis=1)
         clipped = max(clipped, int(full.sum()))
         if usable.sum() >= _LEAST:
-            offs[way] = _off(values[usable], reference_XYZ[usable])
+            offs[way] = misfit(values[usable], reference_XYZ[usable])
     if not offs:
         raise StimulusError(
             Finding(
@@ -86,12 +73,3 @@ def _glance(
     column = np.clip(np.floor(points[..., 0]).astype(int), 0, rgb.shape[1] - 1)
     row = np.clip(np.floor(points[..., 1]).astype(int), 0, rgb.shape[0] - 1)
     return np.median(rgb[row, column].astype(np.float64), axis=1), saturated[row, column].any(axis=(1, 2))
-
-
-def _off(rgb: Floats, XYZ: Floats) -> float:
-    """Return the median ΔE00 left by the matrix that suits best, dark patches weighing as much as bright ones."""
-    weight = 1.0 / np.maximum(XYZ.sum(axis=1, keepdims=True), 1e-3 * XYZ.sum(axis=1).max())
-    matrix, *_ = np.linalg.lstsq(rgb * weight, XYZ * weight, rcond=None)
-    white = np.maximum(XYZ[np.argmax(XYZ[:, 1])], 1e-9 * XYZ.max())
-    apart = delta_e_2000(xyz_to_lab(rgb @ matrix, white), xyz_to_lab(XYZ, white))
-    return float(np.median(apart)) if np.all(np.isfinite(apart)) else float("inf")

@@ -10,10 +10,11 @@ from numpy.typing import ArrayLike
 
 from devices.camera.correspondence_file import ReferenceColours
 from devices.camera.correspondences import Correspondences
+from devices.chart.layout import COLORCHECKER, ChartLayout
 from devices.errors import DeviceError
 from documents import Finding
+from stimuli.chart.corners import check_corners
 from stimuli.chart.find import find_corners
-from stimuli.chart.layout import COLORCHECKER, ChartLayout, check_corners
 from stimuli.chart.orient import turn_upright
 from stimuli.chart.sample import Bools, Floats, PatchValues, Picture, sample_patches
 from stimuli.errors import StimulusError

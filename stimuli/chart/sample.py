@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
 from documents import Finding
-from stimuli.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]

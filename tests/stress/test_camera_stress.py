@@ -12,10 +12,10 @@ from devices.camera.correspondence_file import ReferenceColours, read_correspond
 from devices.camera.correspondences import Correspondences
 from devices.camera.fit import fit_camera
 from devices.camera.solve import Loss
+from devices.chart.layout import COLORCHECKER, perspective, project
 from devices.colour import XYZ_from_xyY, delta_e_2000, xyz_to_lab
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import InputError
-from stimuli.chart.layout import COLORCHECKER, perspective, project
 from stimuli.chart.photographed import read_chart
 
 pytestmark = pytest.mark.stress

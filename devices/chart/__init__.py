@@ -1,0 +1,1 @@
+"""A colour chart's geometry, and which way round its colours lie."""

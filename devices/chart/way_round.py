@@ -1,0 +1,37 @@
+"""Which way round a chart lies: the way in which one matrix takes its patches' values to their known colours."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
+
+Floats = NDArray[np.float64]
+
+# The median ΔE00 of the best way round; wrong ways give 15 and more.
+MOST_OFF = 10.0
+# First corner, and direction around the chart, of each way round.
+WAYS: dict[str, tuple[int, ...]] = {
+    "": (0, 1, 2, 3),
+    "upside down": (2, 3, 0, 1),
+    "turned a quarter to the right": (1, 2, 3, 0),
+    "turned a quarter to the left": (3, 0, 1, 2),
+    "mirrored": (1, 0, 3, 2),
+    "mirrored upside down": (3, 2, 1, 0),
+    "mirrored and turned a quarter to the right": (0, 3, 2, 1),
+    "mirrored and turned a quarter to the left": (2, 1, 0, 3),
+}
+
+
+def misfit(rgb: Floats, XYZ: Floats) -> float:
+    """Return the median ΔE00 left by the matrix from ``rgb`` (n, 3) to ``XYZ`` (n, 3) that suits best.
+
+    Dark patches weigh as much as bright ones. Infinity where no number comes out.
+    """
+    weight = 1.0 / np.maximum(XYZ.sum(axis=1, keepdims=True), 1e-3 * XYZ.sum(axis=1).max())
+    matrix, *_ = np.linalg.lstsq(rgb * weight, XYZ * weight, rcond=None)
+    white = np.maximum(XYZ[np.argmax(XYZ[:, 1])], 1e-9 * XYZ.max())
+    apart = delta_e_2000(xyz_to_lab(rgb @ matrix, white), xyz_to_lab(XYZ, white))
+    return float(np.median(apart)) if np.all(np.isfinite(apart)) else float("inf")
