@@ -15,6 +15,7 @@ from stimuli.sparkle.recipe import (
     BaseSpec,
     CameraSpec,
     Chromaticity,
+    ClustersSpec,
     FlakesSpec,
     FurtherLamps,
     LampSpec,
@@ -40,6 +41,7 @@ class FlakesChangeSpec(Strict):
     spectrum: ShareSpectrum | None = None
     diffraction: bool | None = None
     rim_um: NonNegativeFloat | None = None
+    clusters: ClustersSpec | None = None
 
 
 class NamedPlateSpec(Strict):

@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from stimuli.sparkle.scene import Plate
+from stimuli.sparkle.scene import Clusters, Plate
 
 Floats32 = NDArray[np.float32]
 
@@ -39,12 +39,15 @@ def scatter_flakes(plate: Plate, seed: int) -> Flakes:
 
     Their number is Poisson; each property draws from a stream of its own, so that a change to one leaves the others.
     """
-    number, place, depth, size, tilt = (np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(5))
+    streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(6)]
+    number, place, depth, size, tilt, gather = streams
     n = int(number.poisson(plate.flakes_per_mm2 * plate.width_mm * plate.height_mm))
     x, y = (place.random((2, n), dtype=np.float32) - np.float32(0.5)) * np.array(
         [[plate.width_mm], [plate.height_mm]], dtype=np.float32
     )
     slopes = tilt.standard_normal((2, n), dtype=np.float32) * np.float32(np.tan(np.radians(plate.tilt_sd_deg)))
+    if plate.clusters is not None:
+        _gather(x, y, slopes, plate, plate.clusters, gather)
     return Flakes(
         x_mm=x,
         y_mm=y,
@@ -53,6 +56,25 @@ def scatter_flakes(plate: Plate, seed: int) -> Flakes:
         slope_x=slopes[0],
         slope_y=slopes[1],
     )
+
+
+def _gather(
+    x: Floats32, y: Floats32, slopes: Floats32, plate: Plate, clusters: Clusters, random: np.random.Generator
+) -> None:
+    """Move the first share of the flakes into clusters, and tilt these; the plate's density stays even on average.
+
+    Places are wrapped around the plate's edges. Which flakes come first says nothing about them.
+    """
+    n = round(clusters.share * len(x))
+    count = max(1, round(n / clusters.flakes))
+    member = random.integers(count, size=n)
+    for places, size_mm in ((x, plate.width_mm), (y, plate.height_mm)):
+        middle = random.random(count, dtype=np.float32) * np.float32(size_mm)
+        spread = np.float32(clusters.radius_mm) * random.standard_normal(n, dtype=np.float32)
+        wrapped = np.mod(middle[member] + spread, np.float32(size_mm)) - np.float32(0.5 * size_mm)
+        places[:n] = np.clip(wrapped, np.float32(-0.5 * size_mm), np.float32(0.5 * size_mm))
+    together = random.standard_normal((2, count), dtype=np.float32)
+    slopes[:, :n] += np.float32(np.tan(np.radians(clusters.tilt_sd_deg))) * together[:, member]
 
 
 def _diameters_um(plate: Plate, n: int, random: np.random.Generator) -> Floats32:

@@ -15,7 +15,7 @@ from pydantic import (
     model_validator,
 )
 
-from stimuli.sparkle.scene import Camera, Lamp, Noise, Plate, Spectrum
+from stimuli.sparkle.scene import Camera, Clusters, Lamp, Noise, Plate, Spectrum
 
 
 class Strict(BaseModel):
@@ -70,6 +70,19 @@ def _share(value: SpectrumSpec) -> SpectrumSpec:
 ShareSpectrum = Annotated[SpectrumSpec, AfterValidator(_share)]
 
 
+class ClustersSpec(Strict):
+    """Conglomerates: the share of flakes in them, how many each holds, how wide it is, how far it tilts as a whole."""
+
+    share: Share
+    flakes: Annotated[float, Field(ge=1, le=1e6)]
+    radius_mm: Annotated[float, Field(gt=0, le=100)]
+    tilt_sd_deg: Annotated[float, Field(ge=0, le=60)] = 0.0
+
+    def clusters(self) -> Clusters:
+        """Return the conglomerates."""
+        return Clusters(self.share, self.flakes, self.radius_mm, self.tilt_sd_deg)
+
+
 class FlakesSpec(Strict):
     """The flakes: how many, how large, how deep, how they tilt and how they reflect.
 
@@ -90,6 +103,7 @@ class FlakesSpec(Strict):
     spectrum: ShareSpectrum | None = None
     diffraction: bool = False
     rim_um: NonNegativeFloat = 0.0
+    clusters: ClustersSpec | None = None
 
     @model_validator(mode="after")
     def _one_colour(self) -> FlakesSpec:
@@ -158,6 +172,7 @@ class PlateSpec(Strict):
             flake_chromaticity_xy=flakes.chromaticity_xy,
             diffraction_nm=DIFFRACTION_NM if flakes.diffraction else None,
             flake_rim_um=flakes.rim_um,
+            clusters=flakes.clusters.clusters() if flakes.clusters else None,
             coat_extinction_per_mm=self.coat_extinction_per_mm,
             flop_reflectance=flop.reflectance if flop else 0.0,
             flop_lobe_sd_deg=flop.lobe_sd_deg if flop else 12.0,

@@ -16,13 +16,28 @@ Spectrum = tuple[float, ...]
 
 
 @dataclass(frozen=True, slots=True)
+class Clusters:
+    """Conglomerates, as coarse droplets of paint leave them: ``share`` of the flakes lie in some.
+
+    Each holds ``flakes`` on average, spread about its middle as a Gaussian of ``radius_mm``. Its flakes' slopes stray
+    from the plate's normal together by ``tilt_sd_deg``, and from there each by its own.
+    """
+
+    share: float
+    flakes: float
+    radius_mm: float
+    tilt_sd_deg: float
+
+
+@dataclass(frozen=True, slots=True)
 class Plate:
     """A painted plate. Flake diameters are lognormal between two bounds, flake slopes Gaussian about the normal.
 
     ``flake_diameter_spread`` is the standard deviation of ln(diameter); ``tilt_sd_deg`` that of each slope's angle;
     ``lobe_sd_deg`` says how far a flake's own surface strays from its mean normal. ``diffraction_nm`` is the
     wavelength at which flakes widen their lobe, the smaller the more; None where they do not. Within
-    ``flake_rim_um`` of its edge a flake is no mirror. ``coat_extinction_per_mm`` dims deep flakes.
+    ``flake_rim_um`` of its edge a flake is no mirror. ``coat_extinction_per_mm`` dims deep flakes. With ``clusters``
+    some flakes lie together; else each lies anywhere.
 
     ``base_reflectance`` is that of what lies between the flakes, taken as matt. ``flop_reflectance`` is that of what
     shines in it, such as flakes too fine to be seen: a lobe of ``flop_lobe_sd_deg`` about the plate's normal.
@@ -55,6 +70,7 @@ class Plate:
     flop_chromaticity_xy: tuple[float, float] | None = None
     base_spectrum: Spectrum | None = None
     flake_spectrum: Spectrum | None = None
+    clusters: Clusters | None = None
 
 
 @dataclass(frozen=True, slots=True)

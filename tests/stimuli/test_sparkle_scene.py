@@ -24,7 +24,7 @@ from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_direc
 from stimuli.sparkle.light import gathered
 from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
 from stimuli.sparkle.photograph import photograph, plate_light
-from stimuli.sparkle.scene import Lamp, Noise, Plate
+from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate
 from stimuli.sparkle.spectrum import planck, wavelengths_nm
 from stimuli.studio import Studio
 
@@ -181,6 +181,32 @@ def test_a_rim_takes_from_a_flake_s_mirror_and_depth_from_its_light() -> None:
     view = refract(view_directions(np.zeros(1), np.zeros(1), EYE), 1.5)[0, 2]
     path_mm = 0.04 / view + 0.04 / refract(LAMP.direction, 1.5)[2]
     assert deep == pytest.approx(surface * np.exp(-8 * path_mm), rel=1e-5)
+
+
+@pytest.mark.parametrize(("share", "members", "radius_mm"), [(0.5, 12.0, 0.03), (1.0, 30.0, 0.03), (0.5, 12.0, 3.0)])
+def test_clusters_are_as_dense_as_they_say(share: float, members: float, radius_mm: float) -> None:
+    """Counts in cells vary by 1 + share · members if clusters are far smaller than a cell, less if they are wide."""
+    plate = replace(PLATE, width_mm=300.0, height_mm=200.0, flakes_per_mm2=10.0)
+    flakes = scatter_flakes(replace(plate, clusters=Clusters(share, members, radius_mm, 6.0)), 3)
+    apart = scatter_flakes(plate, 3)
+    np.testing.assert_array_equal(flakes.diameter_mm, apart.diameter_mm)
+    edges = (np.linspace(-100, 100, 101), np.linspace(-150, 150, 151))
+    counts, before = (np.histogram2d(one.y_mm, one.x_mm, edges)[0] for one in (flakes, apart))
+    assert counts.sum() == before.sum() == len(flakes)
+    assert before.var() / before.mean() == pytest.approx(1.0, abs=0.05)
+    dispersion = counts.var() / counts.mean()
+    if radius_mm < 1:
+        assert dispersion == pytest.approx(1 + share * members, rel=0.08)
+    else:
+        assert 1.05 < dispersion < 1.5
+    # Each cluster tilts as a whole, on top of each flake's own tilt.
+    n = round(share * len(flakes))
+    own, together = np.tan(np.radians([plate.tilt_sd_deg, 6.0]))
+    assert flakes.slope_x[:n].std() == pytest.approx(np.hypot(own, together), rel=0.03)
+    if n < len(flakes):
+        np.testing.assert_array_equal(flakes.slope_x[n:], apart.slope_x[n:])
+    near = np.array_split(counts, 2)
+    assert near[0].mean() == pytest.approx(near[1].mean(), rel=0.05)
 
 
 # Eyes
