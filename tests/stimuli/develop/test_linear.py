@@ -20,6 +20,7 @@ from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
 
 CODES = np.random.default_rng(0).integers(0, 65536, (8, 9, 3)).astype(np.uint16)
+CODES[0, 0] = 65535, 60000, 65534  # full scale, of integers and of the floats below, and just not
 
 
 def refusal(path: Path) -> str:
@@ -52,6 +53,7 @@ def test_integers_are_shares_of_their_largest(tmp_path: Path) -> None:
     image = read_camera_image(tmp_path / "a.tif")
     np.testing.assert_allclose(image.rgb, CODES / 65535.0, rtol=1e-7)
     np.testing.assert_array_equal(image.saturated, CODES == 65535)
+    assert image.saturated[0, 0].tolist() == [True, False, False]
     assert next(step for step in image.steps if step["step"] == "scale")["white"] == 65535.0
 
 
@@ -71,6 +73,7 @@ def test_floats_are_shares_of_full_scale(tmp_path: Path, kind: type) -> None:
     image = read_camera_image(tmp_path / "a.tiff")
     np.testing.assert_array_equal(image.rgb, light.astype(np.float32))
     np.testing.assert_array_equal(image.saturated, light >= 1)
+    assert light[0, 0, 1] == 1
 
 
 def test_planes_and_alpha_change_nothing(tmp_path: Path) -> None:

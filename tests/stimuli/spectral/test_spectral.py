@@ -60,10 +60,10 @@ def test_the_sum_is_colour_science_s(tmp_path: Path) -> None:
 
 
 def test_channels_in_any_order_are_put_in_order(tmp_path: Path) -> None:
-    """OpenEXR keeps channels by name, in which 1000nm comes before 380nm; wavelengths in metres are read too."""
+    """OpenEXR keeps channels by name, in which 1um comes before 380nm; other units of length are read too."""
     waves = np.concatenate([WAVES, [1000.0]])
     values = bumps(waves)
-    names = [f"S0.{wave * 1e-9:.9f}m".replace(".", ",").replace("S0,", "S0.") for wave in waves]
+    names = [*(f"S0.{wave:g}nm" for wave in WAVES[:-1]), "S0.780e-9m", "S0.1um"]
     shuffled = np.random.default_rng(0).permutation(len(waves))
     mixed = save_exr(tmp_path / "m.exr", values[..., shuffled], names=[names[i] for i in shuffled])
     found = read_spectral(mixed)
@@ -150,6 +150,21 @@ def test_the_camera_s_numbers(tmp_path: Path) -> None:
     assert (image.rgb[0, 2] == 1).all()
     assert image.saturated[0].tolist() == [[False] * 3, [False] * 3, [True] * 3]
     assert image.exposure == Exposure(0.1, 8)
+
+
+def test_the_camera_s_bands_are_as_wide_as_they_lie_apart(tmp_path: Path) -> None:
+    """Each band counts for half the way to either neighbour, as the observer's do."""
+    waves = np.sort(np.random.default_rng(3).uniform(380, 780, 120))
+    waves[[0, -1]] = 380, 780
+    slope = np.stack([np.ones(120), (waves - 300) / 400])[None]
+    (tmp_path / "s.csv").write_text("wavelength_nm,red,green,blue\n380,1,2,3\n780,3,2,1\n", encoding="utf-8")
+    picture = read_spectral(save_exr(tmp_path / "a.exr", slope, names=[f"S0.{wave:.9f}nm" for wave in waves]))
+    rgb = spectral_to_camera(picture, tmp_path / "s.csv", 1e7).rgb[0]
+    curves = np.stack([np.interp(waves, [380, 780], ends) for ends in ((1, 3), (2, 2), (3, 1))], axis=1)
+    width = np.empty(120)
+    width[1:-1], width[0], width[-1] = (waves[2:] - waves[:-2]) / 2, waves[1] - waves[0], waves[-1] - waves[-2]
+    sums = [(slope[0, index][:, None] * curves * width[:, None]).sum(axis=0) for index in (0, 1)]
+    np.testing.assert_allclose(rgb[1] / rgb[0], sums[1] / sums[0], rtol=1e-5)
 
 
 def test_the_camera_sees_light_on_reflectance(tmp_path: Path) -> None:
