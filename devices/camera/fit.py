@@ -104,6 +104,15 @@ class CameraFit:
             "exposure": None
             if exposure is None
             else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
+            "exposure_sets": [
+                {
+                    "white_luminance_cd_m2": one.white_luminance_cd_m2,
+                    "exposures": [
+                        {"time_s": e.time_s, "f_number": e.f_number, "iso": e.iso, "ev": e.ev} for e in one.exposures
+                    ],
+                }
+                for one in model.exposure_sets
+            ],
             "safe_luminance_cd_m2": list(model.safe_luminance_cd_m2 or ()) or None,
             "fitted_delta_e_2000": self.fitted.to_json(),
             "held_out_delta_e_2000": self.held_out.to_json() if self.held_out else None,
@@ -175,7 +184,10 @@ def fit_camera(
             )
         )
     alone = np.full(len(colours), np.nan)
-    left_out = left_out_xyz(C[used], XYZ[used], loss, white, solution)
+    # A colour seen at several exposures is not held out while one of them is kept.
+    several = len(set(colours.exposures or ())) > 1
+    names = [colours.names[i] for i in np.flatnonzero(used)] if several else ()
+    left_out = left_out_xyz(C[used], XYZ[used], loss, white, solution, names)
     alone[used] = delta_e_2000(xyz_to_lab(left_out, white), lab[used])
     luminance = XYZ[:, 1]
     # At the reference exposure, a set's signals stand for its luminances times its exposure's share.

@@ -6,6 +6,7 @@ here. It is found by orthogonal factors of C rather than by the inverse, which w
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -100,13 +101,18 @@ def _least_delta_e(C: Floats, XYZ: Floats, white: Floats, start: Floats) -> tupl
     return found.x.reshape(start.shape) * size, np.asarray(found.jac) / size, np.asarray(found.fun)
 
 
-def left_out_xyz(C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solution) -> Floats:
+def left_out_xyz(
+    C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solution, names: Sequence[str] = ()
+) -> Floats:
     """Return XYZ (n, 3) of each colour as estimated by the fit to all others; NaN where those do not determine M.
 
     In XYZ it follows from the one fit: an error left out is e / (1 − h), h being the colour's leverage. In ΔE00 each is
-    fitted anew; more than 200 are left out in twenty groups.
+    fitted anew; more than 200 are left out in twenty groups. Where ``names`` repeat, those of one name are left out
+    together.
     """
     n = len(C)
+    if len(set(names)) < len(names):
+        return _left_out_by_name(C, XYZ, loss, white, fitted, names)
     q, _ = np.linalg.qr(C / np.linalg.norm(C, axis=0))
     leverage = np.sum(q * q, axis=1)
     lone = 1.0 - leverage < 1e-10
@@ -119,6 +125,17 @@ def left_out_xyz(C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solu
         others = np.ones(n, dtype=bool)
         others[group] = False
         out[group] = C[group] @ solve(C[others], XYZ[others], loss, white, fitted.M).M.T
+    return out
+
+
+def _left_out_by_name(
+    C: Floats, XYZ: Floats, loss: Loss, white: Floats, fitted: Solution, names: Sequence[str]
+) -> Floats:
+    out = np.full_like(XYZ, np.nan)
+    for name in dict.fromkeys(names):
+        group = np.array([other == name for other in names])
+        if np.linalg.matrix_rank(C[~group]) == C.shape[1]:
+            out[group] = C[group] @ solve(C[~group], XYZ[~group], loss, white, fitted.M).M.T
     return out
 
 

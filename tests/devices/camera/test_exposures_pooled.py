@@ -98,3 +98,20 @@ def test_an_affine_model_has_one_exposure(seen: See, matrix: np.ndarray) -> None
 def test_a_reference_that_was_not_used(seen: See, matrix: np.ndarray) -> None:
     with pytest.raises(DeviceError, match="is none of the table's"):
         fit_camera(_table(seen(), matrix), exposure=Exposure(1 / 250, 8.0, 800))
+
+
+def test_a_patch_is_left_out_at_all_its_exposures(seen: See) -> None:
+    """A patch that lies at every exposure in the same way foretells itself, unless it is left out at all of them."""
+    chart = seen(noise=0.01)
+    rgb = np.vstack([chart.rgb * 0.3, chart.rgb * 0.6, chart.rgb * 0.9])
+    light = np.vstack([chart.XYZ] * 3)
+    exposures = (AT,) * 24 + (Exposure(2 / 15, 8.0, 800),) * 24 + (Exposure(3 / 15, 8.0, 800),) * 24
+    alike = Correspondences(rgb, light, chart.names * 3, rgb > 1, None, exposures)
+    apart = Correspondences(rgb, light, tuple(str(i) for i in range(72)), rgb > 1, None, exposures)
+    once = fit_camera(chart).held_out
+    together, alone = fit_camera(alike).held_out, fit_camera(apart).held_out
+    assert once is not None
+    assert together is not None
+    assert alone is not None
+    assert together.mean == pytest.approx(once.mean, rel=1e-6)
+    assert alone.mean < 0.97 * once.mean

@@ -76,6 +76,16 @@ def test_found_by_itself(
     assert read.values.spread == pytest.approx(0.003, rel=0.15)  # of some 1000 pixels
 
 
+@pytest.mark.parametrize("times", [0.02, 1.5])
+def test_a_dark_raw_picture_is_brightened_for_the_finder_alone(
+    photograph: Draw, true_rgb: np.ndarray, reference: ReferenceColours, times: float
+) -> None:
+    picture = (times * photograph(noise=0.003)).astype(np.float32)
+    read = read_chart(picture, picture >= 1, reference)
+    assert np.abs(read.values.corners_px - CORNERS).max() < 2.0
+    assert read.colours.rgb == pytest.approx(times * true_rgb, abs=times * 0.0005)
+
+
 def test_a_large_photograph_is_found_on_a_small_preview(photograph: Draw, reference: ReferenceColours) -> None:
     picture = photograph().repeat(4, axis=0).repeat(4, axis=1)
     assert find_corners(picture) == pytest.approx(CORNERS * 4, abs=6.0)
