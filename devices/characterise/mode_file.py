@@ -13,7 +13,7 @@ from devices.characterise.yaml_keys import set_keys
 from devices.display_file import EYES, PanelSpec, read_display
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.yaml_source import YamlSource, read_yaml
+from documents.yaml_source import YamlSource, parse_yaml, read_yaml
 
 CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "source")
 _PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map"}
@@ -87,6 +87,8 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
     if "same_as" in there and not new.models:
         remedy = f"write into '{there['same_as']}'"
         raise _refusal(f"the mode '{mode}' is the same as another", source, "modes", mode, remedy=remedy)
+    same = {part for part, lines in new.parts.items() if _part(part, lines) == there.get(part)}
+    new = ModeLines(new.models, {part: lines for part, lines in new.parts.items() if part not in same})
     goes = _goes(there, new)
     if goes and not replace:
         told = f"the mode '{mode}' holds {' and '.join(goes)} already, which would go"
@@ -102,9 +104,15 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
     said = [f"updated the mode '{mode}' of {path}; all else in it stays."]
     said += [f"Overwritten: {', '.join(goes)}."] if goes else []
     said += [f"Lines with a comment that went with it: {comments}."] if comments else []
-    kept = [part for part in _PARTS if part in there and part not in new.parts]
+    said += [f"There already, and the same: {', '.join(sorted(same))}."] if same else []
+    kept = [part for part in _PARTS if part in there and part not in new.parts and part not in same]
     said += [f"What was measured before stays: {', '.join(kept)}."] if kept and new.models else []
     return " ".join([*said, *_follows(path, mode)])
+
+
+def _part(part: str, lines: Sequence[str]) -> Any:
+    """Return what ``lines`` of a part say."""
+    return parse_yaml("\n".join(lines), part).data[part]
 
 
 def _goes(there: Mapping[str, Any], new: ModeLines) -> list[str]:

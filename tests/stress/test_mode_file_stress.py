@@ -46,7 +46,7 @@ def test_any_run_of_changes_leaves_what_the_changes_say(tmp_path: Path, seed: in
     for step in range(20):
         mode, eyes = rng.choice(MODES), rng.choice(EYES)
         white, replace = rng.randint(1, 99), rng.random() < 0.5
-        added = {part: lines for part, lines in PARTS.items() if rng.random() < 0.2}
+        added = {part: [*lines, f"  source: step {step}"] for part, lines in PARTS.items() if rng.random() < 0.2}
         lines = {eye: model_lines(_model(white, rng.random() < 0.5), f"step {step}: 'it' # \"said\"") for eye in eyes}
         before = path.read_text() if path.exists() else ""
         held = expected.get(mode, {})

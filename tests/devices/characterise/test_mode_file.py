@@ -111,8 +111,11 @@ def test_parts_are_added_by_themselves_and_kept_when_the_model_changes(shipped: 
     after = shipped.read_text()
     assert after.replace("".join(f"    {line}\n" for line in CROSSTALK), "") == before
     assert read_display(shipped).crosstalk("side-by-side") is not None
+    told = write_mode(shipped, "quad-buffered", _new({"crosstalk": CROSSTALK}))
+    assert "There already, and the same: crosstalk." in told
+    assert shipped.read_text() == after
     with pytest.raises(DeviceError, match="holds crosstalk already"):
-        write_mode(shipped, "quad-buffered", _new({"crosstalk": CROSSTALK}))
+        write_mode(shipped, "quad-buffered", _new({"crosstalk": [line.replace("0.05", "0.06") for line in CROSSTALK]}))
     told = write_mode(shipped, "quad-buffered", _new(both=2.0), replace=True)
     assert "What was measured before stays: crosstalk." in told
     assert read_display(shipped).crosstalk("quad-buffered") is not None
