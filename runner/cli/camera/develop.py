@@ -141,27 +141,27 @@ def _tell(told: list[dict[str, Any]]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=None)
-    for name in ("photograph", "size", "exposure", "saturated R, G, B %"):
-        table.add_column(name, justify="left" if name == "photograph" else "right")
     has_xyz = told[0]["holds"] == "XYZ"
-    for name in ("mean cd/m²", "max cd/m²", "outside safe zone %", "below 0") if has_xyz else ():
-        table.add_column(name, justify="right")
+    title = "Saturated pixels of R, G, B"
+    if has_xyz:
+        title += "; luminance in cd/m²; pixels outside the camera's safe zone; pixels below 0, set to 0"
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    for name in ("photograph", "size", "exposure", "saturated %") + (
+        ("mean", "max", "unsafe %", "< 0") if has_xyz else ()
+    ):
+        table.add_column(name, justify="left" if name == "photograph" else "right")
     for one in told:
-        exposure, pixels = one["exposure"], one["width_px"] * one["height_px"]
         cells = [
-            f"{one['width_px']} × {one['height_px']}",
-            "not known"
-            if exposure is None
-            else f"{exposure['time_s']:.4g} s f/{exposure['f_number']:g} ISO {exposure['iso']:g}",
-            " ".join(f"{100 * share:.2f}" for share in one["saturated_share"]),
+            f"{one['width_px']}×{one['height_px']}",
+            _exposure(one["exposure"]),
+            " ".join(f"{100 * share:.3g}" for share in one["saturated_share"]),
         ]
         if has_xyz:
-            outside = one["below_safe_pixels"] + one["above_safe_pixels"]
+            outside = (one["below_safe_pixels"] + one["above_safe_pixels"]) / (one["width_px"] * one["height_px"])
             cells += [
                 f"{one['mean_luminance_cd_m2']:.4g}",
                 f"{one['max_luminance_cd_m2']:.4g}",
-                "not known" if one["safe_luminance_cd_m2"] is None else f"{100 * outside / pixels:.2f}",
+                "–" if one["safe_luminance_cd_m2"] is None else f"{100 * outside:.3g}",
                 str(one["negative_pixels_set_to_0"]),
             ]
         table.add_row(Text(one["photo"]), *cells)
@@ -171,3 +171,10 @@ def _tell(told: list[dict[str, Any]]) -> None:
             click.echo(f"Note: {one['photo']}: {sentence}.")
         if one.get("exposure_was_characterised") is False:
             click.echo(f"Note: {one['photo']}: the camera file was not tried at this exposure.")
+
+
+def _exposure(told: dict[str, float] | None) -> str:
+    if told is None:
+        return "not known"
+    time = f"{told['time_s']:.3g}" if told["time_s"] >= 0.3 else f"1/{1 / told['time_s']:.4g}"
+    return f"{time} f/{told['f_number']:g} {told['iso']:g}"
