@@ -30,12 +30,14 @@ PAIRS = ((0, 1), (0, 2), (1, 2))
 CROSS = tuple((i, j) for i in range(3) for j in range(3) if i != j)
 MIXTURES = len(PAIRS) + 1 + len(CROSS)
 MOST_STEPS = 24
+# The steps from the first to before the second are halved: what went round in circles until then finds its way.
+HALVED = (8, 16)
 # A step of this much, in shares of full light, is the last that Newton's method needs.
 _CLOSE = 2e-14
 # Colours undone at a time, which a processor's cache holds.
 _BLOCK = 1 << 13
-# Steps are checked on colours of the gamut and this much beyond it.
-_BEYOND = 0.5
+# Steps must end for colours of the gamut and this much beyond it, and are counted for colours this far from it.
+_BEYOND, _FAR = 0.5, 1.5
 _LIGHT_LIMIT = 1e6
 # Of the primaries; beyond lie slips of the pen, and numbers that overflow.
 _MOST_TIMES = 1e3
@@ -112,7 +114,7 @@ class Plvc(DisplayModel):
         T = light.copy()
         size = np.full(light.shape[1], np.inf)
         moving = np.arange(light.shape[1])
-        for _ in range(steps):
+        for number in range(steps):
             now = T[:, moving]
             inside = np.clip(now, 0.0, 1.0)
             made, slopes = self._light_and_slopes(inside)
@@ -121,7 +123,7 @@ class Plvc(DisplayModel):
                 for row in range(3):
                     slopes[row, c][outside] = row == c
             step = _solved(slopes, made + (now - inside) - light[:, moving])
-            T[:, moving] = now - step
+            T[:, moving] = now - (0.5 if HALVED[0] <= number < HALVED[1] else 1.0) * step
             size[moving] = np.abs(step).max(axis=0)
             moving = moving[size[moving] > _CLOSE]
             if not len(moving):
@@ -159,15 +161,18 @@ class Plvc(DisplayModel):
             raise DeviceError(f"the model cannot be undone: at {clashes} of 2197 levels more drive gives less light")
         axis = np.linspace(0.0, 1.0, 14) ** 2
         grid = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
-        around = np.linspace(-_BEYOND, 1.0 + _BEYOND, 11)
+        around = np.linspace(-_FAR, 1.0 + _FAR, 13)
         outside = np.stack(np.meshgrid(around, around, around, indexing="ij"), axis=-1).reshape(-1, 3)
+        near = np.concatenate([np.ones(len(grid), dtype=bool), np.abs(outside - 0.5).max(axis=1) <= 0.5 + _BEYOND])
         light = np.concatenate([self.light_of(grid), outside])
-        known = self.newton(light, MOST_STEPS)
-        if not known[1].max() <= 1e-12:
+        known, size = self.newton(light, MOST_STEPS)
+        ends = size <= 1e-12
+        if not ends[near].all() or not np.allclose(known[: len(grid)], grid, rtol=0.0, atol=1e-9):
             raise DeviceError(f"the model cannot be undone: Newton's method does not end within {MOST_STEPS} steps")
+        light, known = light[ends], known[ends]
         for steps in range(1, MOST_STEPS):
             # Of shares of light, relative in the dark, where codes follow the root of it.
-            off = np.abs(self.newton(light, steps)[0] - known[0]) / np.sqrt(np.abs(known[0]) + 1e-14)
+            off = np.abs(self.newton(light, steps)[0] - known) / np.sqrt(np.abs(known) + 1e-14)
             if off.max() <= 1e-9:
                 return steps + 1
         return MOST_STEPS

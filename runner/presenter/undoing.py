@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from devices.display import DisplayModel
-from devices.plvc import MIXTURES, NODES, Plvc
+from devices.plvc import MIXTURES, MOST_STEPS, NODES, Plvc
 from runner.presenter.shaders import Uniform
 
 COST = 9
@@ -55,5 +55,6 @@ def _terms(model: DisplayModel) -> tuple[list[tuple[float, ...]], list[tuple[flo
     powers, mixtures, steps = np.zeros((3, len(NODES) + 1, 3)), np.zeros((MIXTURES, 3)), 1
     powers[:, 0] = np.eye(3)
     if isinstance(model, Plvc):
-        powers, mixtures, steps = model.powers, model.mixtures, model.steps
+        assert model.steps  # refuses what cannot be undone
+        powers, mixtures, steps = model.powers, model.mixtures, MOST_STEPS
     return [tuple(row) for row in powers.reshape(-1, 3).tolist()], [tuple(row) for row in mixtures.tolist()], steps

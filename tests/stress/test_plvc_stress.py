@@ -1,0 +1,113 @@
+"""PLVC pushed to its edges: many displays, strong drift, steep and flat curves, colours far outside, huge pictures."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from devices.display import DisplayModel
+from devices.errors import DeviceError
+from devices.knot_table import knotted_codes
+from devices.plvc import Plvc
+from devices.table_curve import TableCurve
+from runner.presenter.colour_pass import ColourPass
+from runner.presenter.errors import PresentationError
+from runner.presenter.surfaces.egl import EglSurface
+
+pytestmark = pytest.mark.stress
+
+PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
+
+
+def display(seed: int) -> Plvc:
+    """Return a random display: primaries' scale, black, curves, drift and mixtures all at random."""
+    rng = np.random.default_rng(seed)
+    primaries = PRIMARIES * 10 ** rng.uniform(-2, 2)
+    curves = []
+    for _ in range(3):
+        codes = np.concatenate([[0.0], np.sort(rng.uniform(0.01, 0.99, rng.integers(1, 30))), [1.0]])
+        codes = codes[np.concatenate([[True], np.diff(codes) > 1e-3])]
+        codes[-1] = 1.0
+        curves.append(TableCurve(tuple(codes), tuple(codes ** rng.uniform(1.2, 3.0))))
+    bend, mixed = 10 ** rng.uniform(-3, -0.7, 2)
+    own = primaries.T[:, np.newaxis] * (1.0 + bend * rng.uniform(-1, 1, (3, 4, 3)))
+    mixtures = 0.3 * mixed * rng.uniform(-1, 1, (10, 3)) * primaries.sum(axis=1)
+    black = primaries.sum(axis=1) * 10 ** rng.uniform(-6, -2)
+    return Plvc(black, primaries, (curves[0], curves[1], curves[2]), own, mixtures)
+
+
+def refused(model: Plvc) -> str:
+    """Return why ``model`` is not served, empty if it is."""
+    try:
+        return "" if model.steps else "no steps"
+    except DeviceError as error:
+        return str(error)
+
+
+def test_hundreds_of_displays_are_undone_everywhere_or_refused() -> None:
+    served = 0
+    for seed in range(300):
+        model = display(seed)
+        if why := refused(model):
+            assert "cannot be undone" in why
+            continue
+        served += 1
+        rng = np.random.default_rng(seed)
+        T = np.concatenate([rng.uniform(0, 1, (300, 3)), 10 ** rng.uniform(-8, 0, (300, 3))])
+        T = np.concatenate([T, rng.uniform(-0.5, 1.5, (300, 3))])
+        found, _ = model.newton(model.in_primaries(model.xyz_of_linear(T)), model.steps)
+        np.testing.assert_allclose(found, T, atol=1e-9)
+        codes = np.maximum(rng.uniform(0, 1, (300, 3)), 0.05)
+        assert np.abs(model.code(model.xyz(codes)) - codes).max() * 255 <= 1e-6
+    assert 60 < served < 300
+
+
+@pytest.mark.parametrize("far", [1e3, 1e9, 1e30, 1e300])
+def test_colours_however_far_outside_have_finite_codes(far: float) -> None:
+    model = next(m for m in map(display, range(50)) if not refused(m))
+    XYZ = far * np.random.default_rng(1).uniform(-1, 1, (1000, 3))
+    codes = model.code(XYZ)
+    assert np.all((codes >= 0) & (codes <= 1))
+    assert model.clipping(XYZ).any_channel == 1000
+
+
+def test_the_pass_is_exact_on_many_displays() -> None:
+    try:
+        surface = EglSurface((64, 64))
+    except PresentationError as error:
+        pytest.skip(str(error))
+    worst, served = 0.0, 0
+    with surface:
+        for seed in range(60):
+            model = display(seed)
+            if refused(model):
+                continue
+            served += 1
+            rng = np.random.default_rng(seed)
+            T = np.concatenate([rng.uniform(0, 1, (1500, 3)), 10 ** rng.uniform(-9, 0, (1500, 3))])
+            T = np.concatenate([T, rng.uniform(-0.5, 1.5, (600, 3))])
+            asked = model.xyz_of_linear(T).astype(np.float32).reshape(60, 60, 3)
+            texture = surface.context.texture((60, 60), 3, asked.tobytes(), alignment=1, dtype="f4")
+            expected = 255 * model.code(asked.astype(np.float64))
+            assert np.abs(255 * knotted_codes(model, asked.astype(np.float64)) - expected).max() < 0.02
+            shown = ColourPass(surface.context, model).run(texture)
+            found = np.frombuffer(shown.read(components=3, alignment=1), np.uint8).reshape(60, 60, 3)[::-1]
+            worst = max(worst, float(np.abs(found - expected).max()))
+    assert served > 20
+    assert worst <= 0.501
+
+
+def test_a_display_that_adds_up_is_as_the_additive_model_has_it() -> None:
+    for seed in range(20):
+        model = display(seed)
+        still = Plvc(
+            model.black_XYZ_cd_m2,
+            model.primaries_XYZ_cd_m2,
+            model.curves,
+            np.repeat(model.primaries_XYZ_cd_m2.T[:, np.newaxis], 4, axis=1),
+            np.zeros((10, 3)),
+        )
+        additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
+        XYZ = additive.xyz_of_linear(np.random.default_rng(seed).uniform(-0.5, 1.5, (2000, 3)))
+        np.testing.assert_allclose(still.linear(XYZ), additive.linear(XYZ), atol=1e-12)
+        assert still.clipping(XYZ) == additive.clipping(XYZ)
