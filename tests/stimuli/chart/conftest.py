@@ -43,21 +43,19 @@ def photograph(true_rgb: np.ndarray) -> Callable[..., np.ndarray]:
         to_chart: np.ndarray = np.asarray(
             np.linalg.inv(perspective(COLORCHECKER.outline(), np.asarray(corners, float)))
         )
-        picture = np.zeros((*size, 3))
-        for right, down in ((0.25, 0.25), (0.75, 0.25), (0.25, 0.75), (0.75, 0.75)):
-            x, y = np.meshgrid(np.arange(size[1]) + right, np.arange(size[0]) + down)
-            at = project(to_chart, np.stack([x, y], axis=-1))
-            pitch = 1 + COLORCHECKER.gap
-            # A gap other than the layout's leaves the patches' centres where they are.
-            cell, within = np.divmod(at + 0.5 * COLORCHECKER.gap, pitch)
-            on_patch = np.all(np.abs(within / pitch - 0.5) < 0.5 / (1 + gap), axis=-1)
-            on_patch &= np.all((cell >= 0) & (cell < [6, 4]), axis=-1)
-            width, height = COLORCHECKER.size
-            on_card = np.all((at > -0.5) & (at < [width + 0.5, height + 0.5]), axis=-1)
-            number = np.clip(cell[..., 1] * 6 + cell[..., 0], 0, 23).astype(int)
-            here = np.where(on_card[..., None], [0.012, 0.016, 0.012], [0.09, 0.14, 0.1])
-            picture += 0.25 * np.where(on_patch[..., None], rgb[number], here)
-        picture += noise * np.random.default_rng(5).standard_normal(picture.shape)
+        x, y = np.meshgrid(np.arange(size[1]) + 0.5, np.arange(size[0]) + 0.5)
+        at = project(to_chart, np.stack([x, y], axis=-1))
+        pitch = 1 + COLORCHECKER.gap
+        # A gap other than the layout's leaves the patches' centres where they are.
+        cell, within = np.divmod(at + 0.5 * COLORCHECKER.gap, pitch)
+        on_patch = np.all(np.abs(within / pitch - 0.5) < 0.5 / (1 + gap), axis=-1)
+        on_patch &= np.all((cell >= 0) & (cell < [6, 4]), axis=-1)
+        width, height = COLORCHECKER.size
+        on_card = np.all((at > -0.5) & (at < [width + 0.5, height + 0.5]), axis=-1)
+        number = np.clip(cell[..., 1] * 6 + cell[..., 0], 0, 23).astype(int)
+        here = np.where(on_card[..., None], [0.012, 0.016, 0.012], [0.09, 0.14, 0.1])
+        picture = np.where(on_patch[..., None], rgb[number], here)
+        picture = picture + noise * np.random.default_rng(5).standard_normal(picture.shape)
         return picture.astype(np.float32)
 
     return draw
