@@ -12,8 +12,8 @@ from runner.check import experiment, other_kinds
 from runner.check.checked import Checked, Wishes
 
 _UNKNOWN = (
-    "an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a photodiode's record 'onset_error_ms:', a recipe "
-    "or observers 'kind:'"
+    "an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a photodiode's record 'onset_error_ms:', a camera "
+    "'matrix_XYZ_cd_m2:', a recipe or observers 'kind:'"
 )
 
 
@@ -43,6 +43,7 @@ _READERS: Mapping[str, Callable[[Checked, Wishes], None]] = MappingProxyType(
         "modes": other_kinds.check_display,
         "onset_error_ms": other_kinds.check_verification,
         "onsets": other_kinds.check_verification,
+        "matrix_XYZ_cd_m2": other_kinds.check_camera,
         "mode": other_kinds.check_rig,
         "kind": other_kinds.check_kind,
     }

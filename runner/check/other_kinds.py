@@ -1,11 +1,13 @@
-"""Displays, rigs, photodiodes' records, recipes and simulated observers."""
+"""Displays, rigs, photodiodes' records, cameras, recipes and simulated observers."""
 
 from __future__ import annotations
 
+from devices.camera.camera_file import read_camera
 from devices.display_file import read_display
 from devices.rig_file import read_rig
 from devices.verification_file import read_verification
 from devices.viewing import pixels_per_degree
+from documents import Finding
 from documents.yaml_source import read_yaml
 from runner.check.checked import Checked, Wishes
 from runner.check.named_files import missing_pictures
@@ -46,6 +48,25 @@ def check_verification(checked: Checked, wishes: Wishes) -> None:
         "refresh_hz": spec.refresh_hz,
         "onsets": verification.sentence(),
     }
+
+
+def check_camera(checked: Checked, wishes: Wishes) -> None:
+    """Check a camera file."""
+    camera = read_camera(checked.file)
+    exposure, zone = camera.exposure, camera.safe_luminance_cd_m2
+    checked.facts = {
+        "kind": "camera",
+        "form": camera.form,
+        **({"exposure": str(exposure)} if exposure else {}),
+        **({"safe_luminance_cd_m2": list(zone)} if zone else {}),
+    }
+    if zone is None:
+        what = (
+            "the camera's safe luminance zone is not known: light beyond what it was characterised for goes unnoticed"
+        )
+        checked.warnings.append(
+            Finding(what, str(checked.file), remedy="fit the camera to a chart: cyclopean camera fit")
+        )
 
 
 def check_kind(checked: Checked, wishes: Wishes) -> None:

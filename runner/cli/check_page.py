@@ -20,6 +20,7 @@ _NAMES = {
     "unfinished_sessions_of": "unfinished sessions",
     "sessions_running_of": "sessions running now",
     "refresh_hz": "refresh rate, in Hz",
+    "safe_luminance_cd_m2": "safe zone, in cd/m²",
 }
 # What is told in tables of their own, or only to programs.
 _APART = (

@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-KINDS = ("experiment", "rig", "display", "stimuli", "observers", "verification")
+KINDS = ("experiment", "rig", "display", "stimuli", "observers", "verification", "camera")
 
 
 @click.command(short_help="Print the JSON Schema of a file that you write.")
@@ -42,6 +42,10 @@ def _model(kind: str) -> type[BaseModel]:
         from runner.observers.observer_file import ObserverFile
 
         return ObserverFile
+    if kind == "camera":
+        from devices.camera.camera_file import CameraSpec
+
+        return CameraSpec
     if kind == "verification":
         from devices.verification_file import VerificationSpec
 

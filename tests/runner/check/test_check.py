@@ -178,3 +178,17 @@ def test_an_unknown_file_and_a_missing_one_are_findings(tmp_path: Path) -> None:
     for name, what in (("a", "no file that"), ("list", "no file that"), ("none", "there is no such file")):
         (error,) = check_file(tmp_path / f"{name}.yaml").errors
         assert what in error.message
+
+
+def test_a_camera_file_is_told_with_its_exposure_and_zone(tmp_path: Path) -> None:
+    shipped = Path(__file__).parents[3] / "configs/cameras/nikon_d800.yaml"
+    checked = check_file(shipped)
+    assert not checked.errors + checked.warnings
+    assert checked.facts["exposure"] == "1/15 s, f/8, ISO 800"
+    assert checked.facts["safe_luminance_cd_m2"] == [9.41, 120.8]
+    text = shipped.read_text(encoding="utf-8").replace("safe_luminance_cd_m2: [9.41, 120.8]", "name: again")
+    (tmp_path / "twice.yaml").write_text(text, encoding="utf-8")
+    assert "name" in str(check_file(tmp_path / "twice.yaml").errors[0])
+    (tmp_path / "blind.yaml").write_text(text.replace("name: again", ""), encoding="utf-8")
+    (warning,) = check_file(tmp_path / "blind.yaml").warnings
+    assert "safe luminance zone is not known" in warning.message

@@ -176,3 +176,8 @@ def test_doctor_says_what_there_is() -> None:
 def test_the_schema_of_a_photodiode_s_record_names_its_keys() -> None:
     schema = json.loads(_run("schema", "verification").stdout)
     assert {"onsets", "onset_error_ms", "refresh_hz", "mode"} <= set(schema["properties"])
+
+
+def test_the_schema_of_a_camera_names_its_keys() -> None:
+    schema = json.loads(_run("schema", "camera").stdout)
+    assert {"matrix_XYZ_cd_m2", "safe_luminance_cd_m2", "exposure", "form"} <= set(schema["properties"])
