@@ -42,8 +42,9 @@ class Tiles:
 
     def of_pixels(self, across_px: Floats, down_px: Floats) -> NDArray[np.int64]:
         """Return the tile (n,) that each place on the pixel grid, (n,) each, lies in, or the one next to it."""
-        column = np.clip(across_px // self.tile_px, 0, self.columns - 1).astype(np.int64)
-        row = np.clip(down_px // self.tile_px, 0, self.rows - 1).astype(np.int64)
+        # What lies outside is cut towards the first tile or clipped to the last.
+        column = np.clip((across_px * (1.0 / self.tile_px)).astype(np.int64), 0, self.columns - 1)
+        row = np.clip((down_px * (1.0 / self.tile_px)).astype(np.int64), 0, self.rows - 1)
         return row * self.columns + column
 
     def of_places(self, x_mm: NDArray[np.float32], y_mm: NDArray[np.float32]) -> NDArray[np.int64]:
