@@ -15,7 +15,7 @@ from stimuli.sparkle.cull import LEAST_LOBE_SHARE, slope_circles, that_matter
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.lamplight import lamp_directions
 from stimuli.sparkle.optics import half_way, refract, shade, view_directions
-from stimuli.sparkle.photograph import sparkle_map
+from stimuli.sparkle.photograph import photograph, plate_light, sparkle_map
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.tiles import Tiles, tiles_of, whole
 
@@ -215,6 +215,18 @@ def test_the_size_of_pixels_and_tiles_does_not_change_the_mean_luminance() -> No
     assert mean_of(PLATE, coarse) == pytest.approx(usual, rel=1e-3)
     for tile_px in (128, 64, 33):
         assert mean_of(PLATE, CAMERA, tile_px) == pytest.approx(usual, rel=1e-6)
+
+
+@pytest.mark.parametrize(("pitch_mm", "tolerance"), [(0.25, 1e-5), (0.2768, 1e-3)])
+def test_halving_the_display_s_pixels_does_not_change_the_mean_luminance(pitch_mm: float, tolerance: float) -> None:
+    """The whole plate, the sensor not full; at the shipped display's pitch the plate's border cuts through pixels."""
+    plate = replace(PLATE, width_mm=150.0, height_mm=100.0, flakes_per_mm2=20.0)
+    light = plate_light(plate, [LAMP], CAMERA, "left", scatter_flakes(plate, 3))
+    one, half = (
+        float(photograph(light, CAMERA, 1e-4, pitch).xyz_cd_m2[..., 1].mean(dtype=np.float64))
+        for pitch in (pitch_mm, pitch_mm / 2)
+    )
+    assert half == pytest.approx(one, rel=tolerance)
 
 
 def test_tiles_change_no_pixel() -> None:
