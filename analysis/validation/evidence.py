@@ -1,0 +1,90 @@
+"""What a verdict rests on: the numbers of one picture pair, or of one eye's."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+from analysis.validation.difference_map import DifferenceSummary
+from analysis.validation.region_table import RegionTable
+
+
+@dataclass(frozen=True, slots=True)
+class SparklePair:
+    """One number that says something of sparkle (density, size, contrast), of both pictures, with standard errors.
+
+    NaN where there is too little to tell. ``where`` is the region's name, ``unit`` is for print.
+    """
+
+    measure: str
+    photo: float
+    photo_se: float
+    rendering: float
+    rendering_se: float
+    unit: str = ""
+    where: str = ""
+
+    @property
+    def relative(self) -> float:
+        """How much more the rendering has, as a share of the photograph's; infinite if that has none."""
+        if self.rendering == self.photo:
+            return 0.0
+        return (self.rendering - self.photo) / self.photo if self.photo else math.inf
+
+    @property
+    def relative_se(self) -> float:
+        """The standard error of ``relative``: of a ratio of two independent numbers; infinite if there is none."""
+        if not self.photo:
+            return math.inf
+        ratio = self.rendering / self.photo
+        return math.hypot(self.rendering_se, ratio * self.photo_se) / abs(self.photo)
+
+    @property
+    def z(self) -> float:
+        """The difference in its standard errors; 0 where the numbers are equal."""
+        apart = self.rendering - self.photo
+        se = math.hypot(self.photo_se, self.rendering_se)
+        if apart == 0:
+            return 0.0
+        return apart / se if se > 0 else math.copysign(math.inf, apart)
+
+    def to_json(self) -> dict[str, float | str | None]:
+        """Return the numbers by name, None for what cannot be told."""
+        told = {name: getattr(self, name) for name in (*self.__dataclass_fields__, "relative", "relative_se", "z")}
+        return {n: v if isinstance(v, str) or math.isfinite(v) else None for n, v in told.items()}
+
+
+@dataclass(frozen=True, slots=True)
+class RegistrationEvidence:
+    """How well both lie on one grid: ``residual_px`` after ``shift_px`` and ``rotation_deg`` were undone.
+
+    What is not known is None.
+    """
+
+    residual_px: float | None = None
+    shift_px: tuple[float, float] | None = None
+    shift_se_px: tuple[float, float] | None = None
+    rotation_deg: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class DisparityEvidence:
+    """The median disparity of the rendering minus that of the photograph, across and down, and its standard error."""
+
+    difference_px: tuple[float, float]
+    standard_error_px: tuple[float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Evidence:
+    """All that is known of one pair; None for what was not measured.
+
+    ``per_pixel`` is of the plain map, ``seen`` of that of both pictures as the eye resolves them at its distance.
+    """
+
+    regions: RegionTable | None = None
+    per_pixel: DifferenceSummary | None = None
+    seen: DifferenceSummary | None = None
+    sparkle: tuple[SparklePair, ...] = ()
+    registration: RegistrationEvidence | None = None
+    disparity: DisparityEvidence | None = None

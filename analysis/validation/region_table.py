@@ -1,0 +1,208 @@
+"""What regions differ by: the columns of thesis Tables 5.2 to 5.5.
+
+Differences are rendering minus photograph; the thesis prints their absolute values. CIELAB is reckoned after the
+rendering was multiplied with ``scaled_by``, which is 1 where luminances are compared as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from analysis.validation.area_means import AreaMean
+from analysis.validation.luminance_factor import LuminanceFactor, luminance_factor
+from analysis.validation.region_errors import of_length, standard_errors
+from analysis.validation.regions import Floats, Kind, Region
+from devices.ciede2000 import delta_e_2000_parts
+from devices.colour import xyY_from_XYZ, xyz_to_lab
+
+LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
+Triple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class RegionSide:
+    """One region in one picture: mean and standard deviation of its pixels, and its chromaticity and luminance."""
+
+    XYZ: Triple
+    sd_XYZ: Triple
+    x: float
+    y: float
+    luminance_cd_m2: float
+    pixels: int
+    saturated_share: float
+
+
+@dataclass(frozen=True, slots=True)
+class RegionRow:
+    """One region. ``excluded`` holds the reasons why it does not count, none if it does.
+
+    ``luminance_ratio`` is photo / rendering. ``delta_e`` with its terms as `ColourDifference`. Names ending in ``_se``
+    are standard errors, from the scatter within the regions; None where they cannot be told.
+    """
+
+    name: str
+    kind: Kind
+    entry: str
+    number: int | None
+    excluded: tuple[str, ...]
+    photo: RegionSide
+    rendering: RegionSide
+    delta_x: float
+    delta_y: float
+    delta_xy: float
+    luminance_ratio: float
+    delta_e: float
+    delta_L: float
+    delta_C: float
+    delta_H: float
+    S_L: float
+    S_C: float
+    S_H: float
+    R_T: float
+    delta_x_se: float | None = None
+    delta_y_se: float | None = None
+    delta_xy_se: float | None = None
+    luminance_ratio_se: float | None = None
+    delta_e_se: float | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class RegionTable:
+    """All regions; ``factor`` is of those that count, None if there is none."""
+
+    rows: tuple[RegionRow, ...]
+    white_XYZ: Triple
+    luminance: LuminanceMode
+    scaled_by: float
+    factor: LuminanceFactor | None
+
+    @property
+    def compared(self) -> tuple[RegionRow, ...]:
+        """The rows that count."""
+        return tuple(row for row in self.rows if not row.excluded)
+
+    @property
+    def excluded(self) -> tuple[RegionRow, ...]:
+        """The rows that do not."""
+        return tuple(row for row in self.rows if row.excluded)
+
+    @property
+    def mean_delta_e(self) -> float | None:
+        """The mean ΔE00 of the rows that count."""
+        return float(np.mean([row.delta_e for row in self.compared])) if self.compared else None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the table as plain JSON."""
+        return asdict(self) | {"mean_delta_e": self.mean_delta_e}
+
+
+def region_table(
+    regions: Sequence[Region],
+    photo: Sequence[AreaMean],
+    rendering: Sequence[AreaMean],
+    white_XYZ: ArrayLike,
+    *,
+    luminance: LuminanceMode = "absolute",
+    safe_luminance_cd_m2: tuple[float, float] | None = None,
+    most_saturated_share: float = 0.001,
+) -> RegionTable:
+    """Return what the ``regions`` differ by, from their mean colours in the two pictures.
+
+    A region does not count if more than ``most_saturated_share`` of its pixels are saturated in either picture, if the
+    photograph's mean luminance lies outside ``safe_luminance_cd_m2``, or if one of the two holds no light.
+    """
+    reasons = [
+        _reasons(one, two, safe_luminance_cd_m2, most_saturated_share)
+        for one, two in zip(photo, rendering, strict=True)
+    ]
+    pairs = [(p.XYZ[1], r.XYZ[1]) for p, r, why in zip(photo, rendering, reasons, strict=True) if not why]
+    factor = luminance_factor(*np.array(pairs).T) if pairs else None
+    scaled_by = 1.0
+    if factor is not None and luminance != "absolute":
+        scaled_by = factor.mean_ratio if luminance == "mean_ratio" else factor.least_squares
+    white = np.asarray(white_XYZ, dtype=np.float64)
+    rows = tuple(
+        _row(region, one, two, why, white, scaled_by)
+        for region, one, two, why in zip(regions, photo, rendering, reasons, strict=True)
+    )
+    return RegionTable(rows, _triple(white), luminance, scaled_by, factor)
+
+
+def _reasons(
+    photo: AreaMean, rendering: AreaMean, zone: tuple[float, float] | None, most_saturated: float
+) -> tuple[str, ...]:
+    said = []
+    for area, name in ((photo, "photograph"), (rendering, "rendering")):
+        if area.saturated_share > most_saturated:
+            said.append(f"{100 * area.saturated_share:.3g} % of its pixels are saturated in the {name}")
+        if not area.XYZ[1] > 0 or not area.XYZ.sum() > 0:
+            said.append(f"it holds no light in the {name}")
+    if zone is not None and not zone[0] <= photo.XYZ[1] <= zone[1]:
+        side = "below" if photo.XYZ[1] < zone[0] else "above"
+        said.append(
+            f"its luminance of {photo.XYZ[1]:.4g} cd/m² lies {side} the camera's safe zone, "
+            f"{zone[0]:.4g} to {zone[1]:.4g} cd/m²"
+        )
+    return tuple(said)
+
+
+def _row(
+    region: Region, photo: AreaMean, rendering: AreaMean, excluded: tuple[str, ...], white: Floats, scale: float
+) -> RegionRow:
+    def lab(XYZ: Floats) -> Floats:
+        return xyz_to_lab(np.maximum(XYZ, 0.0), white)
+
+    def reckon(both: Floats) -> Floats:
+        one, two = xyY_from_XYZ(both[:3]), xyY_from_XYZ(both[3:])
+        x, y = two[:2] - one[:2]
+        ratio = one[2] / two[2] if two[2] else np.nan
+        parts = delta_e_2000_parts(lab(both[:3]), lab(scale * both[3:]))
+        return np.array([x, y, np.hypot(x, y), ratio, float(parts.delta_e)])
+
+    one, two = _side(photo), _side(rendering)
+    x, y, xy, ratio, delta_e = (float(value) for value in reckon(np.concatenate([photo.XYZ, rendering.XYZ])))
+    parts = delta_e_2000_parts(lab(photo.XYZ), lab(scale * rendering.XYZ))
+    errors = None
+    if not excluded:
+        errors = standard_errors(reckon, photo.XYZ, rendering.XYZ, photo.covariance_XYZ, rendering.covariance_XYZ)
+    se = [None] * 5 if errors is None else [float(value) if np.isfinite(value) else None for value in errors]
+    return RegionRow(
+        region.name,
+        region.kind,
+        region.entry,
+        region.number,
+        excluded,
+        one,
+        two,
+        x,
+        y,
+        xy,
+        ratio,
+        delta_e,
+        float(parts.delta_L),
+        float(parts.delta_C),
+        float(parts.delta_H),
+        float(parts.S_L),
+        float(parts.S_C),
+        float(parts.S_H),
+        float(parts.R_T),
+        delta_x_se=se[0],
+        delta_y_se=se[1],
+        delta_xy_se=of_length(xy, se[2]),
+        luminance_ratio_se=se[3],
+        delta_e_se=of_length(delta_e, se[4]),
+    )
+
+
+def _side(area: AreaMean) -> RegionSide:
+    x, y, luminance = (float(value) for value in xyY_from_XYZ(area.XYZ))
+    return RegionSide(_triple(area.XYZ), _triple(area.sd_XYZ), x, y, luminance, area.pixels, area.saturated_share)
+
+
+def _triple(values: Floats) -> Triple:
+    return float(values[0]), float(values[1]), float(values[2])
