@@ -16,7 +16,8 @@ from curves import Row, seconds, times_faster, write
 from moderngl import Context, Texture
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.display_file import read_display
 from devices.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes

@@ -23,7 +23,8 @@ import numpy as np
 from curves import Row, write
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display_file import EyeModels, read_display
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering

@@ -8,7 +8,8 @@ from __future__ import annotations
 import numpy as np
 from curves import seconds, write
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.crosstalk import Crosstalk
 from devices.display import DisplayModel
 from devices.display_file import EyeModels

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.ciede2000 import delta_e_2000 as delta_e_2000
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]

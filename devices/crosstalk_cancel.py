@@ -21,7 +21,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.crosstalk import Crosstalk
 from devices.display import GAMUT_TOLERANCE, DisplayModel
 from devices.display_file import EyeModels

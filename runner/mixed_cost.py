@@ -17,8 +17,9 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.ciede2000 import delta_e_2000
 from devices.clip_cost import ClipCost
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.colour import xyz_to_lab
 from devices.display_file import Eye, EyeModels
 from runner.presenter.modes.mixture import Mixture
 from stimuli.stereo_image import StereoImage

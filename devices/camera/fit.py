@@ -16,7 +16,8 @@ from devices.camera.exposures_pooled import pool, uneven
 from devices.camera.outliers import find_outliers, why
 from devices.camera.solve import Loss, condition_of, design, left_out_xyz, solve
 from devices.characterise.figures import Errors, errors_of
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.errors import DeviceError
 from documents import Finding
 

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.characterise.patches import Patches
+from devices.ciede2000 import delta_e_2000
 from devices.code_table import code_tables, table_codes
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.knot_table import knotted_codes
 

@@ -8,7 +8,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.diagnostics.diagnosis import Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.ramps import CHANNELS, means
 from devices.display import DisplayModel

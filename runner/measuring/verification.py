@@ -9,7 +9,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.instruments import Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay

@@ -5,8 +5,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from devices.ciede2000 import delta_e_2000
 from devices.clip_cost import clip_cost
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.display_file import read_display
 from devices.tone_curve import ToneCurve

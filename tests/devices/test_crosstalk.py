@@ -11,7 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.crosstalk import Crosstalk, check_leakage
 from devices.crosstalk_cancel import cancel_crosstalk, channel_crosstalk, needed_lift, seen_XYZ
 from devices.crosstalk_fit import CrosstalkReading, fit_crosstalk

@@ -12,7 +12,8 @@ from click.testing import CliRunner
 from PIL import Image
 
 from analysis.records import read_session, session_files
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.crosstalk_cancel import seen_XYZ
 from devices.rig_file import read_rig
 from runner.cli.main import group

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from analysis.records import read_session, session_files
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.display_file import EyeModels
 from devices.tone_curve import ToneCurve

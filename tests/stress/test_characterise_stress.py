@@ -10,7 +10,8 @@ import pytest
 
 from devices.characterise.choose import Characterisation, characterise
 from devices.characterise.simulated import noisy, table_c1_codes, thesis_display
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.errors import DeviceError
 from devices.instruments.simulated import Faults, simulated_XYZ

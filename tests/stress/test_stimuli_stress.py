@@ -15,7 +15,8 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from stimuli.build import build
 from stimuli.errors import StimulusError
 from stimuli.exr import read_exr, read_views, write_exr

@@ -11,7 +11,8 @@ import pytest
 from devices.camera import outliers
 from devices.camera.correspondences import Correspondences
 from devices.camera.outliers import find_outliers, why
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 
 See = Callable[..., Correspondences]
 

@@ -11,7 +11,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.display_file import Eye, EyeModels, read_display
 from devices.dither import Masks, dither_tables, dither_thresholds, tabled_dither_codes

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display_file import Eye, read_display
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError

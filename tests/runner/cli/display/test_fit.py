@@ -10,7 +10,8 @@ import pytest
 from click.testing import CliRunner
 
 from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
-from devices.colour import delta_e_2000, xyz_to_lab
+from devices.ciede2000 import delta_e_2000
+from devices.colour import xyz_to_lab
 from devices.display_file import read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, write_csv
