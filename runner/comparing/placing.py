@@ -106,6 +106,8 @@ class Placing:
             told.append(f"the rendering is turned {abs(self.rotation_deg):.3f}{error}° {sign}")
         if abs(self.scale - 1.0) >= 5e-5:
             told.append(f"the rendering is {self.scale:.4f} times as large")
+        if self.residual_px is None:
+            told.append("how far the pictures lie apart could not be measured: their textures have nothing in common")
         return told
 
 

@@ -46,7 +46,7 @@ def sparkle_area(
 ) -> SparkleArea | None:
     """Return the sparkles of a region of the photograph, and of the same of the rendering; None if it is too small."""
     rows, columns = window(region.photo_px, photo.shape)
-    shifted = abs(placing.rotation_deg) < _TURNED_DEG and abs(placing.scale - 1) < _GROWN or not placing.moved
+    shifted = (abs(placing.rotation_deg) < _TURNED_DEG and abs(placing.scale - 1) < _GROWN) or not placing.moved
     across, down = (round(one) for one in placing.shift_px) if placing.moved else (0, 0)
     source = brought
     if shifted:
