@@ -9,15 +9,16 @@ one pixel that the panel has of it. A flat picture stays flat only where both ey
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.clip_cost import blocks
 from devices.crosstalk import Crosstalk
-from devices.crosstalk_cancel import cancel_crosstalk, needed_lift
+from devices.crosstalk_cancel import CancelCost, cancel_crosstalk, needed_lift
 from devices.display import DisplayModel
 from devices.display_file import Eye, EyeModels
 from devices.gain_map import GainMap
@@ -46,12 +47,22 @@ class Compensation:
     @classmethod
     def of(cls, rig: Rig, mode: Mode, images: Iterable[StereoImage]) -> Compensation:
         """Return the rig's compensation, with the lift that the most demanding of ``images`` needs, if it is wanted."""
-        plain = cls(rig.models, mode, rig.display.panel.resolution_px, rig.crosstalk, rig.gain_map)
+        plain = cls.unlifted(rig, mode)
         if rig.crosstalk is None or not rig.lift_black:
             return plain
-        squeezed = ([_squeezed(view, plain.squeeze) for view in (image.left, image.right)] for image in images)
-        lifts = (needed_lift(rig.models, rig.crosstalk, left, right) for left, right in squeezed)
-        return replace(plain, lift_share=max(lifts, default=0.0))
+        return replace(plain, lift_share=max((plain.needed_lift(image) for image in images), default=0.0))
+
+    @classmethod
+    def unlifted(cls, rig: Rig, mode: Mode) -> Compensation:
+        """Return the rig's compensation with the black level as it is."""
+        return cls(rig.models, mode, rig.display.panel.resolution_px, rig.crosstalk, rig.gain_map)
+
+    def needed_lift(self, image: StereoImage) -> float:
+        """Return the share of white that ``image`` needs so that crosstalk leaves nothing to clip; 0 without."""
+        if self.crosstalk is None:
+            return 0.0
+        left, right = (_squeezed(view, self.squeeze).reshape(-1, 3) for view in (image.left, image.right))
+        return max(needed_lift(self.models, self.crosstalk, left[part], right[part]) for part in blocks(len(left)))
 
     @property
     def squeeze(self) -> tuple[int, int]:
@@ -87,7 +98,14 @@ class Compensation:
 
     def uncancelled(self, image: StereoImage) -> dict[str, Any]:
         """Return what crosstalk could not be cancelled of ``image``, per eye; nothing without crosstalk."""
-        return self._without_leaks(*(_squeezed(view, self.squeeze) for view in (image.left, image.right)))[1]
+        if self.crosstalk is None:
+            return {}
+        left, right = (_squeezed(view, self.squeeze).reshape(-1, 3) for view in (image.left, image.right))
+        done = [
+            cancel_crosstalk(self.models, self.crosstalk, left[part], right[part], self.lift_share)
+            for part in blocks(len(left))
+        ]
+        return self._report(_cost_together([one.left for one in done]), _cost_together([one.right for one in done]))
 
     def evened(self, image: StereoImage, offset_px: Offset) -> StereoImage:
         """Return what to ask of the display model at ``offset_px`` for ``image`` to be seen evenly; leaks stay."""
@@ -106,8 +124,11 @@ class Compensation:
         if crosstalk is None:
             return (left_XYZ, right_XYZ), {}
         done = cancel_crosstalk(models, crosstalk, left_XYZ, right_XYZ, self.lift_share)
-        report = {"lift_share": round(self.lift_share, 6), "left": done.left.to_json(), "right": done.right.to_json()}
+        report = self._report(done.left, done.right)
         return (_XYZ(models.left, done.left_linear), _XYZ(models.right, done.right_linear)), report
+
+    def _report(self, left: CancelCost, right: CancelCost) -> dict[str, Any]:
+        return {"lift_share": round(self.lift_share, 6), "left": left.to_json(), "right": right.to_json()}
 
     def _evened(self, eye: Eye, xyz_cd_m2: Floats, offset_px: Offset) -> Floats:
         gain_map = self.gain_map
@@ -117,6 +138,19 @@ class Compensation:
         placement = Placement(self.mode, self.resolution_px)
         gain = gain_map.over(*placement.of(eye, (width, height), offset_px))
         return gain_map.corrected(xyz_cd_m2, gain)
+
+
+def _cost_together(parts: Sequence[CancelCost]) -> CancelCost:
+    """Return what a picture costs from what its parts do."""
+    pixels = sum(part.pixels for part in parts)
+    return CancelCost(
+        pixels=pixels,
+        negative=sum(part.negative for part in parts),
+        above_full=sum(part.above_full for part in parts),
+        worst_residual_cd_m2=max(part.worst_residual_cd_m2 for part in parts),
+        delta_e_00_mean=sum(part.delta_e_00_mean * part.pixels for part in parts) / pixels,
+        delta_e_00_max=max(part.delta_e_00_max for part in parts),
+    )
 
 
 def _XYZ(model: DisplayModel, linear: Floats) -> Floats:

@@ -13,13 +13,15 @@ for what was asked, the display's through the filter for what is seen, as if the
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.ciede2000 import delta_e_2000
-from devices.clip_cost import ClipCost
+from devices.clip_cost import ClipCost, blocks, counted_together
 from devices.colour import xyz_to_lab
+from devices.display import Clipping
 from devices.display_file import Eye, EyeModels
 from runner.presenter.modes.mixture import Mixture
 from stimuli.stereo_image import StereoImage
@@ -36,31 +38,57 @@ def mixed_costs(mixture: Mixture, models: EyeModels, image: StereoImage) -> Mapp
     ``percent_noticed``: pixels that the clip changes by ΔE00 of 1 or more; ``projection_delta_e_00_mean`` and
     ``projection_delta_e_00_max``: what was asked of the eye against what it would see if nothing were clipped.
     """
-    left, right = (image.eye(eye).reshape(-1, 3) for eye in EYES)
-    light = mixture.light(left, right)
-    clipped = np.clip(light, 0.0, 1.0)
-    shown = np.stack([curve.linear(curve.code(clipped[:, i])) for i, curve in enumerate(mixture.curves)], axis=1)
-    # A display whose curves fall short of full light shows less than the clip leaves; what differs by rounding is not.
-    changed = (np.abs(shown - light) > 1e-12).any(axis=1)
-    # Whichever eye's model: the light of its channels is what was put in.
-    counted = models.left.clipping(_display(models, "left", light))
-    costs: dict[Eye, dict[str, float]] = {}
-    for eye, asked in zip(EYES, (left, right), strict=True):
-        through = mixture.through(eye)
-        white = _display(models, eye, np.ones(3)) @ through.T
-        # A component that the filter stops wholly is the same in all that is seen: any white tells no difference in it.
-        white = np.where(white > 0.0, white, models.eye(eye).white_XYZ_cd_m2)
-        seen = _lab(_display(models, eye, light) @ through.T, white)
-        clip = delta_e_2000(seen[changed], _lab(_display(models, eye, shown[changed]) @ through.T, white))
-        projection = delta_e_2000(_lab(asked, models.eye(eye).white_XYZ_cd_m2), seen)
-        pixels = max(len(light), 1)
-        cost = ClipCost(counted, float(clip.sum() / pixels), float(clip.max(initial=0.0)))
-        costs[eye] = cost.to_json() | {
-            "percent_noticed": round(100.0 * int((clip >= NOTICED_DELTA_E_00).sum()) / pixels, 4),
-            "projection_delta_e_00_mean": round(float(projection.mean()), 5),
-            "projection_delta_e_00_max": round(float(projection.max()), 4),
+    views = {eye: image.eye(eye).reshape(-1, 3) for eye in EYES}
+    clippings = []
+    sums = {eye: _Sums() for eye in EYES}
+    pixels = len(views["left"])
+    for part in blocks(pixels):
+        asked = {eye: views[eye][part].astype(np.float64) for eye in EYES}
+        light = mixture.light(asked["left"], asked["right"])
+        clipped = np.clip(light, 0.0, 1.0)
+        shown = np.stack([curve.linear(curve.code(clipped[:, i])) for i, curve in enumerate(mixture.curves)], axis=1)
+        # A display whose curves fall short of full light shows less than the clip leaves; a difference by rounding
+        # is none.
+        changed = (np.abs(shown - light) > 1e-12).any(axis=1)
+        # Whichever eye's model: the light of its channels is what was put in.
+        clippings.append(models.left.clipping(_display(models, "left", light)))
+        for eye in EYES:
+            through = mixture.through(eye)
+            white = _display(models, eye, np.ones(3)) @ through.T
+            # A component that the filter stops wholly is the same in all that is seen: any white tells no difference.
+            white = np.where(white > 0.0, white, models.eye(eye).white_XYZ_cd_m2)
+            seen = _lab(_display(models, eye, light) @ through.T, white)
+            clip = delta_e_2000(seen[changed], _lab(_display(models, eye, shown[changed]) @ through.T, white))
+            projection = delta_e_2000(_lab(asked[eye], models.eye(eye).white_XYZ_cd_m2), seen)
+            sums[eye].add(clip, projection)
+    counted = counted_together(clippings)
+    return {eye: sums[eye].to_json(counted) for eye in EYES}
+
+
+@dataclass(slots=True)
+class _Sums:
+    """What the blocks of a picture came to so far."""
+
+    noticed: int = 0
+    clip: float = 0.0
+    clip_max: float = 0.0
+    projection: float = 0.0
+    projection_max: float = 0.0
+
+    def add(self, clip: Floats, projection: Floats) -> None:
+        self.noticed += int((clip >= NOTICED_DELTA_E_00).sum())
+        self.clip += float(clip.sum())
+        self.clip_max = max(self.clip_max, float(clip.max(initial=0.0)))
+        self.projection += float(projection.sum())
+        self.projection_max = max(self.projection_max, float(projection.max(initial=0.0)))
+
+    def to_json(self, counted: Clipping) -> dict[str, float]:
+        pixels = max(counted.pixels, 1)
+        return ClipCost(counted, self.clip / pixels, self.clip_max).to_json() | {
+            "percent_noticed": round(100.0 * self.noticed / pixels, 4),
+            "projection_delta_e_00_mean": round(self.projection / pixels, 5),
+            "projection_delta_e_00_max": round(self.projection_max, 4),
         }
-    return costs
 
 
 def _display(models: EyeModels, eye: Eye, light: Floats) -> Floats:

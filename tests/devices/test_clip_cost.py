@@ -65,3 +65,53 @@ def test_leaving_out_the_pixels_shown_as_asked_changes_nothing() -> None:
     cost = clip_cost(model, asked)
     assert cost.delta_e_00_mean == pytest.approx(everywhere.mean(), abs=1e-9)
     assert cost.delta_e_00_max == pytest.approx(everywhere.max(), abs=1e-9)
+
+
+def _slow(model: DisplayModel, xyz_cd_m2: np.ndarray) -> tuple[float, float, tuple[int, ...]]:
+    """Mean and maximum ΔE00 and the counts, of all pixels at once."""
+    asked = np.asarray(xyz_cd_m2, dtype=np.float64).reshape(-1, 3)
+    linear = model.linear(asked)
+    lowest = [max(0.0, float(curve.linear(0.0))) for curve in model.curves]
+    highest = [min(1.0, float(curve.linear(1.0))) for curve in model.curves]
+    changed = ((linear < lowest) | (linear > highest)).any(axis=1)
+    white = model.white_XYZ_cd_m2
+    difference = delta_e_2000(
+        xyz_to_lab(np.maximum(asked, 0.0), white), xyz_to_lab(model.xyz(model.code(asked)), white)
+    )
+    counted = model.clipping(asked)
+    counts = counted.pixels, counted.red, counted.green, counted.blue, counted.any_channel, counted.above_full
+    cost = np.where(changed, difference, 0.0)
+    return float(cost.mean()), float(cost.max()), counts
+
+
+def _lifted() -> DisplayModel:
+    """A display whose red has light at code 0, and whose blue does not reach full."""
+    curves = ToneCurve(0.98, 0.0, 2.2, 0.01), ToneCurve(gamma=2.2), ToneCurve(0.96, 0.02, 1.8)
+    return DisplayModel(np.full(3, 0.03), _plain().primaries_XYZ_cd_m2, curves)
+
+
+@pytest.mark.parametrize("model", [_plain(), _lifted(), read_display(ASUS).models("side-by-side").left])
+@pytest.mark.parametrize("spread", [0.0, 0.02, 0.7])
+def test_blocks_come_to_what_all_pixels_at_once_do(model: DisplayModel, spread: float) -> None:
+    rng = np.random.default_rng(int(100 * spread))
+    # Three blocks: too little light is asked for in two, too much in the last, and the rest of each is within limits.
+    linear = rng.uniform(0.02, 0.9, (20_000, 3))
+    linear[8_000:9_000] = rng.uniform(-0.05 - spread, 0.5, (1_000, 3))
+    linear[17_000:] = rng.uniform(0.5, 1.02 + spread, (3_000, 3))
+    asked = (model.black_XYZ_cd_m2 + linear @ model.primaries_XYZ_cd_m2.T).astype(np.float32).reshape(100, 200, 3)
+    cost = clip_cost(model, asked)
+    mean, most, counts = _slow(model, asked)
+    clipping = cost.clipping
+    found = clipping.pixels, clipping.red, clipping.green, clipping.blue, clipping.any_channel, clipping.above_full
+    assert found == counts
+    # Sums in another order.
+    assert (cost.delta_e_00_mean, cost.delta_e_00_max) == (
+        pytest.approx(mean, rel=1e-12),
+        pytest.approx(most, rel=1e-9),
+    )
+    assert mean > 0.0
+
+
+def test_no_pixels_cost_nothing() -> None:
+    cost = clip_cost(_plain(), np.zeros((0, 3)))
+    assert (cost.clipping.pixels, cost.delta_e_00_mean, cost.delta_e_00_max) == (0, 0.0, 0.0)

@@ -186,3 +186,14 @@ def test_preview_marks_what_is_clipped_of_the_one_picture(study: Study) -> None:
         assert clipped > 100
         assert marked.sum() == pytest.approx(clipped, abs=0.1)
         assert np.all(np.isin(shown[marked], (0, 255)))
+
+
+def test_blocks_come_to_what_a_picture_at_once_does() -> None:
+    models = EyeModels(_model(), _model())
+    once = _picture(models.left)
+    # Three blocks, whose edges fall within the picture that is repeated.
+    many = StereoImage(*(np.tile(view, (15, 15, 1)) for view in (once.left, once.right)))
+    small, large = _costs(models, once), _costs(models, many)
+    for eye in ("left", "right"):
+        assert large[eye] == pytest.approx(small[eye], abs=1.5e-5)  # a unit of the last place that is kept
+        assert small[eye]["percent_noticed"] > 0.0

@@ -180,3 +180,27 @@ def test_a_session_compensates_in_its_pass_and_for_each_place(study: Study) -> N
     assert shown.any()
     assert np.abs(shown - twin).max() <= 1
     assert np.count_nonzero(shown != twin) <= MOST_DIFFERENT * np.count_nonzero(twin)
+
+
+@pytest.mark.parametrize("mode", ["side-by-side", "side-by-side-half", "top-bottom-half"])
+@pytest.mark.parametrize("lift_share", [0.0, 0.05])
+def test_what_is_left_of_crosstalk_is_alike_in_blocks_and_at_once(
+    picture: StereoImage, mode: str, lift_share: float
+) -> None:
+    models = EyeModels(_model(2.2), _model(1.9, 0.9))
+    compensation = Compensation(models, find_mode(mode), (640, 480), LEAKS, None, lift_share)
+    at_once = compensation.apply(picture)[1]
+    in_blocks = compensation.uncancelled(picture)
+    assert in_blocks["lift_share"] == at_once["lift_share"]
+    for eye in ("left", "right"):
+        assert in_blocks[eye] == pytest.approx(at_once[eye], abs=1.5e-5)  # a unit of the last place that is kept
+        assert at_once[eye]["delta_e_00_mean"] > 0.0
+
+
+def test_the_lift_of_a_picture_is_alike_in_blocks_and_at_once(picture: StereoImage) -> None:
+    models = EyeModels(_model(2.2), _model(1.9, 0.9))
+    compensation = Compensation(models, find_mode("side-by-side"), (640, 480), LEAKS)
+    found = compensation.needed_lift(picture)
+    assert found == pytest.approx(needed_lift(models, LEAKS, picture.left, picture.right), rel=1e-12)
+    assert found > 0.0
+    assert Compensation(models, find_mode("side-by-side"), (640, 480)).needed_lift(picture) == 0.0
