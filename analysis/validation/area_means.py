@@ -22,7 +22,7 @@ from documents import Finding
 RowsDone = Callable[[int, int], None]
 
 # Cells along the longer side of an area, and their least side in pixels.
-CELLS_ACROSS, LEAST_CELL_PX = 12, 4
+CELLS_ACROSS, LEAST_CELL_PX = 8, 4
 # A plane takes three; of fewer cells than this the scatter tells little.
 LEAST_CELLS = 12
 
@@ -77,7 +77,7 @@ class _Sums:
         if flags is not None:
             full = flags[own, self.columns][mask]
             self.saturated += int(np.count_nonzero(full.any(axis=1) if full.ndim == 2 else full))
-        # Chan, Golub and LeVeque's way to join the squares of parts, so that nothing cancels.
+        # Parts are joined as in [Chan1983], so that nothing cancels.
         count, mean = len(values), values.mean(axis=0)
         apart = mean - self.mean
         total = self.pixels + count

@@ -41,12 +41,12 @@ class SparklePair:
 
     @property
     def z(self) -> float:
-        """The difference in its standard errors; 0 where the numbers are equal."""
+        """The difference in its standard errors; 0 where the numbers are equal, NaN where it cannot be told."""
         apart = self.rendering - self.photo
         se = math.hypot(self.photo_se, self.rendering_se)
         if apart == 0:
             return 0.0
-        return apart / se if se > 0 else math.copysign(math.inf, apart)
+        return apart / se if se != 0 else math.copysign(math.inf, apart)
 
     def to_json(self) -> dict[str, float | str | None]:
         """Return the numbers by name, None for what cannot be told."""

@@ -15,7 +15,7 @@ class Limits:
     Parameters
     ----------
     delta_e
-        ΔE00 up to which two colours count as equal: 1.0 ± 0.4 of [Berns2011] for car paint, as thesis Section 5.5.
+        ΔE00 up to which two colours count as equal: 1.0 ± 0.4 of Berns and Hou for car paint, thesis Section 5.5.
     above_limit_percent
         So many percent of the pixels may differ by more, as the eye resolves them.
     registration_residual_px

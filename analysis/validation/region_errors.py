@@ -1,4 +1,4 @@
-"""How sure a region's differences are: the covariances of two means carried through to what is reckoned from them."""
+"""How sure regions' differences are: the covariances of two means carried through to what is reckoned from them."""
 
 from __future__ import annotations
 
@@ -19,29 +19,25 @@ def standard_errors(
     reckon: Callable[[Floats], Floats],
     photo_XYZ: Floats,
     rendering_XYZ: Floats,
-    photo_covariance: Floats | None,
-    rendering_covariance: Floats | None,
-) -> Floats | None:
-    """Return the standard errors (m,) of ``reckon`` (6,) -> (m,), of both XYZ in one; to first order.
+    photo_covariance: Floats,
+    rendering_covariance: Floats,
+) -> Floats:
+    """Return the standard errors (n, m) of ``reckon`` (..., 6) -> (..., m), of both XYZ in one; to first order.
 
-    The two are taken as independent: where both pictures show one texture at the same places, this is too much rather
-    than too little. None without covariances.
+    XYZ are (n, 3), covariances (n, 3, 3), NaN where they are not known. The two are taken as independent: where both
+    pictures show one texture at the same places, this is too much rather than too little.
     """
-    if photo_covariance is None or rendering_covariance is None:
-        return None
-    covariance = np.zeros((6, 6))
-    covariance[:3, :3], covariance[3:, 3:] = photo_covariance, rendering_covariance
-    at = np.concatenate([photo_XYZ, rendering_XYZ])
-    size = np.repeat([np.abs(photo_XYZ).max(), np.abs(rendering_XYZ).max()], 3)
-    slopes = []
-    for place in range(6):
-        step = np.zeros(6)
-        step[place] = _STEP * size[place]
-        slopes.append((reckon(at + step) - reckon(at - step)) / (2 * step[place]))
-    slope = np.array(slopes)
-    return np.asarray(np.sqrt(np.maximum(np.einsum("im,ij,jm->m", slope, covariance, slope), 0.0)))
+    at = np.concatenate([photo_XYZ, rendering_XYZ], axis=1)
+    size = [np.abs(one).max(axis=1, keepdims=True).repeat(3, axis=1) for one in (photo_XYZ, rendering_XYZ)]
+    step = _STEP * np.concatenate(size, axis=1)
+    steps = step[:, :, None] * np.eye(6)
+    # (n, 6, m): how each number changes with each of the six.
+    slope = (reckon(at[:, None] + steps) - reckon(at[:, None] - steps)) / (2 * step[:, :, None])
+    variance = np.einsum("nim,nij,njm->nm", slope[:, :3], photo_covariance, slope[:, :3])
+    variance += np.einsum("nim,nij,njm->nm", slope[:, 3:], rendering_covariance, slope[:, 3:])
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
 
 
 def of_length(length: float, se: float | None) -> float | None:
     """Return the standard error of a length such as ΔE00, None where the length is below two of them."""
-    return se if se is not None and np.isfinite(se) and length >= LEAST_Z * se else None
+    return se if se is not None and length >= LEAST_Z * se else None

@@ -6,7 +6,7 @@ rendering was multiplied with ``scaled_by``, which is 1 where luminances are com
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -17,7 +17,7 @@ from analysis.validation.area_means import AreaMean
 from analysis.validation.luminance_factor import LuminanceFactor, luminance_factor
 from analysis.validation.region_errors import of_length, standard_errors
 from analysis.validation.regions import Floats, Kind, Region
-from devices.ciede2000 import delta_e_2000_parts
+from devices.ciede2000 import delta_e_2000, delta_e_2000_parts
 from devices.colour import xyY_from_XYZ, xyz_to_lab
 
 LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
@@ -41,8 +41,9 @@ class RegionSide:
 class RegionRow:
     """One region. ``excluded`` holds the reasons why it does not count, none if it does.
 
-    ``luminance_ratio`` is photo / rendering. ``delta_e`` with its terms as `ColourDifference`. Names ending in ``_se``
-    are standard errors, from the scatter within the regions; None where they cannot be told.
+    ``luminance_ratio`` is photo / rendering, None if the rendering holds no light. ``delta_e`` and its terms are as in
+    `ColourDifference`. Names ending in ``_se`` are standard errors, from the scatter within the regions; None where none
+    can be told.
     """
 
     name: str
@@ -55,7 +56,7 @@ class RegionRow:
     delta_x: float
     delta_y: float
     delta_xy: float
-    luminance_ratio: float
+    luminance_ratio: float | None
     delta_e: float
     delta_L: float
     delta_C: float
@@ -126,10 +127,7 @@ def region_table(
     if factor is not None and luminance != "absolute":
         scaled_by = factor.mean_ratio if luminance == "mean_ratio" else factor.least_squares
     white = np.asarray(white_XYZ, dtype=np.float64)
-    rows = tuple(
-        _row(region, one, two, why, white, scaled_by)
-        for region, one, two, why in zip(regions, photo, rendering, reasons, strict=True)
-    )
+    rows = tuple(_rows(regions, photo, rendering, reasons, white, scaled_by))
     return RegionTable(rows, _triple(white), luminance, scaled_by, factor)
 
 
@@ -151,52 +149,69 @@ def _reasons(
     return tuple(said)
 
 
-def _row(
-    region: Region, photo: AreaMean, rendering: AreaMean, excluded: tuple[str, ...], white: Floats, scale: float
-) -> RegionRow:
-    def lab(XYZ: Floats) -> Floats:
-        return xyz_to_lab(np.maximum(XYZ, 0.0), white)
+def _reckon(both_XYZ: Floats, white: Floats, scale: float) -> Floats:
+    """Return Δx, Δy, Δxy, luminance ratio and ΔE00, (..., 5), of photo XYZ and rendering XYZ, (..., 6)."""
+    photo, rendering = both_XYZ[..., :3], both_XYZ[..., 3:]
+    one, two = xyY_from_XYZ(photo), xyY_from_XYZ(rendering)
+    x, y = np.moveaxis(two[..., :2] - one[..., :2], -1, 0)
+    ratio = np.divide(one[..., 2], two[..., 2], out=np.full(x.shape, np.nan), where=two[..., 2] != 0)
+    delta_e = delta_e_2000(_lab(photo, white), _lab(scale * rendering, white))
+    return np.stack([x, y, np.hypot(x, y), ratio, delta_e], axis=-1)
 
-    def reckon(both: Floats) -> Floats:
-        one, two = xyY_from_XYZ(both[:3]), xyY_from_XYZ(both[3:])
-        x, y = two[:2] - one[:2]
-        ratio = one[2] / two[2] if two[2] else np.nan
-        parts = delta_e_2000_parts(lab(both[:3]), lab(scale * both[3:]))
-        return np.array([x, y, np.hypot(x, y), ratio, float(parts.delta_e)])
 
-    one, two = _side(photo), _side(rendering)
-    x, y, xy, ratio, delta_e = (float(value) for value in reckon(np.concatenate([photo.XYZ, rendering.XYZ])))
-    parts = delta_e_2000_parts(lab(photo.XYZ), lab(scale * rendering.XYZ))
-    errors = None
-    if not excluded:
-        errors = standard_errors(reckon, photo.XYZ, rendering.XYZ, photo.covariance_XYZ, rendering.covariance_XYZ)
-    se = [None] * 5 if errors is None else [float(value) if np.isfinite(value) else None for value in errors]
-    return RegionRow(
-        region.name,
-        region.kind,
-        region.entry,
-        region.number,
-        excluded,
-        one,
-        two,
-        x,
-        y,
-        xy,
-        ratio,
-        delta_e,
-        float(parts.delta_L),
-        float(parts.delta_C),
-        float(parts.delta_H),
-        float(parts.S_L),
-        float(parts.S_C),
-        float(parts.S_H),
-        float(parts.R_T),
-        delta_x_se=se[0],
-        delta_y_se=se[1],
-        delta_xy_se=of_length(xy, se[2]),
-        luminance_ratio_se=se[3],
-        delta_e_se=of_length(delta_e, se[4]),
+def _lab(XYZ: Floats, white: Floats) -> Floats:
+    return xyz_to_lab(np.maximum(XYZ, 0.0), white)
+
+
+def _rows(
+    regions: Sequence[Region],
+    photo: Sequence[AreaMean],
+    rendering: Sequence[AreaMean],
+    reasons: Sequence[tuple[str, ...]],
+    white: Floats,
+    scale: float,
+) -> Iterator[RegionRow]:
+    """Yield the rows; all are reckoned at once."""
+    if not regions:
+        return
+    one, two = (np.array([area.XYZ for area in side]) for side in (photo, rendering))
+    covariances = (
+        np.array([np.full((3, 3), np.nan) if area.covariance_XYZ is None else area.covariance_XYZ for area in side])
+        for side in (photo, rendering)
     )
+    values = _reckon(np.concatenate([one, two], axis=1), white, scale)
+    with np.errstate(divide="ignore", invalid="ignore"):  # regions without light, whose errors are not told
+        errors = standard_errors(lambda both: _reckon(both, white, scale), one, two, *covariances)
+    parts = delta_e_2000_parts(_lab(one, white), _lab(scale * two, white))
+    for place, region in enumerate(regions):
+        x, y, xy, ratio, delta_e = (float(value) for value in values[place])
+        se = [float(value) if np.isfinite(value) and not reasons[place] else None for value in errors[place]]
+        yield RegionRow(
+            region.name,
+            region.kind,
+            region.entry,
+            region.number,
+            reasons[place],
+            _side(photo[place]),
+            _side(rendering[place]),
+            x,
+            y,
+            xy,
+            ratio if np.isfinite(ratio) else None,
+            delta_e,
+            float(parts.delta_L[place]),
+            float(parts.delta_C[place]),
+            float(parts.delta_H[place]),
+            float(parts.S_L[place]),
+            float(parts.S_C[place]),
+            float(parts.S_H[place]),
+            float(parts.R_T[place]),
+            delta_x_se=se[0],
+            delta_y_se=se[1],
+            delta_xy_se=of_length(xy, se[2]),
+            luminance_ratio_se=se[3],
+            delta_e_se=of_length(delta_e, se[4]),
+        )
 
 
 def _side(area: AreaMean) -> RegionSide:

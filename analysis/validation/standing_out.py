@@ -68,19 +68,19 @@ def _chromaticity(table: RegionTable, limits: Limits) -> list[Reason]:
 
 def _luminance(table: RegionTable, limits: Limits) -> list[Reason]:
     rows = table.compared
-    ratios = np.array([row.luminance_ratio for row in rows])
+    ratios = np.array([row.luminance_ratio or np.nan for row in rows])  # those that count hold light
     if len(rows) < LEAST_REGIONS:
         return []  # the factor says it
     common = float(np.median(ratios))
     apart = ratios / common - 1.0
     scatter = float(np.median(np.abs(apart))) / _MEDIAN_1
     reasons = []
-    for row, off in zip(rows, apart, strict=True):
+    for row, ratio, off in zip(rows, ratios, apart, strict=True):
         error = (row.luminance_ratio_se or 0.0) / common
         if abs(off) > max(limits.stands_out_luminance, limits.stands_out_z * max(error, scatter)):
             said = (
-                f"region '{row.name}' stands out in luminance: photograph / rendering is {row.luminance_ratio:.4g}, "
+                f"region '{row.name}' stands out in luminance: photograph / rendering is {ratio:.4g}, "
                 f"{100 * abs(off):.3g} % {'above' if off > 0 else 'below'} the median of all"
             )
-            reasons.append(Reason(f"region {row.name}", "luminance", "noted", said, row.luminance_ratio, None))
+            reasons.append(Reason(f"region {row.name}", "luminance", "noted", said, float(ratio), None))
     return reasons
