@@ -42,8 +42,8 @@ class RegionRow:
     """One region. ``excluded`` holds the reasons why it does not count, none if it does.
 
     ``luminance_ratio`` is photo / rendering, None if the rendering holds no light. ``delta_e`` and its terms are as in
-    `ColourDifference`. Names ending in ``_se`` are standard errors, from the scatter within the regions; None where none
-    can be told.
+    `ColourDifference`. Names ending in ``_se`` are standard errors, from the scatter within the regions; None where
+    none can be told.
     """
 
     name: str
