@@ -80,6 +80,9 @@ class Way:
         return ", ".join(part for part in (table, steps) if part)
 
 
+NO_DRIFT = Way("knots, no drift", 0, None)
+
+
 def ways() -> list[Way]:
     """Return tables of codes, tables to start from, and steps from the primaries."""
     found = [Way("table of codes", size, None, by_knots=False) for size in SIZES]
@@ -171,17 +174,18 @@ def measured(surface: Surface, rounds: int = 5) -> list[dict[str, object]]:
     model = fitted()
     additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
     XYZ = picture_of(model)
-    expected = {True: model.code(XYZ.astype(np.float64)), False: additive.code(XYZ.astype(np.float64))}
+    expected = {shown: shown.code(XYZ.astype(np.float64)) for shown in (model, additive)}
     picture = context.texture(SIZE_PX, 3, XYZ.tobytes(), alignment=1, dtype="f4")
     codes = context.texture(SIZE_PX, 4, dtype="f4")
     target = context.framebuffer([codes])
-    every: list[Way | None] = [None, *ways()]
+    every: list[Way | None] = [None, NO_DRIFT, *ways()]
     errors, work = [], []
     for way in every:
-        compiled = Pass(context, additive if way is None else model, way)
+        display = additive if way in (None, NO_DRIFT) else model
+        compiled = Pass(context, display, way)
         compiled.draw(picture, target)
         shown = np.frombuffer(codes.read(), np.float32).reshape(SIZE_PX[1], SIZE_PX[0], 4)[::-1, :, :3]
-        errors.append(float(np.abs(shown - expected[way is not None]).max() * 255.0))
+        errors.append(float(np.abs(shown - expected[display]).max() * 255.0))
 
         def once(compiled: Pass = compiled) -> None:
             compiled.draw(picture, target)
@@ -193,7 +197,7 @@ def measured(surface: Surface, rounds: int = 5) -> list[dict[str, object]]:
     return [
         {
             "series": "one table, no drift" if way is None else way.series,
-            "parameter": "1024 entries" if way is None else way.parameter,
+            "parameter": "1024 entries" if way is None else way.parameter or "curves as fitted",
             "seconds": time_s,
             "error": error,
             "note": f"{time_s / times[0]:.1f} × the one-table pass" + (_shipped(model, way)),

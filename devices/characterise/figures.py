@@ -14,6 +14,7 @@ from devices.code_table import code_tables, table_codes
 from devices.colour import xyz_to_lab
 from devices.display import DisplayModel
 from devices.knot_table import knotted_codes
+from devices.table_curve import TableCurve
 
 Floats = NDArray[np.float64]
 
@@ -71,7 +72,8 @@ def table_error_codes(model: DisplayModel) -> float:
     """
     asked = np.repeat(np.linspace(0.0, 1.0, 4081)[:, None], 3, axis=1)
     XYZ = model.xyz(asked)
-    shown = table_codes(model, XYZ, code_tables(model)) if model.additive else knotted_codes(model, XYZ)
+    tabled = all(isinstance(curve, TableCurve) for curve in model.curves)
+    shown = knotted_codes(model, XYZ) if tabled else table_codes(model, XYZ, code_tables(model))
     off = np.abs(shown - model.code(XYZ))
     rise = np.gradient(model.linear(XYZ), 1.0 / 16.0, axis=0)  # 16 steps of the greys to a code
     return float(off[rise > 1e-6].max(initial=0.0) * 255.0)

@@ -39,8 +39,8 @@ class CodePass:
 
     Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` says whose dither mask to read.
     Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
-    ``between`` are files that the shader calls, and that call the encoding. With ``by_knots`` curves, which are tables
-    of their own, are inverted piece by piece.
+    ``between`` are files that the shader calls, and that call the encoding. Curves that are tables are inverted piece
+    by piece (`devices.knot_table`), because they may be nearly flat; all others by one table (`devices.code_table`).
     """
 
     def __init__(
@@ -54,7 +54,6 @@ class CodePass:
         eye: Eye = "left",
         bits: Bits = 8,
         between: Sequence[str] = (),
-        by_knots: bool = False,
     ) -> None:
         self._context = context
         if dithering is not None and dithering.levels is None:
@@ -62,17 +61,26 @@ class CodePass:
         self._dithering = dithering
         self._format = CODE_FORMATS[bits]
         encoder = "encode.glsl" if dithering is None else "dither.glsl"
-        inverse = "knots.glsl" if by_knots else "table_fourth_root.glsl"
-        parts = [shader_file(name) for name in (inverse, encoder, *between, shader)]
+        by_knots = [isinstance(curve, TableCurve) for curve in curves]
+        files = [encoder, *between, shader]
+        tables: dict[str, moderngl.Texture] = {}
+        common: dict[str, Uniform] = {}
+        if any(by_knots) and not all(by_knots):
+            files.insert(0, "knots_or_table.glsl")
+            common["by_knots"] = tuple(int(one) for one in by_knots)
+        if not all(by_knots):
+            files.insert(0, "table_fourth_root.glsl")
+            # Where dithered, the light of the codes decides, and not the table.
+            entries = 2 * ENTRIES if bits == 10 and dithering is None else ENTRIES
+            tables["code_table"] = _code_table(context, curves, entries)
+        if any(by_knots):
+            files.insert(0, "knots.glsl")
+            tables["knots"] = _knots(context, curves)
+        parts = [shader_file(name) for name in files]
         self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
         self._area = context.vertex_array(self._program, [])
-        # Where dithered, the light of the codes decides, and not the table.
-        entries = 2 * ENTRIES if bits == 10 and dithering is None else ENTRIES
-        tables = (
-            {"knots": _knots(context, curves)} if by_knots else {"code_table": _code_table(context, curves, entries)}
-        )
         lift = np.array([curve.lift for curve in curves])
-        common: dict[str, Uniform] = {"lift": tuple(lift.tolist()), "scale": tuple((1.0 / (1.0 - lift)).tolist())}
+        common |= {"lift": tuple(lift.tolist()), "scale": tuple((1.0 / (1.0 - lift)).tolist())}
         if dithering is not None:
             tables |= dithering.textures(context, curves)
             common["mask_shifts_px"] = dithering.shifts_px(eye)
@@ -169,7 +177,9 @@ class CodePass:
 
 
 def _knots(context: moderngl.Context, curves: Sequence[Curve]) -> moderngl.Texture:
-    tables = knot_tables([curve for curve in curves if isinstance(curve, TableCurve)])
+    tabled = [curve for curve in curves if isinstance(curve, TableCurve)]
+    # A channel that has none is not looked up; it holds another's.
+    tables = knot_tables([curve if isinstance(curve, TableCurve) else tabled[0] for curve in curves])
     rows, pieces, numbers = tables.shape
     table = context.texture((pieces * numbers // 4, rows), 4, tables.tobytes(), dtype="f4")
     table.filter = (moderngl.NEAREST, moderngl.NEAREST)

@@ -53,7 +53,6 @@ class ColourPass:
             eye,
             bits,
             undone.files,
-            by_knots=undone.by_knots,
         )
 
     def run(self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None) -> moderngl.Framebuffer:

@@ -23,7 +23,7 @@ from runner.presenter.shaders import Uniform
 from runner.presenter.undoing import undoing
 
 Floats = NDArray[np.float64]
-COST = 2  # times the plain colour pass, about; see benchmarks/crosstalk.py
+COST = 1  # plain colour passes more, about; see benchmarks/crosstalk.py
 INVERSIONS = 3
 CORNER = PanelPlaces((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 
@@ -66,7 +66,7 @@ class CompensatedPass:
         own, other = models.eye(eye), models.eye("right" if eye == "left" else "left")
         undone = undoing(own, other)
         # Where crosstalk is cancelled, channels are undone for both eyes, and again for what is clipped.
-        self._cost = COST if undone.cost == 1 else undone.cost * (INVERSIONS if correction.crosstalk else 1)
+        self._cost = undone.cost * (INVERSIONS if correction.crosstalk and undone.files else 1) + COST
         self._pass = CodePass(
             context,
             "compensated_pass.frag",
@@ -84,7 +84,6 @@ class CompensatedPass:
             eye,
             bits,
             [*undone.files, "plvc_within.glsl" if undone.files else "within.glsl"],
-            by_knots=undone.by_knots,
         )
 
     def run(

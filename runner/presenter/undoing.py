@@ -9,26 +9,27 @@ import numpy as np
 
 from devices.display import DisplayModel
 from devices.plvc import MIXTURES, MOST_STEPS, NODES, Plvc
+from devices.table_curve import TableCurve
 from runner.presenter.shaders import Uniform
 
 COST = 9
+KNOTS_COST = 5
 
 
 @dataclass(frozen=True, slots=True)
 class Undoing:
-    """``files`` stand between encoding and pass; ``by_knots`` inverts each curve piece by piece, not by one table.
+    """``files`` stand between encoding and pass, with their ``uniforms``.
 
     ``cost``: times the plain colour pass, about; see benchmarks/plvc_pass.py.
     """
 
     files: tuple[str, ...] = ()
     uniforms: Mapping[str, Uniform] = field(default_factory=dict)
-    by_knots: bool = False
     cost: int = 1
 
 
 def undoing(own: DisplayModel, other: DisplayModel | None = None) -> Undoing:
-    """Return what undoes how channels act on each other; nothing if they do not.
+    """Return what undoes how channels act on each other; no files if they do not.
 
     ``own`` is the model of the eye whose codes are made, ``other`` that of the other eye, where the pass knows of it.
     A model that adds up is one whose channels keep their colour and take nothing from each other.
@@ -40,14 +41,14 @@ def undoing(own: DisplayModel, other: DisplayModel | None = None) -> Undoing:
     """
     models = (own, other or own)
     if all(model.additive for model in models):
-        return Undoing()
+        return Undoing(cost=KNOTS_COST) if any(isinstance(curve, TableCurve) for curve in own.curves) else Undoing()
     terms = [_terms(model) for model in models]
     uniforms: dict[str, Uniform] = {
         "plvc_powers": tuple(row for powers, _, _ in terms for row in powers),
         "plvc_mixtures": tuple(row for _, mixtures, _ in terms for row in mixtures),
         "plvc_steps": (terms[0][2], terms[1][2]),
     }
-    return Undoing(("plvc.glsl",), uniforms, by_knots=not own.additive, cost=COST)
+    return Undoing(("plvc.glsl",), uniforms, cost=COST)
 
 
 def _terms(model: DisplayModel) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]], int]:

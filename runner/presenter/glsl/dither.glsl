@@ -9,7 +9,7 @@ uniform usampler2D dither_mask;   // ranks 0..4095, 64 x 64
 uniform ivec2 mask_shifts_px[3];  // where each channel starts in the mask
 uniform int height_px;            // of the framebuffer: OpenGL counts rows from below
 
-float code_of_light(int channel, float light);
+float code_of_light(int channel, Light light);
 
 float dithered_code(int channel, float light) {
     int levels = textureSize(code_lights, 0).x - 1;

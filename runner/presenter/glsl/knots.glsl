@@ -1,23 +1,29 @@
-// The inverse tone curve of a table of codes and light, piece by piece, in place of table_fourth_root.glsl where channels
-// act on each other. The NumPy twin is devices.knot_table.knot_codes.
+// The inverse tone curve of a table of codes and light, piece by piece, in place of table_fourth_root.glsl. Which piece,
+// and where in it, is found in 64 bits, because a curve may be nearly flat. The NumPy twin is
+// devices.knot_table.knot_codes.
 
-uniform sampler2D knots;          // row = channel, two texels a piece: root of light, its rise, code, its rise; a, b, c
+#define Light double
+#define Lights dvec3
 
-float code_of_light(int channel, float light) {
-    float root = sqrt(light);
+uniform sampler2D knots;          // row = channel, two texels a piece: root of light in two parts, its rise, code where it
+                                  // begins; a, b, c, the code's rise
+
+float code_of_light(int channel, double light) {
+    double root = sqrt(light);
     int low = 0;
     int high = textureSize(knots, 0).x / 2 - 1;
     while (low < high) {
         int middle = (low + high + 1) / 2;
-        if (texelFetch(knots, ivec2(2 * middle, channel), 0).r <= root) {
+        vec2 begin = texelFetch(knots, ivec2(2 * middle, channel), 0).rg;
+        if (double(begin.r) + double(begin.g) <= root) {
             low = middle;
         } else {
             high = middle - 1;
         }
     }
     vec4 piece = texelFetch(knots, ivec2(2 * low, channel), 0);
-    vec3 cubic = texelFetch(knots, ivec2(2 * low + 1, channel), 0).rgb;
-    float wanted = clamp((root - piece.r) / piece.g, 0.0, 1.0);
+    vec4 cubic = texelFetch(knots, ivec2(2 * low + 1, channel), 0);
+    float wanted = clamp(float(root - double(piece.r) - double(piece.g)) / piece.b, 0.0, 1.0);
     float below = 0.0;
     float above = 1.0;
     float u = wanted;
@@ -33,11 +39,11 @@ float code_of_light(int channel, float light) {
         if (!(next >= below && next <= above)) {
             next = 0.5 * (below + above);
         }
-        bool done = abs(next - u) < 3e-8;
+        bool done = abs(next - u) < 2e-7;
         u = next;
         if (done) {
             break;
         }
     }
-    return piece.b + piece.a * u;
+    return piece.a + cubic.a * u;
 }

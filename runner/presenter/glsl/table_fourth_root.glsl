@@ -1,6 +1,11 @@
 // The inverse tone curve from a table over the fourth root of light: row = channel, linear between entries.
 // texelFetch and our own interpolation, because hardware filtering has 8 fraction bits.
 
+#ifndef Light
+#define Light float
+#define Lights vec3
+#endif
+
 uniform sampler2D code_table;
 
 float code_of_light(int channel, float light) {

@@ -19,6 +19,7 @@ from devices.gain_map import GainMap
 from devices.knot_table import knotted_codes
 from devices.plvc import Plvc
 from devices.table_curve import TableCurve
+from devices.tone_curve import ToneCurve
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.compensated_pass import CompensatedPass, Correction
 from runner.presenter.dithering import Dithering
@@ -101,10 +102,13 @@ def test_ten_bits(egl: EglSurface) -> None:
 def test_the_other_models_have_the_one_table_and_nothing_else(egl: EglSurface) -> None:
     model = plvc()
     additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
-    assert undoing(additive) == Undoing()
-    names = set(ColourPass(egl.context, additive)._pass._program)
-    assert not any("plvc" in name or "knots" in name for name in names)
-    assert "code_table" in names
+    assert not undoing(additive).files
+    gamma = ToneCurve(gamma=2.2)
+    plain = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, (gamma, gamma, gamma))
+    assert undoing(plain) == Undoing()
+    for display, inverse in ((additive, "knots"), (plain, "code_table")):
+        names = set(ColourPass(egl.context, display)._pass._program)
+        assert {name for name in names if "plvc" in name or "knots" in name or "table" in name} == {inverse}
     assert any("plvc" in name for name in set(ColourPass(egl.context, model)._pass._program))
 
 
