@@ -88,7 +88,8 @@ def score_model(
     order = tuple(int(index) for index in np.argsort(-merit, kind="stable"))
     log_score = np.full(len(won), np.nan)
     if model != "thurstone":
-        log_score = fitted.theta - np.logaddexp.reduce(fitted.theta)
+        with np.errstate(invalid="ignore"):  # of items that are separated, inf - inf
+            log_score = fitted.theta - np.logaddexp.reduce(fitted.theta)
     items = tuple(
         ItemScore(
             name=comparisons.items[index],
