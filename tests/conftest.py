@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import gc
+import io
 import os
 import shutil
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Generator, Iterator
+from contextlib import redirect_stderr, redirect_stdout
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
@@ -27,6 +29,33 @@ def pytest_collection() -> Generator[None, object, object]:
         return (yield)
     finally:
         gc.enable()
+
+
+def _cyclopean(*words: object, expect: int | None = 0, text: str = "") -> subprocess.CompletedProcess[str]:
+    from runner.cli.main import main
+
+    typed, out, err = (io.TextIOWrapper(io.BytesIO(part), "utf-8") for part in (text.encode(), b"", b""))
+    command = ["cyclopean", *map(str, words)]
+    with pytest.MonkeyPatch.context() as patch, redirect_stdout(out), redirect_stderr(err):
+        patch.setattr(sys, "argv", command)
+        patch.setattr(sys, "stdin", typed)
+        with pytest.raises(SystemExit) as left:
+            main()
+    for stream in (out, err):
+        stream.seek(0)
+    told = subprocess.CompletedProcess(command, int(left.value.code or 0), out.read(), err.read())
+    assert expect in (None, told.returncode), told.stderr
+    return told
+
+
+@pytest.fixture(scope="session")
+def cyclopean() -> Callable[..., subprocess.CompletedProcess[str]]:
+    """Run the program's ``main`` on words, without a terminal, in this process: a new one takes seconds to start.
+
+    Exit status ``expect`` is asserted unless it is None; ``text`` is what its standard input holds. An exception that
+    `main` does not catch is raised.
+    """
+    return _cyclopean
 
 
 @pytest.fixture(scope="session")
@@ -78,6 +107,7 @@ class Study:
     """A small experiment of four pictures on disk, and simulated observers for it."""
 
     folder: Path
+    cyclopean: Callable[..., subprocess.CompletedProcess[str]] = _cyclopean
 
     @property
     def experiment(self) -> Path:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
 import signal
 import subprocess
 import sys
@@ -18,26 +17,13 @@ from analysis.records import read_session, session_files
 Study = Any  # tests/conftest.py
 
 
-def cyclopean(*words: object, expect: int = 0, **environment: str) -> subprocess.CompletedProcess[str]:
-    """Run the command line in a process of its own, as a person does."""
-    code = "from runner.cli.main import main; main()"
-    told = subprocess.run(
-        [sys.executable, "-c", code, *map(str, words)],
-        capture_output=True,
-        text=True,
-        env={**os.environ, **environment},
-        timeout=120,
-    )
-    assert told.returncode == expect, told.stderr
-    return told
-
-
 def _simulate(study: Study, *more: object, observer: str = "01", expect: int = 0) -> subprocess.CompletedProcess[str]:
-    return cyclopean(
+    told: subprocess.CompletedProcess[str] = study.cyclopean(
         *("run", study.experiment, "--observer", observer, "--simulate", study.observers),
         *("--results", study.results, "--json", *more),
         expect=expect,
     )
+    return told
 
 
 def test_a_simulated_session_records_every_pair_with_its_facts(study: Study) -> None:
