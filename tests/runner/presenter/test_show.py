@@ -7,6 +7,7 @@ import os
 import subprocess
 import sys
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -25,15 +26,10 @@ Run = Callable[..., subprocess.CompletedProcess[str]]
 
 
 @pytest.fixture
-def show(tmp_path: Path) -> Run:
-    """Run the command in a process of its own, in a folder of its own."""
-
-    def run(*arguments: object, **environment: str) -> subprocess.CompletedProcess[str]:
-        command = [sys.executable, "-c", "from runner.cli.main import main; main()", "show", *map(str, arguments)]
-        environ = {**os.environ, "PYTHONPATH": str(ROOT), **environment}
-        return subprocess.run(command, cwd=tmp_path, env=environ, capture_output=True, text=True, timeout=120)
-
-    return run
+def show(tmp_path: Path, cyclopean: Run, monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Run the command in a folder of its own."""
+    monkeypatch.chdir(tmp_path)
+    return partial(cyclopean, "show")
 
 
 @pytest.fixture
@@ -78,6 +74,7 @@ def test_the_screenshot_holds_the_framebuffers_codes(show: Run, picture: Path, t
         "--headless",
         "--backend",
         backend,
+        expect=None,
     )
     if backend == "null" and "libosmesa6" in done.stderr:
         pytest.skip(done.stderr.strip())
@@ -100,7 +97,6 @@ def test_ten_bits_are_shown_where_they_are_asked_for(show: Run, picture: Path, t
 
     common = [picture, "--display", ASUS, "--mode", "side-by-side", "--headless", "--bits", "10", "--json"]
     done = show(*common, "--screenshot", "out.png")
-    assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["surface"]["bits"] == 10
     assert "warning: codes have 10 bits, and the panel has 8" in done.stderr
     screen = np.asarray(oiio.ImageBuf(str(tmp_path / "out.png")).get_pixels(oiio.UINT16)) >> 6
@@ -119,7 +115,6 @@ def test_bits_are_the_panel_s_unless_others_are_asked_for(
     (tmp_path / "display.yaml").write_text(text.replace("bits: 8", f"bits: {panel}"), encoding="utf-8")
     common = [picture, "--display", "display.yaml", "--mode", "side-by-side", "--headless", "--json"]
     done = show(*common, "--screenshot", "out.png", *asked)
-    assert done.returncode == 0, done.stderr
     assert json.loads(done.stdout)["surface"]["bits"] == bits
     assert "warning" not in done.stderr
 
@@ -168,10 +163,9 @@ def test_a_window_waits_for_escape(show: Run, picture: Path, display: str) -> No
 
 def test_options_of_the_mode_are_as_in_a_rig_file(show: Run, picture: Path, tmp_path: Path) -> None:
     common = [picture, "--display", ASUS, "--mode", "side-by-side", "--headless", "--screenshot"]
-    assert show(*common, "plain.png").returncode == 0
+    show(*common, "plain.png")
     options = ["--mode-option", "swap_eyes=true", "--mode-option", "left_offset_px=[0, 7]"]
-    done = show(*common, "moved.png", *options)
-    assert done.returncode == 0, done.stderr
+    show(*common, "moved.png", *options)
     plain, moved = codes(tmp_path / "plain.png"), codes(tmp_path / "moved.png")
     np.testing.assert_array_equal(moved[:, :960], plain[:, 960:])
     np.testing.assert_array_equal(moved[7:, 960:], plain[:-7, :960])
@@ -199,8 +193,7 @@ def test_every_fault_is_one_line_and_writes_nothing(
     with_nan[5, 6:8] = np.nan
     write_anything(tmp_path / "nan.exr", with_nan)
     before = sorted(tmp_path.iterdir())
-    done = show(*arguments, "--display", ASUS, "--headless", "--screenshot", "out.png")
-    assert done.returncode == 2
+    done = show(*arguments, "--display", ASUS, "--headless", "--screenshot", "out.png", expect=2)
     assert said in done.stderr
     assert len(done.stderr.strip().splitlines()) == 1
     assert done.stdout == ""
@@ -215,8 +208,7 @@ def test_a_screenshot_that_cannot_be_written_is_refused(
     show: Run, picture: Path, screenshot: str | None, said: str
 ) -> None:
     arguments = ["--screenshot", screenshot] if screenshot else []
-    done = show(picture, "--display", ASUS, "--mode", "side-by-side", "--headless", *arguments)
-    assert done.returncode == 2
+    done = show(picture, "--display", ASUS, "--mode", "side-by-side", "--headless", *arguments, expect=2)
     assert said in done.stderr
 
 
@@ -227,10 +219,7 @@ def test_a_screenshot_that_cannot_be_written_is_refused(
 def test_real_pictures_are_shown(show: Run, tmp_path: Path, name: str, options: list[str]) -> None:
     if not DATA.is_dir():
         pytest.skip("the shared pictures are not beside this checkout (../shared/data/stereo)")
-    done = show(
-        DATA / name, "--display", ASUS, "--mode", "side-by-side", "--screenshot", "o.png", "--headless", *options
-    )
-    assert done.returncode == 0, done.stderr
+    show(DATA / name, "--display", ASUS, "--mode", "side-by-side", "--screenshot", "o.png", "--headless", *options)
     screen = codes(tmp_path / "o.png")
     image = read_exr(DATA / name, "rec709" if options else None)
     model = read_display(ASUS).models("side-by-side").left
@@ -258,8 +247,7 @@ def test_a_leaking_display_s_crosstalk_is_cancelled(show: Run, tmp_path: Path) -
     shares = np.linspace(0.3, 0.8, 32, dtype=np.float32)[None, :, None] * np.ones((32, 1, 1), np.float32)
     white = models.left.white_XYZ_cd_m2.astype(np.float32)
     write_exr(file, StereoImage(shares * white, shares[:, ::-1] * white))
-    result = show(file, "--display", display, "--mode", "side-by-side", "--headless", "--screenshot", picture)
-    assert result.returncode == 0, result.stderr
+    show(file, "--display", display, "--mode", "side-by-side", "--headless", "--screenshot", picture)
     codes = np.asarray(Image.open(picture)) / 255
     seen = seen_XYZ(models, loaded.crosstalk("side-by-side"), codes[:, :32], codes[:, 32:])
     for light, asked in zip(seen, (shares * white, shares[:, ::-1] * white), strict=True):
