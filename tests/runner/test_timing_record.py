@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
 import subprocess
-import sys
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -22,6 +21,7 @@ from runner.presenter.timing import IntervalSummary
 from runner.timing_record import NOT_VERIFIED, explain, judge
 
 Study = Any  # tests/conftest.py
+Cyclopean = Callable[..., subprocess.CompletedProcess[str]]
 RECORD = """\
 schema_version: 1
 date: 2026-03-14
@@ -135,38 +135,27 @@ def test_check_and_run_refuse_a_missing_and_a_wrong_record(study: Study) -> None
         assert done.exit_code == 2
         findings = json.loads(done.stdout)[0]["findings"]
         assert place in {(Path(one["file"]).name, one["line"], one["column"]) for one in findings}
-        program = "from runner.cli.main import main; main()"
-        words = [sys.executable, "-c", program, "run", str(study.experiment), "--observer", "01"]
-        ran = subprocess.run([*words, "--results", str(study.results)], capture_output=True, text=True)
-        assert ran.returncode == 2
+        ran = study.cyclopean("run", study.experiment, "--observer", "01", "--results", study.results, expect=2)
         assert f"{place[0]}:{place[1]}:{place[2]}: " in ran.stderr
         assert not study.results.exists()
 
 
 @pytest.mark.window
-def test_doctor_measures_a_real_window(xvfb: str) -> None:
-    code = "from runner.cli.main import main; main()"
-    told = subprocess.run(
-        [sys.executable, "-c", code, "doctor", "--timing", "--seconds", "0.5"],
-        capture_output=True,
-        text=True,
-        env={**os.environ, "DISPLAY": xvfb},
-    )
-    assert told.returncode == 0, told.stderr
+def test_doctor_measures_a_real_window(xvfb: str, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", xvfb)
+    told = cyclopean("doctor", "--timing", "--seconds", "0.5")
     assert "median" in told.stdout
     assert "X11 without a compositing manager" in told.stdout
 
 
 @pytest.mark.window
-def test_doctor_says_that_a_record_of_another_machine_does_not_hold(xvfb: str, study: Study) -> None:
+def test_doctor_says_that_a_record_of_another_machine_does_not_hold(
+    xvfb: str, study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
     _record(study.folder)
     study.edit("rig.yaml", "mode: side", "photodiode_verification: photodiode.yaml\nmode: side")
-    code = "from runner.cli.main import main; main()"
-    words = [sys.executable, "-c", code, "doctor", "--timing", "--seconds", "0.5", "--json", "--rig"]
-    told = subprocess.run(
-        [*words, str(study.folder / "rig.yaml")], capture_output=True, text=True, env={**os.environ, "DISPLAY": xvfb}
-    )
-    assert told.returncode == 0, told.stderr
+    monkeypatch.setenv("DISPLAY", xvfb)
+    told = study.cyclopean("doctor", "--timing", "--seconds", "0.5", "--json", "--rig", study.folder / "rig.yaml")
     facts = json.loads(told.stdout)
     assert facts["verification"] == NOT_VERIFIED
     assert any("measured with the renderer 'A card'" in line for line in facts["meaning"])
