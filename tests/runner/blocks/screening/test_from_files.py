@@ -3,9 +3,6 @@
 from __future__ import annotations
 
 import json
-import os
-import subprocess
-import sys
 from typing import Any
 
 import pytest
@@ -46,11 +43,8 @@ def simulate(study: Study, observer: str, psychometric: str = "{}") -> tuple[dic
     told = study.observers.read_text()
     observers = study.folder / f"observers-{observer}.yaml"
     observers.write_text(told.replace("kind: bradley_terry\n", f"kind: bradley_terry\npsychometric: {psychometric}\n"))
-    code = "from runner.cli.main import main; main()"
     words = ["run", study.experiment, "--observer", observer, "--simulate", observers, "--results", study.results]
-    command = [sys.executable, "-c", code, *map(str, words), "--json"]
-    done = subprocess.run(command, capture_output=True, text=True, env=dict(os.environ), timeout=120)
-    assert done.returncode == 0, done.stderr
+    done = study.cyclopean(*words, "--json")
     (file,) = session_files(study.results / "small" / f"sub-{observer}")
     return json.loads(done.stdout), read_session(file)
 
