@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import os
 import shutil
-import subprocess
-import sys
 from collections import Counter
 from collections.abc import Callable
 from pathlib import Path
@@ -106,20 +104,12 @@ def test_two_experiments_from_two_stations_pass(lab: Lab, bids_issues: Issues) -
 
 def test_simulated_observers_pass(study: Any, bids_issues: Issues) -> None:
     """Sessions that the runner recorded, through the command line."""
-    code = "from runner.cli.main import main; main()"
-
-    def cyclopean(*words: object) -> None:
-        told = subprocess.run(
-            [sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, timeout=120
-        )
-        assert told.returncode == 0, told.stderr
-
     for observer in ("01", "02"):
         simulated = ("--simulate", study.observers, "--results", study.results, "--json")
-        cyclopean("run", study.experiment, "--observer", observer, *simulated)
+        study.cyclopean("run", study.experiment, "--observer", observer, *simulated)
     folder = study.folder / "bids"
     names = ("--author", "A. Author", "--author", "B. Author", "--license", "CC0")
-    cyclopean("export", study.results, "-o", folder, *names)
+    study.cyclopean("export", study.results, "-o", folder, *names)
     check(bids_issues(folder))
     tables = sorted(folder.glob("sub-*/ses-*/beh/*_beh.tsv"))
     assert len(tables) == 2
