@@ -4,22 +4,16 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
+from collections.abc import Callable
 from typing import Any
 
 from analysis.records import Note
 
 Lab = Any  # conftest.py
+Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
 
 
-def cyclopean(*words: object, expect: int = 0) -> subprocess.CompletedProcess[str]:
-    code = "from runner.cli.main import main; main()"
-    told = subprocess.run([sys.executable, "-c", code, *map(str, words)], capture_output=True, text=True, timeout=60)
-    assert told.returncode == expect, told.stderr
-    return told
-
-
-def test_it_says_what_it_wrote(lab: Lab) -> None:
+def test_it_says_what_it_wrote(lab: Lab, cyclopean: Cyclopean) -> None:
     lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")])
     copy = lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")], station="other")
     told = cyclopean("export", lab.folder / "results", lab.folder / "other", "-o", lab.folder / "bids").stdout
@@ -28,19 +22,19 @@ def test_it_says_what_it_wrote(lab: Lab) -> None:
     assert "1 notes in free words" in told
 
 
-def test_it_says_so_in_json(lab: Lab) -> None:
+def test_it_says_so_in_json(lab: Lab, cyclopean: Cyclopean) -> None:
     lab.session()
     done = json.loads(cyclopean("export", lab.folder / "results", "-o", lab.folder / "bids", "--json").stdout)
     assert (done["sessions"], done["trials"], done["tasks"]) == (1, 3, {"dynamicrange": "dynamic_range"})
 
 
-def test_wrong_input_ends_with_2_and_writes_nothing(lab: Lab) -> None:
+def test_wrong_input_ends_with_2_and_writes_nothing(lab: Lab, cyclopean: Cyclopean) -> None:
     told = cyclopean("export", lab.folder / "nowhere", "-o", lab.folder / "bids", expect=2)
     assert "there is no such folder" in told.stderr
     assert not (lab.folder / "bids").exists()
 
 
-def test_a_place_that_cannot_be_written_ends_with_1(lab: Lab) -> None:
+def test_a_place_that_cannot_be_written_ends_with_1(lab: Lab, cyclopean: Cyclopean) -> None:
     lab.session()
     (lab.folder / "file").write_text("")
     told = cyclopean("export", lab.folder / "results", "-o", lab.folder / "file" / "bids", expect=1)
