@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
-import sys
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from itertools import combinations
 from pathlib import Path
 from typing import Any
@@ -15,16 +14,16 @@ import pytest
 from analysis.records import FILE_NAME, SessionLog
 
 Maker = Callable[..., SessionLog]
+Call = Callable[..., subprocess.CompletedProcess[str]]
 Table = Mapping[str, tuple[float, str]]
 
 KEYS = {"name", "wins", "comparisons", "theta", "se", "score", "log10_score", "class"}
 
 
-def cyclopean(arguments: Sequence[str], text: str | None = None) -> subprocess.CompletedProcess[str]:
-    program = "from runner.cli.main import main; main()"
-    return subprocess.run(
-        [sys.executable, "-c", program, *arguments], input=text, capture_output=True, text=True, timeout=60, check=False
-    )
+@pytest.fixture
+def call(cyclopean: Call) -> Call:
+    """Call the program with (words, what its standard input holds)."""
+    return lambda words, text="": cyclopean(*words, text=text, expect=None)
 
 
 def write_log(session: SessionLog, folder: Path) -> None:
@@ -34,14 +33,14 @@ def write_log(session: SessionLog, folder: Path) -> None:
     (folder / FILE_NAME).write_text("".join(json.dumps(line) + "\n" for line in lines), encoding="utf-8")
 
 
-def test_table_4_4_in_json(table_4_4: Table, tmp_path: Path) -> None:
+def test_table_4_4_in_json(call: Call, table_4_4: Table, tmp_path: Path) -> None:
     lines = ["winner,loser,count"]
     for (a, (score_a, _)), (b, (score_b, _)) in combinations(table_4_4.items(), 2):
         p = score_a / (score_a + score_b)
         lines += [f"{a},{b},{30 * p!r}", f"{b},{a},{30 * (1 - p)!r}"]
     table = tmp_path / "table.csv"
     table.write_text("\n".join(lines), encoding="utf-8")
-    done = cyclopean(["scores", str(table), "--alpha", "0.045", "--adjust", "none", "--json"])
+    done = call(["scores", str(table), "--alpha", "0.045", "--adjust", "none", "--json"])
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert set(told) == {
@@ -67,9 +66,9 @@ def test_table_4_4_in_json(table_4_4: Table, tmp_path: Path) -> None:
     assert told["separated"] == []
 
 
-def test_separated_items_are_named_and_the_penalised_fit_is_offered() -> None:
+def test_separated_items_are_named_and_the_penalised_fit_is_offered(call: Call) -> None:
     table = "winner,loser\na,b\na,c\nb,c\nc,b\n"
-    done = cyclopean(["scores", "-", "--json"], table)
+    done = call(["scores", "-", "--json"], table)
     assert done.returncode == 1
     told = json.loads(done.stdout)
     assert told["separated"] == ["a"]
@@ -79,58 +78,58 @@ def test_separated_items_are_named_and_the_penalised_fit_is_offered() -> None:
     assert told["goodness_of_fit"] is None
     assert "'a': never lost to any of the other items" in done.stderr
     assert "--method firth" in done.stderr
-    penalised = cyclopean(["scores", "-", "--json", "--method", "firth"], table)
+    penalised = call(["scores", "-", "--json", "--method", "firth"], table)
     assert penalised.returncode == 0
     assert json.loads(penalised.stdout)["items"][0]["name"] == "a"
 
 
-def test_a_wrong_table_ends_with_status_2_and_its_place(tmp_path: Path) -> None:
+def test_a_wrong_table_ends_with_status_2_and_its_place(call: Call, tmp_path: Path) -> None:
     table = tmp_path / "table.csv"
     table.write_text("winner,loser\na,a\n", encoding="utf-8")
-    done = cyclopean(["scores", str(table)])
+    done = call(["scores", str(table)])
     assert done.returncode == 2
     assert done.stdout == ""
     assert f"{table}:2:3: 'a' is compared with itself" in done.stderr
-    assert cyclopean(["scores", str(tmp_path / "none.csv")]).returncode == 2
+    assert call(["scores", str(tmp_path / "none.csv")]).returncode == 2
     for table_text in ("winner,loser\na,b\nb,a\n", "winner,loser\na,b\n"):
-        assert cyclopean(["scores", "-", "--alpha", "2"], table_text).returncode == 2
+        assert call(["scores", "-", "--alpha", "2"], table_text).returncode == 2
 
 
-def test_the_table_for_people_shows_scores_and_classes() -> None:
-    done = cyclopean(["scores", "-"], "winner,loser,count\na,b,3\nb,a,1\n")
+def test_the_table_for_people_shows_scores_and_classes(call: Call) -> None:
+    done = call(["scores", "-"], "winner,loser,count\na,b,3\nb,a,1\n")
     assert done.returncode == 0
     assert "0.7500" in done.stdout
     assert "class" in done.stdout
 
 
-def test_a_report_lands_in_the_first_folder_and_says_where(make_session: Maker, tmp_path: Path) -> None:
+def test_a_report_lands_in_the_first_folder_and_says_where(call: Call, make_session: Maker, tmp_path: Path) -> None:
     for number in range(1, 13):
         write_log(make_session(f"{number:02d}"), tmp_path / f"station{number % 2}" / f"sub-{number:02d}")
     folders = [str(tmp_path / "station0"), str(tmp_path / "station1"), str(tmp_path / "station1" / "sub-01")]
-    done = cyclopean(["report", *folders, "--json"])
+    done = call(["report", *folders, "--json"])
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     assert told["sessions"] == 12
     assert told["report"] == str(tmp_path / "station0" / "report.html")
     assert "dynamic_range" in (tmp_path / "station0" / "report.html").read_text(encoding="utf-8")
-    elsewhere = cyclopean(["report", folders[0], "-o", str(tmp_path / "page.html")])
+    elsewhere = call(["report", folders[0], "-o", str(tmp_path / "page.html")])
     assert elsewhere.returncode == 0
     assert (tmp_path / "page.html").exists()
     assert "6 observers" in elsewhere.stdout
 
 
-def test_results_that_are_not_there_end_with_status_2(tmp_path: Path) -> None:
+def test_results_that_are_not_there_end_with_status_2(call: Call, tmp_path: Path) -> None:
     for place in (tmp_path, tmp_path / "none"):
-        done = cyclopean(["report", str(place)])
+        done = call(["report", str(place)])
         assert done.returncode == 2
         assert str(place) in done.stderr
     assert not (tmp_path / "report.html").exists()
 
 
-def test_a_page_that_cannot_be_written_ends_with_status_1(make_session: Maker, tmp_path: Path) -> None:
+def test_a_page_that_cannot_be_written_ends_with_status_1(call: Call, make_session: Maker, tmp_path: Path) -> None:
     write_log(make_session("01"), tmp_path / "sub-01")
     (tmp_path / "file").write_text("", encoding="utf-8")
-    done = cyclopean(["report", str(tmp_path), "-o", str(tmp_path / "file" / "page.html")])
+    done = call(["report", str(tmp_path), "-o", str(tmp_path / "file" / "page.html")])
     assert done.returncode == 1
     assert "cannot be written" in done.stderr
 
@@ -151,16 +150,16 @@ b,a,1,b,win
 """
 
 
-def told_by(*options: str, table: str = TIES) -> dict[str, Any]:
-    done = cyclopean(["scores", "-", "--json", *options], table)
+def told_by(call: Call, *options: str, table: str = TIES) -> dict[str, Any]:
+    done = call(["scores", "-", "--json", *options], table)
     assert done.returncode == 0, done.stderr
     told: dict[str, Any] = json.loads(done.stdout)
     return told
 
 
 @pytest.mark.parametrize(("model", "parameter"), [("davidson", "nu"), ("rao-kupper", "eta")])
-def test_models_of_ties_tell_their_parameter_and_fit(model: str, parameter: str) -> None:
-    told = told_by("--model", model, "--order-effect", "--covariance", "sandwich")
+def test_models_of_ties_tell_their_parameter_and_fit(call: Call, model: str, parameter: str) -> None:
+    told = told_by(call, "--model", model, "--order-effect", "--covariance", "sandwich")
     assert [entry["name"] for entry in told["parameters"]] == [parameter, "order"]
     assert told["covariance"] == "sandwich"
     assert 0 <= told["order_test"]["p"] <= 1
@@ -170,32 +169,30 @@ def test_models_of_ties_tell_their_parameter_and_fit(model: str, parameter: str)
     assert all({*KEYS, "jnd", "jnd_se"} == set(item) for item in told["items"])
 
 
-def test_thurstone_tells_jod_in_place_of_scores() -> None:
-    told = told_by("--model", "thurstone")
+def test_thurstone_tells_jod_in_place_of_scores(call: Call) -> None:
+    told = told_by(call, "--model", "thurstone")
     assert all(item["score"] is None for item in told["items"])
     assert [item["jod"] for item in told["items"]] == [item["jnd"] for item in told["items"]]
     assert told["items"][0]["jod"] == pytest.approx(told["items"][0]["theta"] / 0.6744897501960817)
     assert told["ties_left_out"] == 2
-    shown = cyclopean(["scores", "-", "--model", "thurstone"], TIES)
+    shown = call(["scores", "-", "--model", "thurstone"], TIES)
     assert "JOD" in shown.stdout
     assert "2 answers prefer neither item" in shown.stdout
 
 
-def test_a_prior_holds_what_is_separated_and_says_so() -> None:
+def test_a_prior_holds_what_is_separated_and_says_so(call: Call) -> None:
     table = "winner,loser\na,b\na,c\nb,c\nc,b\n"
-    told = told_by("--method", "map", "--prior-sd", "1.5", table=table)
+    told = told_by(call, "--method", "map", "--prior-sd", "1.5", table=table)
     assert told["prior_sd"] == 1.5
     assert told["items"][0]["name"] == "a"
     assert told["log_posterior"] < told["log_likelihood"]
     assert "'a'" in told["held_by_prior"][0]
-    assert "Only the prior" in cyclopean(["scores", "-", "--method", "map"], table).stdout
-    assert cyclopean(["scores", "-", "--prior-sd", "1"], table).returncode == 2
+    assert "Only the prior" in call(["scores", "-", "--method", "map"], table).stdout
+    assert call(["scores", "-", "--prior-sd", "1"], table).returncode == 2
 
 
-def test_separation_in_a_model_of_ties_is_explained_with_status_1() -> None:
-    done = cyclopean(
-        ["scores", "-", "--model", "davidson", "--json"], "winner,loser,ties\na,b,0\na,c,0\nb,c,1\nc,b,1\n"
-    )
+def test_separation_in_a_model_of_ties_is_explained_with_status_1(call: Call) -> None:
+    done = call(["scores", "-", "--model", "davidson", "--json"], "winner,loser,ties\na,b,0\na,c,0\nb,c,1\nc,b,1\n")
     assert done.returncode == 1
     told = json.loads(done.stdout)
     assert told["separated"] == ["a"]
@@ -204,7 +201,7 @@ def test_separation_in_a_model_of_ties_is_explained_with_status_1() -> None:
     assert "--method map" in done.stderr
 
 
-def test_ties_that_the_plain_fit_leaves_out_are_told() -> None:
-    done = cyclopean(["scores", "-"], TIES)
+def test_ties_that_the_plain_fit_leaves_out_are_told(call: Call) -> None:
+    done = call(["scores", "-"], TIES)
     assert done.returncode == 0
     assert "2 answers prefer neither item" in done.stdout
