@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 from analysis.validation.difference_map import DifferenceSummary
 from analysis.validation.region_table import RegionTable
@@ -79,7 +80,8 @@ class DisparityEvidence:
 class Evidence:
     """All that is known of one pair; None for what was not measured.
 
-    ``per_pixel`` is of the plain map, ``seen`` of that of both pictures as the eye resolves them at its distance.
+    ``per_pixel`` is of the plain map, ``seen`` of that of both pictures as the eye resolves them at its distance, and
+    ``seen_regions`` are that map's means over regions, by name.
     """
 
     regions: RegionTable | None = None
@@ -88,3 +90,4 @@ class Evidence:
     sparkle: tuple[SparklePair, ...] = ()
     registration: RegistrationEvidence | None = None
     disparity: DisparityEvidence | None = None
+    seen_regions: Mapping[str, float] = field(default_factory=dict)

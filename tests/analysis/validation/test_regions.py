@@ -59,6 +59,7 @@ def test_a_pixel_belongs_if_its_centre_does() -> None:
         ([(0, 0), (4, 0), (2, 1), (0, 4)], False),  # dented
         ([(0, 0), (4, 0), (4, 4), (2, 0), (0, 4)], True),  # touches a side with a corner
         ([(0, 0), (4, 0), (2, 0), (0, 4)], True),  # goes back on itself
+        ([(0, 0), (4, 0), (2, 0)], True),
         ([(0, 0), (4, 0), (4, 4), (1, 4), (1, -1), (0, 3)], True),
     ],
 )

@@ -10,13 +10,15 @@ import numpy as np
 import pytest
 
 from analysis.validation.area_means import AreaMean
-from analysis.validation.difference_map import DifferenceSummary
+from analysis.validation.difference_map import DifferenceSummary, difference_map
 from analysis.validation.errors import PictureError
 from analysis.validation.evidence import DisparityEvidence, Evidence, RegistrationEvidence, SparklePair
 from analysis.validation.limits import Limits
 from analysis.validation.reason import Reason
 from analysis.validation.region_table import RegionTable, region_table
 from analysis.validation.regions import Region
+from analysis.validation.scielab import SeenPicture
+from analysis.validation.seen_regions import seen_regions
 from analysis.validation.verdict import Verdict, judge, together
 
 WHITE = np.array([96.42, 100.0, 82.49])
@@ -88,6 +90,28 @@ def test_what_cancels_at_the_distance_passes_and_is_noted() -> None:
     notes = [reason.said for reason in verdict.having("noted")]
     assert len(notes) == 2
     assert all("it cancels at the viewing distance" in note for note in notes)
+
+
+def test_regions_too_small_to_be_seen_do_not_fail() -> None:
+    small = Evidence(table(1.5, 0.6), seen=SMALL, seen_regions={"a": 0.3, "b": 0.4})
+    verdict = judge(small)
+    assert verdict.decision == "validated"
+    assert "it cancels with what is beside" in verdict.having("noted")[0].said
+    assert judge(replace(small, seen_regions={"a": 0.3, "b": 3.0})).decision == "not validated"
+    assert judge(replace(small, seen_regions={"a": 0.3})).decision == "not validated"
+
+
+def test_a_checkerboard_of_regions_cancels_where_the_eye_is_far() -> None:
+    board = np.indices((64, 64)).sum(axis=0) // 2 % 2
+    photo = np.asarray(0.4 * WHITE * (1 + 0.2 * (board[..., None] - 0.5)), dtype=np.float32)
+    rendering = np.asarray(0.4 * WHITE * (1 - 0.2 * (board[..., None] - 0.5)), dtype=np.float32)
+    regions = [Region("cell", "cell", SQUARE / 9 * 2 + 20, SQUARE / 9 * 2 + 20, "g")]
+    near, far = (
+        seen_regions(difference_map(SeenPicture(photo, ppd, WHITE), SeenPicture(rendering, ppd, WHITE), WHITE), regions)
+        for ppd in (4, 200)
+    )
+    assert near["cell"] > 2
+    assert far["cell"] < 0.1
 
 
 def test_what_is_seen_fails() -> None:
