@@ -1,20 +1,31 @@
-"""Stimuli from OpenEXR files."""
+"""Stimuli from files: OpenEXR pictures, and photographs."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
+from itertools import groupby
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from stimuli.exr.read import read_exr_counted
-from stimuli.names import stimulus_name
+from documents import Finding, InputError
+from stimuli.display_setup import DisplaySetup
+from stimuli.errors import StimulusError
+from stimuli.names import file_pictures
+from stimuli.photographs.finish import finished
+from stimuli.photographs.prepare import Prepared
+from stimuli.photographs.recipe import DevelopSpec, PhotographSpec, PhotographsRecipe
+from stimuli.photographs.sources import (
+    OneFile,
+    Source,
+    ViewFiles,
+    ViewReader,
+    exr_reader,
+    photograph_reader,
+    spectral_reader,
+)
+from stimuli.recipe import PictureSpec, PicturesRecipe
 from stimuli.stereo_image import StereoImage
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-
-    from stimuli.recipe import PicturesRecipe
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -27,32 +38,74 @@ class Made:
     steps: tuple[Mapping[str, Any], ...]
 
 
-def make_pictures(recipe: PicturesRecipe, folder: Path, report: Callable[[str, int, int], None]) -> Iterator[Made]:
-    """Yield the recipe's stimuli; the files' paths are relative to ``folder``.
+def make_pictures(
+    recipe: PicturesRecipe | PhotographsRecipe,
+    folder: Path,
+    pixel_pitch_mm: float,
+    report: Callable[[str, int, int], None],
+    setup: DisplaySetup | None = None,
+    names: Collection[str] | None = None,
+) -> Iterator[Made]:
+    """Yield the recipe's stimuli, or those of ``names``; the files' paths are relative to ``folder``.
+
+    Each stimulus's files are read, and its pair is aligned, once for all series and views that show them. No more than
+    one stimulus's views are held at a time.
 
     Raises
     ------
-    StimulusError
-        If a file cannot be read or holds what must not reach an eye.
+    InputError
+        If a file cannot be read or holds what must not reach an eye, or a step cannot be done: the finding names the
+        file, or the stimulus.
     """
-    wanted = [(picture, view) for picture in recipe.stimuli for view in recipe.views or (picture.view,)]
-    for done, (picture, view) in enumerate(wanted):
-        report(f"reading {picture.file}", done, len(wanted))
-        reading = read_exr_counted(
-            folder / picture.file,
-            picture.colour_space,
-            flat=view == "flat",
-            flat_eye=picture.flat_eye,
-            white_luminance_cd_m2=picture.white_luminance_cd_m2,
-            negative=picture.negative,
+    wanted = [one for one in file_pictures(recipe) if names is None or one.name in names]
+    specs: tuple[PictureSpec | PhotographSpec, ...] = recipe.stimuli
+    done = 0
+    for index, pictures in groupby(wanted, key=lambda one: one.stimulus):
+        spec = specs[index]
+        steps = spec.steps_over(recipe)
+        prepared = Prepared(_source(recipe, spec, folder), steps, spec.flat_eye, pixel_pitch_mm, setup)
+        for picture in pictures:
+            report(f"making {picture.name}", done, len(wanted))
+            try:
+                image, before = prepared.picture(picture.view)
+                image, after = finished(image, steps, picture.series, pixel_pitch_mm, setup)
+            except InputError as error:
+                raise StimulusError([_named(one, spec.name, folder) for one in error.findings]) from error
+            factors = {"view": "flat" if image.is_flat else "stereo"} | dict(picture.factors)
+            yield Made(picture.name, image, factors, (*before, *after))
+            done += 1
+    report("done", done, done)
+
+
+def _source(recipe: PicturesRecipe | PhotographsRecipe, spec: PictureSpec | PhotographSpec, folder: Path) -> Source:
+    if isinstance(spec, PictureSpec):
+        return OneFile(
+            folder / spec.file,
+            spec.file,
+            spec.flat_eye,
+            spec.colour_space,
+            spec.white_luminance_cd_m2,
+            spec.negative,
         )
-        shown = "flat" if reading.image.is_flat else "stereo"
-        name = stimulus_name(picture.name, view if recipe.views else None)
-        step = {
-            "step": "read",
-            **picture.model_dump(mode="json", exclude={"name", "view", "factors"}),
-            "views": list(reading.views),
-            "clipped_pixels": reading.clipped_pixels,
-        }
-        yield Made(name, reading.image, {"image": picture.name, "view": shown, **picture.factors}, (step,))
-    report("done", len(wanted), len(wanted))
+    if spec.file is not None:
+        return OneFile(folder / spec.file, spec.file, spec.flat_eye)
+    assert isinstance(recipe, PhotographsRecipe)
+    return ViewFiles(
+        {view: folder / file for view, file in spec.files.items()}, _reader(recipe, spec, folder), spec.flat_eye
+    )
+
+
+def _reader(recipe: PhotographsRecipe, spec: PhotographSpec, folder: Path) -> ViewReader:
+    if recipe.camera is not None:
+        from devices.camera.camera_file import read_camera
+
+        exposure = None if spec.exposure is None else spec.exposure.exposure()
+        return photograph_reader(read_camera(folder / recipe.camera), recipe.develop or DevelopSpec(), exposure)
+    return exr_reader if recipe.spectral is None else spectral_reader(recipe.spectral, folder)
+
+
+def _named(finding: Finding, stimulus: str, folder: Path) -> Finding:
+    """Return the finding with the stimulus in place of a file, where it names none."""
+    if finding.file is not None:
+        return finding
+    return Finding(f"the stimulus '{stimulus}': {finding.message}", str(folder), remedy=finding.remedy)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from itertools import groupby
 from typing import Any
 
@@ -19,9 +19,12 @@ from stimuli.studio import Studio
 
 
 def make_series(
-    recipe: SparkleSeriesRecipe, pixel_pitch_mm: float, report: Callable[[str, int, int], None]
+    recipe: SparkleSeriesRecipe,
+    pixel_pitch_mm: float,
+    report: Callable[[str, int, int], None],
+    names: Collection[str] | None = None,
 ) -> Iterator[Made]:
-    """Yield the recipe's stimuli, each sampled for a display of ``pixel_pitch_mm``.
+    """Yield the recipe's stimuli, or those of ``names``, each sampled for a display of ``pixel_pitch_mm``.
 
     The sparkles of each plate and viewpoint are rendered once, and each exposure of them is developed once, whatever
     series show them. No more than one plate's photographs are held at a time.
@@ -31,7 +34,7 @@ def make_series(
     StimulusError
         If a plate sends no light, so that nothing can bring it to the target luminance.
     """
-    pictures = series_pictures(recipe)
+    pictures = [one for one in series_pictures(recipe) if names is None or one.name in names]
     done = 0
     for named, of_plate in groupby(pictures, key=lambda picture: picture.plate):
         seed = plate_seed(recipe.seed, named.name)

@@ -5,12 +5,21 @@ from __future__ import annotations
 from dataclasses import dataclass
 from itertools import product
 
-from stimuli.recipe import AnyRecipe, PicturesRecipe, SparklePlateRecipe
+from stimuli.photographs.recipe import PhotographSpec, PhotographsRecipe
+from stimuli.recipe import AnyRecipe, PictureSpec, PicturesRecipe, SparklePlateRecipe
 from stimuli.recipe_values import View
 from stimuli.series_recipe import NamedPlateSpec, SeriesSpec, SparkleSeriesRecipe, series_name
 from stimuli.stimulus_set import Factors
 
-__all__ = ["SeriesPicture", "series_pictures", "stimulus_factors", "stimulus_name", "stimulus_names"]
+__all__ = [
+    "FilePicture",
+    "SeriesPicture",
+    "file_pictures",
+    "series_pictures",
+    "stimulus_factors",
+    "stimulus_name",
+    "stimulus_names",
+]
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,9 +43,46 @@ class SeriesPicture:
         }
 
 
+@dataclass(frozen=True, slots=True)
+class FilePicture:
+    """One stimulus of a `PicturesRecipe` or a `PhotographsRecipe`; ``stimulus`` counts from 0."""
+
+    name: str
+    stimulus: int
+    series: SeriesSpec | None
+    view: View | None
+    factors: Factors
+
+
 def stimulus_name(name: str, view: View | None) -> str:
     """Return the name of the stimulus that shows ``name`` in ``view``, or as it is stored."""
     return f"{name}-{view}" if view else name
+
+
+def file_pictures(recipe: PicturesRecipe | PhotographsRecipe) -> tuple[FilePicture, ...]:
+    """Return the stimuli of ``recipe``: stimulus by stimulus, series by series, view by view.
+
+    Without views, photographs with a left and a right one are stereo; of a file it is not known before it is read.
+    """
+    series: tuple[SeriesSpec | None, ...] = recipe.series or (None,)
+    views: tuple[View | None, ...] = recipe.views or (None,)
+    made = []
+    stimuli: tuple[PictureSpec | PhotographSpec, ...] = recipe.stimuli
+    for (index, one), changed, view in product(enumerate(stimuli), series, views):
+        name = f"{one.name}-{changed.name}" if changed else one.name
+        factors: dict[str, str | float] = {"image": one.name}
+        shown = view
+        if isinstance(one, PhotographSpec):
+            if shown is None and one.file is None:
+                shown = "stereo" if one.left and one.right else "flat"
+        elif shown is None:
+            shown = one.view
+        if changed:
+            factors["series"] = changed.name
+        if shown:
+            factors["view"] = shown
+        made.append(FilePicture(stimulus_name(name, view), index, changed, shown, {**factors, **one.factors}))
+    return tuple(made)
 
 
 def series_pictures(recipe: SparkleSeriesRecipe) -> tuple[SeriesPicture, ...]:
@@ -71,17 +117,7 @@ def stimulus_factors(recipe: AnyRecipe) -> dict[str, Factors]:
             }
             for one, view in product(recipe.stimuli, recipe.views)
         }
-    return _picture_factors(recipe)
-
-
-def _picture_factors(recipe: PicturesRecipe) -> dict[str, Factors]:
-    views: tuple[View | None, ...] = recipe.views or (None,)
-    factors: dict[str, Factors] = {}
-    for picture, view in product(recipe.stimuli, views):
-        shown = view or picture.view
-        known: Factors = {"view": shown} if shown else {}
-        factors[stimulus_name(picture.name, view)] = {"image": picture.name, **known, **picture.factors}
-    return factors
+    return {picture.name: picture.factors for picture in file_pictures(recipe)}
 
 
 def stimulus_names(recipe: AnyRecipe) -> tuple[str, ...]:

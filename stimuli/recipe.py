@@ -1,45 +1,39 @@
 """Recipes: `configs/stimuli/*.yaml`: which pictures an experiment shows, and how they come about.
 
-Three kinds: `sparkle_plate` photographs a plate that the generator makes up, `sparkle_series` several plates in series
-of exposures, and `pictures` takes OpenEXR files. A recipe and what it names form one folder that can be copied as a
-whole: a picture's path is relative to the recipe, and neither absolute nor upwards (`..`). A symbolic link inside the
-folder may lead anywhere.
+Four kinds: `sparkle_plate` photographs a plate that the generator makes up, `sparkle_series` several plates in series
+of exposures, `photographs` develops a camera's files, and `pictures` takes OpenEXR files. A recipe and the pictures
+that it names form one folder that can be copied as a whole: a picture's path is relative to the recipe, and neither
+absolute nor upwards (`..`). A symbolic link inside the folder may lead anywhere, and so may the path of a camera file.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
-from pathlib import Path, PurePosixPath, PureWindowsPath
+from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field, PositiveFloat, RootModel, StringConstraints
+from pydantic import Field, PositiveFloat, RootModel
 
 from documents import Finding, load_document
 from documents.yaml_source import YamlSource
 from stimuli.errors import StimulusError
 from stimuli.exr.to_xyz import ColourSpace, Negative
-from stimuli.recipe_faults import Fault, series_faults, too_large, twin_names, twin_views, without_spectra
-from stimuli.recipe_values import MAX_STIMULI, Name, Seconds, View, Views
+from stimuli.photographs.inside import InsideFile
+from stimuli.photographs.recipe import Factors_, PhotographsRecipe, SeriesSpecs, photograph_faults
+from stimuli.photographs.steps_recipe import StepsSpec
+from stimuli.recipe_faults import (
+    Fault,
+    series_faults,
+    series_of_pictures_faults,
+    too_large,
+    twin_names,
+    twin_views,
+    without_spectra,
+)
+from stimuli.recipe_values import MAX_STIMULI, Name, Seconds, SparklesSpec, View, Views
 from stimuli.series_recipe import SparkleSeriesRecipe
 from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec, Strict
 from stimuli.stereo_image import Eye
-
-
-def _inside(value: str) -> str:
-    path = PurePosixPath(value)
-    if not value or path.is_absolute() or PureWindowsPath(value).drive or "\\" in value or ".." in path.parts:
-        raise ValueError("name a file in the recipe's own folder or below it, without '..'; copy the picture there")
-    return value
-
-
-def _factor(key: str) -> str:
-    if key in ("image", "view"):
-        raise ValueError("'image' and 'view' are set by the recipe; give the factor another name")
-    return key
-
-
-FactorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,59}$"), AfterValidator(_factor)]
-FactorValue = Annotated[str, StringConstraints(min_length=1, max_length=200)] | Annotated[float, Field(strict=True)]
 
 
 class ExposureSpec(Strict):
@@ -61,10 +55,11 @@ class SparklePlateRecipe(Strict):
     further_lamps: FurtherLamps = ()
     camera: CameraSpec
     views: Views = ("stereo", "flat")
+    sparkles: SparklesSpec | None = None
     stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
 
 
-class PictureSpec(Strict):
+class PictureSpec(StepsSpec):
     """One picture from an OpenEXR file.
 
     ``view`` flat takes the centre view, or ``flat_eye`` where there is none; without ``view`` the picture is shown as
@@ -72,25 +67,27 @@ class PictureSpec(Strict):
     """
 
     name: Name
-    file: Annotated[str, AfterValidator(_inside)]
+    file: InsideFile
     view: View | None = None
     flat_eye: Eye | None = None
     colour_space: ColourSpace = "declared"
     white_luminance_cd_m2: PositiveFloat | None = None
     negative: Negative = "refuse"
-    factors: dict[FactorName, FactorValue] = Field(default_factory=dict)
+    factors: Factors_
 
 
-class PicturesRecipe(Strict):
-    """Pictures from OpenEXR files; with ``views``, each in each of them."""
+class PicturesRecipe(StepsSpec):
+    """Pictures from OpenEXR files; with ``views``, each in each of them, and with ``series``, each in each."""
 
     schema_version: Literal[1]
     kind: Literal["pictures"]
     views: Views | None = None
+    series: SeriesSpecs | None = None
+    sparkles: SparklesSpec | None = None
     stimuli: Annotated[tuple[PictureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
 
 
-AnyRecipe = SparklePlateRecipe | SparkleSeriesRecipe | PicturesRecipe
+AnyRecipe = SparklePlateRecipe | SparkleSeriesRecipe | PicturesRecipe | PhotographsRecipe
 
 
 class Recipe(RootModel[Annotated[AnyRecipe, Field(discriminator="kind")]]):
@@ -120,12 +117,17 @@ def _faults(recipe: AnyRecipe) -> Iterator[Fault]:
     if isinstance(recipe, SparkleSeriesRecipe):
         yield from series_faults(recipe)
         return
+    if isinstance(recipe, PhotographsRecipe):
+        yield from photograph_faults(recipe)
+        return
     yield from twin_names((stimulus.name for stimulus in recipe.stimuli), "stimuli")
     yield from twin_views(recipe.views)
     if isinstance(recipe, SparklePlateRecipe):
         yield from too_large(recipe.plate, recipe.camera)
         yield from without_spectra([recipe.plate], recipe.lamp, recipe.further_lamps)
         return
+    series = [one.name for one in recipe.series or ()]
+    yield from series_of_pictures_faults([one.name for one in recipe.stimuli], series, recipe.views or ())
     for index, picture in enumerate(recipe.stimuli):
         if recipe.views and picture.view:
             message = "'views' already says how each picture is shown"

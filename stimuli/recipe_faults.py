@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import product
 
 from pydantic import ValidationError
 
@@ -37,6 +38,19 @@ def twin_names(names: Iterable[str], *location: str) -> Iterator[Fault]:
         if name.casefold() in seen:
             yield Fault((*location, index, "name"), f"the name '{name}' stands twice", "give it another")
         seen.add(name.casefold())
+
+
+def series_of_pictures_faults(names: Iterable[str], series: Sequence[str], views: Sequence[str]) -> Iterator[Fault]:
+    """Yield what is wrong with making each picture in each series and view: twins, too many, names that meet."""
+    yield from twin_names(series, "series")
+    made = [
+        "-".join(part for part in parts if part).casefold() for parts in product(names, series or ("",), views or ("",))
+    ]
+    if len(made) > MAX_STIMULI:
+        yield Fault(("stimuli",), f"these are {len(made)} pictures", f"a recipe makes {MAX_STIMULI} at most")
+    for name, count in sorted(Counter(made).items()):
+        if count > 1 and series:
+            yield Fault(("series",), f"two pictures would be called '{name}'", "give one another name")
 
 
 def twin_views(views: tuple[View, ...] | None) -> Iterator[Fault]:

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal
+from typing import Annotated, Literal, Self
 
-from pydantic import BeforeValidator, Field
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeFloat, model_validator
+
+from stimuli.sparkle_measures.find import Threshold
 
 View = Literal["stereo", "flat"]
 MAX_STIMULI = 1000
@@ -37,3 +39,25 @@ Seconds = Annotated[
     BeforeValidator(_seconds, json_schema_input_type=Annotated[float, Field(gt=0, le=1e6)] | str),
 ]
 Views = Annotated[tuple[View, ...], Field(min_length=1, max_length=2)]
+
+
+class SparklesSpec(BaseModel):
+    """What counts as a sparkle where a manifest tells their number, size and contrast.
+
+    ``times`` the local background, and above ``above_cd_m2``.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    times: NonNegativeFloat = 2.0
+    above_cd_m2: NonNegativeFloat = 0.0
+
+    @model_validator(mode="after")
+    def _asks(self) -> Self:
+        if self.times == 0 and self.above_cd_m2 == 0:
+            raise ValueError("give 'times' the background, 'above_cd_m2', or both")
+        return self
+
+    def threshold(self) -> Threshold:
+        """Return the threshold."""
+        return Threshold(self.times, self.above_cd_m2)

@@ -10,7 +10,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat
 
-from stimuli.recipe_values import MAX_STIMULI, Name, Seconds, Views
+from stimuli.recipe_values import MAX_STIMULI, Name, Seconds, SparklesSpec, Views
 from stimuli.sparkle.recipe import (
     BaseSpec,
     CameraSpec,
@@ -99,6 +99,7 @@ class SparkleSeriesRecipe(Strict):
     exposures_s: Annotated[tuple[Seconds, ...], Field(min_length=1, max_length=32)]
     series: Annotated[tuple[SeriesSpec, ...], Field(min_length=1, max_length=32)]
     views: Views | None = None
+    sparkles: SparklesSpec | None = None
 
 
 def series_name(plate: str, series: str, exposure_s: float) -> str:

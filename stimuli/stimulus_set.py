@@ -12,7 +12,19 @@ from typing import Any
 from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.exr import Part, read_exr
+from stimuli.known_hashes import KnownHashes, sha256_of_file
 from stimuli.stereo_image import StereoImage
+
+__all__ = [
+    "MANIFEST",
+    "Factors",
+    "StimulusSet",
+    "digest_of",
+    "known_hashes",
+    "read_stimulus_set",
+    "sha256_of_file",
+    "sha256_of_json",
+]
 
 MANIFEST = "manifest.json"
 Factors = Mapping[str, str | float]
@@ -87,20 +99,25 @@ def sha256_of_json(data: object) -> str:
     return hashlib.sha256(text.encode()).hexdigest()
 
 
-def sha256_of_file(path: Path) -> str:
-    """Return the SHA-256 of a file's content."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
+def known_hashes(folder: Path, *, verify: bool = False) -> KnownHashes:
+    """Return the hashes of the set in ``folder``; their record lies beside it, so that a set never changes."""
+    return KnownHashes(folder.with_name(f".{folder.name}-hashes.json"), verify=verify)
 
 
-def read_stimulus_set(folder: Path, recipe_path: Path) -> StimulusSet | None:
-    """Return the set in ``folder``, built of the recipe at ``recipe_path``, or None if it is not as it was built."""
+def read_stimulus_set(folder: Path, recipe_path: Path, *, verify: bool = False) -> StimulusSet | None:
+    """Return the set in ``folder``, built of the recipe at ``recipe_path``, or None if it is not as it was built.
+
+    Pictures that lie untouched since they were last hashed are not read again, unless ``verify`` asks for it: see
+    `stimuli.known_hashes`.
+    """
     try:
         manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
         entries = manifest["stimuli"]
-        whole = all(sha256_of_file(folder / entry["file"]) == entry["sha256"] for entry in entries)
+        hashes = known_hashes(folder, verify=verify)
+        whole = all(hashes.sha256(folder / entry["file"]) == entry["sha256"] for entry in entries)
         if not whole or manifest["digest"] != digest_of(entries):
             return None
+        hashes.keep()
         return StimulusSet(recipe_path, folder, tuple(entry["name"] for entry in entries), manifest["digest"], manifest)
     except (OSError, ValueError, KeyError, TypeError):
         return None

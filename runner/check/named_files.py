@@ -7,7 +7,8 @@ from pathlib import Path
 from devices.rig_file import read_rig
 from documents import Finding, InputError
 from documents.yaml_source import read_yaml
-from stimuli.recipe import PicturesRecipe, read_recipe
+from stimuli.plan import input_files
+from stimuli.recipe import read_recipe
 
 
 def faults_of_named_files(experiment_file: Path) -> list[Finding]:
@@ -22,18 +23,17 @@ def faults_of_named_files(experiment_file: Path) -> list[Finding]:
 
 
 def missing_pictures(recipe_file: Path) -> list[Finding]:
-    """Return the faults of a recipe, and the pictures it names that are not there."""
+    """Return the faults of a recipe, and the files it names that are not there."""
     try:
         recipe, source = read_recipe(recipe_file)
     except InputError as error:
         return list(error.findings)
-    if not isinstance(recipe, PicturesRecipe):
-        return []
     findings = []
-    for index, picture in enumerate(recipe.stimuli):
-        if not (recipe_file.parent / picture.file).is_file():
-            place = source.place(("stimuli", index, "file"))
-            message = f"the picture '{picture.file}' cannot be read: there is no such file"
+    for file, where in input_files(recipe).items():
+        if not (recipe_file.parent / file).is_file():
+            place = source.place(where)
+            what = "picture" if where[0] == "stimuli" else "file"
+            message = f"the {what} '{file}' cannot be read: there is no such file"
             line, column = (place.line, place.column) if place else (None, None)
             findings.append(Finding(message, source.file, line, column, "check the path, relative to the recipe"))
     return findings

@@ -12,12 +12,18 @@ from runner.compensation import Compensation
 from runner.header import describe_stimulus
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet, build
+from stimuli.display_setup import DisplaySetup
 
 
 def pictures(checked: Checked, design: Experiment, source: YamlSource, wishes: Wishes) -> None:
     """Build the stimuli, or find them built, and say what the gamut clip costs each eye."""
     pitch_mm = design.rig.display.panel.pixel_pitch_mm
-    stimuli = build(design.recipe_file, pitch_mm, lambda _, done, of: wishes.progress("Building stimuli", done, of))
+    stimuli = build(
+        design.recipe_file,
+        pitch_mm,
+        lambda _, done, of: wishes.progress("Building stimuli", done, of),
+        setup=DisplaySetup.of(design.rig),
+    )
     load = design.shown(stimuli.load)
     compensation = Compensation.of(design.rig, design.mode, (load(name) for name in stimuli.names))
     clipping = {}

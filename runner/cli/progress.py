@@ -39,6 +39,7 @@ def progress_bar(quiet: bool = False) -> Iterator[Step]:
 def build_stimuli(design: Experiment, step: Step) -> StimulusSet:
     """Build the experiment's stimuli, or find them built, as one line of the bar."""
     from stimuli.build import build
+    from stimuli.display_setup import DisplaySetup
 
-    pitch_mm = design.rig.display.panel.pixel_pitch_mm
-    return build(design.recipe_file, pitch_mm, lambda what, done, of: step("Building stimuli", done, of))
+    pitch_mm, setup = design.rig.display.panel.pixel_pitch_mm, DisplaySetup.of(design.rig)
+    return build(design.recipe_file, pitch_mm, lambda what, done, of: step("Building stimuli", done, of), setup=setup)

@@ -142,7 +142,7 @@ def test_progress_counts_up_to_the_number_of_pictures(tmp_path: Path) -> None:
 
 
 def test_the_manifest_records_steps_statistics_and_files(tmp_path: Path) -> None:
-    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    made = build(recipe_file(tmp_path, {**PLATE, "sparkles": {"times": 1.2}}), 0.2768)
     manifest = json.loads(made.manifest_path.read_text())
     assert manifest["recipe"]["lamp"]["azimuth_deg"] == 90.0
     entry = manifest["stimuli"][2]
@@ -151,11 +151,21 @@ def test_the_manifest_records_steps_statistics_and_files(tmp_path: Path) -> None
     counts = entry["steps"][0]["views"]["left"]
     assert counts["splatted"] <= counts["shaded"] <= counts["flakes"]
     image = made.load(entry["name"])
-    assert entry["luminance_cd_m2"]["left"]["max"] == pytest.approx(float(image.left[..., 1].max()), rel=1e-3)
+    told = entry["statistics"]
+    assert (told["exposure_s"], told["luminance_scale"]) == (1.0, 1.78)
+    luminance = image.left[..., 1].astype(np.float64)
+    left = told["eyes"]["left"]
+    assert left["max_luminance_cd_m2"] == pytest.approx(luminance.max(), rel=1e-3)
+    assert left["mean_luminance_cd_m2"] == pytest.approx(luminance.mean(), rel=1e-3)
+    assert left["rms_contrast"] == pytest.approx(luminance.std() / luminance.mean(), rel=1e-2)
+    assert left["sparkles"]["count"]["value"] > 0
+    assert {"python", "numpy", "OpenImageIO"} <= manifest["versions"].keys()
 
 
-@pytest.mark.parametrize("damage", ["cut", "gone", "other", "manifest", "unreadable manifest"])
-def test_a_damaged_cache_is_built_again(tmp_path: Path, damage: str) -> None:
+@pytest.mark.parametrize(
+    ("damage", "pictures"), [("cut", 1), ("gone", 1), ("other", 1), ("manifest", 4), ("unreadable manifest", 4)]
+)
+def test_what_is_damaged_in_the_cache_is_built_again(tmp_path: Path, damage: str, pictures: int) -> None:
     path = recipe_file(tmp_path, PLATE)
     made = build(path, 0.2768)
     victim = made.path("short-stereo")
@@ -170,14 +180,12 @@ def test_a_damaged_cache_is_built_again(tmp_path: Path, damage: str) -> None:
     else:
         made.manifest_path.write_text("{")
     again = build(path, 0.2768)
-    assert again.rendered == 4
+    assert again.rendered == pictures
     assert again.digest == made.digest
     assert build(path, 0.2768).rendered == 0
 
 
-def test_an_interrupted_build_leaves_no_set_and_the_next_one_clears_up(
-    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_an_interrupted_build_leaves_no_set_and_the_next_one_goes_on_where_it_was(tmp_path: Path, cache: Path) -> None:
     path = recipe_file(tmp_path, PLATE)
 
     def stop(doing: str, done: int, total: int) -> None:
@@ -186,15 +194,60 @@ def test_an_interrupted_build_leaves_no_set_and_the_next_one_clears_up(
 
     with pytest.raises(KeyboardInterrupt):
         build(path, 0.2768, stop)
-    assert [entry.name for entry in cache.iterdir() if entry.is_dir()] == []
+    assert [entry.name for entry in cache.glob("[!.]*/")] == []
+    (workshop,) = cache.glob(".*/")
+    # A killed process leaves half a picture, too, and half of a record.
+    (workshop / ".half-picture.exr").write_bytes(b"")
+    (workshop / "half.part").write_bytes(b"{")
+    told: list[tuple[str, int, int]] = []
+    made = build(path, 0.2768, lambda *what: told.append(what))
+    assert made.rendered == 2
+    assert [what for what in told if what[1] == 2][-1] == ("rendering long-stereo", 2, 4)
+    assert list(cache.glob(".*/")) == []
+    whole = build(path, 0.2768, force=True)
+    assert (whole.rendered, whole.digest) == (4, made.digest)
+
+
+def test_a_half_done_picture_is_made_again(tmp_path: Path, cache: Path) -> None:
+    path = recipe_file(tmp_path, PLATE)
+
+    def stop(doing: str, done: int, total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        build(path, 0.2768, stop)
+    (workshop,) = cache.glob(".*/")
+    first, second, third = sorted(workshop.glob("*.exr"))
+    first.write_bytes(first.read_bytes()[:-50])
+    second.with_suffix(".json").write_text("{")
     made = build(path, 0.2768)
-    # A killed process cannot clear up: its folder lies there until the set is next built.
-    left = made.folder.with_name(f".{made.folder.name}-killed")
-    left.mkdir()
-    (left / "half.exr").write_bytes(b"")
-    made.manifest_path.unlink()
-    assert build(path, 0.2768).rendered == 4
-    assert not left.exists()
+    assert made.rendered == 3
+    assert third.name not in [file.name for file in made.folder.iterdir()]
+    assert made.digest == build(path, 0.2768, force=True).digest
+
+
+def test_changing_one_stimulus_makes_one_picture(tmp_path: Path) -> None:
+    first = build(recipe_file(tmp_path, PLATE), 0.2768)
+    more = [*PLATE["stimuli"], {"name": "longer", "exposure_s": 2}]
+    second = build(recipe_file(tmp_path, {**PLATE, "stimuli": more}), 0.2768)
+    assert (second.rendered, len(second.names)) == (2, 6)
+    renamed = [{**PLATE["stimuli"][0], "name": "quick"}, PLATE["stimuli"][1]]
+    third = build(recipe_file(tmp_path, {**PLATE, "stimuli": renamed}), 0.2768)
+    assert third.rendered == 0
+    assert third.names == ("quick-stereo", "quick-flat", "long-stereo", "long-flat")
+    assert third.factors("quick-flat")["image"] == "quick"
+    assert third.digest != first.digest
+    np.testing.assert_array_equal(third.load("quick-stereo").right, first.load("short-stereo").right)
+    assert third.entry("quick-stereo")["sha256"] == first.entry("short-stereo")["sha256"]
+
+
+def test_two_names_of_one_picture_are_made_once(tmp_path: Path) -> None:
+    twice = [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1}]
+    made = build(recipe_file(tmp_path, {**PLATE, "stimuli": twice}), 0.2768)
+    assert made.rendered == 2
+    assert made.names == ("a-stereo", "a-flat", "b-stereo", "b-flat")
+    np.testing.assert_array_equal(made.load("a-flat").left, made.load("b-flat").left)
 
 
 def test_the_generator_s_version_is_part_of_the_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -307,7 +307,7 @@ def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     assert second.factors("BR-grey-4") == {"paint": "BR", "series": "grey", "exposure_s": 4.0, "view": "stereo"}
     stored = second.load("BR-grey-4")
     assert stored.left[..., 1].mean(dtype=np.float64) == pytest.approx(
-        second.entry("BR-grey-4")["luminance_cd_m2"]["left"]["mean"], rel=1e-4
+        second.entry("BR-grey-4")["statistics"]["eyes"]["left"]["mean_luminance_cd_m2"], rel=1e-4
     )
     assert [step["step"] for step in second.entry("BR-grey-4")["steps"]] == [
         "render",

@@ -1,0 +1,165 @@
+"""What a recipe makes, picture by picture: what each depends on, and which of them are best made together.
+
+A picture's key is the hash of everything that its pixels and its steps depend on, and of nothing else, so that changing
+one stimulus leaves the others' keys as they were. Its name and its factors are no part of it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from itertools import groupby
+from pathlib import Path
+from typing import Any
+
+from stimuli.display_setup import DisplaySetup
+from stimuli.make_pictures import Made, make_pictures
+from stimuli.make_plate import make_plate
+from stimuli.make_series import make_series, plate_seed
+from stimuli.names import file_pictures, series_pictures, stimulus_name
+from stimuli.photographs.recipe import PhotographSpec, PhotographsRecipe
+from stimuli.recipe import AnyRecipe, PictureSpec, PicturesRecipe, SparklePlateRecipe
+from stimuli.recipe_values import SparklesSpec
+from stimuli.series_recipe import SparkleSeriesRecipe
+from stimuli.stimulus_set import sha256_of_json
+
+Report = Callable[[str, int, int], None]
+Make = Callable[[Report, Collection[str]], Iterator[Made]]
+
+
+@dataclass(frozen=True, slots=True)
+class Task:
+    """Pictures that share work: their keys by name, in the recipe's order, and what makes those that are asked for."""
+
+    keys: Mapping[str, str]
+    make: Make
+
+
+@dataclass(frozen=True, slots=True)
+class Surroundings:
+    """What pictures depend on beside the recipe: where it lies, its files' SHA-256, and the display."""
+
+    folder: Path
+    inputs: Mapping[str, str]
+    pixel_pitch_mm: float
+    setup: DisplaySetup | None
+    version: int
+    sparkles: SparklesSpec | None
+
+    def key(self, **parts: Any) -> str:
+        """Return the key of a picture."""
+        sparkles = None if self.sparkles is None else self.sparkles.model_dump(mode="json")
+        everywhere = {"version": self.version, "pixel_pitch_mm": self.pixel_pitch_mm, "sparkles": sparkles}
+        return sha256_of_json({**everywhere, **parts})
+
+
+def plan(recipe: AnyRecipe, around: Surroundings) -> tuple[Task, ...]:
+    """Return the tasks that make ``recipe``'s stimuli, in its order."""
+    if isinstance(recipe, SparklePlateRecipe):
+        return (_plate(recipe, around),)
+    if isinstance(recipe, SparkleSeriesRecipe):
+        return tuple(_series(recipe, around))
+    return tuple(_files(recipe, around))
+
+
+def needed_setup(recipe: AnyRecipe, setup: DisplaySetup | None) -> dict[str, Any]:
+    """Return of ``setup`` what the recipe's pictures, or their steps, depend on."""
+    if setup is None or not isinstance(recipe, (PicturesRecipe, PhotographsRecipe)):
+        return {}
+    all_steps = [one.steps_over(recipe) for one in recipe.stimuli]
+    needed: dict[str, Any] = {}
+    if any(steps.align or steps.toe_in or steps.resample for steps in all_steps):
+        needed["viewing"] = setup.viewing_json()
+    if any(steps.tone_map for steps in all_steps):
+        needed["range"] = setup.range_json()
+    return needed
+
+
+def input_files(recipe: AnyRecipe) -> dict[str, tuple[str | int, ...]]:
+    """Return each file that the recipe names, with the place in it that names it first."""
+    files: dict[str, tuple[str | int, ...]] = {}
+    if isinstance(recipe, PicturesRecipe):
+        for index, picture in enumerate(recipe.stimuli):
+            files.setdefault(picture.file, ("stimuli", index, "file"))
+    elif isinstance(recipe, PhotographsRecipe):
+        if recipe.camera is not None:
+            files[recipe.camera] = ("camera",)
+        if recipe.spectral is not None and (recipe.spectral.illuminant or "").lower().endswith(".csv"):
+            files[str(recipe.spectral.illuminant)] = ("spectral", "illuminant")
+        for index, one in enumerate(recipe.stimuli):
+            for key, file in one.files.items():
+                files.setdefault(file, ("stimuli", index, key))
+    return files
+
+
+def _plate(recipe: SparklePlateRecipe, around: Surroundings) -> Task:
+    shared = recipe.model_dump(mode="json", exclude={"stimuli", "views", "sparkles"})
+    keys = {
+        stimulus_name(one.name, view): around.key(
+            shared=shared, view=view, exposure_s=one.exposure_s, luminance_scale=one.luminance_scale
+        )
+        for one in recipe.stimuli
+        for view in recipe.views
+    }
+
+    def make(report: Report, names: Collection[str]) -> Iterator[Made]:
+        return (one for one in make_plate(recipe, around.pixel_pitch_mm, report) if one.name in names)
+
+    return Task(keys, make)
+
+
+def _series(recipe: SparkleSeriesRecipe, around: Surroundings) -> Iterator[Task]:
+    """Yield a task for each plate: its flakes are scattered once, and its photographs are kept until it is done."""
+    shared = recipe.model_dump(
+        mode="json", include={"kind", "lamp", "further_lamps", "camera", "target_mean_luminance_cd_m2"}
+    )
+    for named, pictures in groupby(series_pictures(recipe), key=lambda picture: picture.plate):
+        plate, seed = named.over(recipe.plate).model_dump(mode="json"), plate_seed(recipe.seed, named.name)
+        keys = {
+            one.name: around.key(
+                shared=shared,
+                plate=plate,
+                seed=seed,
+                view=one.view,
+                exposure_s=one.exposure_s,
+                series=one.series.model_dump(mode="json", exclude={"name"}),
+            )
+            for one in pictures
+        }
+
+        def make(report: Report, names: Collection[str]) -> Iterator[Made]:
+            return make_series(recipe, around.pixel_pitch_mm, report, names)
+
+        yield Task(keys, make)
+
+
+def _files(recipe: PicturesRecipe | PhotographsRecipe, around: Surroundings) -> Iterator[Task]:
+    """Yield a task for each stimulus: its files are read, and its pair is aligned, once."""
+    make: Make = partial(_made, recipe, around)
+    specs: tuple[PictureSpec | PhotographSpec, ...] = recipe.stimuli
+    shared: dict[str, Any] = {"needed": needed_setup(recipe, around.setup)}
+    if isinstance(recipe, PhotographsRecipe):
+        shared |= recipe.model_dump(mode="json", include={"kind", "develop", "spectral"})
+        shared["files"] = [around.inputs[file] for file, place in input_files(recipe).items() if place[0] != "stimuli"]
+    for index, pictures in groupby(file_pictures(recipe), key=lambda one: one.stimulus):
+        spec = specs[index]
+        files = [spec.file] if isinstance(spec, PictureSpec) else spec.files.values()
+        own = spec.model_dump(mode="json", exclude={"name", "factors", "view"}) | spec.steps_over(recipe).steps_json()
+        keys = {
+            one.name: around.key(
+                shared=shared,
+                own=own,
+                view=one.view,
+                series=None if one.series is None else one.series.model_dump(mode="json", exclude={"name"}),
+                contents=[around.inputs[str(file)] for file in files],
+            )
+            for one in pictures
+        }
+        yield Task(keys, make)
+
+
+def _made(
+    recipe: PicturesRecipe | PhotographsRecipe, around: Surroundings, report: Report, names: Collection[str]
+) -> Iterator[Made]:
+    return make_pictures(recipe, around.folder, around.pixel_pitch_mm, report, around.setup, names)
