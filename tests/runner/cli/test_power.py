@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +14,7 @@ from click.testing import CliRunner, Result
 
 from runner.cli.main import group
 
+Cyclopean = Callable[..., subprocess.CompletedProcess[str]]  # tests/conftest.py
 ROOT = Path(__file__).parents[3]
 THESIS = str(ROOT / "experiments/dynamic_range.yaml")
 TABLE_4_4 = str(ROOT / "configs/observers/table_4_4.yaml")
@@ -118,12 +120,6 @@ def test_wrong_words_are_refused(words: list[str], finding: str) -> None:
     assert finding in " ".join(result.output.split())
 
 
-def run_for_real(*words: str) -> subprocess.CompletedProcess[str]:
-    """Run the program as a shell does."""
-    code = "from runner.cli.main import main; main()"
-    return subprocess.run([sys.executable, "-c", code, "power", *words], capture_output=True, text=True, cwd=ROOT)
-
-
 @pytest.mark.parametrize(
     ("words", "status", "finding"),
     [
@@ -141,11 +137,20 @@ def run_for_real(*words: str) -> subprocess.CompletedProcess[str]:
         ([THESIS, "--observers", "5", "--scheduler", "nonsense"], 1, "no Dask scheduler answers at nonsense"),
     ],
 )
-def test_what_is_wrong_is_said_in_a_line(words: list[str], status: int, finding: str) -> None:
-    told = run_for_real(*words)
-    assert told.returncode == status
+def test_what_is_wrong_is_said_in_a_line(cyclopean: Cyclopean, words: list[str], status: int, finding: str) -> None:
+    told = cyclopean("power", *words, expect=status)
     assert finding in told.stderr
     assert "Traceback" not in told.stderr
+
+
+def test_a_shell_is_told_what_is_wrong() -> None:
+    code = "from runner.cli.main import main; main()"
+    words = [sys.executable, "-c", code, "power", THESIS, "--power", "1.5"]
+    told = subprocess.run(words, capture_output=True, text=True, cwd=ROOT)
+    assert told.returncode == 2
+    assert told.stdout == ""
+    (line,) = told.stderr.splitlines()
+    assert "the power is 1.5" in line
 
 
 def test_small_work_imports_no_dask() -> None:
