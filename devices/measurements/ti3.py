@@ -1,16 +1,21 @@
-"""ArgyllCMS's ``.ti3``: display readings as CGATS, RGB in percent, XYZ, and spectra where there are any."""
+"""ArgyllCMS's ``.ti3``: display readings as CGATS, RGB in percent, XYZ, and spectra where there are any.
+
+Stereo mode, eyes and times have no place in Argyll's own files; here they are a keyword and fields that are declared
+as CGATS asks (``KEYWORD "EYE"``), and that other programs pass over.
+"""
 
 from __future__ import annotations
 
 import math
 from pathlib import Path
+from typing import cast
 
 import numpy as np
 from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from devices.measurements.cgats import Cell, CgatsTable, read_table
-from devices.measurements.table import Measurements
+from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from devices.measurements.ti3_spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
 from documents import Finding
 
@@ -18,6 +23,7 @@ Floats = NDArray[np.float64]
 
 _RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
 _NAMES = ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID")
+_MODE, _EYE, _TIME = "STEREO_MODE", "EYE", "TIME_S"
 
 
 def read_ti3(path: Path) -> Measurements:
@@ -53,6 +59,8 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
     codes = _numbers(table, _RGB, findings, highest=100.0)
     light = _numbers(table, _XYZ, findings) if _XYZ[0] in wanted else None
     values = _numbers(table, tuple(spectral), findings)
+    eyes = _eyes(table, findings)
+    times = _numbers(table, (_TIME,), findings)[:, 0] if _TIME in names else None
     if findings:
         raise DeviceError(findings[:20])
     scale, said = _absolute(table)
@@ -69,6 +77,9 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         codes / 100.0,
         XYZ,
         tuple(f"patch{i + 1}" if named is None else row[named].text for i, row in enumerate(table.rows)),
+        times,
+        eyes,
+        _said(table, _MODE),
         spectra=None if spectra is None else spectra.per_nm,
         wavelengths_nm=None if spectra is None else spectra.wavelengths_nm,
         instrument=_said(table, "TARGET_INSTRUMENT"),
@@ -96,6 +107,16 @@ def _numbers(table: CgatsTable, names: tuple[str, ...], findings: list[Finding],
                 findings.append(table.finding(told, cell, f"device values are 0..{highest:g}"))
             values[index, column] = value
     return values
+
+
+def _eyes(table: CgatsTable, findings: list[Finding]) -> tuple[PatchEye, ...]:
+    if _EYE not in table.names():
+        return ()
+    cells = [row[table.names().index(_EYE)] for row in table.rows]
+    findings += [
+        table.finding(f"'{c.text}' is no eye", c, "left, right or both") for c in cells if c.text not in PATCH_EYES
+    ]
+    return tuple(cast(PatchEye, cell.text) for cell in cells)
 
 
 def _said(table: CgatsTable, keyword: str) -> str:
@@ -126,8 +147,8 @@ def _absolute(table: CgatsTable) -> tuple[float, list[str]]:
 def write_ti3(measurements: Measurements, path: Path) -> None:
     """Write ``measurements`` to ``path`` as a ``.ti3`` with absolute XYZ, and spectra where there are any.
 
-    Eyes and times have no place in the format. DeviceError if the spectra's wavelengths have none either: they must be
-    evenly spaced, or whole numbers of nm.
+    DeviceError if the spectra's wavelengths have no place in the format: they must be evenly spaced, or whole numbers
+    of nm.
     """
     path.write_text(format_ti3(measurements), encoding="utf-8")
 
@@ -147,8 +168,14 @@ def format_ti3(measurements: Measurements) -> str:
     ]
     if measurements.instrument:
         head.append(f"TARGET_INSTRUMENT {_quoted(measurements.instrument)}")
+    if measurements.mode:
+        head += [f'KEYWORD "{_MODE}"', f"{_MODE} {_quoted(measurements.mode)}"]
     said, spectral = spectral_head(measurements)
-    fields = ["SAMPLE_ID", "SAMPLE_NAME", *_RGB, *_XYZ, *spectral]
+    eyes = [] if set(measurements.eye) <= {"both"} else [[_EYE, *measurements.eye]]
+    times = [] if measurements.time_s is None else [[_TIME, *(repr(float(time)) for time in measurements.time_s)]]
+    besides = [*eyes, *times]
+    head += [f'KEYWORD "{column[0]}"' for column in besides]
+    fields = ["SAMPLE_ID", "SAMPLE_NAME", *_RGB, *_XYZ, *spectral, *(column[0] for column in besides)]
     head += [*said, "", f"NUMBER_OF_FIELDS {len(fields)}", "BEGIN_DATA_FORMAT", " ".join(fields)]
     head += ["END_DATA_FORMAT", "", f"NUMBER_OF_SETS {len(measurements)}", "BEGIN_DATA"]
     spectra = spectral_rows(measurements)
@@ -156,7 +183,10 @@ def format_ti3(measurements: Measurements) -> str:
     for index in range(len(measurements)):
         codes = [f"{round(100.0 * code, 10):.12g}" for code in measurements.codes[index]]
         light = [repr(float(value)) for value in measurements.XYZ[index]]
-        rows.append(" ".join([str(index + 1), _quoted(measurements.name[index]), *codes, *light, *spectra[index]]))
+        own = [column[index + 1] for column in besides]
+        rows.append(
+            " ".join([str(index + 1), _quoted(measurements.name[index]), *codes, *light, *spectra[index], *own])
+        )
     return "\n".join([*head, *rows, "END_DATA"]) + "\n"
 
 

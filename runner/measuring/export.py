@@ -1,4 +1,4 @@
-"""A measurement as the table that models are fitted to, and as CSV."""
+"""A measurement as the table that models are fitted to, and as a file of it: CSV, or ArgyllCMS's ``.ti3``."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from typing import cast
 import numpy as np
 
 from devices.measurements import Measurements, PatchEye, write_csv
+from devices.measurements.ti3 import write_ti3
 from documents import Finding
 from runner.measuring.errors import MeasuringError
 from runner.measuring.log import Session
@@ -46,8 +47,8 @@ def measurements(session: Session) -> Measurements:
     )
 
 
-def export_csv(session: Session, file: Path) -> None:
-    """Write the readings of ``session`` to ``file`` as CSV, whole or not at all.
+def export_table(session: Session, file: Path) -> None:
+    """Write the readings of ``session`` to ``file``, whole or not at all: ``.ti3`` with spectra, CSV by any other name.
 
     Raises
     ------
@@ -57,7 +58,10 @@ def export_csv(session: Session, file: Path) -> None:
     table = measurements(session)
     part = file.with_name(f".{file.name}.part")
     try:
-        write_csv(table, part, float(session.header["highest_code"]))
+        if file.suffix.lower() == ".ti3":
+            write_ti3(table, part)
+        else:
+            write_csv(table, part, float(session.header["highest_code"]))
         os.replace(part, file)
     except OSError as error:
         what = f"the table cannot be written: {error.strerror}"

@@ -20,6 +20,15 @@ from runner.cli.display.measuring_options import (
 @click.command(short_help="Show patches and read each with an instrument.")
 @click.argument("rig_or_display", type=click.Path(path_type=Path))
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The measurement: NAME.jsonl.")
+@click.option(
+    "--table",
+    "tables",
+    multiple=True,
+    type=click.Path(path_type=Path),
+    metavar="PATH",
+    help="Where the table goes at the end: *.csv, or *.ti3 of ArgyllCMS, with spectra. Several times for both.  "
+    "[default: NAME.csv]",
+)
 @click.option("--mode", help="The stereo mode; a rig has one already.")
 @choosing_options
 @click.option("--notes", default="", help="What to keep with the readings: which lens, which room.")
@@ -31,6 +40,7 @@ from runner.cli.display.measuring_options import (
 def command(
     rig_or_display: Path,
     output: Path,
+    tables: tuple[Path, ...],
     mode: str | None,
     choosing: Choosing,
     notes: str,
@@ -42,15 +52,19 @@ def command(
 ) -> None:
     """Show patches and read each with an instrument.
 
-    Readings go to NAME.jsonl one by one, and to NAME.csv at the end, for `display fit` and `display report`. Space
+    Readings go to NAME.jsonl one by one, and to a table at the end, for `display fit` and `display report`. Space
     pauses, Escape stops after the reading; --resume goes on. Close the blinds, and let the display warm up first,
     unless the warm-up is measured. Where the instrument or the glasses must be moved, the run says so and waits.
     """
     from runner.cli.display.measuring_options import note, raise_unless_complete, talk, wiring_of
-    from runner.measuring.export import export_csv
+    from runner.measuring.export import export_table
     from runner.measuring.station import Order, check_eye, measure, open_screen
     from runner.measuring.target import read_target
 
+    tables = tables or (output.with_suffix(".csv"),)
+    unknown = [str(table) for table in tables if table.suffix.lower() not in (".csv", ".ti3")]
+    if unknown:
+        raise click.UsageError(f"--table is {unknown[0]}; name it *.csv or *.ti3")
     target = read_target(rig_or_display, mode)
     note(check_eye(target, showing.eye))
     sets = choosing.sets(target, showing.eye)
@@ -70,13 +84,14 @@ def command(
             again=again,
             talk=talk(showing, reading, quiet=as_json),
         )
-    table = output.with_suffix(".csv")
-    if session.readings:
-        export_csv(session, table)
+    for table in tables if session.readings else ():
+        export_table(session, table)
     if as_json:
         facts = {"readings": len(session.readings), "missing": [step.label for step in session.missing]}
         done = {"taken": outcome.taken, "failed": outcome.failed, "stopped": outcome.stopped}
-        click.echo(json.dumps({"measurement": str(output), "table": str(table), **facts, **done}))
+        click.echo(
+            json.dumps({"measurement": str(output), "tables": [str(table) for table in tables], **facts, **done})
+        )
     raise_unless_complete(outcome, output)
     if not as_json:
-        click.echo(f"{len(session.readings)} readings are in {table}")
+        click.echo(f"{len(session.readings)} readings are in {' and '.join(str(table) for table in tables)}")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -176,3 +177,18 @@ def test_any_lines_are_read_or_refused_with_a_place(lines: list[str]) -> None:
     except DeviceError as error:
         findings = error.findings
     assert all(finding.line and finding.column for finding in findings)
+
+
+def test_mode_eyes_and_times_come_back_and_are_declared() -> None:
+    table = replace(PLAIN, mode="quad-buffered", eye=("left", "right", "both"), time_s=np.array([0.0, 1.25, 1e9 / 7]))
+    text = format_ti3(table)
+    for name in ("STEREO_MODE", "EYE", "TIME_S"):
+        assert f'KEYWORD "{name}"' in text
+    back = parse_ti3(text.splitlines(), "d")
+    assert back.time_s is not None
+    assert (back.mode, back.eye, back.time_s.tolist()) == (table.mode, table.eye, [0.0, 1.25, 1e9 / 7])
+    assert "KEYWORD" not in format_ti3(PLAIN)
+    with pytest.raises(DeviceError, match="'up' is no eye"):
+        parse_ti3(text.replace(" right ", " up ").splitlines(), "d")
+    with pytest.raises(DeviceError, match=r"TIME_S is 'soon'.*a finite number"):
+        parse_ti3(text.replace(" 1.25", " soon").splitlines(), "d")

@@ -12,6 +12,7 @@ from click.testing import CliRunner, Result
 
 from devices.display_file import read_display
 from devices.measurements import read_csv
+from devices.measurements.read import read_measurements
 from devices.patches import find_patches
 from documents import InputError
 from runner.cli.main import group
@@ -63,9 +64,15 @@ def _lines(file: Path, kind: str) -> list[dict[str, Any]]:
 
 
 def test_a_measurement_from_a_rig_is_the_model_with_noise(folder: Path) -> None:
-    result = _measure(folder, "--eye", "left")
+    result = _measure(folder, "--eye", "left", "--table", str(folder / "t.csv"), "--table", str(folder / "t.ti3"))
     assert result.exit_code == 0, result.output
-    table = read_csv(folder / "m.csv")
+    assert not (folder / "m.csv").exists()
+    table, ti3 = (read_measurements(folder / name) for name in ("t.csv", "t.ti3"))
+    for one in ("name", "eye", "mode", "instrument"):
+        assert getattr(table, one) == getattr(ti3, one)
+    for one in ("XYZ", "time_s"):
+        np.testing.assert_array_equal(getattr(table, one), getattr(ti3, one))
+    np.testing.assert_allclose(table.codes, ti3.codes, atol=1e-12)
     assert len(table) == 140
     assert table.mode == "row-interleaved"
     assert set(table.eye) == {"left"}

@@ -15,7 +15,7 @@ from devices.instruments import Reading
 from devices.measurements import read_csv
 from devices.patches import find_patches, steps
 from runner.measuring.errors import MeasuringError
-from runner.measuring.export import export_csv, measurements
+from runner.measuring.export import export_table, measurements
 from runner.measuring.log import MeasurementLog, read_session, step_facts
 
 STEPS = steps(find_patches("grey"), 1)
@@ -92,7 +92,7 @@ def test_spectra_come_back_with_their_wavelengths(tmp_path: Path) -> None:
 def test_the_table_is_read_back_as_it_was_measured(tmp_path: Path) -> None:
     _write(tmp_path / "m.jsonl", len(STEPS))
     session = read_session(tmp_path / "m.jsonl")
-    export_csv(session, tmp_path / "m.csv")
+    export_table(session, tmp_path / "m.csv")
     table, ours = read_csv(tmp_path / "m.csv"), measurements(session)
     np.testing.assert_allclose(table.codes, ours.codes, atol=1e-15)
     np.testing.assert_array_equal(table.XYZ, ours.XYZ)

@@ -15,6 +15,8 @@ from devices.colour import xyz_to_lab
 from devices.display_file import read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, write_csv
+from devices.measurements.read import read_measurements
+from devices.measurements.ti3 import write_ti3
 from devices.plvc import Plvc
 from runner.cli.main import group
 
@@ -70,6 +72,23 @@ def test_a_display_file_gives_the_model_back_and_converts(thesis: Path, tmp_path
     rows = [line.split(",") for line in codes.splitlines()]
     assert rows[0] == ["name", "red", "green", "blue"]
     np.testing.assert_allclose([float(v) for v in rows[1][1:]], [60, 120, 200], atol=1e-4)
+
+
+def test_a_ti3_is_fitted_and_converted(thesis: Path, tmp_path: Path) -> None:
+    file, path = tmp_path / "thesis.ti3", tmp_path / "d.yaml"
+    readings = read_measurements(thesis)
+    write_ti3(readings, file)
+    _run("fit", str(file), "--model", "gog", "-o", str(path), *PANEL)
+    model = read_display(path).models("quad-buffered").left
+    for target, columns, given, found in (
+        ("xyz", "X,Y,Z", readings.codes, model.xyz),
+        ("code", "red,green,blue", readings.XYZ, lambda XYZ: 255 * model.code(XYZ)),
+    ):
+        told = _run("convert", str(file), "--display", str(path), "--mode", "quad-buffered", "--to", target)
+        head, *rows = [line.split(",") for line in told.splitlines()]
+        assert head == ["name", *columns.split(",")]
+        assert [row[0] for row in rows] == list(readings.name)
+        np.testing.assert_allclose(np.array([row[1:] for row in rows], dtype=float), found(given), rtol=1e-8)
 
 
 def test_a_mode_is_added_and_nothing_else_changes(thesis: Path, tmp_path: Path) -> None:
