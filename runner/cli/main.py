@@ -20,6 +20,7 @@ COMMANDS = {
     "display": "Measure a display, fit a model to it, and check both.",
     "camera": "Fit a camera to a colour chart, and develop its photographs.",
     "compare": "Say whether a rendering is validated by a photograph, or why not.",
+    "stimuli": "Build stimuli from photographs, other pictures or made-up plates.",
     "show": "Show one stereo image with the display's response undone.",
     "demo": "Re-enact the thesis's second experiment with simulated observers.",
     "doctor": "Say what this machine can do.",

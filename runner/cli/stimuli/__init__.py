@@ -1,0 +1,18 @@
+"""`cyclopean stimuli`: build the pictures of a recipe, and look at what was built; its commands load one at a time."""
+
+from __future__ import annotations
+
+import click
+
+from runner.cli.lazy_group import LazyGroup
+
+# A command's module is runner.cli.stimuli.<name>; the text is its line in the help.
+COMMANDS = {
+    "build": "Build the pictures of a recipe, or find them built.",
+    "list": "List the stimulus sets in the cache.",
+}
+
+
+@click.group(cls=LazyGroup, name="stimuli", package="runner.cli.stimuli", commands_help=COMMANDS)
+def command() -> None:
+    """Build stimuli from photographs, other pictures or made-up plates."""

@@ -1,0 +1,176 @@
+"""`cyclopean stimuli build`: from a recipe to pictures in absolute XYZ, and a manifest of what was done."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+    from pathlib import Path
+
+    from stimuli.saturated import Saturated
+    from stimuli.stimulus_set import StimulusSet
+
+
+@click.command(name="build", short_help="Build the pictures of a recipe, or find them built.")
+@click.argument("recipe", metavar="RECIPE")
+@click.option("--rig", "rig_file", metavar="RIG.yaml", help="The rig that will show them: its pixels, range and place.")
+@click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Without a rig: the size of a display's pixel.")
+@click.option("-o", "--output", metavar="FOLDER", help="Copy pictures, manifest and a contact sheet there.")
+@click.option("--jobs", type=click.IntRange(1, 256), metavar="N", help="Threads.  [a core each]")
+@click.option("--force", is_flag=True, help="Make all pictures anew.")
+@click.option(
+    "--verify", is_flag=True, help="Read every picture that was built before, instead of those touched since."
+)
+@click.option("--json", "as_json", is_flag=True, help="Print what was built as JSON.")
+def command(
+    recipe: str,
+    rig_file: str | None,
+    pixel_pitch_mm: float | None,
+    output: str | None,
+    jobs: int | None,
+    force: bool,
+    verify: bool,
+    as_json: bool,
+) -> None:
+    """Build the pictures of a recipe, or find them built.
+
+    Pictures are made once and kept in the cache; of a recipe that was changed, those that the change concerns are made.
+    A build that was stopped goes on where it was. Wrong input is told with its file and reason, and leaves the cache as
+    it was.
+
+    With a rig, the percentages of pixels that its display cannot show bright enough are told too.
+    """
+    import json
+    import sys
+    from pathlib import Path
+
+    from devices.rig_file import read_rig
+    from runner.cli.progress import progress_bar
+    from stimuli.build import build
+    from stimuli.display_setup import DisplaySetup
+    from stimuli.saturated import saturated_percent
+
+    if (rig_file is None) == (pixel_pitch_mm is None):
+        raise click.UsageError("Name the display: --rig RIG.yaml, or --pixel-pitch-mm MM.")
+    rig = None if rig_file is None else read_rig(Path(rig_file))
+    setup = None if rig is None else DisplaySetup.of(rig)
+    pitch_mm = pixel_pitch_mm if rig is None else rig.display.panel.pixel_pitch_mm
+    assert pitch_mm is not None
+    target = None if output is None else _free(Path(output))
+    with progress_bar(as_json or not sys.stderr.isatty()) as step:
+        made = build(
+            Path(recipe),
+            pitch_mm,
+            lambda _, done, of: step("Building stimuli", done, of),
+            setup=setup,
+            jobs=jobs or _cores(),
+            force=force,
+            verify=verify,
+        )
+        saturated = None
+        if setup is not None:
+            saturated = saturated_percent(made, setup, lambda done, of: step("Looking at stimuli", done, of))
+        told = _told(made, saturated)
+        if target is not None:
+            from runner.stimulus_copy import copy_set
+
+            copy_set(made, target, saturated, lambda done, of: step("Copying", done, of))
+            told["output"] = str(target)
+    if as_json:
+        click.echo(json.dumps(told, indent=1, allow_nan=False, ensure_ascii=False))
+    else:
+        _tell(told)
+
+
+def _cores() -> int:
+    import os
+
+    return min(4, len(os.sched_getaffinity(0)))
+
+
+def _free(folder: Path) -> Path:
+    """Return ``folder``, refusing one that holds anything."""
+    from documents import Finding, InputError
+
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(Finding("there is something already", str(folder), remedy="name a new or an empty folder"))
+    return folder
+
+
+def _told(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> dict[str, Any]:
+    stimuli = []
+    for entry in made.manifest["stimuli"]:
+        one = {key: entry[key] for key in ("name", "factors", "flat", "size_px", "statistics")}
+        said = [sentence for step in entry["steps"] for sentence in step.get("said", ())]
+        tone = next((step for step in entry["steps"] if step["step"] == "tone_map"), None)
+        if tone is not None:
+            said.append(_toned(tone))
+        one["said"] = said
+        if saturated is not None:
+            one["saturated_percent"] = saturated[entry["name"]]
+        stimuli.append(one)
+    return {
+        "recipe": str(made.recipe_path),
+        "folder": str(made.folder),
+        "manifest": str(made.manifest_path),
+        "digest": made.digest,
+        "rendered": made.rendered,
+        "stimuli": stimuli,
+    }
+
+
+def _toned(step: dict[str, Any]) -> str:
+    asked, used = step["asked_luminance_scale"], step["luminance_scale"]
+    if not step["held_back"]:
+        return f"tone mapped by {used:.3g}"
+    return f"tone mapped by {used:.3g} in place of {asked:.3g}: no more than {step['limit_percent']:g} % may saturate"
+
+
+def _tell(told: dict[str, Any]) -> None:
+    from rich.console import Console
+    from rich.table import Table
+    from rich.text import Text
+
+    has_rig = "saturated_percent" in told["stimuli"][0]
+    title = "Luminance in cd/m², left and right eye; range in stops from the darkest to the brightest thousandth"
+    if has_rig:
+        title += "; pixels beyond the display in %"
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    columns = [
+        "stimulus",
+        "view",
+        "size",
+        "mean",
+        "max",
+        "range",
+        "RMS contrast",
+        *(["saturated %"] if has_rig else []),
+    ]
+    for name in columns:
+        table.add_column(name, justify="left" if name in ("stimulus", "view") else "right")
+    for one in told["stimuli"]:
+        eyes = one["statistics"]["eyes"]
+        shown = ["left"] if one["flat"] else ["left", "right"]
+        stops = [eyes[eye]["dynamic_range_robust"]["stops"] for eye in shown]
+        cells = [
+            " ".join(f"{eyes[eye]['mean_luminance_cd_m2']:.3g}" for eye in shown),
+            " ".join(f"{eyes[eye]['max_luminance_cd_m2']:.3g}" for eye in shown),
+            " ".join("∞" if value is None else f"{value:.1f}" for value in stops),
+            " ".join(f"{eyes[eye]['rms_contrast']:.2f}" for eye in shown),
+        ]
+        if has_rig:
+            cells.append(" ".join(f"{one['saturated_percent'][eye]['any']:.2f}" for eye in ("left", "right")))
+        size = "×".join(str(side) for side in one["size_px"])
+        table.add_row(Text(one["name"]), "flat" if one["flat"] else "stereo", size, *cells)
+    Console(highlight=False).print(table)
+    for one in told["stimuli"]:
+        for sentence in one["said"]:
+            click.echo(f"Note: {one['name']}: {sentence}.")
+    count = len(told["stimuli"])
+    click.echo(f"{count} stimuli, {told['rendered']} of them made now; digest {told['digest'][:16]}")
+    click.echo(f"Manifest: {told['manifest']}")
+    if "output" in told:
+        click.echo(f"Copied to: {told['output']}")

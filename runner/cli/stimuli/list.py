@@ -1,0 +1,40 @@
+"""`cyclopean stimuli list`: the sets in the cache."""
+
+from __future__ import annotations
+
+import click
+
+
+@click.command(name="list", short_help="List the stimulus sets in the cache.")
+@click.option("--json", "as_json", is_flag=True, help="Print them as JSON.")
+def command(as_json: bool) -> None:
+    """List the stimulus sets in the cache: how many pictures, of which kind, how large. Any may be deleted."""
+    import json
+
+    from stimuli.build import cache_folder
+    from stimuli.stimulus_set import MANIFEST
+
+    sets = []
+    for manifest in sorted(cache_folder().glob(f"[!.]*/{MANIFEST}")):
+        try:
+            known = json.loads(manifest.read_text(encoding="utf-8"))
+            size = sum(file.stat().st_size for file in manifest.parent.iterdir())
+            names = [entry["name"] for entry in known["stimuli"]]
+            facts = {"kind": known["recipe"]["kind"], "pixel_pitch_mm": known["pixel_pitch_mm"], "stimuli": names}
+        except (OSError, ValueError, KeyError, TypeError):
+            continue
+        sets.append({"folder": str(manifest.parent), "digest": known.get("digest"), **facts, "bytes": size})
+    if as_json:
+        click.echo(json.dumps(sets, indent=1))
+        return
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(box=None, pad_edge=False)
+    for name in ("kind", "stimuli", "first", "pitch mm", "MB", "folder"):
+        table.add_column(name, justify="right" if name in ("stimuli", "pitch mm", "MB") else "left", no_wrap=True)
+    for one in sets:
+        cells = [one["kind"], len(one["stimuli"]), one["stimuli"][0], f"{one['pixel_pitch_mm']:g}"]
+        table.add_row(*map(str, cells), f"{one['bytes'] / 1e6:.1f}", one["folder"].rpartition("/")[2])
+    Console(highlight=False).print(table)
+    click.echo(f"In {cache_folder()}")
