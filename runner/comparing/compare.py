@@ -86,6 +86,7 @@ class EyeComparison:
                     "region": area.name,
                     "pixels": area.pixels,
                     "rendering_as_rendered": area.own_pixels,
+                    "in_both": area.matched,
                     "photograph": area.photo.to_json(),
                     "rendering": area.rendering.to_json(),
                     "pairs": [pair.to_json() for pair in area.pairs],
@@ -231,7 +232,7 @@ def _eye(
         tuple(pair for area in sparkle for pair in area.pairs),
         RegistrationEvidence(placing.residual_px, placing.shift_px, placing.shift_se_px, placing.rotation_deg),
     )
-    said += placing.sentences()
+    said += placing.remarks()
     figures = Drawn(drawn, *draw_pictures(photo.xyz, scaled, table.white_XYZ)) if wishes.draw else None
     return EyeComparison(
         photo.xyz, scaled, placing, table, plain, seen, sparkle, judge(evidence, limits), tuple(said), placed, figures

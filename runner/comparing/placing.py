@@ -36,7 +36,7 @@ _SQUARE_PX = (48, 192)
 _LEAST_SQUARES = 3
 _KNOWN_PX = 0.1
 _ROUNDS = 5
-_LEAST_INLIERS = 12
+_LEAST_INLIERS, _LEAST_INLIER_SHARE = 12, 0.15
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -95,24 +95,28 @@ class Placing:
 
     def sentences(self) -> list[str]:
         """Say how the rendering lies."""
-        x, y = self.shift_px
         told = []
-        if np.hypot(x, y) > STILL_PX:
-            said = f"the rendering lies {_way(x, 'right', 'left')} and {_way(y, 'lower', 'higher')} than the photograph"
-            told.append(said)
+        ways = [_way(self.shift_px[0], "further right", "further left"), _way(self.shift_px[1], "lower", "higher")]
+        if any(ways):
+            told.append(f"the rendering lies {' and '.join(way for way in ways if way)} than the photograph")
         if self.rotation_deg and abs(self.rotation_deg) >= 5e-4:
             sign = "clockwise" if self.rotation_deg > 0 else "anticlockwise"
             error = "" if self.rotation_se_deg is None else f" ± {self.rotation_se_deg:.3f}"
             told.append(f"the rendering is turned {abs(self.rotation_deg):.3f}{error}° {sign}")
         if abs(self.scale - 1.0) >= 5e-5:
             told.append(f"the rendering is {self.scale:.4f} times as large")
+        return told
+
+    def remarks(self) -> list[str]:
+        """Say what the verdict does not."""
+        told = [f"the rendering is {self.scale:.4f} times as large"] if abs(self.scale - 1.0) >= 5e-5 else []
         if self.residual_px is None:
             told.append("how far the pictures lie apart could not be measured: their textures have nothing in common")
         return told
 
 
 def _way(value: float, more: str, less: str) -> str:
-    return f"{abs(value):.2f} px {more if value >= 0 else less}"
+    return f"{abs(value):.2f} px {more if value >= 0 else less}" if abs(value) >= STILL_PX else ""
 
 
 def place(
@@ -380,7 +384,12 @@ def _features(one: Floats32, two: Floats32) -> Floats | None:
     matrix, inliers = cv2.estimateAffinePartial2D(
         source, target, method=cv2.RANSAC, ransacReprojThreshold=2.0, maxIters=5000, confidence=0.9999
     )
-    if matrix is None or int(inliers.sum()) < _LEAST_INLIERS:
+    if matrix is None:
+        return None
+    kept = inliers.ravel().astype(bool)
+    # Of two fields of unlike sparkles, many features go to a few.
+    apart = min(len(np.unique(np.round(points[kept]), axis=0)) for points in (source, target))
+    if apart < max(_LEAST_INLIERS, _LEAST_INLIER_SHARE * len(good)):
         return None
     return np.vstack([np.asarray(matrix, dtype=np.float64), [0.0, 0.0, 1.0]])
 

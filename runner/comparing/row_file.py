@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import os
 import tempfile
+import weakref
 from collections.abc import Iterator
-from typing import IO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -24,7 +24,10 @@ class RowFile:
 
     def __init__(self, shape: tuple[int, int, int]) -> None:
         self._shape = shape
-        self._file: IO[bytes] = tempfile.TemporaryFile(prefix="cyclopean-compare-")  # noqa: SIM115 (open as long as this lives)
+        descriptor, name = tempfile.mkstemp(prefix="cyclopean-compare-")
+        os.unlink(name)
+        self._file = descriptor
+        weakref.finalize(self, os.close, descriptor)
         self._row_bytes = shape[1] * shape[2] * 4
 
     @property
@@ -43,7 +46,7 @@ class RowFile:
         view = found.data.cast("B")
         done = 0
         while done < len(view):
-            read = os.preadv(self._file.fileno(), [view[done:]], start * self._row_bytes + done)
+            read = os.preadv(self._file, [view[done:]], start * self._row_bytes + done)
             if read == 0:
                 raise OSError("a picture's rows were read before they were written")
             done += read
@@ -54,7 +57,7 @@ class RowFile:
         view = np.ascontiguousarray(rows, dtype=np.float32).data.cast("B")
         done = 0
         while done < len(view):
-            done += os.pwrite(self._file.fileno(), view[done:], first * self._row_bytes + done)
+            done += os.pwrite(self._file, view[done:], first * self._row_bytes + done)
 
     def bands(self) -> Iterator[tuple[int, int]]:
         """Return first rows and rows after the last, some `BAND_PIXELS` pixels each."""

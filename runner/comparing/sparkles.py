@@ -1,4 +1,9 @@
-"""The sparkles of one area in both pictures, as pairs of numbers with their standard errors."""
+"""The sparkles of one area in both pictures, as pairs of numbers with their standard errors.
+
+Two plates of one paint have flakes at random places, and their counts the errors of Poisson's law. Two pictures of one
+plate have the same flakes: where most sparkles of either lie on one of the other, what both have is no chance, and the
+error is that of those alone that one of them has [McNemar1947].
+"""
 
 from __future__ import annotations
 
@@ -11,26 +16,30 @@ from analysis.validation.evidence import SparklePair
 from analysis.validation.regions import Region, inside, window
 from runner.comparing.placing import Placing
 from runner.comparing.row_file import RowFile
-from stimuli.sparkle_measures.find import Threshold
+from stimuli.sparkle_measures.find import Peaks, Threshold
 from stimuli.sparkle_measures.measure import Estimate, SparkleMeasures, measure_sparkles
 
 Floats32 = NDArray[np.float32]
 
-# A mirror-like turn is nothing to a count, but interpolation takes a little off each top.
+# Less is no turn and no growth.
 _TURNED_DEG, _GROWN = 1e-6, 1e-6
+# Sparkles are one if they lie nearer, and pictures of one plate if this share of them are.
+SAME_PX, SAME_SHARE = 1.5, 0.5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SparkleArea:
-    """What was measured of one region in both; ``pixels`` lie inside it. ``own_pixels`` says that the rendering's were.
+    """What was measured of one region in both; ``pixels`` lie inside it. ``matched`` is how many sparkles both
+    have, None where the plates are not one and the same.
 
-    They are where the rendering was only shifted: its own pixels then serve, by whole pixels, and nothing that
-    interpolation does to a sparkle is held against it.
+    ``own_pixels`` says that the rendering was measured on its own pixels. It is where it was only shifted, by whole
+    pixels then, so that nothing that interpolation does to a sparkle is held against it.
     """
 
     name: str
     pixels: int
     own_pixels: bool
+    matched: int | None
     photo: SparkleMeasures
     rendering: SparkleMeasures
     pairs: tuple[SparklePair, ...]
@@ -70,12 +79,34 @@ def sparkle_area(
     threshold = Threshold()
     measured = measure_sparkles(one, threshold), measure_sparkles(two, threshold)
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
+    left = (placing.shift_px[0] - across, placing.shift_px[1] - down) if placing.moved and shifted else (0.0, 0.0)
+    matched = _matched(measured[0].peaks, measured[1].peaks, left)
+    counts = [one.count if matched is None else _beside(one.count, matched) for one in measured]
     pairs = (
-        _pair("density", measured[0].count.times(per), measured[1].count.times(per), unit, region.name),
+        _pair("density", counts[0].times(per), counts[1].times(per), unit, region.name),
         _pair("width", measured[0].width_px, measured[1].width_px, "px", region.name),
         _pair("contrast", measured[0].contrast, measured[1].contrast, "", region.name),
     )
-    return SparkleArea(region.name, pixels, shifted, *measured, pairs)
+    return SparkleArea(region.name, pixels, shifted, matched, *measured, pairs)
+
+
+def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> int | None:
+    """Return how many sparkles are each other's nearest and near, or None if they are too few of either."""
+    from scipy.spatial import KDTree
+
+    if not (len(photo) and len(rendering)):
+        return None
+    one = np.column_stack([photo.column, photo.row]).astype(np.float64)
+    two = np.column_stack([rendering.column, rendering.row]) - np.asarray(shift_px)
+    apart, there = KDTree(two).query(one)
+    _, back = KDTree(one).query(two)
+    both = int(np.count_nonzero((np.asarray(back)[there] == np.arange(len(one))) & (apart < SAME_PX)))
+    return both if both >= SAME_SHARE * max(len(one), len(two)) else None
+
+
+def _beside(count: Estimate, matched: int) -> Estimate:
+    """Return a count whose chance lies in what the other picture does not have; of nothing, that of one."""
+    return Estimate(count.value, float(np.sqrt(max(count.value - matched, 1.0))))
 
 
 def _filled(picture: RowFile, rows: slice, columns: slice, mask: NDArray[np.bool_]) -> Floats32:

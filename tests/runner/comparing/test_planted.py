@@ -1,0 +1,143 @@
+"""Differences that were planted come back: found, named and measured."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.camera.camera_file import write_camera
+from devices.camera.camera_model import CameraModel
+from devices.camera.exposure import Exposure
+from devices.colour import XYZ_from_xyY, xyY_from_XYZ
+from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.write import write_camera_exr
+from tests.runner.comparing.scenes import (
+    CHART,
+    PATCHES,
+    PLATE,
+    RIG,
+    Cyclopean,
+    chart,
+    compared,
+    patch_XYZ,
+    said,
+    spots,
+    written,
+)
+
+
+@pytest.fixture
+def chart_file(tmp_path: Path) -> Path:
+    (tmp_path / "chart.yaml").write_text(CHART, encoding="utf-8")
+    return tmp_path / "chart.yaml"
+
+
+def test_a_rendering_beside_itself_differs_by_nothing(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
+    for picture, regions in ((spots(), PLATE), (chart(), chart_file)):
+        file = written(tmp_path / "a.exr", picture)
+        found = compared(cyclopean, file, file, "--regions", regions, "--rig", RIG)
+        one = found["eyes"]["both"]
+        assert found["decision"] == "validated"
+        assert not one["registration"]["moved"]
+        assert one["registration"]["residual_px"] == 0
+        for sums in (one["per_pixel"], one["as_seen"]):
+            assert sums["largest"] == sums["mean"] == 0
+        for row in one["regions"]["rows"]:
+            assert (row["delta_e"], row["delta_xy"], row["luminance_ratio"]) == (0, 0, 1)
+        for area in one["sparkle"]:
+            assert all(pair["relative"] == 0 for pair in area["pairs"])
+
+
+def test_three_percent_of_luminance(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
+    one, two = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(1.03 * patch_XYZ(), seed=6))
+    found = compared(cyclopean, one, two, "--regions", chart_file)
+    factor = found["eyes"]["both"]["regions"]["factor"]
+    assert factor["mean_ratio"] == pytest.approx(1 / 1.03, abs=1e-3)
+    assert factor["least_squares"] == pytest.approx(1 / 1.03, abs=1e-3)
+    assert any(
+        "the rendering 2.99 % brighter" in line or "the rendering 3 % brighter" in line for line in said(found, "noted")
+    )
+    undone = compared(cyclopean, one, two, "--regions", chart_file, "--luminance", "mean_ratio")
+    table = undone["eyes"]["both"]["regions"]
+    assert table["mean_delta_e"] < 0.1 < found["eyes"]["both"]["regions"]["mean_delta_e"]
+
+
+def test_two_thousandths_of_chromaticity_in_one_region(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
+    XYZ = patch_XYZ()
+    shifted = xyY_from_XYZ(XYZ[13]) + [0.0012, 0.0016, 0.0]
+    XYZ[13] = XYZ_from_xyY(shifted)
+    one, two = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(XYZ, seed=6))
+    found = compared(cyclopean, one, two, "--regions", chart_file)
+    row = found["eyes"]["both"]["regions"]["rows"][13]
+    assert row["name"] == f"chart 14 {PATCHES[13]}"
+    assert (row["delta_x"], row["delta_y"]) == pytest.approx((0.0012, 0.0016), abs=1e-4)
+    named = [line for line in said(found, "noted") if "shifted in chromaticity" in line]
+    assert len(named) == 1
+    assert row["name"] in named[0]
+
+
+def test_four_tenths_of_a_pixel(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
+    for one, two, regions in (
+        (spots(), spots(dx=0.4), PLATE),
+        (chart(), chart(corners=np.array([[20.4, 18], [222.4, 22], [218.4, 160], [16.4, 154]]), seed=6), chart_file),
+    ):
+        files = written(tmp_path / "a.exr", one), written(tmp_path / "b.exr", two)
+        found = compared(cyclopean, *files, "--regions", regions, "--rig", RIG)
+        lies = found["eyes"]["both"]["registration"]
+        assert lies["shift_px"] == pytest.approx([0.4, 0.0], abs=0.02)
+        assert lies["residual_px"] < 0.1
+        assert any("(0.4" in line and "px beside" in line for line in said(found, "noted"))
+        assert found["decision"] == "validated"
+        told = cyclopean("compare", *files, "--regions", regions, "--register", "none", expect=2)
+        assert "lie 0.4 px apart, more than 0.25 px: the rendering lies 0.4" in told.stderr
+        assert told.stderr.count("\n") == 1
+
+
+@pytest.mark.parametrize("angle_deg", [0.1, -2.0, 25.0])
+def test_a_turned_plate(tmp_path: Path, cyclopean: Cyclopean, angle_deg: float) -> None:
+    regions = tmp_path / "middle.yaml"
+    text = "schema_version: 1\nregions:\n  - {kind: plate, corners: [[60, 45], [180, 45], [180, 135], [60, 135]]}\n"
+    regions.write_text(text, encoding="utf-8")
+    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(3.0, -2.0, angle_deg))
+    found = compared(cyclopean, *files, "--regions", regions)
+    lies = found["eyes"]["both"]["registration"]
+    assert lies["rotation_deg"] == pytest.approx(angle_deg, abs=0.01)
+    assert lies["shift_px"] == pytest.approx([3.0, -2.0], abs=0.02)
+    assert lies["residual_px"] < 0.05
+    assert any("turned by" in line for line in said(found, "noted"))
+    assert found["eyes"]["both"]["per_pixel"]["mean"] < 0.3
+
+
+def test_five_percent_more_sparkle(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    one, two = (spots(size=(400, 300), count=n, amplitude=500.0, sd_px=0.8) for n in (1500, 1575))
+    files = written(tmp_path / "a.exr", one), written(tmp_path / "b.exr", two)
+    found = compared(cyclopean, *files, "--regions", PLATE)
+    density, width, contrast = found["eyes"]["both"]["sparkle"][0]["pairs"]
+    assert density["relative"] == pytest.approx(0.05, abs=0.01)
+    assert abs(width["relative"]) < 0.02
+    assert abs(contrast["relative"]) < 0.02
+    assert any(line.startswith("sparkle density on 'plate'") and "% more" in line for line in said(found, "noted"))
+
+
+def test_a_saturated_patch(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
+    matrix = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
+    exposure = Exposure(1 / 15, 8.0, 200.0)
+    write_camera(CameraModel(matrix, np.zeros(3), np.zeros(3), exposure, (1.0, 200.0)), tmp_path / "camera.yaml")
+    for name in ("a.exr", "b.exr"):
+        rgb = chart() @ np.linalg.inv(matrix).T.astype(np.float32)
+        full = np.zeros(rgb.shape, dtype=np.bool_)
+        if name == "a.exr":
+            full[chart()[..., 1] > 80] = True
+        write_camera_exr(tmp_path / name, CameraImage(rgb.astype(np.float32), full, exposure, name))
+    words = (tmp_path / "a.exr", tmp_path / "b.exr", "--regions", chart_file, "--camera", tmp_path / "camera.yaml")
+    found = compared(cyclopean, *words)
+    table = found["eyes"]["both"]["regions"]
+    gone = [row for row in table["rows"] if row["excluded"]]
+    assert [row["name"] for row in gone] == [f"chart 19 {PATCHES[18]}"]
+    assert "100 % of its pixels are saturated in the photograph" in gone[0]["excluded"]
+    assert any("chart 19" in line and "does not count" in line for line in said(found, "noted"))
+    assert table["factor"]["regions"] == 23
+    inside = sum(row["photo"]["pixels"] for row in table["rows"])
+    assert found["eyes"]["both"]["per_pixel"]["pixels"] == inside - gone[0]["photo"]["pixels"]
