@@ -5,7 +5,7 @@ import pytest
 
 from devices.characterise.channel_fit import KINDS, Kind
 from devices.characterise.metric import difference_roots, lab_slopes
-from devices.characterise.parametric import _Problem, fit_parametric
+from devices.characterise.parametric import _Problem, condition_of, fit_parametric
 from devices.characterise.patches import patches
 from devices.characterise.plvc_fit import FUNCTIONS, functions_of, plvc_of
 from devices.characterise.simulated import noisy, table_c1_codes, thesis_display
@@ -56,3 +56,13 @@ def test_plvc_is_its_functions_times_their_coefficients() -> None:
     coefficients[:3] += 5 * np.eye(3)
     model = plvc_of(np.full(3, 0.1), (curve, curve, curve), coefficients)
     np.testing.assert_allclose(model.xyz(codes), 0.1 + functions_of(curve.linear(codes)) @ coefficients, atol=1e-12)
+
+
+@pytest.mark.parametrize("spread", [0.0, 1.0, 3.0, 5.5, 7.0, 12.0])
+def test_the_condition_is_that_of_the_singular_values(spread: float) -> None:
+    rng = np.random.default_rng(3)
+    left, right = (np.linalg.qr(rng.normal(size=(count, 9)))[0] for count in (40, 9))
+    J = left @ np.diag(10 ** np.linspace(0, -spread, 9)) @ right
+    unit = J / np.linalg.norm(J, axis=0)
+    assert condition_of(1e3 * J) == pytest.approx(np.linalg.cond(unit), rel=1e-3)
+    assert condition_of(np.column_stack([J, np.zeros(40)])) == np.inf

@@ -36,7 +36,7 @@ def kill_and_resume(folder: Path, seed: int) -> None:
         arguments = [*command, "-o", str(file), "--instrument-option", "takes_s=0.02", *more]
         process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert process.stderr is not None
-        told, stop_after = 0, rng.randrange(1, 12)
+        told, stop_after = 0, rng.randrange(1, 20)
         for line in process.stderr:
             told += " cd/m²" in line
             if told >= stop_after:

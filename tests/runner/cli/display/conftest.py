@@ -9,21 +9,23 @@ import numpy as np
 import pytest
 
 from devices.characterise import choose, thesis
-from devices.measurements import Measurements
+from devices.characterise.patches import Patches
 
 
 @pytest.fixture(scope="session", autouse=True)
 def _each_fit_once() -> Iterator[None]:
-    """Keep what `characterise` and `thesis_fits` return: the same readings and options give the same."""
+    """Keep what `fit_all` and `thesis_fits` return: the same readings give the same."""
     kept: dict[Any, Any] = {}
-    choose_once, thesis_once = choose.characterise, thesis.thesis_fits
+    fit_once, thesis_once = choose.fit_all, thesis.thesis_fits
 
-    def characterise(readings: Measurements, *options: Any, **named: Any) -> choose.Characterisation:
-        words = (readings.name, readings.eye, readings.mode, readings.assumptions)
-        key = (readings.codes.tobytes(), readings.XYZ.tobytes(), words, options, tuple(named.items()))
+    def fit_all(data: Patches, starts: dict[str, np.ndarray], *, judged: bool = True) -> Any:
+        # Folds begin where the whole fit ended: which that was, their readings and the whole's numbers tell.
+        begun = tuple(numbers.tobytes() for numbers in starts.values())
+        key = (data.codes.tobytes(), data.XYZ.tobytes(), begun, judged)
         if key not in kept:
-            kept[key] = choose_once(readings, *options, **named)
-        found: choose.Characterisation = kept[key]
+            kept[key] = fit_once(data, starts, judged=judged), dict(starts)
+        found, after = kept[key]
+        starts.update(after)
         return found
 
     def thesis_fits(codes: np.ndarray, XYZ: np.ndarray) -> thesis.ThesisFits:
@@ -34,6 +36,6 @@ def _each_fit_once() -> Iterator[None]:
         return found
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(choose, "characterise", characterise)
+        patch.setattr(choose, "fit_all", fit_all)
         patch.setattr(thesis, "thesis_fits", thesis_fits)
         yield
