@@ -69,26 +69,34 @@ class _Sums:
         rows = slice(max(band.start, self.rows.start), min(band.stop, self.rows.stop))
         own = slice(rows.start - band.start, rows.stop - band.start)
         mask = inside(self.outline_px, rows, self.columns)
-        row, column = np.nonzero(mask)
-        if not len(row):
+        count = int(np.count_nonzero(mask))
+        if not count:
             return
-        values = picture[own, self.columns][mask].astype(np.float64)
-        self.bad += len(values) - int(np.count_nonzero(np.isfinite(values).all(axis=1)))
+        # Planes, so that NumPy's sums run pairwise along them.
+        planes = np.ascontiguousarray(picture[own, self.columns][mask].T, dtype=np.float64)
+        finite = np.isfinite(planes).all(axis=0)
+        if not finite.all():  # told at the end, of all regions at once
+            self.bad += count - int(np.count_nonzero(finite))
+            planes[:, ~finite] = 0.0
         if flags is not None:
             full = flags[own, self.columns][mask]
             self.saturated += int(np.count_nonzero(full.any(axis=1) if full.ndim == 2 else full))
-        # Parts are joined as in [Chan1983], so that nothing cancels.
-        count, mean = len(values), values.mean(axis=0)
-        apart = mean - self.mean
-        total = self.pixels + count
-        self.squares += ((values - mean) ** 2).sum(axis=0) + apart**2 * (self.pixels * count / total)
-        self.mean += apart * (count / total)
-        self.pixels = total
-        cell = (row + rows.start - self.rows.start) // self.cell_px * self.cells[1] + column // self.cell_px
+        row = np.arange(rows.start - self.rows.start, rows.stop - self.rows.start) // self.cell_px
+        column = np.arange(self.columns.stop - self.columns.start) // self.cell_px
+        cell = (row[:, None] * self.cells[1] + column)[mask]
         size = self.cells[0] * self.cells[1]
         self.cell_pixels += np.bincount(cell, minlength=size).reshape(self.cells)
         for channel in range(3):
-            self.cell_sums[channel] += np.bincount(cell, values[:, channel], size).reshape(self.cells)
+            self.cell_sums[channel] += np.bincount(cell, planes[channel], size).reshape(self.cells)
+        # Parts are joined as in [Chan1983], so that nothing cancels.
+        mean = planes.mean(axis=1)
+        apart = mean - self.mean
+        total = self.pixels + count
+        planes -= mean[:, None]
+        planes *= planes
+        self.squares += planes.sum(axis=1) + apart**2 * (self.pixels * count / total)
+        self.mean += apart * (count / total)
+        self.pixels = total
 
     def result(self) -> AreaMean:
         sd = np.sqrt(self.squares / (self.pixels - 1)) if self.pixels > 1 else np.zeros(3)

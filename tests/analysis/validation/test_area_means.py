@@ -91,11 +91,12 @@ def test_small_areas_have_no_standard_error() -> None:
 def test_what_cannot_be_averaged_is_refused() -> None:
     picture = np.ones((80, 70, 3))
     picture[40, 12, 1] = np.nan
+    picture[40:42, 13, 2] = np.inf
     outlines = [("all", TRIANGLE), ("tiny", np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.0]]))]
     with pytest.raises(PictureError) as caught:
         area_means(picture, outlines, least_pixels=25, what="photograph")
     first, second = caught.value.findings
-    assert first.message == "the region 'all' holds 1 pixels of the photograph that are no numbers"
+    assert first.message == "the region 'all' holds 3 pixels of the photograph that are no numbers"
     assert "'tiny' holds" in second.message
     assert "fewer than 25" in second.message
 

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from analysis.validation.area_means import AreaMean
 from analysis.validation.compare_regions import ComparedRegions, compare_regions
+from analysis.validation.errors import PictureError
 from analysis.validation.evidence import Evidence
 from analysis.validation.place_regions import place_regions
 from analysis.validation.region_table import RegionTable, region_table
@@ -233,6 +234,17 @@ def test_where_the_white_comes_from_is_said(chart_picture: Draw, regions_of: Wri
     found = compared(picture, picture, regions_of(CHART), white_XYZ=WHITE)
     assert found.said == ()
     np.testing.assert_array_equal(found.table.white_XYZ, WHITE)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_pixels_that_are_no_numbers_are_refused_by_region(chart_picture: Draw, regions_of: Write, bad: float) -> None:
+    photo, rendering = chart_picture(), chart_picture()
+    at = window(place_regions(regions_of(CHART), photo.shape).regions[4].photo_px, photo.shape)
+    rendering[at] = bad
+    with pytest.raises(
+        PictureError, match=r"'chart 5 blue flower' holds .* pixels of the rendering that are no numbers"
+    ):
+        compared(photo, rendering, regions_of(CHART))
 
 
 def test_progress_goes_through_both_pictures(chart_picture: Draw, regions_of: Write) -> None:
