@@ -2,14 +2,17 @@
 
 It tells on standard output what it does, a line at a time, so that the test knows which answers were given before
 the process died: ``asked FIRST SECOND`` once a trial is awaited (all trials before it are recorded by then), ``end``
-once the session is complete.
+once the session is complete. Each folder that it is told on standard input it gives to a process forked from it, of
+which it tells ``process NUMBER`` and, on a line of its own, ``gone``: to start Python anew each time would take long.
 """
 
 from __future__ import annotations
 
+import os
 import random
 import sys
 import time
+import traceback
 from dataclasses import replace
 from pathlib import Path
 
@@ -70,5 +73,20 @@ def main(folder: Path) -> None:
     tell("end")
 
 
+def fork(folder: Path) -> None:
+    """Let a process run the session, and wait until it is gone."""
+    child = os.fork()
+    if child == 0:
+        tell("process", str(os.getpid()))
+        try:
+            main(folder)
+        except BaseException:
+            traceback.print_exc()
+        os._exit(0)
+    os.waitpid(child, 0)
+    tell("\ngone")
+
+
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    for line in sys.stdin:
+        fork(Path(line.rstrip("\n")))

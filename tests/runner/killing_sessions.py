@@ -1,8 +1,8 @@
-"""Sessions killed again and again: run as a program by test_kill_every_kind.py, with FOLDER KIND VARIANT SEED.
+"""Sessions killed again and again: run as a program by test_kill_every_kind.py, told [FOLDER, KIND, VARIANT, SEED]s.
 
 Each round forks a process that begins the session, or goes on with it, and tells what has been kept so far; it is
 killed with SIGKILL at a random moment, or while it waits after an answer, so that some kills are sure to come in time.
-What it had told, and what then lay on disk, is printed as one JSON object a round.
+What it had told, and what then lay on disk, is printed as one JSON object a round, and null when all are over.
 """
 
 from __future__ import annotations
@@ -139,4 +139,7 @@ def main(folder: Path, kind: str, variant: int, seed: int) -> None:
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]), sys.argv[2], int(sys.argv[3]), int(sys.argv[4]))
+    for line in sys.stdin:
+        folder, *words = json.loads(line)
+        main(Path(folder), *words)
+        print("null", flush=True)

@@ -7,7 +7,7 @@ import json
 import os
 import subprocess
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -20,6 +20,7 @@ from runner.presenter.scene import Scene
 from runner.session import Session
 
 HERE = Path(__file__).parent
+Kill = Callable[..., list[Any]]
 
 
 def _load(name: str) -> ModuleType:
@@ -67,14 +68,44 @@ class _Nobody:
         pass
 
 
-@pytest.mark.skipif(not hasattr(os, "fork"), reason="processes are forked here, so that killing many takes no time")
+@pytest.fixture(scope="module")
+def kill(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Kill]:
+    """Kill a session of (folder, kind, variant, seed) until it is complete; return what each round told."""
+    if not hasattr(os, "fork"):
+        pytest.skip("processes are forked here, so that killing many takes no time")
+    errors = tmp_path_factory.mktemp("killing") / "errors.txt"
+    with (
+        errors.open("w") as stderr,
+        subprocess.Popen(
+            [sys.executable, "-m", "tests.runner.killing_sessions"],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=stderr,
+            text=True,
+            cwd=HERE.parents[1],
+        ) as program,
+    ):
+        asked, told = program.stdin, program.stdout
+        assert asked is not None
+        assert told is not None
+
+        def killed(folder: Path, *words: object) -> list[Any]:
+            asked.write(json.dumps([str(folder), *words]) + "\n")
+            asked.flush()
+            rounds = []
+            for line in told:
+                rounds.append(json.loads(line))
+                if rounds[-1] is None:
+                    return rounds[:-1]
+            pytest.fail(errors.read_text())
+
+        yield killed
+        asked.close()
+
+
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
-def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path) -> None:
-    seed = 100 * VARIANTS.index((kind, variant))
-    program = [sys.executable, "-m", "tests.runner.killing_sessions", str(tmp_path), kind, str(variant), str(seed)]
-    done = subprocess.run(program, capture_output=True, text=True, cwd=HERE.parents[1], timeout=300)
-    assert done.returncode == 0, done.stderr
-    rounds = [json.loads(line) for line in done.stdout.splitlines()]
+def test_killed_again_and_again(kind: str, variant: int, tmp_path: Path, kill: Kill) -> None:
+    rounds = kill(tmp_path, kind, variant, 100 * VARIANTS.index((kind, variant)))
     before: dict[str, list[Any]] = {"answers": [], "notes": [], "marks": []}
     for told in rounds:
         for what, *words in told["told"]:
