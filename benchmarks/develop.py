@@ -3,7 +3,8 @@
 A sensor of known levels and noise-free values photographs a plate of small coloured sparkles, spread by a lens of
 1 pixel standard deviation, and a zone plate. The error of a development is the root mean square over the picture, in
 shares of full scale; the note says how far its mean light is off. The peer is LibRaw by itself, asked for linear camera
-RGB. Spectra are summed at coarser and coarser spacing, beside colour-science.
+RGB. Then the same light as XYZ on a display with a quarter of the pixels, and its sparkles counted: the error is that
+of luminance, root mean square over the mean. Spectra are summed at coarser and coarser spacing, beside colour-science.
 """
 
 from __future__ import annotations
@@ -19,6 +20,8 @@ from numpy.typing import NDArray
 
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.read_raw import DEMOSAICS, read_raw
+from stimuli.sparkle_measures.find import Threshold
+from stimuli.sparkle_measures.measure import measure_sparkles
 from stimuli.spectral import read_spectral, spectral_to_xyz
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
@@ -29,6 +32,9 @@ SIDE_PX = 512
 BLACK, WHITE = 600, 15520
 BALANCE = np.array([0.45, 0.9, 0.6])  # a sensor that sees least red, as most do in tungsten light
 SPACINGS_NM = (1, 2, 5, 10, 20)
+# A camera's matrix in cd/m² for balanced channels of full scale; its colours mix, and some XYZ come out below 0.
+MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]]) / BALANCE
+SHOWN = 4
 
 
 def sparkles(side_px: int, sigma_px: float = 1.0, seed: int = 0) -> NDArray[np.float64]:
@@ -101,6 +107,33 @@ def _shares(off: NDArray[np.float64], aim: NDArray[np.float64]) -> str:
     return " ".join(f"{100 * share:+.2f}" for share in off.mean(axis=(0, 1)) / aim.mean(axis=(0, 1))) + " %"
 
 
+def light_rows(folder: Path, name: str, truth: NDArray[np.float64]) -> list[dict[str, object]]:
+    """Return a row for each demosaicing: error of the luminance shown, mean XYZ, and sparkles beside those drawn."""
+    path = write_dng(folder / "light.dng", truth, black=(BLACK,), white=WHITE, neutral=tuple(BALANCE / BALANCE.max()))
+    rows: list[dict[str, object]] = []
+    for method in DEMOSAICS:
+        make = partial(read_raw, path, demosaic=method)
+        found = np.maximum(make().rgb.astype(np.float64) @ MATRIX.T, 0)
+        drawn = np.maximum(truth @ MATRIX.T, 0)
+        small = len(drawn) // len(found)
+        off = (_averaged(found, SHOWN // small) - _averaged(drawn, SHOWN))[2:-2, 2:-2]
+        aim = _averaged(drawn, small)
+        seen, there = (measure_sparkles(one[..., 1].astype(np.float32), Threshold(times=2)) for one in (found, aim))
+        note = f"mean X, Y, Z off by {_shares((found - aim)[8:-8, 8:-8], aim)}; {seen.count.value:.0f} sparkles of "
+        note += f"{there.count.value:.0f}"
+        if there.count.value:
+            note += f", contrast {seen.contrast.value:.2f} of {there.contrast.value:.2f}"
+        error = float(np.sqrt((off[..., 1] ** 2).mean()) / aim[..., 1].mean())
+        taken = seconds(make, repeats=3)
+        rows.append({"series": name, "parameter": method, "seconds": taken, "error": error, "note": note})
+    return rows
+
+
+def _averaged(light: NDArray[np.float64], times: int) -> NDArray[np.float64]:
+    height, width = (length // times for length in light.shape[:2])
+    return np.asarray(light.reshape(height, times, width, times, -1).mean(axis=(1, 3)))
+
+
 def spectral_rows(folder: Path) -> list[dict[str, object]]:
     """Return a row for each spacing, ours and colour-science's, both against the sum over every nm."""
     import colour
@@ -137,6 +170,9 @@ def run() -> dict[str, object]:
         folder = Path(name)
         rows = develop_rows(folder, "sparkles", sparkles(SIDE_PX))
         rows += develop_rows(folder, "zone plate", zone_plate(SIDE_PX))
+        for sigma_px in (0.6, 1.0, 1.5):
+            rows += light_rows(folder, f"sparkles of {sigma_px:g} px, shown", sparkles(SIDE_PX, sigma_px))
+        rows += light_rows(folder, "zone plate, shown", zone_plate(SIDE_PX))
         return {"title": "Development and spectra", "rows": rows + spectral_rows(folder)}
 
 

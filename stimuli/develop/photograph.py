@@ -16,7 +16,7 @@ from documents import Finding
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.read import read_camera_image
-from stimuli.develop.read_raw import Demosaic
+from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.develop.to_xyz import Negative, to_xyz
 from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
@@ -32,7 +32,7 @@ class Choices:
     """How photographs are developed: see `read_camera_image` and `to_xyz`; without ``camera`` they stay camera RGB."""
 
     camera: CameraModel | None = None
-    demosaic: Demosaic = "ahd"
+    demosaic: Demosaic = DEFAULT_DEMOSAIC
     levels: Levels | None = None
     rotate: bool = True
     exposure: Exposure | None = None

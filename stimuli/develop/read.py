@@ -9,7 +9,7 @@ from documents import Finding
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.read_linear import read_linear
-from stimuli.develop.read_raw import Demosaic, read_raw
+from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic, read_raw
 from stimuli.errors import StimulusError
 
 _LINEAR_SUFFIXES = (".tif", ".tiff", ".exr")
@@ -20,7 +20,7 @@ _CURVED = {b"\xff\xd8\xff": "a JPEG", b"\x89PNG": "a PNG", b"GIF8": "a GIF", b"R
 def read_camera_image(
     path: Path,
     *,
-    demosaic: Demosaic = "ahd",
+    demosaic: Demosaic = DEFAULT_DEMOSAIC,
     levels: Levels | None = None,
     rotate: bool = True,
     exposure: Exposure | None = None,

@@ -25,13 +25,15 @@ if TYPE_CHECKING:
 
 Demosaic = Literal["superpixel", "bilinear", "malvar", "vng", "ppg", "ahd"]
 DEMOSAICS: tuple[Demosaic, ...] = get_args(Demosaic)
+# It is linear, so that mean light and the ratio of exposures stay: docs/decisions/0012-demosaicing.md.
+DEFAULT_DEMOSAIC: Demosaic = "malvar"
 MAX_PHOTOSITES = 200_000_000
 
 
 def read_raw(
     path: Path,
     *,
-    demosaic: Demosaic = "ahd",
+    demosaic: Demosaic = DEFAULT_DEMOSAIC,
     levels: Levels | None = None,
     rotate: bool = True,
     exposure: Exposure | None = None,

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 @click.option(
     "--demosaic",
     type=click.Choice(["superpixel", "bilinear", "malvar", "vng", "ppg", "ahd"]),
-    default="ahd",
+    default="malvar",
     show_default=True,
     help="superpixel interpolates nothing, at half the size.",
 )

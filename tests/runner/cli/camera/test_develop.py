@@ -4,6 +4,7 @@ import json
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -13,7 +14,9 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from documents import InputError
 from runner.cli.camera import command as group
+from runner.cli.camera.develop import command as develop_command
 from stimuli.develop.read import read_camera_image
+from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, DEMOSAICS
 from stimuli.exr import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 
@@ -163,3 +166,35 @@ def test_an_affine_camera_file_refuses_another_exposure(tmp_path: Path) -> None:
     (finding,) = findings(path, "--camera", tmp_path / "affine.yaml", "-o", tmp_path / "a.exr")
     assert finding.file == str(path)
     assert "affine" in finding.message
+
+
+def _sparkles() -> np.ndarray:
+    """Return 96 × 96 pixels of linear camera RGB: coloured sparkles of 1 pixel standard deviation on a dark plate."""
+    rng = np.random.default_rng(2)
+    rows, columns = np.mgrid[:96, :96]
+    light = np.full((96, 96, 3), 0.04) * [0.5, 1.0, 0.65]
+    for _ in range(100):
+        y, x = rng.uniform(8, 88, 2)
+        spot = np.exp(-((rows - y) ** 2 + (columns - x) ** 2) / 2)
+        light += 0.3 * rng.uniform(0.3, 1) * spot[..., None] * [0.5, 1.0, 0.65] * rng.uniform(0.6, 1.4, 3)
+    return light
+
+
+def test_unless_told_otherwise_sparkles_keep_their_light(tmp_path: Path, camera: Path) -> None:
+    """The mean light is the plate's, and half the exposure gives half the signal: no choice of directions holds it."""
+    tags = exposure_tags((1, 15), (8, 1), 200)
+    truth = _sparkles() @ MATRIX.T
+    write_dng(tmp_path / "a.dng", _sparkles(), black=(0,), white=65535, tags=tags)
+    develop(tmp_path / "a.dng", "--camera", camera, "-o", tmp_path / "a.exr")
+    xyz = read_exr(tmp_path / "a.exr").left
+    np.testing.assert_allclose(xyz.mean(axis=(0, 1)), truth.mean(axis=(0, 1)), rtol=3e-3)
+    write_dng(tmp_path / "b.dng", _sparkles() / 2, black=(0,), white=65535, tags=tags)
+    whole, half = (read_camera_image(tmp_path / name).rgb for name in ("a.dng", "b.dng"))
+    assert np.abs(whole - 2 * half).max() < 1e-4  # codes are rounded to 1.5e-5 of full scale
+
+
+def test_the_command_s_default_is_the_library_s() -> None:
+    (option,) = (one for one in develop_command.params if one.name == "demosaic")
+    assert option.default == DEFAULT_DEMOSAIC
+    assert isinstance(option.type, click.Choice)
+    assert tuple(option.type.choices) == DEMOSAICS
