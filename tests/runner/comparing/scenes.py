@@ -70,7 +70,7 @@ def spots(
 
 def coloured(luminance: NDArray[np.floating]) -> Floats32:
     """Return a luminance in the colour of D50, XYZ."""
-    return (luminance[..., None] * np.array([0.964, 1.0, 0.825])).astype(np.float32)
+    return np.asarray(luminance[..., None] * np.array([0.964, 1.0, 0.825]), dtype=np.float32)
 
 
 def patch_XYZ() -> NDArray[np.float64]:
