@@ -1,0 +1,275 @@
+"""Wrong input to `cyclopean stimuli build`: each is told with its file and its reason, and the cache is as it was."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+from click.testing import CliRunner
+
+from devices.camera.camera_file import write_camera
+from devices.camera.camera_model import CameraModel
+from devices.camera.exposure import Exposure
+from documents import InputError
+from runner.cli.main import group
+from stimuli.exr import write_exr
+from stimuli.stereo_image import StereoImage
+from tests.stimuli.develop.dng import exposure_tags, write_dng
+from tests.stimuli.photographs.raw_pair import MATRIX, chart_csv, write_recipe
+
+XYZ_CHROMATICITIES = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
+XYZ = np.random.default_rng(1).uniform(5, 60, (40, 48, 3))
+Recipe = dict[str, Any]
+
+
+def raw(path: Path, rgb: Any = None, time: tuple[int, int] = (1, 15)) -> Path:
+    rgb = XYZ @ np.linalg.inv(MATRIX).T if rgb is None else rgb
+    return write_dng(path, np.clip(rgb, 0, 1), black=(600,), white=65000, tags=exposure_tags(time, (8, 1), 800))
+
+
+def exr(path: Path, views: dict[str, Any]) -> Path:
+    """Write whatever the arrays hold, which `write_exr` would refuse."""
+    pixels = np.concatenate([np.asarray(one, np.float32) for one in views.values()], axis=-1)
+    spec = oiio.ImageSpec(pixels.shape[1], pixels.shape[0], pixels.shape[2], "float")
+    others = list(views)[1:]
+    spec.channelnames = tuple([*"RGB", *(f"{view}.{channel}" for view in others for channel in "RGB")])
+    spec.attribute("multiView", f"string[{len(views)}]", tuple(views))
+    spec.attribute("chromaticities", "float[8]", XYZ_CHROMATICITIES)
+    output = oiio.ImageOutput.create(str(path))
+    assert output is not None
+    assert output.open(str(path), spec)
+    assert output.write_image(pixels)
+    assert output.close()
+    return path
+
+
+def camera(folder: Path, form: str = "linear") -> None:
+    offset = np.array([0.5, 0.5, 0.5]) if form == "affine" else np.zeros(3)
+    model = CameraModel(MATRIX, offset, np.zeros(3), Exposure(1 / 15, 8.0, 800.0), form=form, name="test")  # type: ignore[arg-type]
+    write_camera(model, folder / "camera.yaml")
+
+
+def photographs(*stimuli: Recipe, **more: Any) -> Recipe:
+    return {"schema_version": 1, "kind": "photographs", "camera": "camera.yaml", **more, "stimuli": list(stimuli)}
+
+
+def pictures(*stimuli: Recipe, **more: Any) -> Recipe:
+    return {"schema_version": 1, "kind": "pictures", **more, "stimuli": list(stimuli)}
+
+
+def views_of_two_sizes(folder: Path) -> Recipe:
+    raw(folder / "left.dng")
+    raw(folder / "right.dng", (XYZ @ np.linalg.inv(MATRIX).T)[:-4])
+    return photographs({"name": "bad", "left": "left.dng", "right": "right.dng"})
+
+
+def views_of_two_sizes_in_one_file(folder: Path) -> Recipe:
+    write_exr(folder / "one.exr", StereoImage.flat(XYZ.astype(np.float32)))
+    parts = []
+    for name, rows in (("left", 40), ("right", 38)):
+        part = oiio.ImageSpec(48, rows, 3, "half")
+        part.full_width, part.full_height = 48, 40  # all parts of a file share the display window
+        part.attribute("view", name)
+        part.attribute("oiio:subimagename", name)
+        part.attribute("chromaticities", "float[8]", XYZ_CHROMATICITIES)
+        parts.append(part)
+    output = oiio.ImageOutput.create(str(folder / "pair.exr"))
+    assert output is not None
+    assert output.open(str(folder / "pair.exr"), parts)
+    for index, part in enumerate(parts):
+        assert index == 0 or output.open(str(folder / "pair.exr"), part, "AppendSubimage")
+        assert output.write_image(XYZ[: part.height].astype(np.float32))
+    assert output.close()
+    return pictures({"name": "good", "file": "one.exr"}, {"name": "bad", "file": "pair.exr"})
+
+
+def no_right_file(folder: Path) -> Recipe:
+    raw(folder / "left.dng")
+    return photographs({"name": "bad", "left": "left.dng"}, views=["stereo"])
+
+
+def no_right_view(folder: Path) -> Recipe:
+    exr(folder / "pair.exr", {"left": XYZ})
+    return pictures({"name": "bad", "file": "pair.exr"})
+
+
+def one_view_for_stereo(folder: Path) -> Recipe:
+    exr(folder / "pair.exr", {"center": XYZ})
+    return pictures({"name": "bad", "file": "pair.exr", "view": "stereo"})
+
+
+def negative(folder: Path) -> Recipe:
+    bad = XYZ.copy()
+    bad[3, 4, 1] = -0.5
+    exr(folder / "pair.exr", {"left": XYZ, "right": bad})
+    return pictures({"name": "bad", "file": "pair.exr"})
+
+
+def negative_from_the_camera(folder: Path) -> Recipe:
+    rgb = XYZ @ np.linalg.inv(MATRIX).T
+    rgb[5:9, 5:9] = (0.0, 0.0, 0.5)
+    raw(folder / "left.dng", rgb)
+    stimulus = {"name": "bad", "left": "left.dng", "flat_eye": "left"}
+    return photographs(stimulus, views=["flat"], develop={"negative": "refuse"})
+
+
+def not_a_number(folder: Path) -> Recipe:
+    bad = XYZ.copy()
+    bad[3, 4, 1] = np.nan
+    exr(folder / "pair.exr", {"left": XYZ, "right": bad})
+    return pictures({"name": "bad", "file": "pair.exr"}, align={"method": "offset", "offset_px": [1, 0]})
+
+
+def cut_short(folder: Path) -> Recipe:
+    raw(folder / "left.dng")
+    whole = raw(folder / "right.dng").read_bytes()
+    (folder / "right.dng").write_bytes(whole[: len(whole) // 2])
+    return photographs({"name": "bad", "left": "left.dng", "right": "right.dng"})
+
+
+def camera_of_another_exposure(folder: Path) -> Recipe:
+    camera(folder, "affine")
+    raw(folder / "left.dng", time=(1, 30))
+    return photographs({"name": "bad", "left": "left.dng", "flat_eye": "left"}, views=["flat"])
+
+
+def no_exposure_known(folder: Path) -> Recipe:
+    write_dng(folder / "left.dng", XYZ @ np.linalg.inv(MATRIX).T, black=(600,), white=65000)
+    return photographs({"name": "bad", "left": "left.dng", "flat_eye": "left"}, views=["flat"])
+
+
+def no_camera_file(folder: Path) -> Recipe:
+    raw(folder / "left.dng")
+    return photographs({"name": "bad", "left": "left.dng", "flat_eye": "left"}, views=["flat"], camera="../none.yaml")
+
+
+def noise_to_align(folder: Path) -> Recipe:
+    random_ = np.random.default_rng(3)
+    exr(folder / "pair.exr", {view: random_.uniform(5, 10, (96, 96, 3)) for view in ("left", "right")})
+    return pictures({"name": "bad", "file": "pair.exr"}, align={"method": "correlation"})
+
+
+def crop_beyond(folder: Path) -> Recipe:
+    exr(folder / "one.exr", {"center": XYZ})
+    return pictures(
+        {"name": "bad", "file": "one.exr", "crop": {"left_px": 40, "top_px": 0, "width_px": 9, "height_px": 9}}
+    )
+
+
+def upwards(folder: Path) -> Recipe:
+    return photographs({"name": "bad", "left": "../left.dng", "right": "right.dng"})
+
+
+WRONG: dict[str, tuple[Callable[[Path], Recipe], str, str]] = {
+    "mismatched files": (
+        views_of_two_sizes,
+        "right.dng",
+        "the views differ in size: 'left' is 48 × 40, 'right' is 48 × 36",
+    ),
+    "mismatched views": (views_of_two_sizes_in_one_file, "pair.exr", "the views differ in size"),
+    "a missing file": (no_right_file, "recipe.yaml", "'bad' has no view 'right'"),
+    "a missing view": (no_right_view, "pair.exr", "the view 'left' has no 'right' beside it"),
+    "one view": (one_view_for_stereo, "pair.exr", "the picture has one view"),
+    "negative": (negative, "pair.exr", "1 pixels have negative XYZ"),
+    "negative by the camera": (negative_from_the_camera, "left.dng", "pixels have negative XYZ"),
+    "NaN": (not_a_number, "pair.exr", "1 pixels are not finite: NaN"),
+    "cut short": (cut_short, "right.dng", "cut short or damaged"),
+    "another exposure": (camera_of_another_exposure, "left.dng", "was fitted at .* and the photograph was taken at"),
+    "no exposure": (no_exposure_known, "left.dng", "does not tell its exposure"),
+    "no camera file": (no_camera_file, "recipe.yaml", "'../none.yaml' cannot be read"),
+    "noise": (noise_to_align, "bad", "stimulus 'bad'"),
+    "a crop beyond": (crop_beyond, "bad", "the crop reaches to column 49"),
+    "a path upwards": (upwards, "recipe.yaml", "in the recipe's own folder"),
+}
+
+
+@pytest.mark.parametrize("name", WRONG)
+def test_wrong_input_is_told_and_leaves_the_cache_as_it_was(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str
+) -> None:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    good = tmp_path / "good"
+    good.mkdir()
+    exr(good / "one.exr", {"center": XYZ})
+    build(write_recipe(good, pictures({"name": "one", "file": "one.exr"})))
+    before = tree(tmp_path / "cache")
+    make, file, reason = WRONG[name]
+    folder = tmp_path / "mine"
+    folder.mkdir()
+    camera(folder)
+    recipe = make(folder)
+    if name == "mismatched views":
+        # A stimulus was made before the wrong one is met, and one is taken from the other set.
+        recipe["stimuli"].insert(0, {"name": "other", "file": "one.exr", "luminance": {"scale": 0.5}})
+    result = CliRunner().invoke(
+        group, ["stimuli", "build", str(write_recipe(folder, recipe)), "--pixel-pitch-mm", "0.3"]
+    )
+    assert isinstance(result.exception, InputError), result.output
+    *_, finding = result.exception.findings
+    assert file in str(finding)
+    with pytest.raises(AssertionError, match=reason):
+        raise AssertionError(str(finding))
+    assert tree(tmp_path / "cache") == before
+
+
+@pytest.mark.parametrize(("times", "refused"), [(6.0, False), (60.0, True)])
+def test_saturated_patches_of_a_chart_are_named_and_too_many_of_them_refused(
+    tmp_path: Path, times: float, refused: bool
+) -> None:
+    chart = chart_csv(tmp_path / "chart.csv", times=times)
+    words = ["camera", "fit", str(chart), "--exposure", "1/15,8,800", "-o", str(tmp_path / "camera.yaml")]
+    result = CliRunner().invoke(group, words)
+    assert (tmp_path / "camera.yaml").exists() != refused
+    if refused:
+        assert isinstance(result.exception, InputError)
+        assert "chart.csv" in str(result.exception)
+        assert "saturated" in str(result.exception)
+    else:
+        assert "Left out: white 9.5: saturated: red and green and blue" in result.output
+
+
+def build(recipe: Path, *words: str) -> Any:
+    result = CliRunner().invoke(
+        group, ["stimuli", "build", str(recipe), "--pixel-pitch-mm", "0.3", "--json", *words], catch_exceptions=False
+    )
+    assert result.exit_code == 0, result.output
+    return json.loads(result.stdout)
+
+
+def tree(folder: Path) -> dict[str, bytes]:
+    """Return all files but locks, which stay empty, and records of hashes, which say nothing new."""
+    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {
+        str(path.relative_to(folder)): path.read_bytes()
+        for path in files
+        if path.suffix != ".lock" and not path.name.endswith("-hashes.json")
+    }
+
+
+def test_what_the_command_asks_for_first(tmp_path: Path) -> None:
+    recipe = write_recipe(tmp_path, pictures({"name": "one", "file": "one.exr"}))
+    for words in ([], ["--rig", "a.yaml", "--pixel-pitch-mm", "0.3"]):
+        result = CliRunner().invoke(group, ["stimuli", "build", str(recipe), *words])
+        assert result.exit_code == 2
+        assert "Name the display" in result.output
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / "mine.txt").write_text("keep")
+    words = ["stimuli", "build", str(recipe), "--pixel-pitch-mm", "0.3", "-o", str(tmp_path / "out")]
+    result = CliRunner().invoke(group, words)
+    assert "there is something already" in str(result.exception)
+    assert (tmp_path / "out" / "mine.txt").read_text() == "keep"
+
+
+def test_sets_are_listed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    exr(tmp_path / "one.exr", {"center": XYZ})
+    made = build(write_recipe(tmp_path, pictures({"name": "one", "file": "one.exr"})))
+    result = CliRunner().invoke(group, ["stimuli", "list", "--json"], catch_exceptions=False)
+    (told,) = json.loads(result.stdout)
+    assert (told["folder"], told["digest"], told["stimuli"]) == (made["folder"], made["digest"], ["one"])
+    assert "one" in CliRunner().invoke(group, ["stimuli", "list"], catch_exceptions=False).stdout
