@@ -12,9 +12,9 @@ from types import TracebackType
 from typing import Any
 
 from analysis.records import Header, Resumption, SessionLog, Trial
-from runner.compensation import Compensation
 from runner.errors import SessionError
-from runner.header import changes, check_unchanged, describe_stimulus, hashes, make_header
+from runner.header import changes, check_unchanged, hashes, make_header
+from runner.ledger import Ledger, LedgerWork
 from runner.observers.image_distance import mean_delta_e_00
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.replay import Replay, asked_after_their_block, check_replayable
@@ -52,6 +52,7 @@ class Station:
     descriptions: tuple[dict[str, Any], ...]
     remarks: tuple[str, ...]
     timing: dict[str, Any]
+    ledger_work: LedgerWork
 
     @classmethod
     def open(
@@ -67,8 +68,8 @@ class Station:
         rig = experiment.rig
         mode = experiment.mode
         load = functools.lru_cache(maxsize=4)(experiment.shown(stimuli.load))
-        compensation = Compensation.of(rig, mode, (load(name) for name in stimuli.names))
-        pictures = ReadyPictures(load, compensation, in_pass=True)
+        ledger = Ledger.of(experiment, stimuli, load)
+        pictures = ReadyPictures(load, ledger.compensation, in_pass=True)
         surface = open_surface(
             backend,
             rig.display.panel.resolution_px,
@@ -83,12 +84,9 @@ class Station:
             )
             descriptions = []
             for name in stimuli.names:
-                # Decoded once: described, then made ready to be shown.
-                description = describe_stimulus(
-                    name, load(name), stimuli.factors(name), compensation, experiment.places_px
-                )
-                descriptions.append(description)
-                for place in experiment.places_px if compensation.depends_on_place else ((0, 0),):
+                # Decoded once: described, unless its description is found, then made ready to be shown.
+                descriptions.append(ledger.description(name))
+                for place in experiment.places_px if ledger.compensation.depends_on_place else ((0, 0),):
                     if not presenter.counters.evictions:  # more than fits is made ready when its trial comes near
                         presenter.prefetch(pictures.placed(Scene((Picture(name, place),))))
         except BaseException:
@@ -98,7 +96,8 @@ class Station:
         remarks = surface.facts.remarks + timing_remarks
         if not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
-        return cls(experiment, stimuli, results, surface, presenter, pictures, tuple(descriptions), remarks, timing)
+        told = tuple(descriptions)
+        return cls(experiment, stimuli, results, surface, presenter, pictures, told, remarks, timing, ledger.work)
 
     def __enter__(self) -> Station:
         return self
@@ -195,7 +194,7 @@ class Station:
                 pending=log.pending if log else pending,
                 on_trial=on_trial,
                 style=self.experiment.style,
-                closing_facts=lambda: {"work": asdict(self.presenter.counters)},
+                closing_facts=lambda: {"work": asdict(self.presenter.counters) | asdict(self.ledger_work)},
             )
             on_session(session)
             try:

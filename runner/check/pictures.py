@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import asdict
 from typing import Any
 
 from documents.yaml_source import YamlSource
 from runner.check.checked import Checked, Wishes
 from runner.check.places import finding_at
-from runner.compensation import Compensation
-from runner.header import describe_stimulus
+from runner.ledger import Ledger
 from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet, build
 from stimuli.display_setup import DisplaySetup
@@ -24,12 +24,12 @@ def pictures(checked: Checked, design: Experiment, source: YamlSource, wishes: W
         lambda _, done, of: wishes.progress("Building stimuli", done, of),
         setup=DisplaySetup.of(design.rig),
     )
-    load = design.shown(stimuli.load)
-    compensation = Compensation.of(design.rig, design.mode, (load(name) for name in stimuli.names))
+    ledger = Ledger.of(design, stimuli, design.shown(stimuli.load))
     clipping = {}
     for done, name in enumerate(stimuli.names, start=1):
-        clipping[name] = describe_stimulus(name, load(name), {}, compensation, design.places_px)["clipping"]
+        clipping[name] = ledger.description(name)["clipping"]
         wishes.progress("Looking at stimuli", done, len(stimuli.names))
+    checked.facts |= asdict(ledger.work)
     checked.facts["clipped_percent"] = _per_eye(clipping, "percent_any")
     checked.facts["clip_limit_percent"] = wishes.clip_limit_percent
     checked.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")

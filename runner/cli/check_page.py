@@ -30,6 +30,8 @@ _APART = (
     "clipping_cost_mean_delta_e_00",
     "filters_cost_mean_delta_e_00",
     "clip_limit_percent",
+    "costs_reckoned",
+    "costs_found",
     "trials",
     "minutes",
     "screen",
