@@ -247,6 +247,25 @@ def test_pixels_that_are_no_numbers_are_refused_by_region(chart_picture: Draw, r
         compared(photo, rendering, regions_of(CHART))
 
 
+def test_a_chart_upside_down_in_one_picture_is_said(chart_picture: Draw, regions_of: Write) -> None:
+    regions, upright = regions_of(CHART), chart_picture()
+    turned = chart_picture([[318.0, 240.0], [28.0, 220.0], [40.0, 30.0], [330.0, 44.0]])
+    with pytest.raises(PictureError, match="lies upside down in the rendering") as caught:
+        compared(upright, turned, regions)
+    assert caught.value.findings[0].file == regions.file
+    with pytest.raises(PictureError, match="lies upside down in the photograph"):
+        compared(turned, upright, regions)
+
+
+def test_where_all_is_saturated_nothing_is_left_but_the_reasons(chart_picture: Draw, regions_of: Write) -> None:
+    picture = chart_picture()
+    found = compared(picture, picture, regions_of(CHART), photo_saturated=np.ones(picture.shape, dtype=np.bool_))
+    assert found.table.compared == ()
+    assert found.table.factor is None
+    assert any("cannot be told" in sentence for sentence in found.said)
+    assert judge(Evidence(regions=found.table)).decision == "cannot say"
+
+
 def test_progress_goes_through_both_pictures(chart_picture: Draw, regions_of: Write) -> None:
     done: list[tuple[int, int]] = []
     picture = chart_picture()
