@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Collection, Iterator
 
 import numpy as np
 
@@ -14,16 +14,24 @@ from stimuli.studio import Studio
 
 
 def make_plate(
-    recipe: SparklePlateRecipe, pixel_pitch_mm: float, report: Callable[[str, int, int], None]
+    recipe: SparklePlateRecipe,
+    pixel_pitch_mm: float,
+    report: Callable[[str, int, int], None],
+    names: Collection[str] | None = None,
 ) -> Iterator[Made]:
-    """Yield the recipe's stimuli, each sampled for a display of ``pixel_pitch_mm``.
+    """Yield the recipe's stimuli, or those of ``names``, each sampled for a display of ``pixel_pitch_mm``.
 
     Each viewpoint's sparkles are rendered once, and each exposure of them is developed once, however many stimuli
     show them.
     """
     studio = Studio(recipe.plate, recipe.lamp, recipe.camera, recipe.seed, pixel_pitch_mm, recipe.further_lamps)
     factors = stimulus_factors(recipe)
-    wanted = [(stimulus, view) for stimulus in recipe.stimuli for view in recipe.views]
+    wanted = [
+        (stimulus, view)
+        for stimulus in recipe.stimuli
+        for view in recipe.views
+        if names is None or stimulus_name(stimulus.name, view) in names
+    ]
     for done, (stimulus, view) in enumerate(wanted):
         name = stimulus_name(stimulus.name, view)
         report(f"rendering {name}", done, len(wanted))

@@ -104,7 +104,7 @@ def _plate(recipe: SparklePlateRecipe, around: Surroundings) -> Task:
     }
 
     def make(report: Report, names: Collection[str]) -> Iterator[Made]:
-        return (one for one in make_plate(recipe, around.pixel_pitch_mm, report) if one.name in names)
+        return make_plate(recipe, around.pixel_pitch_mm, report, names)
 
     return Task(keys, make)
 

@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stimuli.recipe_values import View
+from stimuli.resolution import resolution
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.light import Light
 from stimuli.sparkle.photograph import Photograph, photograph, plate_light
@@ -69,8 +70,15 @@ class Studio:
                 "views": {eye: dict(self._light(eye).counts) for eye in eyes},
             },
             expose,
-            {"step": "resample", "pixel_pitch_mm": self._pixel_pitch_mm},
+            self._resampled(),
         )
+
+    def _resampled(self) -> Mapping[str, Any]:
+        """Return the step to the display's pixels, and what they lose, seen from where the camera stood."""
+        size_mm = (self._plate.width_mm, self._plate.height_mm)
+        kept = resolution(self._camera.grid_px(self._plate), size_mm, self._pixel_pitch_mm, self._camera.distance_mm)
+        step = {"step": "resample", "pixel_pitch_mm": self._pixel_pitch_mm, "size_mm": list(size_mm), "filter": "area"}
+        return {**step, "resolution": kept.to_json(), "said": list(kept.sentences())}
 
     def _place(self, eye: str) -> Place:
         return tuple(self._camera.position_mm(eye).tolist())

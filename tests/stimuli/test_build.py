@@ -151,6 +151,8 @@ def test_the_manifest_records_steps_statistics_and_files(tmp_path: Path) -> None
     counts = entry["steps"][0]["views"]["left"]
     assert counts["splatted"] <= counts["shaded"] <= counts["flakes"]
     image = made.load(entry["name"])
+    assert entry["steps"][2]["resolution"]["picture_px"] == [175, 117]
+    assert "cycles per degree" in entry["steps"][2]["said"][0]
     told = entry["statistics"]
     assert (told["exposure_s"], told["luminance_scale"]) == (1.0, 1.78)
     luminance = image.left[..., 1].astype(np.float64)

@@ -1,0 +1,209 @@
+"""The steps of a recipe, on pictures: aligned, cropped, brought to a luminance, resampled; stereo and flat."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.ndimage import gaussian_filter
+
+from stimuli.build import build
+from stimuli.errors import StimulusError
+from stimuli.exr import read_exr, write_exr
+from stimuli.recipe import read_recipe
+from stimuli.resample import resample_picture
+from stimuli.stereo_image import StereoImage
+from stimuli.stimulus_set import StimulusSet
+from tests.runner.cli.stimuli.test_wrong_input import exr
+from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
+
+PITCH_MM = 0.2768
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def texture(shape: tuple[int, int] = (140, 180), seed: int = 2) -> Any:
+    random_ = np.random.default_rng(seed)
+    light = 8 + 3 * gaussian_filter(random_.standard_normal(shape), 1.2) + 60 * (random_.random(shape) > 0.995)
+    return (light[..., None] * np.array([0.95, 1.0, 1.08])).astype(np.float32)
+
+
+def multi_view(path: Path, shift: tuple[int, int] = (7, 2)) -> Any:
+    """Write a scene as left, centre and right see it, each ``shift`` further; return the scene."""
+    scene = texture()
+    views = {}
+    for place, name in enumerate(("left", "center", "right")):
+        down, across = 20 - place * shift[1], 30 - place * shift[0]
+        views[name] = scene[down : down + 96, across : across + 128]
+    exr(path, views)
+    return scene
+
+
+def made(folder: Path, *stimuli: dict[str, Any], **more: Any) -> StimulusSet:
+    recipe = {"schema_version": 1, "kind": "pictures", **more, "stimuli": list(stimuli)}
+    return build(write_recipe(folder, recipe), PITCH_MM)
+
+
+def step(entry: Any, name: str) -> Any:
+    (found,) = [one for one in entry["steps"] if one["step"] == name]
+    return found
+
+
+@pytest.mark.parametrize(
+    "align",
+    [
+        {"method": "correlation", "whole_pixels": True},
+        {"method": "offset", "offset_px": [14, 4]},
+        {"method": "points", "points": {"left": [[60, 40], [80, 60]], "right": [[74, 44], [94, 64]]}},
+    ],
+)
+def test_a_multi_view_file_is_aligned_and_its_centre_shows_the_same_part(tmp_path: Path, align: dict[str, Any]) -> None:
+    scene = multi_view(tmp_path / "pair.exr")
+    sets = made(tmp_path, {"name": "a", "file": "pair.exr"}, align=align, views=["stereo", "flat"])
+    stereo, flat = sets.load("a-stereo"), sets.load("a-flat")
+    np.testing.assert_array_equal(stereo.left, stereo.right)
+    assert flat.is_flat
+    np.testing.assert_allclose(flat.left, stereo.left, rtol=2e-3)
+    there = scene[20 : 20 + stereo.height_px, 30 : 30 + stereo.width_px]
+    np.testing.assert_allclose(stereo.left, there, rtol=1e-3)
+    assert step(sets.entry("a-stereo"), "align")["shift_px"] == pytest.approx(14, abs=0.05)
+    assert step(sets.entry("a-flat"), "flat")["view"] == "center"
+
+
+def test_without_a_centre_the_named_eye_is_the_flat_version(tmp_path: Path) -> None:
+    scene = texture()
+    write_exr(tmp_path / "pair.exr", StereoImage(scene[10:100, 20:140], scene[10:100, 14:134]))
+    align = {"method": "offset", "offset_px": [6, 0]}
+    sets = made(tmp_path, {"name": "a", "file": "pair.exr", "flat_eye": "right"}, align=align, views=["stereo", "flat"])
+    np.testing.assert_array_equal(sets.load("a-flat").left, sets.load("a-stereo").right)
+    with pytest.raises(StimulusError, match="no centre view"):
+        made(tmp_path, {"name": "a", "file": "pair.exr"}, align=align, views=["stereo", "flat"])
+
+
+def test_toe_in_is_undone_before_the_pair_is_aligned(tmp_path: Path) -> None:
+    scene = texture()
+    write_exr(tmp_path / "pair.exr", StereoImage(scene[10:120, 20:160], scene[10:120, 20:160]))
+    toe_in = {"toe_in_deg": 2.6, "field_of_view_deg": 20}
+    sets = made(
+        tmp_path, {"name": "a", "file": "pair.exr", "flat_eye": "left"}, toe_in=toe_in, views=["stereo", "flat"]
+    )
+    told = step(sets.entry("a-stereo"), "rectify_toe_in")
+    assert max(abs(value) for value in told["keystone"]["vertical_px"]) > 0.3
+    np.testing.assert_array_equal(sets.load("a-flat").left, sets.load("a-stereo").left)
+    assert sets.size_px("a-stereo")[0] < 140
+
+
+@pytest.mark.parametrize(
+    ("luminance", "measured"),
+    [
+        ({"mean_cd_m2": 4.0}, lambda one: one.left[..., 1].mean(dtype=np.float64)),
+        ({"max_cd_m2": 4.0}, lambda one: one.left[..., 1].max()),
+        ({"white_cd_m2": 4.0, "white_box": [5, 9, 20, 10]}, lambda one: np.median(one.left[9:19, 5:25, 1])),
+    ],
+)
+def test_one_factor_brings_the_picture_to_its_luminance(tmp_path: Path, luminance: Any, measured: Any) -> None:
+    write_exr(tmp_path / "one.exr", StereoImage.flat(texture()))
+    sets = made(tmp_path, {"name": "a", "file": "one.exr"}, luminance=luminance)
+    assert measured(sets.load("a")) == pytest.approx(4.0, rel=1e-3)
+    entry = sets.entry("a")
+    assert entry["statistics"]["luminance_scale"] == pytest.approx(step(entry, "adapt")["luminance_scale"])
+
+
+@pytest.mark.parametrize("filter_", ["area", "linear", "cubic"])
+def test_pictures_are_resampled_to_their_true_size(tmp_path: Path, filter_: Any) -> None:
+    scene = texture()
+    write_exr(tmp_path / "one.exr", StereoImage.flat(scene))
+    resample = {"width_mm": 18.0, "filter": filter_}
+    sets = made(tmp_path, {"name": "a", "file": "one.exr"}, resample=resample)
+    expected = resample_picture(StereoImage.flat(scene), (18.0, 14.0), PITCH_MM, filter_)
+    assert sets.size_px("a") == (65, 51) == (expected.width_px, expected.height_px)
+    np.testing.assert_allclose(sets.load("a").left, expected.left, rtol=1e-3)
+    crop = {"left_px": 10, "top_px": 20, "width_px": 100, "height_px": 60}
+    sets = made(tmp_path, {"name": "a", "file": "one.exr"}, resample={"px_per_mm": 10}, crop=crop)
+    assert sets.size_px("a") == (36, 22)
+    assert [one["step"] for one in sets.entry("a")["steps"]] == ["read", "crop_to_plate", "resample"]
+
+
+def test_a_stimulus_s_own_step_takes_the_place_of_the_recipe_s_and_changes_no_other(tmp_path: Path) -> None:
+    write_exr(tmp_path / "one.exr", StereoImage.flat(texture()))
+    first, second = {"name": "a", "file": "one.exr"}, {"name": "b", "file": "one.exr"}
+    made(tmp_path, first, second | {"luminance": {"scale": 2.0}}, luminance={"scale": 0.5})
+    sets = made(tmp_path, first, second | {"luminance": {"scale": 3.0}}, luminance={"scale": 0.5})
+    assert sets.rendered == 1
+    np.testing.assert_allclose(sets.load("b").left, 6 * sets.load("a").left, rtol=2e-3)
+
+
+def test_photographs_in_xyz_and_spectra_need_no_camera(tmp_path: Path) -> None:
+    scene = texture()
+    for name in ("left", "right"):
+        write_exr(tmp_path / f"{name}.exr", StereoImage.flat(scene * (1 if name == "left" else 2)))
+    recipe: dict[str, Any] = {
+        "schema_version": 1,
+        "kind": "photographs",
+        "stimuli": [{"name": "a", "left": "left.exr", "right": "right.exr"}],
+    }
+    sets = build(write_recipe(tmp_path, recipe), PITCH_MM)
+    np.testing.assert_allclose(sets.load("a").right, 2 * sets.load("a").left, rtol=1e-3)
+    assert [(one["step"], one["view"]) for one in sets.entry("a")["steps"]] == [("read", "left"), ("read", "right")]
+
+
+@pytest.mark.parametrize(
+    ("change", "reason"),
+    [
+        ({"align": {"method": "offset"}}, "method offset needs offset_px"),
+        ({"align": {"offset_px": [1, 2]}}, "has no use for offset_px"),
+        ({"resample": {"filter": "area"}}, "px_per_mm or width_mm"),
+        ({"luminance": {"scale": 1, "mean_cd_m2": 2}}, "one decides the factor"),
+        ({"luminance": {"white_cd_m2": 2}}, "white_box go together"),
+        ({"luminance": {}}, "give one of scale"),
+        ({"toe_in": {"toe_in_deg": 2}}, "focal_length_px or field_of_view_deg"),
+        ({"tone_map": {"reference_cd_m2": 0}}, "greater than 0|above 0|more than 0"),
+        ({"sparkles": {"times": 0}}, "'times' the background"),
+        ({"series": [{"name": "x"}, {"name": "X"}]}, "stands twice"),
+        ({"kind": "photographs"}, "colour_space"),
+    ],
+)
+def test_steps_that_cannot_be_are_refused(tmp_path: Path, change: dict[str, Any], reason: str) -> None:
+    recipe = {
+        "schema_version": 1,
+        "kind": "pictures",
+        "stimuli": [{"name": "a", "file": "one.exr", "colour_space": "xyz"}],
+    }
+    with pytest.raises(StimulusError if "series" in change else Exception, match=reason):
+        read_recipe(write_recipe(tmp_path, {**recipe, **change}))
+
+
+def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
+    path = ROOT / "configs/stimuli/photographs.yaml"
+    recipe, _ = read_recipe(path)
+    assert recipe.kind == "photographs"
+    with pytest.raises(StimulusError) as error:
+        build(path, PITCH_MM)
+    assert all("cannot be read" in finding.message for finding in error.value.findings)
+    assert len(error.value.findings) == sum(len(one.files) for one in recipe.stimuli)
+
+
+SHARED = ROOT / ".." / "shared" / "data" / "stereo"
+
+
+@pytest.mark.shared_data
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
+def test_a_real_stereo_file_becomes_a_stereo_and_a_flat_stimulus(tmp_path: Path) -> None:
+    shutil.copyfile(SHARED / "Adjuster.exr", tmp_path / "Adjuster.exr")
+    blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709", "white_luminance_cd_m2": 20}
+    sets = made(tmp_path, blade, views=["stereo", "flat"], resample={"width_mm": 150})
+    assert sets.size_px("blade-stereo")[0] == 542
+    stereo, flat = sets.load("blade-stereo"), sets.load("blade-flat")
+    assert not np.array_equal(stereo.left, stereo.right)
+    assert flat.is_flat
+    source = read_exr(SHARED / "Adjuster.exr", "rec709", white_luminance_cd_m2=20)
+    assert stereo.left[..., 1].mean(dtype=np.float64) == pytest.approx(
+        source.left[..., 1].mean(dtype=np.float64), rel=5e-3
+    )
