@@ -142,7 +142,10 @@ def _said(readings: Measurements, white: float) -> list[str]:
     apart = delta_e_2000(lab, lab[first[group.ravel()]])
     if apart.max() > _MOST_REPEAT:
         where = np.flatnonzero(apart > _MOST_REPEAT)
-        said.append(f"repeated patches differ by up to {apart.max():.1f} ΔE00 ({_names(readings, where)}): drift?")
+        said.append(
+            f"repeated patches differ by up to {apart.max():.1f} ΔE00 ({_names(readings, where)}): "
+            "display report tells drift from scatter"
+        )
     return said
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from devices.ciede2000 import delta_e_2000
 from devices.colour import xyz_to_lab
 from devices.diagnostics.diagnosis import Check, Colour, Diagnosis, Line, Panel, Table, numbers
-from devices.diagnostics.ramps import CHANNELS, means
+from devices.diagnostics.ramps import CHANNELS, FLOOR_SHARE, means
 from devices.display import DisplayModel
 from devices.measurements import Measurements
 
@@ -20,8 +20,8 @@ CODES = Check(
     "Real against estimated codes",
     0.995,
     "R², the least channel's",
-    "thesis Table 3.6, whose least R² is 0.9976; less 0.002 for dark channels of bright colours, which readings with "
-    "0.2 % of noise cannot tell",
+    "thesis Table 3.6, whose least R² is 0.9976, less 0.002 for the noise of a reading; channels with less than 2 % of "
+    "their full light, really and by the estimate, are drawn and not judged, because readings cannot tell them",
     at_least=True,
 )
 DIFFERENCE = Check(
@@ -36,7 +36,11 @@ _COLOURS: tuple[Colour, ...] = ("red", "green", "blue")
 
 
 def estimated_codes(measurements: Measurements, model: DisplayModel) -> Diagnosis:
-    """Judge the least R² over channels between codes as sent and as `model.code` estimates them from readings."""
+    """Judge the least R² over channels between codes as sent and as `model.code` estimates them from readings.
+
+    A channel that gives less than 2 % of its full light by either code is left out of it: beside brighter channels, and
+    below a display's cut-off, its code is a matter of noise.
+    """
     codes, light = means(measurements)
     if len(codes) < _FEWEST:
         return CODES.unjudged("Fewer than eight colours were read.")
@@ -44,11 +48,12 @@ def estimated_codes(measurements: Measurements, model: DisplayModel) -> Diagnosi
     panels, rows, shares = [], [], []
     for channel, name in enumerate(CHANNELS):
         real, found = codes[:, channel], estimated[:, channel]
-        spread = float(((real - real.mean()) ** 2).sum())
+        lit = np.maximum(model.curves[channel].linear(real), model.curves[channel].linear(found)) >= FLOOR_SHARE
+        spread = float(((real[lit] - real[lit].mean()) ** 2).sum()) if lit.any() else 0.0
         if spread == 0:
-            return CODES.unjudged(f"All readings have one code of {name}.")
-        shares.append(1 - float(((real - found) ** 2).sum()) / spread)
-        error = 255 * (found - real)
+            return CODES.unjudged(f"All readings in which {name} gives 2 % of its light have one code of it.")
+        shares.append(1 - float(((real - found)[lit] ** 2).sum()) / spread)
+        error = 255 * (found - real)[lit]
         rows.append((name, f"{shares[-1]:.5f}", float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())))
         lines = (
             Line("", (0.0, 255.0), (0.0, 255.0), "soft", "line"),

@@ -83,7 +83,7 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
     rows: list[tuple[Cell, ...]] = []
     for key, leak in leaks.items():
         one = fit.left if key[0] == "left" else fit.right
-        rows.append((key[0], key[1], leak, one.kind, float(one.readings), one.residual_max_cd_m2))
+        rows.append((key[0], key[1], f"{leak:.3f}", one.kind, float(one.readings), one.residual_max_cd_m2))
     names = list(dict.fromkeys(name for _, name in leaks))
     lines = tuple(
         Line(
@@ -96,7 +96,7 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
     )
     panel = Panel("", "colour in the other eye's picture", "leak, % of luminance", lines, (5.0,), x_names=tuple(names))
     table = Table(("into the eye", "colour", "leak, %", "matrix", "readings", "largest residual, cd/m²"), tuple(rows))
-    words = f"Most leaks into the {eye} eye: {value:.2g} % of {colour}'s luminance."
+    words = f"Most leaks into the {eye} eye: {round(value, 4):.2g} % of {colour}'s luminance."
     return CHECK.judged(value, words, series=(panel,), table=table, output=crosstalk_yaml(fit))
 
 
@@ -105,7 +105,8 @@ def crosstalk_yaml(fit: CrosstalkFit) -> str:
     lines = ["crosstalk:"]
     for eye, matrix in (("left", fit.crosstalk.left), ("right", fit.crosstalk.right)):
         lines.append(f"  {eye}:")
-        lines += [f"    - [{', '.join(f'{value:.6f}' for value in row)}]" for row in matrix]
+        # Adding 0 makes of -0 what is left when next to nothing leaks: 0.
+        lines += [f"    - [{', '.join(f'{value:.6f}' for value in np.round(row, 6) + 0.0)}]" for row in matrix]
     kinds = f"left {fit.left.kind}, right {fit.right.kind}"
     lines.append(f"  source: least squares over {fit.left.readings} and {fit.right.readings} readings ({kinds})")
     return "\n".join(lines) + "\n"

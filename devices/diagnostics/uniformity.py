@@ -55,7 +55,7 @@ def uniformity(measurements: Measurements) -> Diagnosis:
     names = tuple(str(c + 1) for c in range(columns))
     panel = Panel("", "column", "luminance from the centre's, %", lines, (-10.0, 10.0), x_names=names)
     cells: tuple[tuple[Cell, ...], ...] = tuple(
-        (f"row {r + 1}", *(f"{luminance[r, c]:.4g} ({deviation[r, c]:+.0f} %)" for c in range(columns)))
+        (f"row {r + 1}", *(f"{luminance[r, c]:.4g} ({deviation[r, c]:+.1f} %)" for c in range(columns)))
         for r in range(rows)
     )
     table = Table(("", *(f"column {c + 1}" for c in range(columns))), cells)

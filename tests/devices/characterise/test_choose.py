@@ -59,6 +59,12 @@ def test_a_real_crt() -> None:
     assert found.chosen.held_out.mean <= 0.8
     assert any("alone" in sentence for sentence in found.errs)
     assert "0..255" in found.said[0]
+    # Dark codes that give next to no light are undone and shown by every model all the same.
+    for candidate in found.candidates:
+        assert candidate.inversion_error_codes is not None
+        assert candidate.inversion_error_codes < 1e-6
+        assert candidate.table_error_codes is not None
+        assert candidate.table_error_codes < 0.001
 
 
 @pytest.mark.parametrize("XYZ", [noisy(THESIS, 0.002, 1), noisy(LCD, 0.002, 1)], ids=["thesis", "lcd"])
@@ -79,7 +85,7 @@ def test_every_model_is_undone_and_rises(XYZ: np.ndarray) -> None:
         far = np.array([[1e9, -1e9, 0.0], [0, 0, 0], [-5, 1e6, 1e6]])
         assert np.all(np.isfinite(model.code(far)))
         assert candidate.table_error_codes is not None
-        assert candidate.table_error_codes < 0.05
+        assert candidate.table_error_codes < 0.001
         assert candidate.inversion_error_codes is not None
         assert candidate.inversion_error_codes < 1e-6
 
