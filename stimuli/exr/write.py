@@ -2,20 +2,17 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 
 import numpy as np
 
 from documents import Finding
 from stimuli.errors import StimulusError
+from stimuli.exr.whole_file import write_whole
 from stimuli.stereo_image import StereoImage
 
 HALF_MAX = 65504.0
 _XYZ_CHROMATICITIES = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
-# OpenImageIO writes the time of day into a file that has none; equal pictures must make equal files.
-_NO_TIME = "0000:00:00 00:00:00"
 
 
 def write_exr(path: Path, image: StereoImage) -> None:
@@ -48,27 +45,7 @@ def write_exr(path: Path, image: StereoImage) -> None:
     names = [*"RGB", *(f"{view}.{channel}" for view in others for channel in "RGB")]
     spec = oiio.ImageSpec(image.width_px, image.height_px, len(names), "half")
     spec.channelnames = tuple(names)
-    spec.attribute("compression", "zip")
     spec.attribute("multiView", f"string[{len(views)}]", (first, *others))
     spec.attribute("chromaticities", "float[8]", _XYZ_CHROMATICITIES)
     spec.attribute("whiteLuminance", 1.0)
-    spec.attribute("DateTime", _NO_TIME)
-    pixels = np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1)
-    try:
-        descriptor, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".exr", dir=path.parent)
-        os.close(descriptor)
-    except OSError as error:
-        raise StimulusError(Finding(f"the picture cannot be written: {error.strerror}", str(path))) from error
-    try:
-        output = oiio.ImageOutput.create(temporary)
-        if output is None:
-            raise StimulusError(Finding(f"the picture cannot be written: {oiio.geterror().strip()}", str(path)))
-        written = output.open(temporary, spec) and output.write_image(pixels)
-        if not (output.close() and written):
-            raise StimulusError(Finding(f"the picture cannot be written: {output.geterror().strip()}", str(path)))
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise StimulusError(Finding(f"the picture cannot be written: {error.strerror}", str(path))) from error
-    finally:
-        Path(temporary).unlink(missing_ok=True)
+    write_whole(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))
