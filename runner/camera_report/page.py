@@ -43,6 +43,7 @@ def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
         lstrip_blocks=True,
     )
     environment.filters["short"] = short
+    environment.filters["five"] = _five_digits
     drawn = [
         # matplotlib escapes the text that it writes.
         (caption, Markup(panel_svg(panel, f"f{number}", f"{panel.y_label} over {panel.x_label}")))
@@ -69,6 +70,11 @@ def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
         patches=patches,
         drawn=drawn,
     )
+
+
+def _five_digits(value: float) -> str:
+    """Return a matrix's number as it is printed in a terminal: a standard error is often below its third digit."""
+    return f"{value:.5g}".replace("-", "−")
 
 
 def sentence(found: CameraFit) -> str:

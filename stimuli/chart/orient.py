@@ -13,6 +13,9 @@ from stimuli.errors import StimulusError
 
 _LOOKS = 7
 _LEAST = 8
+_COLOURS = ("red", "green", "blue")
+# A channel whose patches differ by less than this share of what the strongest channel's do sees nothing.
+_DEAD = 0.01
 
 
 def turn_upright(
@@ -51,14 +54,25 @@ def turn_upright(
         )
     best = min(offs, key=lambda way: offs[way])
     if not offs[best] <= MOST_OFF:
-        raise StimulusError(
-            Finding(
-                f"the colours there are not those of the chart in any way round (median ΔE00 {offs[best]:.0f} at best)",
-                file,
-                remedy="give the outer corners of the chart's patches: --corners x,y x,y x,y x,y",
-            )
-        )
+        raise StimulusError(_unlike(rgb, saturated, corners_px, layout, offs[best], file))
     return corners_px[list(WAYS[best])], best
+
+
+def _unlike(
+    rgb: Picture, saturated: Bools, corners_px: Floats, layout: ChartLayout, off: float, file: str | None
+) -> Finding:
+    """Return why the colours between the corners are no chart's."""
+    values, _ = _glance(rgb, saturated, corners_px, layout)
+    range_rgb = np.ptp(np.nan_to_num(values), axis=0)
+    dead = [name for name, spread in zip(_COLOURS, range_rgb, strict=True) if spread < _DEAD * range_rgb.max()]
+    if dead:
+        told = " and ".join(dead) + (" channel sees" if len(dead) == 1 else " channels see")
+        return Finding(f"the {told} nothing of the chart", file, remedy="check how the file was made")
+    return Finding(
+        f"the colours there are not those of the chart in any way round (median ΔE00 {off:.0f} at best)",
+        file,
+        remedy="see that --corners x,y x,y x,y x,y lie on the chart's patches and that the reference is this chart's",
+    )
 
 
 def _glance(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,6 +13,7 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from documents import Finding
 from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.full_early import full_early
 from stimuli.develop.levels import Levels
 from stimuli.develop.read import read_camera_image
 from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
@@ -22,9 +22,6 @@ from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
 from stimuli.exr.write import write_exr
 from stimuli.stereo_image import StereoImage
-
-# Noise seldom lets so many photosites meet at the largest code.
-_MANY = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,18 +92,6 @@ def _told(photo: Path, output: Path, image: CameraImage, holds: str) -> dict[str
         if exposure is None
         else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
         "saturated_share": list(image.saturated_share),
-        "said": list(_early_full(image)),
+        "said": list(full_early(image)),
         "steps": [dict(step) for step in image.steps],
     }
-
-
-def _early_full(image: CameraImage) -> Iterator[str]:
-    """Yield a remark where many photosites share the largest code although it is not yet one of a full one."""
-    for step in image.steps:
-        if step["step"] == "linearise":
-            largest, many, full = step["largest_code"], step["photosites_at_largest_code"], min(step["saturated_from"])
-            if largest < full and many >= _MANY:
-                yield (
-                    f"{many} photosites share the largest code, {largest}, below {full:g}: if it is full there, "
-                    f"tell --saturated {largest}"
-                )

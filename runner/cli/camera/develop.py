@@ -149,7 +149,8 @@ def _tell(told: list[dict[str, Any]]) -> None:
     for name in ("photograph", "size", "exposure", "saturated %") + (
         ("mean", "max", "unsafe %", "< 0") if has_xyz else ()
     ):
-        table.add_column(name, justify="left" if name == "photograph" else "right")
+        is_name = name == "photograph"
+        table.add_column(name, justify="left" if is_name else "right", no_wrap=not is_name, overflow="fold")
     for one in told:
         cells = [
             f"{one['width_px']}×{one['height_px']}",

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from devices.camera.correspondences import Correspondences
     from devices.camera.exposure import Exposure
     from devices.camera.fit import CameraFit
+    from stimuli.develop.levels import Levels
 
 _TABLES = (".csv", ".txt")
 
@@ -43,6 +44,7 @@ _TABLES = (".csv", ".txt")
     help="Least squares in XYZ, or in ΔE00.",
 )
 @click.option("--black", metavar="R,G,B", help="To subtract first, in shares of full scale.  [0,0,0]")
+@click.option("--saturated", type=float, metavar="CODE", help="From where a photosite is full.  [the file's white]")
 @click.option("--linear", is_flag=True, help="Take a TIFF or OpenEXR as linear camera RGB whatever it declares.")
 @click.option("--name", default="", help="The camera's name.")
 @click.option("-o", "--output", metavar="CAMERA.yaml", help="Camera file to write.")
@@ -58,6 +60,7 @@ def command(
     form: str,
     loss: str,
     black: str | None,
+    saturated: float | None,
     linear: bool,
     name: str,
     output: str | None,
@@ -85,10 +88,13 @@ def command(
     from devices.camera.fit import fit_camera
     from devices.camera.solve import Loss
     from runner.cli.main import WorkError
+    from stimuli.develop.levels import Levels
 
     is_table = chart.lower().endswith(_TABLES)
-    if is_table and (reference or white or corners or linear):
-        raise click.UsageError("--reference, --white, --corners and --linear go with a photograph, not with a table")
+    if is_table and (reference or white or corners or linear or saturated is not None):
+        raise click.UsageError(
+            "--reference, --white, --corners, --saturated and --linear go with a photograph, not with a table"
+        )
     if not is_table and (reference is None) == (white is None):
         raise click.UsageError("a photograph needs --reference REF.csv or --white X,Y,Z, and one of them")
     black_rgb = _triple(black, "--black") if black else (0.0, 0.0, 0.0)
@@ -101,7 +107,7 @@ def command(
     else:
         patches = _patches(reference, white)
         where = [_pair(corner) for corner in corners] if corners else None
-        colours, at, read = _photographed(Path(chart), patches, where, at, linear)
+        colours, at, read = _photographed(Path(chart), patches, where, at, Levels(saturated=saturated), linear)
     found = fit_camera(
         colours,
         cast(Form, form),
@@ -157,15 +163,23 @@ def _patches(reference: str | None, white: str | None) -> ReferenceColours:
 
 
 def _photographed(
-    photo: Path, patches: ReferenceColours, corners: list[tuple[float, float]] | None, at: Exposure | None, linear: bool
+    photo: Path,
+    patches: ReferenceColours,
+    corners: list[tuple[float, float]] | None,
+    at: Exposure | None,
+    levels: Levels,
+    linear: bool,
 ) -> tuple[Correspondences, Exposure | None, dict[str, Any]]:
     from stimuli.chart.photographed import read_chart
+    from stimuli.develop.full_early import full_early
     from stimuli.develop.read import read_camera_image
 
     # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
-    image = read_camera_image(photo, demosaic="bilinear", exposure=at, assume_linear=linear)
+    image = read_camera_image(photo, demosaic="bilinear", levels=levels, exposure=at, assume_linear=linear)
     chart = read_chart(image.rgb, image.saturated, patches, corners, file=str(photo))
-    return chart.colours, image.exposure, chart.to_json()
+    told = chart.to_json()
+    told["said"] += full_early(image)
+    return chart.colours, image.exposure, told
 
 
 def _pair(text: str) -> tuple[float, float]:

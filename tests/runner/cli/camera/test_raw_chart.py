@@ -1,0 +1,134 @@
+"""A chart photographed raw: characterised, and its light developed again, at its own exposure and at others."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner, Result
+from numpy.typing import NDArray
+
+from devices.camera.camera_file import read_camera
+from devices.colour import XYZ_from_xyY
+from devices.patches.colorchecker import colorchecker_xyY
+from documents import InputError
+from runner.cli.camera import command as group
+from stimuli.exr import read_exr
+from tests.stimuli.develop.dng import coded, exposure_tags, save_dng
+
+MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])
+NAMES, XYY = colorchecker_xyY()
+XYZ = XYZ_from_xyY(XYY) * 100
+RGB = XYZ @ np.linalg.inv(MATRIX).T
+LEVELS = {"black": (600,), "white": 15520}
+PATCHES = [(slice(81 + 69 * row, 139 + 69 * row), slice(81 + 69 * column, 139 + 69 * column)) for row in range(4)
+           for column in range(6)]  # fmt: skip
+
+
+def _light() -> NDArray[np.float64]:
+    """Return linear camera RGB of a chart on black card, on a grey table."""
+    light = np.full((420, 600, 3), [0.09, 0.14, 0.1])
+    light[60:365, 60:505] = [0.012, 0.016, 0.012]
+    for place, colour in zip(PATCHES, RGB, strict=True):
+        light[place] = colour
+    return light
+
+
+def _codes(light: NDArray[np.float64]) -> NDArray[np.uint16]:
+    """Return what a sensor of 15,000 electrons and 4 electrons of read noise records."""
+    codes = coded(light, **LEVELS).astype(float)
+    noise = np.sqrt(np.maximum(codes - 600, 0) + 16) * np.random.default_rng(4).standard_normal(codes.shape)
+    return np.asarray(np.clip(np.rint(codes + noise), 0, 15520).astype(np.uint16))
+
+
+def _photo(path: Path, codes: NDArray[np.uint16], time: tuple[int, int] = (1, 15)) -> Path:
+    return save_dng(path, codes, **LEVELS, tags=exposure_tags(time, (8, 1), 800))
+
+
+def _run(*words: object) -> Result:
+    return CliRunner().invoke(group, [str(word) for word in words])
+
+
+def _told(*words: object) -> Any:
+    result = _run(*words, "--json")
+    assert result.exit_code == 0, (result.output, result.exception)
+    return json.loads(result.stdout)
+
+
+def _patches(path: Path) -> NDArray[np.float64]:
+    xyz = read_exr(path).left
+    return np.array([xyz[place][8:-8, 8:-8].mean(axis=(0, 1), dtype=float) for place in PATCHES])
+
+
+@pytest.fixture
+def reference(tmp_path: Path) -> Path:
+    rows = [",".join([*(repr(float(v)) for v in one), name]) for one, name in zip(XYZ, NAMES, strict=True)]
+    (tmp_path / "chart.csv").write_text("X,Y,Z,name\n" + "\n".join(rows) + "\n")
+    return tmp_path / "chart.csv"
+
+
+def test_a_raw_chart_becomes_a_camera_file_and_its_light_comes_back(tmp_path: Path, reference: Path) -> None:
+    chart = _photo(tmp_path / "chart.dng", _codes(_light()))
+    fitted = _told("fit", chart, "--reference", reference, "-o", tmp_path / "camera.yaml")
+    assert fitted["held_out_delta_e_2000"]["max"] < 0.5  # of photon noise: 700 photosites of each colour in a patch
+    model = read_camera(tmp_path / "camera.yaml")
+    np.testing.assert_allclose(model.matrix, MATRIX, atol=0.5)
+    assert model.exposure is not None
+    assert str(model.exposure) == "1/15 s, f/8, ISO 800"
+
+    half = _photo(tmp_path / "half.dng", _codes(_light() / 2), (1, 30))
+    told = _told("develop", chart, half, "--camera", tmp_path / "camera.yaml", "-o", tmp_path / "out")
+    scales = [one["steps"][-1]["signal_beside_characterisation"] for one in told]
+    assert scales == pytest.approx([1.0, 0.5], rel=1e-6)
+    for name in ("chart.exr", "half.exr"):
+        np.testing.assert_allclose(_patches(tmp_path / "out" / name), XYZ, rtol=5e-3, atol=0.05)
+
+
+def test_an_affine_camera_file_of_a_raw_chart_serves_its_exposure_alone(tmp_path: Path, reference: Path) -> None:
+    chart = _photo(tmp_path / "chart.dng", _codes(_light()))
+    camera = tmp_path / "camera.yaml"
+    _told("fit", chart, "--reference", reference, "--form", "affine", "-o", camera)
+    _told("develop", chart, "--camera", camera, "-o", tmp_path / "own.exr")
+    np.testing.assert_allclose(_patches(tmp_path / "own.exr"), XYZ, rtol=5e-3, atol=0.1)
+    half = _photo(tmp_path / "half.dng", _codes(_light() / 2), (1, 30))
+    result = _run("develop", half, "--camera", camera, "-o", tmp_path / "half.exr")
+    assert isinstance(result.exception, InputError)
+    (finding,) = result.exception.findings
+    assert finding.file == str(half)
+    assert "fitted at 1/15 s, f/8, ISO 800 and the photograph was taken at 1/30 s" in finding.message
+    assert not (tmp_path / "half.exr").exists()
+
+
+def test_a_sensor_that_is_full_early_is_noticed_and_told(tmp_path: Path, reference: Path) -> None:
+    chart = _photo(tmp_path / "chart.dng", np.minimum(_codes(_light() * 1.3), 9000).astype(np.uint16))
+    noticed = _told("fit", chart, "--reference", reference)
+    assert any("if it is full there, tell --saturated 9000" in said for said in noticed["chart"]["said"])
+    known = _told("fit", chart, "--reference", reference, "--saturated", 9000)
+    assert known["left_out"] == {"white 9.5": "saturated: green"}
+    result = _run("fit", tmp_path / "values.csv", "--saturated", 9000)
+    assert result.exit_code == 2
+    assert "--saturated" in result.output
+
+
+def test_a_dead_channel_is_named(tmp_path: Path, reference: Path) -> None:
+    light = _light()
+    light[..., 2] = 0.0
+    result = _run("fit", _photo(tmp_path / "dead.dng", _codes(light)), "--reference", reference)
+    assert isinstance(result.exception, InputError)
+    assert [one.message for one in result.exception.findings] == ["the blue channel sees nothing of the chart"]
+
+
+def test_a_chart_of_other_colours_is_not_asked_for_corners_that_were_given(tmp_path: Path, reference: Path) -> None:
+    lines = reference.read_text().splitlines()
+    reference.write_text("\n".join([lines[0], *np.random.default_rng(1).permutation(lines[1:])]) + "\n")
+    chart = _photo(tmp_path / "chart.dng", _codes(_light()))
+    corners = ["--corners", "80,80", "485,80", "485,347", "80,347"]
+    result = _run("fit", chart, "--reference", reference, *corners)
+    assert isinstance(result.exception, InputError)
+    (finding,) = result.exception.findings
+    assert "not those of the chart in any way round" in finding.message
+    assert finding.remedy is not None
+    assert "that the reference is this chart's" in finding.remedy
