@@ -23,7 +23,7 @@ MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0
 NAMES, XYY = colorchecker_xyY()
 XYZ = XYZ_from_xyY(XYY) * 100
 RGB = XYZ @ np.linalg.inv(MATRIX).T
-LEVELS = {"black": (600,), "white": 15520}
+LEVELS: dict[str, Any] = {"black": (600,), "white": 15520}
 PATCHES = [(slice(81 + 69 * row, 139 + 69 * row), slice(81 + 69 * column, 139 + 69 * column)) for row in range(4)
            for column in range(6)]  # fmt: skip
 
