@@ -83,7 +83,9 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
     rows: list[tuple[Cell, ...]] = []
     for key, leak in leaks.items():
         one = fit.left if key[0] == "left" else fit.right
-        rows.append((key[0], key[1], f"{leak:.3f}", one.kind, float(one.readings), one.residual_max_cd_m2))
+        rows.append(
+            (key[0], key[1], f"{round(leak, 3) + 0.0:.3f}", one.kind, float(one.readings), one.residual_max_cd_m2)
+        )
     names = list(dict.fromkeys(name for _, name in leaks))
     lines = tuple(
         Line(

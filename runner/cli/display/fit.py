@@ -103,6 +103,7 @@ def command(
             "thesis": tables,
         }
     if output:
+        told["said"] += _one_for_both(set(readings.eye), eyes)
         told["written"] = _write(Path(output), named, found, parts, origin, shape, replace)
     if as_json:
         click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
@@ -128,6 +129,14 @@ def _left_out(measured: MeasuredSet, parts: MeasuredParts) -> list[str]:
     if unused:
         said.append(f"{unused} readings at angles, on surrounds or while warming up (@ in their names) were left out")
     return said
+
+
+def _one_for_both(read: set[PatchEye], eyes: list[PatchEye]) -> list[str]:
+    """Say that one lens stands for both, where nobody chose that."""
+    if eyes != ["both"] or len(read) != 1 or read == {"both"}:
+        return []
+    (lens,) = read
+    return [f"the {lens} lens stands for both eyes in the display file; --eye {lens} writes that eye alone"]
 
 
 def _tell_parts(parts: MeasuredParts) -> None:

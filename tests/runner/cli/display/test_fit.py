@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -76,9 +77,10 @@ def test_a_display_file_gives_the_model_back_and_converts(thesis: Path, tmp_path
 
 def test_a_ti3_is_fitted_and_converted(thesis: Path, tmp_path: Path) -> None:
     file, path = tmp_path / "thesis.ti3", tmp_path / "d.yaml"
-    readings = read_measurements(thesis)
+    readings = replace(read_measurements(thesis), eye=("left",) * 120)
     write_ti3(readings, file)
-    _run("fit", str(file), "--model", "gog", "-o", str(path), *PANEL)
+    told = _run("fit", str(file), "--model", "gog", "-o", str(path), *PANEL)
+    assert "the left lens stands for both eyes" in told
     model = read_display(path).models("quad-buffered").left
     for target, columns, given, found in (
         ("xyz", "X,Y,Z", readings.codes, model.xyz),
@@ -120,6 +122,7 @@ def test_either_eye_is_fitted_by_itself(tmp_path: Path) -> None:
 def test_the_eyes_come_one_after_the_other(thesis: Path, tmp_path: Path) -> None:
     path = tmp_path / "d.yaml"
     one = _run("fit", str(thesis), "--model", "gog", "--eye", "left", "-o", str(path), *PANEL)
+    assert "stands for both" not in one
     assert "cannot be used before its right eye is there" in one
     assert read_display(path).lacking == {"quad-buffered": ("right",)}
     _run("fit", str(thesis), "--model", "gogo", "--eye", "right", "-o", str(path))
