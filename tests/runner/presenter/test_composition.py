@@ -54,7 +54,8 @@ def view(
     """One eye's area of black with a picture in it: put on a sheet large enough for both, then cut out."""
     width, height = size_px
     rows, columns = codes.shape[:2]
-    margin = 1000
+    overhang = (rows - height, columns - width, *(np.subtract(aperture_px, size_px) if aperture_px else ()))
+    margin = max(0, *overhang) + max(map(abs, offset_px)) + 1
     sheet = np.zeros((height + 2 * margin, width + 2 * margin, 3))
     top, left = (height - rows) // 2 + offset_px[1] + margin, (width - columns) // 2 + offset_px[0] + margin
     sheet[top : top + rows, left : left + columns] = codes
