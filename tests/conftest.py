@@ -220,6 +220,7 @@ class Person:
             while time.monotonic() < end:
                 if self._sees_other_than(seen):
                     return True
+                time.sleep(0.03)
         return False
 
     def answer(self, *keys: str) -> None:
@@ -249,7 +250,9 @@ class Person:
         """Return what is on the screen, (height, width, 3)."""
         from PIL import ImageGrab
 
-        return np.asarray(ImageGrab.grab(xdisplay=self.screen).convert("RGB"))
+        shown = ImageGrab.grab(xdisplay=self.screen)
+        assert shown.mode == "RGB"
+        return np.asarray(shown)
 
     def log(self) -> SessionLog:
         """Return the session's log."""
@@ -269,7 +272,7 @@ class Person:
                 return
             if self.process is not None and self.process.poll() is not None:
                 break
-            time.sleep(0.02)
+            time.sleep(0.05)
         if come_true():
             return
         told = self.leave()

@@ -44,7 +44,7 @@ def stand_still(person: Person) -> None:
     """Wait until the screen has not changed for a while: a click meets what is seen."""
     seen, since = person.look(), time.monotonic()
     while time.monotonic() - since < STILL_S:
-        time.sleep(0.05)
+        time.sleep(0.1)
         if changed(person, seen):
             seen, since = person.look(), time.monotonic()
 
