@@ -1,0 +1,94 @@
+"""Comparisons pressed to their edges: 36 megapixels within 2 GB, many shifts and turns, pictures at random."""
+
+from __future__ import annotations
+
+import json
+import os
+import resource
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from documents import InputError
+from runner.comparing.placing import place
+from runner.comparing.row_file import RowFile
+from tests.runner.comparing.scenes import PLATE, RIG, ROOT, spots, written
+
+pytestmark = pytest.mark.stress
+
+_MEASURED = """
+import resource, sys
+from runner.cli.main import main
+sys.argv = ["cyclopean", *sys.argv[1:]]
+try:
+    main()
+finally:
+    print("peak", resource.getrusage(resource.RUSAGE_SELF).ru_maxrss, file=sys.stderr)
+"""
+
+
+@pytest.mark.parametrize("shift_px", [0.0, 0.4])
+def test_thirty_six_megapixels_in_two_gigabytes(tmp_path: Path, shift_px: float) -> None:
+    """As large as a D800's pictures, with page, both maps and sparkle; shifted, every row is interpolated."""
+    tile = spots(size=(736, 491), count=4000)
+    moved = spots(shift_px, size=(736, 491), count=4000) if shift_px else tile
+    files = []
+    for name, one in (("a", tile), ("b", moved)):
+        whole = np.tile(one, (10, 10, 1))
+        # Tiles alone would fit at many shifts: light falls off, and a coarse pattern tells them apart.
+        coarse = np.random.default_rng(4).uniform(0.6, 1.4, (10, 10))
+        for row in range(10):
+            for column in range(10):
+                whole[row * 491 : (row + 1) * 491, column * 736 : (column + 1) * 736] *= np.float32(coarse[row, column])
+        files.append(written(tmp_path / f"{name}.exr", whole))
+    del whole
+    words = ["compare", *map(str, files), "--regions", str(PLATE), "--rig", str(RIG), "-o", "o.html", "--json"]
+    ran = subprocess.run(
+        [sys.executable, "-c", _MEASURED, *words],
+        cwd=tmp_path,
+        capture_output=True,
+        text=True,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        check=False,
+    )
+    assert ran.returncode == 0, ran.stderr
+    peak_kb = int(ran.stderr.split("peak ")[1].split()[0])
+    print(f"peak {peak_kb / 1024:.0f} MB")
+    assert peak_kb * 1024 <= 2e9
+    found = json.loads(ran.stdout)
+    assert found["eyes"]["both"]["registration"]["shift_px"] == pytest.approx([shift_px, 0.0], abs=0.02)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss > 0
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_any_shift_and_turn_is_found_or_refused(seed: int) -> None:
+    """Never a wrong place: what comes back is right to a twentieth of a pixel, or an error says that it is unknown."""
+    rng = np.random.default_rng(seed)
+    dx, dy = rng.uniform(-40, 40, 2)
+    angle = float(rng.choice([0.0, rng.uniform(-1, 1), rng.uniform(-45, 45)]))
+    noise = float(rng.choice([0.0, 0.02, 0.2]))
+    pair = [
+        spots(seed=seed, size=(320, 260)),
+        spots(dx, dy, angle, seed=seed, size=(320, 260), gain=rng.uniform(0.1, 9)),
+    ]
+    noisy = [np.maximum(one * (1 + noise * rng.standard_normal(one.shape)), 0).astype(np.float32) for one in pair]
+    try:
+        found = place(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
+    except InputError:
+        assert noise > 0.1 or abs(angle) > 20 or np.hypot(dx, dy) > 30
+        return
+    allowed = 0.05 if noise < 0.1 else 0.2
+    assert found.shift_px == pytest.approx((dx, dy), abs=allowed)
+    assert found.rotation_deg == pytest.approx(angle, abs=0.05)
+    assert found.residual_px is not None
+    assert found.residual_px < (0.1 if noise < 0.1 else 0.25)
+
+
+@pytest.mark.parametrize("seed", range(30))
+def test_nothing_in_common_is_refused(seed: int) -> None:
+    one, two = spots(seed=seed, size=(320, 260)), spots(seed=seed + 100, size=(320, 260))
+    with pytest.raises(InputError):
+        place(RowFile.of(one), RowFile.of(two), "auto")
