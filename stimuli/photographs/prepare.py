@@ -42,7 +42,7 @@ class Prepared:
         self._source, self._steps, self._flat_eye = source, steps, flat_eye
         self._pixel_pitch_mm, self._setup = pixel_pitch_mm, setup
         self._pair: _Pair | None = None
-        self._rectified: tuple[StereoImage, tuple[Step, ...]] | None = None
+        self._parallel: tuple[StereoImage, tuple[Step, ...]] | None = None
         self._done: dict[View | None, tuple[StereoImage, tuple[Step, ...]]] = {}
 
     def picture(self, view: View | None) -> tuple[StereoImage, tuple[Step, ...]]:
@@ -66,8 +66,9 @@ class Prepared:
             read = {"stereo": self._source.stereo, "flat": self._source.flat, None: self._source.stored}[view]()
             return read.image, read.steps
         if self._steps.align is None:
-            image, steps = self._as_parallel()
-            return self._one_eye(image, steps) if view == "flat" else (image, steps)
+            if self._parallel is None:
+                self._parallel = self._as_parallel()
+            return self._one_eye(*self._parallel) if view == "flat" else self._parallel
         pair = self._align()
         if view != "flat":
             return pair.alignment.stereo, pair.steps
@@ -91,17 +92,15 @@ class Prepared:
 
     def _as_parallel(self) -> tuple[StereoImage, tuple[Step, ...]]:
         """Return the pair as parallel cameras would have taken it."""
-        if self._rectified is None:
-            read = self._source.stereo()
-            image, steps, toe_in = read.image, read.steps, self._steps.toe_in
-            if toe_in is not None:
-                focal = toe_in.focal_length_px or focal_px(image.width_px, toe_in.field_of_view_deg or 0.0)
-                turned = rectify_toe_in(
-                    image.left, image.right, toe_in.toe_in_deg, focal, viewing=self._viewing(image.width_px)
-                )
-                image, steps = turned.stereo, (*steps, *turned.steps)
-            self._rectified = image, steps
-        return self._rectified
+        read, toe_in = self._source.stereo(), self._steps.toe_in
+        if toe_in is None:
+            return read.image, read.steps
+        image = read.image
+        focal = toe_in.focal_length_px or focal_px(image.width_px, toe_in.field_of_view_deg or 0.0)
+        turned = rectify_toe_in(
+            image.left, image.right, toe_in.toe_in_deg, focal, viewing=self._viewing(image.width_px)
+        )
+        return turned.stereo, (*read.steps, *turned.steps)
 
     def _align(self) -> _Pair:
         spec = self._steps.align

@@ -290,6 +290,38 @@ def test_the_preliminary_test_shows_the_plate_of_the_five() -> None:
     assert one.target_mean_luminance_cd_m2 == both.target_mean_luminance_cd_m2
 
 
+def test_threads_make_the_same_pictures_and_stop_at_the_first_fault(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    path = five(tmp_path, exposures_s=[1.3, 4])
+    digests = []
+    for jobs in (1, 3):
+        monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / f"cache{jobs}"))
+        counted: list[int] = []
+
+        def count(doing: str, done: int, total: int, counted: list[int] = counted) -> None:
+            counted.append(done)
+
+        made = build(path, PITCH_MM, count, jobs=jobs)
+        assert made.names == stimulus_names(series_recipe(path))
+        assert counted == sorted(counted)
+        assert counted[-1] == 30
+        digests.append(made.digest)
+    assert digests[0] == digests[1]
+
+    def stop(doing: str, done: int, total: int) -> None:
+        if done >= 4:
+            raise KeyboardInterrupt
+
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    with pytest.raises(KeyboardInterrupt):
+        build(path, PITCH_MM, stop, jobs=3)
+    kept = len(list((tmp_path / "cache").glob(".*/*.exr")))
+    assert 4 <= kept < 30
+    again = build(path, PITCH_MM, jobs=3)
+    assert (again.rendered, again.digest) == (30 - kept, digests[0])
+
+
 def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
     path = five(tmp_path, exposures_s=[1.3, 4])

@@ -154,7 +154,10 @@ def test_a_large_picture(tmp_path: Path) -> None:
 def test_a_build_that_is_killed_leaves_nothing_half_done(tmp_path: Path) -> None:
     recipe = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
-    program = f"from pathlib import Path; from stimuli.build import build; build(Path({str(recipe)!r}), 0.2768)"
+    program = (
+        "from pathlib import Path; from stimuli.build import build;"
+        f"print(build(Path({str(recipe)!r}), 0.2768).rendered)"
+    )
     delays = random.Random(1)
     for _ in range(5):
         child = subprocess.Popen([sys.executable, "-c", program], env=environment, cwd=tmp_path)
@@ -163,9 +166,39 @@ def test_a_build_that_is_killed_leaves_nothing_half_done(tmp_path: Path) -> None
         child.wait()
         for folder in tmp_path.glob("[!.]*/"):
             assert (folder / "manifest.json").is_file()
-    whole = subprocess.run([sys.executable, "-c", program], env=environment, cwd=tmp_path, check=False)
-    assert whole.returncode == 0
+    kept = len(list(tmp_path.glob(".*/*.json"))) - len(list(tmp_path.glob(".*/hashes.json")))
+    done = bool(list(tmp_path.glob("[!.]*/manifest.json")))
+    whole = subprocess.run(
+        [sys.executable, "-c", program], env=environment, cwd=tmp_path, check=True, stdout=subprocess.PIPE, text=True
+    )
+    assert int(whole.stdout) == (0 if done else 10 - kept)
     assert [entry.name for entry in tmp_path.iterdir() if entry.is_dir() and entry.name.startswith(".")] == []
+
+
+def test_a_build_of_two_threads_that_is_killed_goes_on_where_it_was(tmp_path: Path) -> None:
+    recipe = ROOT / "configs" / "stimuli" / "exposure_series.yaml"
+    environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
+    program = (
+        "from pathlib import Path; from stimuli.build import build;"
+        f"made = build(Path({str(recipe)!r}), 0.6, jobs=2); print(made.rendered, made.digest)"
+    )
+    command = [sys.executable, "-c", program]
+    delays, rendered, kept = random.Random(2), 0, 0
+    for _ in range(3):
+        child = subprocess.Popen(command, env=environment)
+        time.sleep(delays.uniform(4, 9))
+        child.send_signal(signal.SIGKILL)
+        child.wait()
+        records = len(list((tmp_path / "cache").glob(".*/*.json")))
+        assert records >= kept
+        kept = records
+    said = subprocess.run(command, env=environment, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
+    rendered = int(said[0])
+    assert rendered == 90 - kept
+    assert [folder.name for folder in (tmp_path / "cache").glob(".*/")] == []
+    anew = {**environment, "CYCLOPEAN_CACHE": str(tmp_path / "other")}
+    again = subprocess.run(command, env=anew, check=True, stdout=subprocess.PIPE, text=True).stdout.split()
+    assert again == ["90", said[1]]
 
 
 def test_two_builds_at_once_make_one_set(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

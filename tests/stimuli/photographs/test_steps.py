@@ -19,6 +19,7 @@ from stimuli.stereo_image import StereoImage
 from stimuli.stimulus_set import StimulusSet
 from tests.runner.cli.stimuli.test_wrong_input import exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
+from tests.stimuli.spectral.pictures import save_exr
 
 PITCH_MM = 0.2768
 
@@ -207,3 +208,28 @@ def test_a_real_stereo_file_becomes_a_stereo_and_a_flat_stimulus(tmp_path: Path)
     assert stereo.left[..., 1].mean(dtype=np.float64) == pytest.approx(
         source.left[..., 1].mean(dtype=np.float64), rel=5e-3
     )
+
+
+def test_spectral_views_become_xyz_in_their_light(tmp_path: Path) -> None:
+    waves = np.arange(400.0, 701.0, 10.0)
+    for name, share in (("left", 0.5), ("right", 0.25)):
+        save_exr(tmp_path / f"{name}.exr", np.full((40, 48, len(waves)), share), waves, "{}nm")
+    recipe: dict[str, Any] = {
+        "schema_version": 1,
+        "kind": "photographs",
+        "spectral": {"quantity": "reflectance", "illuminant": "D65", "white_luminance_cd_m2": 40},
+        "stimuli": [{"name": "a", "left": "left.exr", "right": "right.exr"}],
+    }
+    sets = build(write_recipe(tmp_path, recipe), PITCH_MM)
+    image = sets.load("a")
+    assert image.left[..., 1].mean() == pytest.approx(20, rel=1e-3)
+    assert image.right[..., 1].mean() == pytest.approx(10, rel=1e-3)
+    (first, second) = sets.entry("a")["steps"]
+    assert (first["step"], first["illuminant"], first["view"], second["view"]) == (
+        "spectra_to_xyz",
+        "D65",
+        "left",
+        "right",
+    )
+    with pytest.raises(StimulusError, match=r"left\.exr"):
+        build(write_recipe(tmp_path, {**recipe, "spectral": {"quantity": "radiance", "illuminant": "D65"}}), PITCH_MM)
