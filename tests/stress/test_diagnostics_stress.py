@@ -7,6 +7,8 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from devices.diagnostics.additivity import additivity
 from devices.diagnostics.diagnosis import Diagnosis
@@ -17,6 +19,7 @@ from devices.diagnostics.tone_response import headroom
 from devices.diagnostics.warm_up import warm_up
 from devices.display_file import EyeModels
 from devices.measurements import Measurements
+from tests.devices.diagnostics import test_hostile_readings as hostile
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings, one_patch
 
 pytestmark = pytest.mark.stress
@@ -62,3 +65,9 @@ def test_faults_of_twice_the_limit_are_found(
 ) -> None:
     missed = [seed for seed in range(200) if check(make(seed)).passed is not False]
     assert len(missed) <= 2
+
+
+@settings(max_examples=200, deadline=None)
+@given(hostile.tables(), st.booleans())
+def test_readings_that_no_display_gives_get_an_answer(table: Measurements, against_clean: bool) -> None:
+    hostile.check_answers(table, against_clean)

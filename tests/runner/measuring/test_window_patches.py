@@ -114,7 +114,7 @@ def test_a_measurement_is_paused_and_stopped_by_keys(window: Callable[..., Windo
     session = read_session(file)
     assert kept + 2 <= len(session.readings) < 39
     assert f"{len(session.readings)} readings are safe" in said
-    again = window("measure", *simulated, "--resume")
+    again = window("measure", *simulated, "--instrument-option", "takes_s=0", "--resume")
     again.until(f"{len(session.missing)}/{len(session.missing)}")
     again.end()
     assert again.process.returncode == 0
