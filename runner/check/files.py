@@ -13,7 +13,7 @@ from runner.check.checked import Checked, Wishes
 
 _UNKNOWN = (
     "an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a photodiode's record 'onset_error_ms:', a camera "
-    "'matrix_XYZ_cd_m2:', a recipe or observers 'kind:'"
+    "'matrix_XYZ_cd_m2:', areas to compare 'regions:', a recipe or observers 'kind:'"
 )
 
 
@@ -44,6 +44,7 @@ _READERS: Mapping[str, Callable[[Checked, Wishes], None]] = MappingProxyType(
         "onset_error_ms": other_kinds.check_verification,
         "onsets": other_kinds.check_verification,
         "matrix_XYZ_cd_m2": other_kinds.check_camera,
+        "regions": other_kinds.check_regions,
         "mode": other_kinds.check_rig,
         "kind": other_kinds.check_kind,
     }

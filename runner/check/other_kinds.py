@@ -1,7 +1,8 @@
-"""Displays, rigs, photodiodes' records, cameras, recipes and simulated observers."""
+"""Displays, rigs, photodiodes' records, cameras, regions, recipes and simulated observers."""
 
 from __future__ import annotations
 
+from analysis.validation.regions_file import read_regions
 from devices.camera.camera_file import read_camera
 from devices.display_file import read_display
 from devices.rig_file import read_rig
@@ -67,6 +68,16 @@ def check_camera(checked: Checked, wishes: Wishes) -> None:
         checked.warnings.append(
             Finding(what, str(checked.file), remedy="fit the camera to a chart: cyclopean camera fit")
         )
+
+
+def check_regions(checked: Checked, wishes: Wishes) -> None:
+    """Check a file of regions to compare; whether they lie inside the pictures only the comparison can say."""
+    regions = read_regions(checked.file)
+    checked.facts = {
+        "kind": "regions",
+        "regions": [f"{one.name} ({one.kind})" for one in regions.spec.regions],
+        "limit_delta_e_00": regions.limits.delta_e,
+    }
 
 
 def check_kind(checked: Checked, wishes: Wishes) -> None:

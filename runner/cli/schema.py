@@ -10,7 +10,7 @@ import click
 if TYPE_CHECKING:
     from pydantic import BaseModel
 
-KINDS = ("experiment", "rig", "display", "stimuli", "observers", "verification", "camera")
+KINDS = ("experiment", "rig", "display", "stimuli", "observers", "verification", "camera", "regions")
 
 
 @click.command(short_help="Print the JSON Schema of a file that you write.")
@@ -46,6 +46,10 @@ def _model(kind: str) -> type[BaseModel]:
         from devices.camera.camera_file import CameraSpec
 
         return CameraSpec
+    if kind == "regions":
+        from analysis.validation.regions_file import RegionsSpec
+
+        return RegionsSpec
     if kind == "verification":
         from devices.verification_file import VerificationSpec
 

@@ -83,8 +83,9 @@ class Decoder:
             )
         image = _as_uploaded(image)
         for eye in EYES[:1] if image.is_flat else EYES:
-            bad = int(np.count_nonzero(~np.isfinite(image.eye(eye)).all(axis=2)))
-            if bad:
+            finite = np.isfinite(image.eye(eye))
+            if not finite.all():
+                bad = int(np.count_nonzero(~finite.all(axis=2)))
                 raise PresentationError(
                     Finding(f"'{stimulus}', {eye} view: {bad} pixels are NaN or infinite", remedy="build it again")
                 )

@@ -192,3 +192,13 @@ def test_a_camera_file_is_told_with_its_exposure_and_zone(tmp_path: Path) -> Non
     (tmp_path / "blind.yaml").write_text(text.replace("name: again", ""), encoding="utf-8")
     (warning,) = check_file(tmp_path / "blind.yaml").warnings
     assert "safe luminance zone is not known" in warning.message
+
+
+def test_a_file_of_regions_is_told_with_its_areas(tmp_path: Path) -> None:
+    checked = check_file(Path(__file__).parents[3] / "configs/regions/plate.yaml")
+    assert not checked.errors + checked.warnings
+    assert checked.facts == {"kind": "regions", "regions": ["plate (plate)"], "limit_delta_e_00": 1.4}
+    (tmp_path / "regions.yaml").write_text(
+        "schema_version: 1\nregions:\n  - {kind: rectangle, name: lid, bx: [0, 0, 5, 5]}\n", encoding="utf-8"
+    )
+    assert "did you mean 'box'" in "\n".join(map(str, check_file(tmp_path / "regions.yaml").errors))

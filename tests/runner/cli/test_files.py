@@ -181,3 +181,7 @@ def test_the_schema_of_a_photodiode_s_record_names_its_keys() -> None:
 def test_the_schema_of_a_camera_names_its_keys() -> None:
     schema = json.loads(_run("schema", "camera").stdout)
     assert {"matrix_XYZ_cd_m2", "safe_luminance_cd_m2", "exposure", "form"} <= set(schema["properties"])
+
+
+def test_the_schema_of_regions_names_each_kind() -> None:
+    assert {"ColorCheckerSpec", "PlateSpec", "GridSpec"} <= set(json.loads(_run("schema", "regions").stdout)["$defs"])
