@@ -58,7 +58,7 @@ def test_plvc_is_its_functions_times_their_coefficients() -> None:
     np.testing.assert_allclose(model.xyz(codes), 0.1 + functions_of(curve.linear(codes)) @ coefficients, atol=1e-12)
 
 
-@pytest.mark.parametrize("spread", [0.0, 1.0, 3.0, 5.5, 7.0, 12.0])
+@pytest.mark.parametrize("spread", [0.0, 1.0, 3.0, 5.5, 7.5, 7.9, 12.0])
 def test_the_condition_is_that_of_the_singular_values(spread: float) -> None:
     rng = np.random.default_rng(3)
     left, right = (np.linalg.qr(rng.normal(size=(count, 9)))[0] for count in (40, 9))
