@@ -9,8 +9,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.validation.chart_way import Side, check_charts
 from analysis.validation.compare_regions import compare_regions
 from analysis.validation.difference_map import DifferenceSummary, difference_map, summarise
+from analysis.validation.errors import PictureError
 from analysis.validation.evidence import Evidence, RegistrationEvidence
 from analysis.validation.limits import Limits
 from analysis.validation.place_regions import corner_pairs, place_regions
@@ -183,7 +185,11 @@ def _eye(
 ) -> EyeComparison:
     limits = regions.limits
     step("Registering", 0, 1)
-    placing = _placed(photo.xyz, rendering.xyz, pictures, regions, wishes)
+    try:
+        placing = _placed(photo.xyz, rendering.xyz, pictures, regions, wishes)
+    except StimulusError:
+        _refuse_turned_charts(photo, rendering, regions)
+        raise
     step("Registering", 1, 1)
     height, width = photo.xyz.shape[:2]
     size = (width, height)
@@ -280,6 +286,22 @@ def _placed(
             )
         )
     return placing
+
+
+def _refuse_turned_charts(photo: View, rendering: View, regions: RegionsFile) -> None:
+    """Where two pictures of one size do not fit, say so if that is because a chart lies another way round."""
+    if photo.xyz.shape != rendering.xyz.shape:
+        return
+    charts = place_regions(regions, photo.xyz.shape).charts
+    sides: tuple[tuple[View, Side], ...] = ((photo, "photograph"), (rendering, "rendering"))
+    for view, side in sides:
+        try:
+            check_charts(view.xyz, charts, side, view.saturated, regions.file)
+        except PictureError as error:
+            # That the colours are in no way the chart's is no news of pictures that do not fit.
+            turned = [one for one in error.findings if one.message.startswith("the chart ")]
+            if turned:
+                raise PictureError(turned) from None
 
 
 def _refuse_outside(placed: PlacedRegions, within: Mask, file: str) -> None:

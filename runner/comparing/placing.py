@@ -31,7 +31,7 @@ LEAST_TURN_PX, LEAST_TURN_Z = 0.06, 4.0
 # Features are trusted within this; more is another picture size, which resampling by points would alias.
 MOST_SCALE = 1.1
 _START_PIXELS = 1 << 20
-_SQUARES_ACROSS = 8
+_SQUARES_ACROSS = 6
 _SQUARE_PX = (48, 192)
 _LEAST_SQUARES = 3
 _KNOWN_PX = 0.1
@@ -148,6 +148,8 @@ def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> 
     """Fit a shift, or a similarity, to the squares until they ask for no more."""
     errors: Floats | None = None
     turned = start != "shift"
+    if photo.shape == rendering.shape and _reach(matrix, photo.shape) < STILL_PX:
+        matrix = np.eye(3)
     field = squares(photo, rendering, matrix)
     for _ in range(_ROUNDS):
         if len(field.middle_px) < _LEAST_SQUARES:
@@ -167,7 +169,9 @@ def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> 
     still = photo.shape == rendering.shape and _reach(matrix, photo.shape) < STILL_PX
     if still:
         # As good as where it was: nothing is interpolated.
-        return _told(np.eye(3), start, squares(photo, rendering, np.eye(3)), errors, photo.shape, moved=False)
+        if not np.array_equal(matrix, np.eye(3)):
+            field = squares(photo, rendering, np.eye(3))
+        return _told(np.eye(3), start, field, errors, photo.shape, moved=False)
     return _told(matrix, start, field, errors, photo.shape, moved=True)
 
 

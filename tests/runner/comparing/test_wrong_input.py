@@ -85,8 +85,9 @@ def test_a_chart_upside_down(tmp_path: Path, refused: Refused, which: str) -> No
     upright = written(tmp_path / "a.exr", chart())
     turned = written(tmp_path / "b.exr", chart(patch_XYZ()[::-1]))
     files = (turned, upright) if which == "photograph" else (upright, turned)
-    line = refused(*files, "--regions", tmp_path / "r.yaml", "--register", "none")
-    assert f"the chart 'chart' lies upside down in the {which}" in line
+    for registering in ("none", "auto"):
+        line = refused(*files, "--regions", tmp_path / "r.yaml", "--register", registering)
+        assert f"the chart 'chart' lies upside down in the {which}" in line
 
 
 def test_a_rendering_turned_round(tmp_path: Path, refused: Refused) -> None:
