@@ -6,6 +6,7 @@ import os
 import shutil
 import subprocess
 from collections.abc import Callable, Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -30,9 +31,14 @@ def _model(gamma: float = 2.2, black: float = 0.0, lift: float = 0.0, offset: fl
     return DisplayModel(black * np.array([0.95, 1.0, 1.2]), PRIMARIES, (red, green, blue))
 
 
-def _random_XYZ(height: int, width: int, seed: int = 0) -> NDArray[np.float32]:
+@lru_cache(maxsize=32)
+def _kept_XYZ(height: int, width: int, seed: int) -> NDArray[np.float32]:
     codes = np.random.default_rng(seed).random((height, width, 3))
     return _model().xyz(codes).astype(np.float32)
+
+
+def _random_XYZ(height: int, width: int, seed: int = 0) -> NDArray[np.float32]:
+    return _kept_XYZ(height, width, seed).copy()
 
 
 @pytest.fixture(scope="session")
