@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 @click.option("--rig", "rig_file", metavar="RIG.yaml", help="The rig that will show them: its pixels, range and place.")
 @click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Without a rig: the size of a display's pixel.")
 @click.option("-o", "--output", metavar="FOLDER", help="Copy pictures, manifest and a contact sheet there.")
-@click.option("--jobs", type=click.IntRange(1, 256), metavar="N", help="Threads.  [a core each]")
+@click.option("--jobs", type=click.IntRange(1, 256), metavar="N", help="Threads that make pictures.  [2]")
 @click.option("--force", is_flag=True, help="Make all pictures anew.")
 @click.option(
     "--verify", is_flag=True, help="Read every picture that was built before, instead of those touched since."
@@ -88,7 +88,8 @@ def command(
 def _cores() -> int:
     import os
 
-    return min(4, len(os.sched_getaffinity(0)))
+    # Not more unless asked for: each thread may hold a pair of photographs, of 36 megapixels a few GB.
+    return min(2, len(os.sched_getaffinity(0)))
 
 
 def _free(folder: Path) -> Path:
