@@ -13,8 +13,9 @@ from devices.camera.camera_model import CameraModel, Form
 from devices.camera.correspondences import Correspondences
 from devices.camera.exposure import Exposure
 from devices.camera.exposures_pooled import pool, uneven
+from devices.camera.fit_checks import check_black, check_determined, check_enough, remarks
 from devices.camera.outliers import find_outliers, why
-from devices.camera.solve import Loss, condition_of, design, left_out_xyz, solve
+from devices.camera.solve import Loss, design, left_out_xyz, solve
 from devices.characterise.figures import Errors, errors_of
 from devices.ciede2000 import delta_e_2000
 from devices.colour import xyz_to_lab
@@ -23,14 +24,9 @@ from documents import Finding
 
 Floats = NDArray[np.float64]
 
-# Twice the unknowns of a row of the matrix: with fewer, errors cannot be told from noise.
-LEAST = {"linear": 6, "affine": 8}
-MOST_CONDITION = 200.0
 _COLOURS = ("red", "green", "blue")
 _MOST_LEFT_OUT = 0.25
 _MOST_MEDIAN = 10.0
-_GREY = 8.0
-_MOST_BELOW = 0.02
 _UNFIT = "the patches may be in another order than the reference, the picture not linear, or the light uneven"
 
 
@@ -146,7 +142,7 @@ def fit_camera(
         If the black is none, too few patches remain, their colours do not determine the matrix, or too many do not fit.
     """
     black = np.asarray(black_rgb, dtype=np.float64)
-    _check_black(colours, black)
+    check_black(colours, black)
     pooled = pool(colours, form, exposure)
     level = pooled.light[:, None]
     C = design((colours.rgb - black) * (pooled.light / pooled.signal)[:, None], form)
@@ -154,8 +150,8 @@ def fit_camera(
     white = np.maximum(XYZ[np.argmax(XYZ[:, 1])], 1e-9 * XYZ.max())
     reasons = [_saturated(row) for row in colours.saturated]
     usable = np.array([not reason for reason in reasons])
-    _enough(colours, usable, form)
-    _determined(colours, C[usable], form)
+    check_enough(colours, usable, form)
+    check_determined(colours, C[usable], form)
     off, expected = find_outliers(C[usable], XYZ[usable], white)
     rows = np.flatnonzero(usable)
     if off.sum() > _MOST_LEFT_OUT * len(rows):
@@ -169,8 +165,8 @@ def fit_camera(
     for row, predicted in zip(rows[off], expected[off], strict=True):
         reasons[row] = why(predicted, XYZ[row], white)
     used = np.array([not reason for reason in reasons])
-    _enough(colours, used, form)
-    _determined(colours, C[used], form)
+    check_enough(colours, used, form)
+    check_determined(colours, C[used], form)
 
     solution = solve(C[used], XYZ[used], loss, white)
     lab = xyz_to_lab(XYZ, white)
@@ -227,91 +223,11 @@ def fit_camera(
         errors_of(apart[used], luminance[used]),
         errors_of(alone[known], luminance[known]) if known.any() else None,
         white,
-        (*_said(colours, used, model, white), *uneven(colours, used, estimated / level)),
+        (*remarks(colours, used, model, white), *uneven(colours, used, estimated / level)),
     )
-
-
-def _check_black(colours: Correspondences, black: Floats) -> None:
-    if black.shape != (3,) or not np.all(np.isfinite(black)):
-        raise DeviceError(Finding(f"the black is {black.tolist()}", remedy="give three shares of full scale"))
-    below = (colours.rgb - black < -_MOST_BELOW).any(axis=1)
-    if below.any():
-        raise DeviceError(
-            Finding(
-                f"the black {', '.join(f'{value:g}' for value in black)} is above the values of {colours.named(below)}",
-                colours.file,
-                remedy="give it in shares of full scale, and only if it was not subtracted before",
-            )
-        )
 
 
 def _saturated(row: NDArray[np.bool_]) -> str:
     if not row.any():
         return ""
     return "saturated: " + " and ".join(colour for colour, one in zip(_COLOURS, row, strict=True) if one)
-
-
-def _enough(colours: Correspondences, used: NDArray[np.bool_], form: Form) -> None:
-    count, least = int(used.sum()), LEAST[form]
-    if count >= least:
-        return
-    gone = len(colours) - count
-    if gone:
-        raise DeviceError(
-            Finding(
-                f"{gone} of {len(colours)} patches are saturated or do not fit, and {count} are too few for a fit "
-                f"({colours.named(~used)})",
-                colours.file,
-                remedy=f"photograph the chart again with a shorter exposure; at least {least} patches must be left",
-            )
-        )
-    raise DeviceError(
-        Finding(
-            f"there are {count} patches; the {form} form needs {least} at the very least",
-            colours.file,
-            remedy="photograph a chart of 24",
-        )
-    )
-
-
-def _determined(colours: Correspondences, C: Floats, form: Form) -> None:
-    condition = condition_of(C)
-    if condition <= MOST_CONDITION:
-        return
-    told = f"{condition:.0f}" if condition < 1e9 else "infinite"
-    raise DeviceError(
-        Finding(
-            f"the camera's values do not determine a matrix: their condition number is {told}, at most "
-            f"{MOST_CONDITION:.0f} is allowed",
-            colours.file,
-            remedy="the colours are too alike, two channels carry the same, or one is dead"
-            + ("; the linear form asks less" if form == "affine" else ""),
-        )
-    )
-
-
-def _said(colours: Correspondences, used: NDArray[np.bool_], model: CameraModel, white: Floats) -> list[str]:
-    said = []
-    if white[1] <= 1.5 or abs(white[1] - 100.0) < 1e-9:
-        said.append(f"the brightest patch has Y = {white[1]:.4g}; if XYZ are relative, so is what the model gives")
-    if model.exposure is None:
-        said.append("no exposure was given: the model cannot be carried to photographs of another exposure")
-    power = None
-    if len(set(colours.exposures or ())) < 2:
-        power = _power(colours.rgb[used] - model.black_rgb, colours.XYZ[used], white)
-    if power is not None and not 0.8 <= power <= 1.25:
-        said.append(
-            f"the camera's values of grey go as luminance to the power {power:.2f}; if the picture is bent by a "
-            "gamma, or its black is not subtracted, the model is wrong"
-        )
-    return said
-
-
-def _power(rgb: Floats, XYZ: Floats, white: Floats) -> float | None:
-    """Return the slope of log signal over log luminance of the greys, 1 for a linear camera; None without greys."""
-    signal, luminance = rgb.mean(axis=1), XYZ[:, 1]
-    grey = np.linalg.norm(xyz_to_lab(XYZ, white)[:, 1:], axis=1) < _GREY
-    grey &= (signal > 0) & (luminance > 0)
-    if grey.sum() < 4 or np.ptp(np.log(luminance[grey])) < 1.0:
-        return None
-    return float(np.polyfit(np.log(luminance[grey]), np.log(signal[grey]), 1)[0])

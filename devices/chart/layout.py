@@ -54,7 +54,7 @@ def perspective(source: Floats, target: Floats) -> Floats:
 
 def project(matrix: Floats, points: Floats) -> Floats:
     """Return points (..., 2) after the perspective matrix (3, 3)."""
-    lifted = np.concatenate([points, np.ones((*points.shape[:-1], 1))], axis=-1) @ matrix.T
+    lifted = points @ matrix[:, :2].T + matrix[:, 2]
     return np.asarray(lifted[..., :2] / lifted[..., 2:])
 
 
