@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+import math
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -40,6 +41,7 @@ Step = Callable[[str, int, int], None]
 MOST_TURN_DEG = 45.0
 # A region of which more lies beyond the rendering's edge is not compared.
 _MOST_OUTSIDE = 0.05
+_MOST_TOLD = 5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,8 +61,8 @@ class Wishes:
 class EyeComparison:
     """What was found for one eye; ``rendering`` is it on the photograph's pixels, times the table's ``scaled_by``.
 
-    Summaries are of the pixels within regions, without those that are saturated or beyond the rendering's edge.
-    ``seen`` is None where the viewing distance is not known.
+    Summaries are of the pixels within regions that count, without those that are saturated or beyond the rendering's
+    edge. ``seen`` is None where the viewing distance is not known.
     """
 
     photo: RowFile
@@ -113,7 +115,11 @@ class Comparison:
     settings: Mapping[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
-        """Return everything as JSON values."""
+        """Return everything as JSON values; None for what is no finite number."""
+        found: dict[str, Any] = _finite(self._everything())
+        return found
+
+    def _everything(self) -> dict[str, Any]:
         return {
             "decision": self.verdict.decision,
             "verdict": self.verdict.to_json(),
@@ -125,6 +131,14 @@ class Comparison:
             "eyes": {eye: one.to_json() for eye, one in self.eyes.items()},
             "disparity": None if self.disparity is None else self.disparity.to_json(),
         }
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {key: _finite(one) for key, one in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(one) for one in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def compare(
@@ -210,9 +224,13 @@ def _eye(
     )
     table, said = found.table, list(found.said)
     scaled = ScaledRows(moved, table.scaled_by)
-    compared = _compared(placed, within, photo.saturated, full)
+    counts = [region for region, row in zip(placed.regions, table.rows, strict=True) if not row.excluded]
+    compared = _compared(counts, within, photo.saturated, full)
     if not compared.any():
-        raise StimulusError(Finding("no pixel of the regions is left to compare: all are saturated or outside"))
+        reasons = [
+            Finding(f"the region '{row.name}' does not count: {'; '.join(row.excluded)}") for row in table.excluded
+        ]
+        raise StimulusError([Finding("no region is left to compare", regions.file), *reasons[:_MOST_TOLD]])
     drawn: dict[str, str] = {}
     delta_e = difference_map(photo.xyz, scaled, table.white_XYZ, lambda done, of: step("Colour differences", done, of))
     plain = summarise(delta_e, limits.delta_e, compared)
@@ -322,10 +340,10 @@ def _refuse_outside(placed: PlacedRegions, within: Mask, file: str) -> None:
         raise StimulusError(findings)
 
 
-def _compared(placed: PlacedRegions, within: Mask, *flags: Mask | None) -> Mask:
+def _compared(regions: Sequence[Region], within: Mask, *flags: Mask | None) -> Mask:
     """Return the pixels that lie in a region, within the rendering, and are not saturated."""
     found = np.zeros(within.shape, dtype=np.bool_)
-    for region in placed.regions:
+    for region in regions:
         rows, columns = window(region.photo_px, within.shape)
         found[rows, columns] |= inside(region.photo_px, rows, columns)
     found &= within

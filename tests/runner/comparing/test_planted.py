@@ -26,6 +26,7 @@ from tests.runner.comparing.scenes import (
     spots,
     written,
 )
+from tests.stimuli.develop.dng import exposure_tags, write_dng
 
 
 @pytest.fixture
@@ -141,3 +142,39 @@ def test_a_saturated_patch(tmp_path: Path, cyclopean: Cyclopean, chart_file: Pat
     assert table["factor"]["regions"] == 23
     inside = sum(row["photo"]["pixels"] for row in table["rows"])
     assert found["eyes"]["both"]["per_pixel"]["pixels"] == inside - gone[0]["photo"]["pixels"]
+
+
+def test_a_raw_photograph_at_another_exposure(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
+    """Half the characterised exposure: XYZ and the safe zone are scaled, and dark patches fall out of it."""
+    matrix = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])
+    model = CameraModel(matrix, np.zeros(3), np.zeros(3), Exposure(1 / 15, 8.0, 200.0), (5.0, 60.0))
+    write_camera(model, tmp_path / "camera.yaml")
+    rgb = 0.5 * chart(noise=0.0) @ np.linalg.inv(matrix).T
+    tags = exposure_tags((1, 30), (8, 1), 200)
+    photo = write_dng(tmp_path / "a.dng", np.maximum(rgb, 0.0), black=(600,), white=15520, tags=tags)
+    words = (photo, written(tmp_path / "b.exr", chart()), "--regions", chart_file, "--camera", tmp_path / "camera.yaml")
+    found = compared(cyclopean, *words)
+    assert found["photograph"]["holds"] == "camera-rgb"
+    assert found["photograph"]["safe_luminance_cd_m2"] == pytest.approx([10.0, 120.0], rel=1e-3)
+    table = found["eyes"]["both"]["regions"]
+    dark = {row["name"] for row in table["rows"] if row["excluded"]}
+    luminances = patch_XYZ()[:, 1]
+    assert dark == {f"chart {n + 1} {PATCHES[n]}" for n in range(24) if luminances[n] < 10.0}
+    assert table["mean_delta_e"] < 0.3
+    assert table["factor"]["mean_ratio"] == pytest.approx(1.0, abs=5e-3)
+
+
+def test_a_region_without_light_does_not_count(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:
+    XYZ = patch_XYZ()
+    XYZ[13] = 0.0
+    files = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(XYZ, seed=6))
+    found = compared(cyclopean, *files, "--regions", chart_file)
+    row = found["eyes"]["both"]["regions"]["rows"][13]
+    assert row["excluded"] == ["it holds no light in the rendering"]
+    assert row["luminance_ratio"] is None
+    assert found["eyes"]["both"]["per_pixel"]["largest"] < 2.0
+    dark = written(tmp_path / "c.exr", chart(np.zeros((24, 3))))
+    other = tmp_path / "other.yaml"
+    other.write_text(CHART.replace("inner: 0.6", "inner: 0.6, colours: other"), encoding="utf-8")
+    told = cyclopean("compare", files[0], dark, "--regions", other, "--register", "none", expect=2)
+    assert "no region is left to compare" in told.stderr
