@@ -77,7 +77,7 @@ class Words(HTMLParser):
     def __init__(self, page: str) -> None:
         super().__init__()
         self.text = ""
-        self.feed(page.split("</style>")[1])
+        self.feed(re.sub(r"<style.*?</style>", "", page, flags=re.DOTALL))
 
     def handle_data(self, data: str) -> None:
         self.text += data
