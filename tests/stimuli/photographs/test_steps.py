@@ -182,7 +182,7 @@ def test_steps_that_cannot_be_are_refused(tmp_path: Path, change: dict[str, Any]
 
 
 def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
-    path = ROOT / "configs/stimuli/photographs.yaml"
+    path = ROOT / "configs/stimuli/photographs/recipe.yaml"
     recipe, _ = read_recipe(path)
     assert recipe.kind == "photographs"
     with pytest.raises(StimulusError) as error:
