@@ -283,8 +283,9 @@ def _of_stimulus(finding: Finding, name: str) -> Finding:
 
 def _publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, workshop: Workshop) -> None:
     """Let the set appear in ``folder``, in one step, in place of what may be broken there."""
-    draft = folder.with_name(f".{folder.name}-new")
-    shutil.rmtree(draft, ignore_errors=True)
+    draft, old = folder.with_name(f".{folder.name}-new"), folder.with_name(f".{folder.name}-old")
+    for left in (draft, old):
+        shutil.rmtree(left, ignore_errors=True)
     draft.mkdir()
     for entry in entries:
         link_or_copy(workshop.picture(entry["key"]), draft / entry["file"])
@@ -297,6 +298,8 @@ def _publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, wo
     }
     (draft / MANIFEST).write_text(json.dumps(manifest, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     if folder.exists():
-        shutil.rmtree(folder)
+        # Who reads pictures of it meanwhile finds them there all but for the moment between these two.
+        folder.rename(old)
     draft.rename(folder)
+    shutil.rmtree(old, ignore_errors=True)
     shutil.rmtree(workshop.folder)

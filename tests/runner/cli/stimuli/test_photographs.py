@@ -112,6 +112,7 @@ def test_raw_files_of_a_sparkling_plate_become_stimuli_whose_xyz_are_the_plate_s
     assert checked["findings"] == []
     again = run("stimuli", "build", folder / "recipe.yaml", "--rig", RIG, "--json")
     assert (again["rendered"], again["digest"]) == (0, told["digest"])
+    assert len(list((tmp_path / "cache").glob("[!.]*/manifest.json"))) == 1
 
 
 def test_tone_mapping_holds_back_where_the_display_would_saturate(tmp_path: Path) -> None:
