@@ -64,7 +64,7 @@ class SpectralPicture:
         if len(seen) < 2 or seen[0] > MUST_COVER_NM[0] or seen[-1] < MUST_COVER_NM[1]:
             raise self.wrong(
                 f"its wavelengths run over {waves[0]:g}..{waves[-1]:g} nm"
-                + (f", those that anyone sees over {seen[0]:g}..{seen[-1]:g} nm" if len(seen) else ""),
+                + (f", those that anyone sees over {seen[0]:g}..{seen[-1]:g} nm" if 0 < len(seen) < len(waves) else ""),
                 "400..700 nm is the least that tells a colour",
             )
         widest = int(np.argmax(np.diff(seen)))
