@@ -107,7 +107,7 @@ def written(path: Path, left: Floats32, right: Floats32 | None = None) -> Path:
     return path
 
 
-def compared(cyclopean: Cyclopean, *words: object, expect: int = 0) -> dict[str, Any]:
+def compared(cyclopean: Cyclopean, *words: object, expect: int | None = 0) -> dict[str, Any]:
     """Run the command with --json, which must end with ``expect``, and return what it prints."""
     told = cyclopean("compare", *words, "--json", expect=expect)
     found = json.loads(told.stdout)

@@ -209,3 +209,18 @@ def test_a_limit_decides_and_help_says_how_it_ends(tmp_path: Path, cyclopean: Cy
     told = cyclopean("compare", *files, "--regions", PLATE)
     assert told.stdout.startswith("Validated: ")
     assert "0 validated, 1 not validated" in " ".join(cyclopean("compare", "--help").stdout.split())
+
+
+def test_corners_count_from_the_corner_of_a_pixel(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """Where nothing in the pictures says more, the corners alone decide, and what is left is not known."""
+    here = np.array([[0.0, 0.0], [200.0, 0.0], [200.0, 100.0], [0.0, 100.0]])
+    corners = [[f"{x},{y}" for x, y in (scale * here).tolist()] for scale in (1.0, 1.05)]
+    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(seed=1, size=(260, 200)))
+    told = ("--register", "corners", "--photo-corners", *corners[0], "--rendering-corners", *corners[1])
+    found = compared(cyclopean, *files, "--regions", PLATE, *told, expect=None)
+    lies = found["eyes"]["both"]["registration"]
+    # The middle of the first pixel, half a pixel from the corner, goes to 1.05 halves from it.
+    want = [[1.05, 0.0, 0.025], [0.0, 1.05, 0.025], [0.0, 0.0, 1.0]]
+    np.testing.assert_allclose(lies["photo_to_rendering"], want, atol=1e-9)
+    assert lies["residual_px"] is None
+    assert any("could not be measured" in line for line in found["eyes"]["both"]["said"])
