@@ -62,7 +62,7 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 @click.option("--json", "as_json", is_flag=True, help="Print JSON instead of the verdict.")
 @click.pass_context
 def command(context: click.Context, /, photo: str, rendering: str, as_json: bool, **options: Any) -> None:
-    """Say whether a rendering is validated by a photograph of the same scene, or why not.
+    """Say whether a rendering is validated by a photograph, or why not.
 
     PHOTO and RENDERING are OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, or spectral pictures. They are
     brought to one grid, and compared by regions, pixel by pixel, as the eye resolves them at the viewing distance, and
