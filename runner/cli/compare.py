@@ -94,20 +94,23 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
     per_degree, told = _seen(options)
     regions = _regions(options)
     reading = _reading(options)
-    with progress_bar(as_json or not sys.stderr.isatty()) as step:
-        pictures = [
-            read_picture(
-                file,
-                reading,
-                options[f"{key}_holds"],
-                what,
-                lambda done, of, what=what: step(f"Reading the {what}", done, of),  # type: ignore[misc]
-            )
-            for file, key, what in zip(files, ("photo", "rendering"), ("photograph", "rendering"), strict=True)
-        ]
-        wishes = Wishes(options["registering"], corners, per_degree, draw=output is not None)
-        settings = {**told, **{key: value for key, value in options.items() if value not in (None, False, ())}}
-        found = compare(pictures[0], pictures[1], regions, wishes, step, settings)
+    wishes = Wishes(options["registering"], corners, per_degree, draw=output is not None)
+    settings = {**told, **{key: value for key, value in options.items() if value not in (None, False, ())}}
+    try:
+        with progress_bar(as_json or not sys.stderr.isatty()) as step:
+            pictures = [
+                read_picture(
+                    file,
+                    reading,
+                    options[f"{key}_holds"],
+                    what,
+                    lambda done, of, what=what: step(f"Reading the {what}", done, of),  # type: ignore[misc]
+                )
+                for file, key, what in zip(files, ("photo", "rendering"), ("photograph", "rendering"), strict=True)
+            ]
+            found = compare(pictures[0], pictures[1], regions, wishes, step, settings)
+    except OSError as error:
+        raise WorkError(f"no room for temporary files, or a file cannot be read: {error.strerror or error}") from error
     written: dict[str, Any] = {}
     try:
         if name:

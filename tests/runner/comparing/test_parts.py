@@ -224,3 +224,14 @@ def test_corners_count_from_the_corner_of_a_pixel(tmp_path: Path, cyclopean: Cyc
     np.testing.assert_allclose(lies["photo_to_rendering"], want, atol=1e-9)
     assert lies["residual_px"] is None
     assert any("could not be measured" in line for line in found["eyes"]["both"]["said"])
+
+
+def test_a_full_disk_is_told(tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    file = written(tmp_path / "a.exr", spots())
+    monkeypatch.setattr("os.pwrite", full)
+    told = cyclopean("compare", file, file, "--regions", PLATE, "-o", tmp_path / "o.html", expect=1)
+    assert told.stderr == "cyclopean: no room for temporary files, or a file cannot be read: No space left on device\n"
+    assert not (tmp_path / "o.html").exists()
