@@ -18,6 +18,7 @@ from documents import Finding
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture
 from stimuli.align.register import refine_within
+from stimuli.align.roll_scale import RollScale, fit_roll_scale
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]
@@ -67,7 +68,8 @@ class DisparityReport:
     blocks alone, and so is ``false_alarm`` (n,), the chance that noise gives such a block: with the standard errors it
     says how much of the spread is the measurement's own. ``flat`` blocks have no texture, in ``uncertain``
     ones nothing rises above noise. ``horizontal`` and ``vertical`` hold a `Spread` for each unit that is known: ``px``,
-    and with a `Viewing` ``mm`` and ``arcmin``; they are empty where no block was used.
+    and with a `Viewing` ``mm`` and ``arcmin``; they are empty where no block was used. ``roll_scale`` is how far the
+    right view is turned or larger, None where too few blocks tell.
     """
 
     block_px: int
@@ -79,6 +81,7 @@ class DisparityReport:
     uncertain: int
     horizontal: Mapping[str, Spread]
     vertical: Mapping[str, Spread]
+    roll_scale: RollScale | None
 
     @property
     def used(self) -> int:
@@ -101,6 +104,7 @@ class DisparityReport:
             "median_standard_error_px": np.median(self.standard_error_px, axis=0).tolist() if self.used else None,
             "horizontal": {unit: spread.to_json() for unit, spread in self.horizontal.items()},
             "vertical": {unit: spread.to_json() for unit, spread in self.vertical.items()},
+            "roll_scale": None if self.roll_scale is None else self.roll_scale.to_json(),
         }
 
 
@@ -138,6 +142,7 @@ class _Blocks:
 
     def __init__(self, left: Floats32, right: Floats32, block_px: int, false_alarm: float) -> None:
         self.block_px = block_px
+        self.size_px = (left.shape[1], left.shape[0])
         self.flat = self.uncertain = 0
         self.found: list[tuple[float, ...]] = []
         one, two = texture(left), texture(right)
@@ -204,4 +209,5 @@ def _report(blocks: _Blocks, viewing: Viewing | None) -> DisparityReport:
         blocks.uncertain,
         horizontal,
         vertical,
+        fit_roll_scale(found[:, :2], down, blocks.size_px),
     )

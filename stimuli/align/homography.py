@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from devices.chart.layout import project
 from documents import Finding
+from stimuli.align.planes import LEAST_SIDE_PX
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]
@@ -67,10 +69,7 @@ def homography_from_points(reference_points: ArrayLike, moving_points: ArrayLike
 
 def mapped(matrix: ArrayLike, places: ArrayLike) -> Floats:
     """Return the places (..., 2) that the homography ``matrix`` (3, 3) takes ``places`` (..., 2) to."""
-    points = np.asarray(places, dtype=np.float64)
-    h = np.asarray(matrix, dtype=np.float64)
-    taken = points @ h[:, :2].T + h[:, 2]
-    return np.asarray(taken[..., :2] / taken[..., 2:])
+    return project(np.asarray(matrix, dtype=np.float64), np.asarray(places, dtype=np.float64))
 
 
 def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warped:
@@ -103,6 +102,26 @@ def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warp
             below |= found[:, :, channel] < 0.0
             np.maximum(found[:, :, channel], 0.0, out=found[:, :, channel])
     return Warped(found, outside, int(below.sum()))
+
+
+def common_part(homographies: list[Floats], width: int, height: int, remedy: str) -> tuple[int, int, int, int]:
+    """Return the part of pictures, ``width`` by ``height``, that both homographies (3, 3) take to within another.
+
+    First column, first row, column and row after the last. StimulusError with ``remedy`` where that is too little.
+    """
+    right, bottom = width - 1.0, height - 1.0
+    corners = np.array([[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]])
+    # Beyond a right angle from its axis nothing is before a camera.
+    if any((np.linalg.inv(one)[2] @ (x, y, 1.0)) <= 0 for one in homographies for x, y in corners):
+        raise _error("no part of the plane is common to both turned views", remedy)
+    quads = [mapped(np.linalg.inv(one), corners) for one in homographies]
+    first_column = max(0, *(int(np.ceil(x - 1e-6)) for quad in quads for x in quad[[0, 2], 0]))
+    first_row = max(0, *(int(np.ceil(y - 1e-6)) for quad in quads for y in quad[[0, 1], 1]))
+    last_column = min(width - 1, *(int(np.floor(x + 1e-6)) for quad in quads for x in quad[[1, 3], 0]))
+    last_row = min(height - 1, *(int(np.floor(y + 1e-6)) for quad in quads for y in quad[[2, 3], 1]))
+    if min(last_column - first_column, last_row - first_row) + 1 < LEAST_SIDE_PX:
+        raise _error("no part of the plane is common to both turned views", remedy)
+    return first_column, first_row, last_column + 1, last_row + 1
 
 
 def _normalised(points: Floats) -> tuple[Floats, Floats]:

@@ -78,6 +78,15 @@ def texture(light: Floats32) -> Floats32:
     return np.asarray(light - uniform_filter(light, min(LOCAL_MEAN_PX, *light.shape), mode="nearest"))
 
 
+def binned(plane: Floats32, bin_px: int) -> Floats32:
+    """Return the means of squares of ``bin_px`` pixels of ``plane`` (height, width); what is over is left out."""
+    if bin_px == 1:
+        return plane
+    height, width = (length // bin_px for length in plane.shape)
+    kept = plane[: height * bin_px, : width * bin_px]
+    return np.asarray(kept.reshape(height, bin_px, width, bin_px).mean(axis=(1, 3)), dtype=np.float32)
+
+
 def is_flat(fine: Floats32, light: Floats32) -> bool:
     """Return whether ``fine``, the texture of ``light`` or itself, varies by no more than rounding."""
     return float(np.std(fine)) <= LEAST_CONTRAST * float(np.abs(light).mean())

@@ -17,7 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 from documents import Finding
 from stimuli.align.agreement import LEAST_AGREEMENT, agreement
 from stimuli.align.phase import Peak, correlation, find_peak, hann
-from stimuli.align.planes import LOCAL_MEAN_PX, Region, checked_region, is_flat, light_plane, same_size, texture
+from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
 from stimuli.align.refine import MARGIN_PX, MOST_PIXELS, Fit, refine
 from stimuli.errors import StimulusError
 
@@ -206,9 +206,9 @@ def _coarse(one: Floats32, two: Floats32, place: Region, most_px: tuple[int, int
     whole = (right - left, bottom - top) == (width, height)
     # A part may lie anywhere in the moving picture, whose middle must then not weigh more than the rest.
     across, down = (hann(width), hann(height)) if whole else (_tapered(width), _tapered(height))
-    second = _binned(two, bin_px) * across * down[:, None]
+    second = binned(two, bin_px) * across * down[:, None]
     first = np.zeros((height, width), dtype=np.float32)
-    first[top:bottom, left:right] = _binned(one, bin_px)[top:bottom, left:right]
+    first[top:bottom, left:right] = binned(one, bin_px)[top:bottom, left:right]
     first[top:bottom, left:right] *= hann(right - left) * hann(bottom - top)[:, None]
     reach = (width, height) if most_px is None else (-(-most_px[0] // bin_px), -(-most_px[1] // bin_px))
     return find_peak(correlation(first, second), reach), bin_px
@@ -219,18 +219,10 @@ def _start(one: Floats32, two: Floats32, place: Region, peak: Peak, bin_px: int)
     if bin_px == 1:
         return float(peak.shift_px[0]), float(peak.shift_px[1])
     left, top, right, bottom = (round(edge / bin_px) for edge in place)
-    small = _binned(one, bin_px), _binned(two, bin_px)
+    small = binned(one, bin_px), binned(two, bin_px)
     inside = (left, top, min(right, small[0].shape[1]), min(bottom, small[0].shape[0]))
     fit = refine_within(*small, inside, (float(peak.shift_px[0]), float(peak.shift_px[1])))
     return fit.shift_px[0] * bin_px, fit.shift_px[1] * bin_px
-
-
-def _binned(plane: Floats32, bin_px: int) -> Floats32:
-    if bin_px == 1:
-        return plane
-    height, width = (length // bin_px for length in plane.shape)
-    kept = plane[: height * bin_px, : width * bin_px]
-    return np.asarray(kept.reshape(height, bin_px, width, bin_px).mean(axis=(1, 3)), dtype=np.float32)
 
 
 def _tapered(length: int) -> Floats32:

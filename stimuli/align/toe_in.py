@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from devices.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
 from documents import Finding
 from stimuli.align.disparity import Viewing
-from stimuli.align.homography import mapped, warp
-from stimuli.align.planes import LEAST_SIDE_PX, light_plane, same_size
+from stimuli.align.homography import common_part, mapped, warp
+from stimuli.align.planes import light_plane, same_size
 from stimuli.errors import StimulusError
 from stimuli.stereo_image import Eye, StereoImage, XYZImage
 
@@ -142,7 +142,7 @@ def rectify_toe_in(
     height, width = left.shape[:2]
     eyes: tuple[Eye, Eye] = ("left", "right")
     homographies = [toe_in_homography(eye, toe_in_deg, focal_length_px, (width, height)) for eye in eyes]
-    crop = _common(homographies, width, height)
+    crop = common_part(homographies, width, height, "check toe_in_deg and the focal length")
     moved = np.array([[1.0, 0.0, crop[0]], [0.0, 1.0, crop[1]], [0.0, 0.0, 1.0]])
     size = (crop[2] - crop[0], crop[3] - crop[1])
     warped = [
@@ -159,23 +159,6 @@ def rectify_toe_in(
         "negative_px_set_to_0": {eye: one.negative_px for eye, one in zip(eyes, warped, strict=True)},
     }
     return Rectified(warped[0].picture, warped[1].picture, undone, crop, (step,))
-
-
-def _common(homographies: list[Floats], width: int, height: int) -> tuple[int, int, int, int]:
-    """Return the part of the parallel pictures that lies within both turned ones."""
-    right, bottom = width - 1.0, height - 1.0
-    corners = np.array([[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]])
-    # Beyond a right angle from the parallel axis nothing is before the parallel camera.
-    if any((np.linalg.inv(one)[2] @ (x, y, 1.0)) <= 0 for one in homographies for x, y in corners):
-        raise _error("no part of the plane is common to both turned views", "check toe_in_deg and the focal length")
-    quads = [mapped(np.linalg.inv(one), corners) for one in homographies]
-    first_column = max(0, *(int(np.ceil(x - 1e-6)) for quad in quads for x in quad[[0, 2], 0]))
-    first_row = max(0, *(int(np.ceil(y - 1e-6)) for quad in quads for y in quad[[0, 1], 1]))
-    last_column = min(width - 1, *(int(np.floor(x + 1e-6)) for quad in quads for x in quad[[1, 3], 0]))
-    last_row = min(height - 1, *(int(np.floor(y + 1e-6)) for quad in quads for y in quad[[2, 3], 1]))
-    if min(last_column - first_column, last_row - first_row) + 1 < LEAST_SIDE_PX:
-        raise _error("no part of the plane is common to both turned views", "check toe_in_deg and the focal length")
-    return first_column, first_row, last_column + 1, last_row + 1
 
 
 def _check(toe_in_deg: float, focal_length_px: float) -> None:

@@ -1,0 +1,217 @@
+"""A pair whose cameras were rolled against each other, or saw at different scales, made as if they had not been."""
+
+from __future__ import annotations
+
+import contextlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from documents import Finding
+from stimuli.align.disparity import BLOCK_PX, measure_disparity
+from stimuli.align.homography import common_part, warp
+from stimuli.align.planes import LEAST_SIDE_PX, Region, binned, light_plane, same_size
+from stimuli.align.refine import MOST_PIXELS
+from stimuli.align.register import register_planes
+from stimuli.align.roll_scale import RollScale
+from stimuli.errors import StimulusError
+from stimuli.stereo_image import StereoImage, XYZImage
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+
+# At the worst corner: less is not worth an interpolation.
+LEAST_CORNER_PX = 0.05
+_ROUNDS = 4
+_CONVERGED_PX = 0.01
+# Of the picture's sides: what to register by where a roll leaves no one shift over the whole.
+_MIDDLE_PARTS = (3, 5, 8)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Straightened:
+    """A pair without roll and scale between its views, cropped to what both hold, and the shift left for `align_pair`.
+
+    ``found`` is what was measured; ``applied`` says whether it was undone, which it is where it is certain and reaches
+    a twentieth of a pixel in the corners: else the views are returned as they were. ``crop`` is the part kept: first
+    column, first row, column and row after the last.
+    """
+
+    left: XYZImage
+    right: XYZImage
+    found: RollScale
+    applied: bool
+    crop: tuple[int, int, int, int]
+    steps: tuple[Mapping[str, Any], ...]
+
+    @property
+    def stereo(self) -> StereoImage:
+        """The pair as a picture for two eyes."""
+        return StereoImage(self.left, self.right)
+
+
+def straighten(
+    left: NDArray[Any],
+    right: NDArray[Any],
+    *,
+    offset_px: tuple[float, float] | None = None,
+    region: Region | None = None,
+    most_px: tuple[int, int] | None = None,
+    luminance_weights: ArrayLike | None = None,
+) -> Straightened:
+    """Return a pair, linear XYZ or RGB (height, width, 3), with the roll and the scale between its views undone.
+
+    Each view takes half of it, about the middle of the picture, by a cubic spline in linear light. ``region``,
+    ``most_px`` and ``luminance_weights`` are as in `align_pair`; the shift between the views is found on the way, or
+    given by ``offset_px`` to about a tenth of a block of 64 pixels, and left as it is. Views of more than four million
+    pixels are averaged down to measure.
+
+    Raises
+    ------
+    StimulusError
+        If the views cannot be registered (see `register`), or too few blocks tell a vertical disparity.
+    """
+    planes = [light_plane(one, luminance_weights, name) for one, name in ((left, "left"), (right, "right"))]
+    if left.ndim != 3 or right.ndim != 3:
+        raise _error("a pair to straighten has one channel", "give (height, width, 3), XYZ or RGB")
+    same_size(left, right, ("left", "right"))
+    height, width = left.shape[:2]
+    bin_px = int(np.ceil(np.sqrt(planes[0].size / MOST_PIXELS)))
+    planes = [binned(plane, bin_px) for plane in planes]
+    search = _Search(offset_px, region, most_px).binned(bin_px)
+    matrix = np.eye(2)
+    measured: RollScale | None = None
+    for _ in range(_ROUNDS):
+        one, two = _turned(planes, matrix)
+        now = _measured(one, two, search.shift(one, two))
+        matrix = _similarity(now.roll_deg, now.scale) @ matrix
+        # The last round says how much was left, and so how certain the whole is.
+        measured = now
+        if now.corner_px < _CONVERGED_PX or not now.certain:
+            break
+    assert measured is not None
+    growth, turn = float(matrix[0, 0]), float(matrix[1, 0])
+    found = RollScale(
+        float(np.degrees(np.arctan2(turn, growth))),
+        measured.roll_se_deg,
+        float(np.hypot(growth, turn)),
+        measured.scale_se,
+        measured.middle_px * bin_px,
+        (abs(turn) * (width - 1) + abs(growth - 1) * (height - 1)) / 2,
+        measured.residual_px * bin_px,
+        measured.blocks,
+    )
+    applied = found.certain and found.corner_px >= LEAST_CORNER_PX
+    step: dict[str, Any] = {"step": "straighten", "applied": applied, **found.to_json()}
+    if not applied:
+        views = [np.asarray(view, dtype=np.float32) for view in (left, right)]
+        return Straightened(views[0], views[1], found, False, (0, 0, width, height), (step,))
+    halves = _halves(matrix, width, height)
+    crop = common_part(halves, width, height, "the roll is too large: mark points instead, or level the cameras")
+    moved = np.array([[1.0, 0.0, crop[0]], [0.0, 1.0, crop[1]], [0.0, 0.0, 1.0]])
+    size = (crop[2] - crop[0], crop[3] - crop[1])
+    warped = [
+        warp(np.asarray(view, dtype=np.float32), half @ moved, size)
+        for view, half in zip((left, right), halves, strict=True)
+    ]
+    step |= {
+        "crop": list(crop),
+        "negative_px_set_to_0": {"left": warped[0].negative_px, "right": warped[1].negative_px},
+    }
+    return Straightened(warped[0].picture, warped[1].picture, found, True, crop, (step,))
+
+
+def _measured(one: Floats32, two: Floats32, shift: tuple[float, float]) -> RollScale:
+    """Return roll and scale of a pair of planes, about the middle of what both show at a shift."""
+    height, width = one.shape
+    across, down = (round(part) for part in shift)
+    left, right = max(0, -across), min(width, width - across)
+    top, bottom = max(0, -down), min(height, height - down)
+    if min(right - left, bottom - top) < LEAST_SIDE_PX:
+        raise _error(f"a shift of ({across}, {down}) px leaves too little in common", "give another shift")
+    report = measure_disparity(
+        one[top:bottom, left:right],
+        two[top + down : bottom + down, left + across : right + across],
+        block_px=min(BLOCK_PX, right - left, bottom - top),
+    )
+    if report.roll_scale is None:
+        raise _error(
+            f"{report.used} of {report.blocks} blocks tell a vertical disparity: too few, or all along one line",
+            "a roll needs texture over the whole picture: align by the shift alone",
+        )
+    return report.roll_scale
+
+
+@dataclass(frozen=True, slots=True)
+class _Search:
+    """How the shift between two planes is come by."""
+
+    offset_px: tuple[float, float] | None
+    region: Region | None
+    most_px: tuple[int, int] | None
+
+    def binned(self, bin_px: int) -> _Search:
+        """Return the search on planes averaged over squares of ``bin_px``."""
+        offset, region, most = self.offset_px, self.region, self.most_px
+        return _Search(
+            offset and (offset[0] / bin_px, offset[1] / bin_px),
+            region and (region[0] // bin_px, region[1] // bin_px, region[2] // bin_px, region[3] // bin_px),
+            most and (-(-most[0] // bin_px), -(-most[1] // bin_px)),
+        )
+
+    def shift(self, one: Floats32, two: Floats32) -> tuple[float, float]:
+        """Return the shift; where a roll blurs it over the whole, that of the middle."""
+        if self.offset_px is not None:
+            return self.offset_px
+        try:
+            return self._registered(one, two, self.region)
+        except StimulusError:
+            if self.region is not None:
+                raise
+            height, width = one.shape
+            for parts in _MIDDLE_PARTS:
+                across, down = (round(0.5 * length * (1 - 1 / parts)) for length in (width, height))
+                if min(width - 2 * across, height - 2 * down) < LEAST_SIDE_PX:
+                    break
+                with contextlib.suppress(StimulusError):
+                    return self._registered(one, two, (across, down, width - across, height - down))
+            raise
+
+    def _registered(self, one: Floats32, two: Floats32, region: Region | None) -> tuple[float, float]:
+        return register_planes(one, two, region=region, most_px=self.most_px, names=("left", "right")).shift_px
+
+
+def _turned(planes: list[Floats32], matrix: Floats) -> list[Floats32]:
+    if np.array_equal(matrix, np.eye(2)):
+        return planes
+    height, width = planes[0].shape
+    return [
+        warp(plane[..., None], half, (width, height)).picture[..., 0]
+        for plane, half in zip(planes, _halves(matrix, width, height), strict=True)
+    ]
+
+
+def _similarity(roll_deg: float, scale: float) -> Floats:
+    angle = np.radians(roll_deg)
+    return scale * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+
+
+def _halves(matrix: Floats, width: int, height: int) -> list[Floats]:
+    """Return the homographies from the straight pair's places to the left view's and to the right view's."""
+    roll_deg = float(np.degrees(np.arctan2(matrix[1, 0], matrix[0, 0]))) / 2
+    half = _similarity(roll_deg, float(np.sqrt(np.hypot(matrix[0, 0], matrix[1, 0]))))
+    middle = (np.array([width, height]) - 1) / 2
+    found = []
+    for linear in (np.linalg.inv(half), half):
+        homography = np.eye(3)
+        homography[:2, :2] = linear
+        homography[:2, 2] = middle - linear @ middle
+        found.append(homography)
+    return found
+
+
+def _error(message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, remedy=remedy))
