@@ -15,17 +15,13 @@ from pathlib import Path
 
 from documents import Finding
 from documents.yaml_source import YamlSource
-from stimuli.builder import Builder, Progress, publish
 from stimuli.display_setup import DisplaySetup
 from stimuli.errors import StimulusError
 from stimuli.known_hashes import KnownHashes
-from stimuli.plan import Surroundings, input_files, needed_setup, plan
+from stimuli.needs import input_files, needed_setup, unreadable
+from stimuli.progress import Progress, silent
 from stimuli.recipe import AnyRecipe, read_recipe
-from stimuli.stimulus_set import (
-    StimulusSet,
-    read_stimulus_set,
-    sha256_of_json,
-)
+from stimuli.stimulus_set import StimulusSet, read_stimulus_set, sha256_of_json
 
 __all__ = ["Progress", "StimulusSet", "build", "cache_folder"]
 
@@ -92,7 +88,11 @@ def build(
     if found is not None:
         hashes.keep()
         return found
+    # Only to make pictures: who finds them made needs none of it.
     from filelock import FileLock
+
+    from stimuli.builder import Builder, publish
+    from stimuli.plan import Surroundings, plan
 
     around = Surroundings(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION, recipe.sparkles)
     try:
@@ -100,7 +100,7 @@ def build(
         with FileLock(folder.with_name(f"{folder.name}.lock")):
             found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
             if found is None:
-                builder = Builder(recipe, plan(recipe, around), folder, progress or _silent, force)
+                builder = Builder(recipe, plan(recipe, around), folder, progress or silent, force)
                 entries = builder.build(jobs)
                 publish(entries, resolved, folder, builder.workshop)
                 found = read_stimulus_set(folder, recipe_path)
@@ -121,15 +121,7 @@ def _inputs(recipe: AnyRecipe, source: YamlSource, recipe_path: Path, hashes: Kn
         try:
             contents[file] = hashes.sha256(recipe_path.parent / file)
         except OSError as error:
-            place = source.place(where)
-            line, column = (place.line, place.column) if place else (None, None)
-            what = "picture" if where[0] == "stimuli" else "file"
-            message = f"the {what} '{file}' cannot be read: {error.strerror}"
-            findings.append(Finding(message, source.file, line, column, "check the path, relative to the recipe"))
+            findings.append(unreadable(file, where, source, str(error.strerror)))
     if findings:
         raise StimulusError(findings)
     return contents
-
-
-def _silent(doing: str, done: int, total: int) -> None:
-    pass

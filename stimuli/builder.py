@@ -6,7 +6,7 @@ import json
 import math
 import shutil
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -19,12 +19,12 @@ from stimuli.make_pictures import Made
 from stimuli.names import stimulus_factors
 from stimuli.pictures_kept import Entry, Workshop, link_or_copy, pictures_of_sets
 from stimuli.plan import Task
+from stimuli.progress import Progress
 from stimuli.recipe import AnyRecipe
 from stimuli.sparkle_measures.find import Threshold
 from stimuli.stimulus_set import MANIFEST, digest_of, sha256_of_file
 from stimuli.versions import versions
 
-Progress = Callable[[str, int, int], None]
 _EXPOSED = ("expose", "exposure")
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
@@ -24,6 +24,7 @@ from stimuli.photographs.sources import (
     photograph_reader,
     spectral_reader,
 )
+from stimuli.progress import Progress
 from stimuli.recipe import PictureSpec, PicturesRecipe
 from stimuli.stereo_image import StereoImage
 
@@ -42,7 +43,7 @@ def make_pictures(
     recipe: PicturesRecipe | PhotographsRecipe,
     folder: Path,
     pixel_pitch_mm: float,
-    report: Callable[[str, int, int], None],
+    report: Progress,
     setup: DisplaySetup | None = None,
     names: Collection[str] | None = None,
 ) -> Iterator[Made]:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 
 import numpy as np
 
 from stimuli.make_pictures import Made
 from stimuli.names import stimulus_factors, stimulus_name
+from stimuli.progress import Progress
 from stimuli.recipe import SparklePlateRecipe
 from stimuli.stereo_image import StereoImage, XYZImage
 from stimuli.studio import Studio
@@ -16,7 +17,7 @@ from stimuli.studio import Studio
 def make_plate(
     recipe: SparklePlateRecipe,
     pixel_pitch_mm: float,
-    report: Callable[[str, int, int], None],
+    report: Progress,
     names: Collection[str] | None = None,
 ) -> Iterator[Made]:
     """Yield the recipe's stimuli, or those of ``names``, each sampled for a display of ``pixel_pitch_mm``.

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from itertools import groupby
 from typing import Any
 
@@ -13,6 +13,7 @@ from stimuli.luminance.greyscale import greyscale
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2, scaled
 from stimuli.make_pictures import Made
 from stimuli.names import SeriesPicture, series_pictures
+from stimuli.progress import Progress
 from stimuli.series_recipe import SeriesSpec, SparkleSeriesRecipe
 from stimuli.stereo_image import StereoImage, XYZImage
 from stimuli.studio import Studio
@@ -21,7 +22,7 @@ from stimuli.studio import Studio
 def make_series(
     recipe: SparkleSeriesRecipe,
     pixel_pitch_mm: float,
-    report: Callable[[str, int, int], None],
+    report: Progress,
     names: Collection[str] | None = None,
 ) -> Iterator[Made]:
     """Yield the recipe's stimuli, or those of ``names``, each sampled for a display of ``pixel_pitch_mm``.

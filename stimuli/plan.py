@@ -18,14 +18,15 @@ from stimuli.make_pictures import Made, make_pictures
 from stimuli.make_plate import make_plate
 from stimuli.make_series import make_series, plate_seed
 from stimuli.names import file_pictures, series_pictures, stimulus_name
+from stimuli.needs import input_files, needed_setup
 from stimuli.photographs.recipe import PhotographSpec, PhotographsRecipe
+from stimuli.progress import Progress
 from stimuli.recipe import AnyRecipe, PictureSpec, PicturesRecipe, SparklePlateRecipe
 from stimuli.recipe_values import SparklesSpec
 from stimuli.series_recipe import SparkleSeriesRecipe
 from stimuli.stimulus_set import sha256_of_json
 
-Report = Callable[[str, int, int], None]
-Make = Callable[[Report, Collection[str]], Iterator[Made]]
+Make = Callable[[Progress, Collection[str]], Iterator[Made]]
 
 
 @dataclass(frozen=True, slots=True)
@@ -63,36 +64,6 @@ def plan(recipe: AnyRecipe, around: Surroundings) -> tuple[Task, ...]:
     return tuple(_files(recipe, around))
 
 
-def needed_setup(recipe: AnyRecipe, setup: DisplaySetup | None) -> dict[str, Any]:
-    """Return of ``setup`` what the recipe's pictures, or their steps, depend on."""
-    if setup is None or not isinstance(recipe, (PicturesRecipe, PhotographsRecipe)):
-        return {}
-    all_steps = [one.steps_over(recipe) for one in recipe.stimuli]
-    needed: dict[str, Any] = {}
-    if any(steps.align or steps.toe_in or steps.resample for steps in all_steps):
-        needed["viewing"] = setup.viewing_json()
-    if any(steps.tone_map for steps in all_steps):
-        needed["range"] = setup.range_json()
-    return needed
-
-
-def input_files(recipe: AnyRecipe) -> dict[str, tuple[str | int, ...]]:
-    """Return each file that the recipe names, with the place in it that names it first."""
-    files: dict[str, tuple[str | int, ...]] = {}
-    if isinstance(recipe, PicturesRecipe):
-        for index, picture in enumerate(recipe.stimuli):
-            files.setdefault(picture.file, ("stimuli", index, "file"))
-    elif isinstance(recipe, PhotographsRecipe):
-        if recipe.camera is not None:
-            files[recipe.camera] = ("camera",)
-        if recipe.spectral is not None and (recipe.spectral.illuminant or "").lower().endswith(".csv"):
-            files[str(recipe.spectral.illuminant)] = ("spectral", "illuminant")
-        for index, one in enumerate(recipe.stimuli):
-            for key, file in one.files.items():
-                files.setdefault(file, ("stimuli", index, key))
-    return files
-
-
 def _plate(recipe: SparklePlateRecipe, around: Surroundings) -> Task:
     shared = recipe.model_dump(mode="json", exclude={"stimuli", "views", "sparkles"})
     keys = {
@@ -103,7 +74,7 @@ def _plate(recipe: SparklePlateRecipe, around: Surroundings) -> Task:
         for view in recipe.views
     }
 
-    def make(report: Report, names: Collection[str]) -> Iterator[Made]:
+    def make(report: Progress, names: Collection[str]) -> Iterator[Made]:
         return make_plate(recipe, around.pixel_pitch_mm, report, names)
 
     return Task(keys, make)
@@ -128,7 +99,7 @@ def _series(recipe: SparkleSeriesRecipe, around: Surroundings) -> Iterator[Task]
             for one in pictures
         }
 
-        def make(report: Report, names: Collection[str]) -> Iterator[Made]:
+        def make(report: Progress, names: Collection[str]) -> Iterator[Made]:
             return make_series(recipe, around.pixel_pitch_mm, report, names)
 
         yield Task(keys, make)
@@ -160,6 +131,6 @@ def _files(recipe: PicturesRecipe | PhotographsRecipe, around: Surroundings) -> 
 
 
 def _made(
-    recipe: PicturesRecipe | PhotographsRecipe, around: Surroundings, report: Report, names: Collection[str]
+    recipe: PicturesRecipe | PhotographsRecipe, around: Surroundings, report: Progress, names: Collection[str]
 ) -> Iterator[Made]:
     return make_pictures(recipe, around.folder, around.pixel_pitch_mm, report, around.setup, names)

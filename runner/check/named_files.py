@@ -7,7 +7,7 @@ from pathlib import Path
 from devices.rig_file import read_rig
 from documents import Finding, InputError
 from documents.yaml_source import read_yaml
-from stimuli.plan import input_files
+from stimuli.needs import input_files, unreadable
 from stimuli.recipe import read_recipe
 
 
@@ -31,11 +31,7 @@ def missing_pictures(recipe_file: Path) -> list[Finding]:
     findings = []
     for file, where in input_files(recipe).items():
         if not (recipe_file.parent / file).is_file():
-            place = source.place(where)
-            what = "picture" if where[0] == "stimuli" else "file"
-            message = f"the {what} '{file}' cannot be read: there is no such file"
-            line, column = (place.line, place.column) if place else (None, None)
-            findings.append(Finding(message, source.file, line, column, "check the path, relative to the recipe"))
+            findings.append(unreadable(file, where, source, "there is no such file"))
     return findings
 
 

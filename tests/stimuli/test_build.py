@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -110,6 +112,21 @@ def test_the_second_build_renders_nothing_and_says_the_same(tmp_path: Path) -> N
     assert (first.rendered, second.rendered) == (4, 0)
     assert first.digest == second.digest
     assert first.names == second.names
+
+
+def test_a_set_that_is_found_loads_nothing_that_makes_pictures(tmp_path: Path) -> None:
+    recipe = recipe_file(tmp_path, PLATE)
+    build(recipe, 0.2768)
+    code = (
+        "import sys; from pathlib import Path; from stimuli.build import build\n"
+        f"assert build(Path({str(recipe)!r}), 0.2768).rendered == 0\n"
+        "print(*sys.modules)"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    loaded = set(ran.stdout.split())
+    assert "stimuli.recipe" in loaded
+    makers = {"stimuli.builder", "stimuli.plan", "stimuli.studio", "stimuli.align.pair", "stimuli.luminance.statistics"}
+    assert not loaded & (makers | {"scipy", "OpenImageIO", "rawpy", "filelock"})
 
 
 def test_the_same_recipe_elsewhere_makes_the_same_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
