@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 
 from devices.camera.fit import CameraFit
 
+_MOST_DECIMALS = 6
 _D65 = np.array([0.95047, 1.0, 1.08883])
 _SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 
@@ -43,7 +45,6 @@ def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
         lstrip_blocks=True,
     )
     environment.filters["short"] = short
-    environment.filters["five"] = _five_digits
     drawn = [
         # matplotlib escapes the text that it writes.
         (caption, Markup(panel_svg(panel, f"f{number}", f"{panel.y_label} over {panel.x_label}")))
@@ -52,10 +53,7 @@ def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
     model, errors = found.model, found.standard_errors
     columns = [model.matrix, *([model.offset_XYZ[:, None]] if model.form == "affine" else [])]
     matrix = np.hstack(columns)
-    cells = [
-        [(matrix[i, j], None if np.isnan(errors[i, j]) else errors[i, j]) for j in range(matrix.shape[1])]
-        for i in range(3)
-    ]
+    cells = [[_with_error(float(matrix[i, j]), float(errors[i, j])) for j in range(matrix.shape[1])] for i in range(3)]
     patches = [
         (number, patch, _swatch(patch.XYZ, found.white_XYZ), _swatch(patch.estimated_XYZ, found.white_XYZ))
         for number, patch in enumerate(found.patches, start=1)
@@ -72,9 +70,12 @@ def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
     )
 
 
-def _five_digits(value: float) -> str:
-    """Return a matrix's number as it is printed in a terminal: a standard error is often below its third digit."""
-    return f"{value:.5g}".replace("-", "−")
+def _with_error(value: float, error: float) -> tuple[str, str | None]:
+    """Return a number to the second digit of its standard error, and the error; None where it is not known."""
+    if not math.isfinite(error):
+        return f"{value:.5g}".replace("-", "−"), None
+    decimals = min(max(1 - math.floor(math.log10(error)), 0), _MOST_DECIMALS) if error > 0 else _MOST_DECIMALS
+    return f"{value:.{decimals}f}".replace("-", "−"), f"{error:.{decimals}f}"
 
 
 def sentence(found: CameraFit) -> str:
