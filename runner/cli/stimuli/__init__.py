@@ -10,6 +10,7 @@ from runner.cli.lazy_group import LazyGroup
 COMMANDS = {
     "build": "Build the pictures of a recipe, or find them built.",
     "list": "List the stimulus sets in the cache.",
+    "clean": "Remove what killed builds left in the cache.",
 }
 
 

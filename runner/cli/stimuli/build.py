@@ -49,6 +49,7 @@ def command(
 
     from devices.rig_file import read_rig
     from runner.cli.progress import progress_bar
+    from runner.cli.stimuli.build_words import tell
     from stimuli.build import build
     from stimuli.display_setup import DisplaySetup
     from stimuli.saturated import saturated_percent
@@ -82,7 +83,7 @@ def command(
     if as_json:
         click.echo(json.dumps(told, indent=1, allow_nan=False, ensure_ascii=False))
     else:
-        _tell(told)
+        tell(told)
 
 
 def _cores() -> int:
@@ -102,13 +103,15 @@ def _free(folder: Path) -> Path:
 
 
 def _told(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> dict[str, Any]:
+    from runner.cli.stimuli.build_words import tone_mapped
+
     stimuli = []
     for entry in made.manifest["stimuli"]:
         one = {key: entry[key] for key in ("name", "factors", "flat", "size_px", "statistics")}
         said = [sentence for step in entry["steps"] for sentence in step.get("said", ())]
         tone = next((step for step in entry["steps"] if step["step"] == "tone_map"), None)
         if tone is not None:
-            said.append(_toned(tone))
+            said.append(tone_mapped(tone))
         one["said"] = said
         if saturated is not None:
             one["saturated_percent"] = saturated[entry["name"]]
@@ -121,57 +124,3 @@ def _told(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> dict[
         "rendered": made.rendered,
         "stimuli": stimuli,
     }
-
-
-def _toned(step: dict[str, Any]) -> str:
-    asked, used = step["asked_luminance_scale"], step["luminance_scale"]
-    if not step["held_back"]:
-        return f"tone mapped by {used:.3g}"
-    return f"tone mapped by {used:.3g} in place of {asked:.3g}: no more than {step['limit_percent']:g} % may saturate"
-
-
-def _tell(told: dict[str, Any]) -> None:
-    from rich.console import Console
-    from rich.table import Table
-    from rich.text import Text
-
-    has_rig = "saturated_percent" in told["stimuli"][0]
-    title = "Luminance in cd/m², left and right eye; range in stops from the darkest to the brightest thousandth"
-    if has_rig:
-        title += "; pixels beyond the display in %"
-    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
-    columns = [
-        "stimulus",
-        "view",
-        "size",
-        "mean",
-        "max",
-        "range",
-        "RMS contrast",
-        *(["saturated %"] if has_rig else []),
-    ]
-    for name in columns:
-        table.add_column(name, justify="left" if name in ("stimulus", "view") else "right")
-    for one in told["stimuli"]:
-        eyes = one["statistics"]["eyes"]
-        shown = ["left"] if one["flat"] else ["left", "right"]
-        stops = [eyes[eye]["dynamic_range_robust"]["stops"] for eye in shown]
-        cells = [
-            " ".join(f"{eyes[eye]['mean_luminance_cd_m2']:.3g}" for eye in shown),
-            " ".join(f"{eyes[eye]['max_luminance_cd_m2']:.3g}" for eye in shown),
-            " ".join("∞" if value is None else f"{value:.1f}" for value in stops),
-            " ".join(f"{eyes[eye]['rms_contrast']:.2f}" for eye in shown),
-        ]
-        if has_rig:
-            cells.append(" ".join(f"{one['saturated_percent'][eye]['any']:.2f}" for eye in ("left", "right")))
-        size = "×".join(str(side) for side in one["size_px"])
-        table.add_row(Text(one["name"]), "flat" if one["flat"] else "stereo", size, *cells)
-    Console(highlight=False).print(table)
-    for one in told["stimuli"]:
-        for sentence in one["said"]:
-            click.echo(f"Note: {one['name']}: {sentence}.")
-    count = len(told["stimuli"])
-    click.echo(f"{count} stimuli, {told['rendered']} of them made now; digest {told['digest'][:16]}")
-    click.echo(f"Manifest: {told['manifest']}")
-    if "output" in told:
-        click.echo(f"Copied to: {told['output']}")

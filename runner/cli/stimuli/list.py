@@ -12,6 +12,7 @@ def command(as_json: bool) -> None:
     import json
 
     from stimuli.build import cache_folder
+    from stimuli.leftovers import leftovers
     from stimuli.stimulus_set import MANIFEST
 
     sets = []
@@ -27,14 +28,22 @@ def command(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(sets, indent=1))
         return
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
+
+    from runner.cli.print_table import print_table
 
     table = Table(box=None, pad_edge=False)
     for name in ("kind", "stimuli", "first", "pitch mm", "MB", "folder"):
-        table.add_column(name, justify="right" if name in ("stimuli", "pitch mm", "MB") else "left", no_wrap=True)
+        table.add_column(name, justify="right" if name in ("stimuli", "pitch mm", "MB") else "left", overflow="fold")
     for one in sets:
         cells = [one["kind"], len(one["stimuli"]), one["stimuli"][0], f"{one['pixel_pitch_mm']:g}"]
-        table.add_row(*map(str, cells), f"{one['bytes'] / 1e6:.1f}", one["folder"].rpartition("/")[2])
-    Console(highlight=False).print(table)
+        texts = (*map(str, cells), f"{one['bytes'] / 1e6:.1f}", one["folder"].rpartition("/")[2])
+        table.add_row(*map(Text, texts))
+    print_table(table)
     click.echo(f"In {cache_folder()}")
+    for left in leftovers(cache_folder()):
+        click.echo(
+            f"Unfinished: {left}, untouched for {left.untouched_s / 3600:.1f} hours (its next build goes on from there; "
+            "`cyclopean stimuli clean` removes it)"
+        )
