@@ -61,9 +61,8 @@ def tell(told: Mapping[str, Any]) -> None:
     for note in notes(told["stimuli"]):
         click.echo(f"Note: {note}")
     count = len(told["stimuli"])
-    click.echo(
-        f"{count} {'stimulus' if count == 1 else 'stimuli'}, {told['rendered']} of them made now; digest {told['digest'][:16]}"
-    )
+    stimuli = "1 stimulus" if count == 1 else f"{count} stimuli"
+    click.echo(f"{stimuli}, {told['rendered']} of them made now; digest {told['digest'][:16]}")
     click.echo(f"Manifest: {told['manifest']}")
     if "output" in told:
         click.echo(f"Copied to: {told['output']}")

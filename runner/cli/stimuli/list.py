@@ -44,6 +44,6 @@ def command(as_json: bool) -> None:
     click.echo(f"In {cache_folder()}")
     for left in leftovers(cache_folder()):
         click.echo(
-            f"Unfinished: {left}, untouched for {left.untouched_s / 3600:.1f} hours (its next build goes on from there; "
-            "`cyclopean stimuli clean` removes it)"
+            f"Unfinished: {left}, untouched for {left.untouched_s / 3600:.1f} hours "
+            "(its next build goes on from there; `cyclopean stimuli clean` removes it)"
         )
