@@ -9,7 +9,7 @@ from typing import Annotated, Literal, Self
 from pydantic import AfterValidator, Field, PositiveFloat, StringConstraints, model_validator
 
 from devices.camera.camera_file import ExposureSpec
-from stimuli.develop.read_raw import Demosaic
+from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.photographs.inside import InsideFile
 from stimuli.photographs.steps_recipe import StepsSpec
 from stimuli.recipe_faults import Fault, series_of_pictures_faults, twin_names, twin_views
@@ -46,7 +46,7 @@ class CameraExposureSpec(ExposureSpec):
 class DevelopSpec(Strict):
     """How files become linear camera RGB: see `stimuli.develop.read.read_camera_image`."""
 
-    demosaic: Demosaic = "ahd"
+    demosaic: Demosaic = DEFAULT_DEMOSAIC
     black: Annotated[float, Field(ge=0)] | None = None
     white: PositiveFloat | None = None
     saturated: PositiveFloat | None = None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import shutil
 from pathlib import Path
 from typing import Any
@@ -11,8 +12,10 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 from stimuli.build import build
+from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.exr import read_exr, write_exr
+from stimuli.photographs.recipe import DevelopSpec
 from stimuli.recipe import read_recipe
 from stimuli.resample import resample_picture
 from stimuli.stereo_image import StereoImage
@@ -179,6 +182,10 @@ def test_steps_that_cannot_be_are_refused(tmp_path: Path, change: dict[str, Any]
     }
     with pytest.raises(StimulusError if "series" in change else Exception, match=reason):
         read_recipe(write_recipe(tmp_path, {**recipe, **change}))
+
+
+def test_recipes_demosaic_as_camera_develop_does_unless_told() -> None:
+    assert DevelopSpec().demosaic == inspect.signature(read_camera_image).parameters["demosaic"].default
 
 
 def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
