@@ -1,4 +1,4 @@
-"""Reading the files that people write: where each value stands, and what is wrong with it."""
+"""Files: reading what people write, where each value stands and what is wrong with it; writing whole or not at all."""
 
 from documents.findings import Finding, InputError
 from documents.load import load_document

@@ -13,6 +13,7 @@ from analysis.power.needed import Needed
 from analysis.power.plan import Plan
 from analysis.power.rows import size_rows
 from analysis.report.page import ADJUSTMENT_NAMES
+from documents.whole_file import write_whole
 
 INTERVAL_NAMES = {"wald": "estimate ± quantile × standard error", "bootstrap": "observer bootstrap"}
 COVARIANCE_NAMES = {"model": "the model's", "sandwich": "sandwich, by observer, Student's t"}
@@ -38,10 +39,7 @@ def write_page(needed: Needed, output: Path, title: str, notes: Sequence[str] = 
         If the page cannot be written.
     """
     page = render(needed, title, notes)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    draft = output.with_name(output.name + ".part")
-    draft.write_text(page, encoding="utf-8")
-    draft.replace(output)
+    write_whole(output, page)
 
 
 def render(needed: Needed, title: str, notes: Sequence[str] = ()) -> str:

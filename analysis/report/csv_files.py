@@ -10,6 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from analysis.report.blocks import Cell, Column, Table
+from documents.whole_file import write_whole
 
 # What a spreadsheet takes for the beginning of a formula, or skips before looking for one.
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
@@ -27,9 +28,7 @@ def write_csv_files(tables: Iterable[Table], folder: Path) -> tuple[Path, ...]:
     files: list[Path] = []
     for table in tables:
         file = folder / f"{_safe(table.name)}.csv"
-        draft = file.with_name(f"{file.name}.part")
-        draft.write_text(csv_text(table), encoding="utf-8", newline="")
-        draft.replace(file)
+        write_whole(file, csv_text(table))
         files.append(file)
     return tuple(files)
 

@@ -17,6 +17,7 @@ from analysis.report.report import Report, describe
 from analysis.report.sections.shown import Thumbnails
 from analysis.report.words import chance, fixed
 from analysis.terminal import Published
+from documents.whole_file import write_whole
 
 __all__ = ["ADJUSTMENT_NAMES", "render", "write_report"]
 
@@ -62,10 +63,7 @@ def write_report(
     report = describe(sessions, alpha, adjust, covariance, rule)
     sections = sections_of(report, published or {}, thumbnails or {})
     page = _page(report, sections)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    draft = output.with_name(output.name + ".part")
-    draft.write_text(page, encoding="utf-8")
-    draft.replace(output)
+    write_whole(output, page)
     if csv_folder is not None:
         write_csv_files(tables_of(sections), csv_folder)
     return report

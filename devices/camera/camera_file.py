@@ -15,6 +15,7 @@ from devices.camera.camera_model import CameraModel, ExposureSet, Form
 from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding, load_document
+from documents.whole_file import write_whole
 
 Triple = tuple[float, float, float]
 
@@ -152,14 +153,7 @@ def write_camera(model: CameraModel, path: str | os.PathLike[str]) -> None:
     OSError
         If it cannot be written.
     """
-    target = Path(path)
-    target.parent.mkdir(parents=True, exist_ok=True)
-    draft = target.with_name(target.name + ".part")
-    try:
-        draft.write_text(format_camera(model), encoding="utf-8")
-        draft.replace(target)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_whole(Path(path), format_camera(model))
 
 
 def _set_lines(tried: ExposureSet) -> list[str]:

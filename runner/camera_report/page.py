@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.fit import CameraFit
+from documents.whole_file import write_whole
 
 _MOST_DECIMALS = 6
 _D65 = np.array([0.95047, 1.0, 1.08883])
@@ -18,13 +19,7 @@ _SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557
 def write_page(found: CameraFit, title: str, output: Path, notes: tuple[str, ...] = ()) -> None:
     """Write the page to ``output``, whole or not at all; its folder is made if need be. Raises OSError if it cannot."""
     page = render(found, title, notes)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    draft = output.with_name(output.name + ".part")
-    try:
-        draft.write_text(page, encoding="utf-8")
-        draft.replace(output)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_whole(output, page)
 
 
 def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from devices.diagnostics.diagnosis import Diagnosis
+from documents.whole_file import write_whole
 
 _SECTIONS = (
     ("passed", "Passed"),
@@ -62,10 +63,7 @@ class Verdicts:
 def write_page(verdicts: Verdicts, output: Path) -> None:
     """Write the page to ``output``, whole or not at all; its folder is made if need be. Raises OSError if it cannot."""
     page = render(verdicts)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    draft = output.with_name(output.name + ".part")
-    draft.write_text(page, encoding="utf-8")
-    draft.replace(output)
+    write_whole(output, page)
 
 
 def render(verdicts: Verdicts) -> str:
