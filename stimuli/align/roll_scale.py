@@ -21,6 +21,8 @@ LEAST_BLOCKS = 8
 _HUBER = 1.345
 _MAD_PER_SD = 0.6745
 _ROUNDS = 50
+# Pictures that are moved by whole pixels agree to the last bit: no block is then an outlier by its rounding.
+_LEAST_SD_PX = 1e-9
 # Blocks in one row tell nothing about scale, in one column nothing about roll.
 _LEAST_SPREAD = 0.05
 
@@ -70,13 +72,12 @@ def fit_roll_scale(places_px: Floats, vertical_px: Floats, size_px: tuple[int, i
     design = np.column_stack([np.ones(len(vertical_px)), from_middle])
     weight = np.ones(len(vertical_px))
     found = np.zeros(3)
-    sd = 0.0
     for _ in range(_ROUNDS):
         root = np.sqrt(weight)
         before, found = found, np.linalg.lstsq(design * root[:, None], vertical_px * root, rcond=None)[0]
         off = vertical_px - design @ found
-        sd = float(np.median(np.abs(off))) / _MAD_PER_SD
-        weight = np.minimum(1.0, _HUBER * sd / np.maximum(np.abs(off), np.finfo(float).tiny))
+        sd = max(float(np.median(np.abs(off))) / _MAD_PER_SD, _LEAST_SD_PX)
+        weight = _HUBER * sd / np.maximum(np.abs(off), _HUBER * sd)
         if np.abs(found - before).max() < 1e-12:
             break
     freedom = max(1, len(vertical_px) - 3)

@@ -147,6 +147,18 @@ def test_large_views_are_averaged_to_measure(monkeypatch: pytest.MonkeyPatch) ->
     assert halved.left.shape == straighten(left, right).left.shape
 
 
+def test_views_that_agree_to_the_last_bit_are_level_and_one_wrong_block_is_not_believed() -> None:
+    places = np.stack(np.meshgrid(np.arange(32.0, 600, 64), np.arange(32.0, 400, 64)), axis=-1).reshape(-1, 2)
+    vertical = np.full(len(places), 2.0)
+    level = fit_roll_scale(places, vertical, (600, 400))
+    assert level is not None
+    assert (level.roll_deg, level.scale, level.middle_px) == pytest.approx((0, 1, 2), abs=1e-9)
+    vertical[3] += 5
+    one_wrong = fit_roll_scale(places, vertical, (600, 400))
+    assert one_wrong is not None
+    assert (one_wrong.roll_deg, one_wrong.scale, one_wrong.middle_px) == pytest.approx((0, 1, 2), abs=1e-6)
+
+
 def test_what_tells_nothing_is_none() -> None:
     row = np.column_stack([np.arange(32.0, 700, 64), np.full(11, 100.0)])
     assert fit_roll_scale(row, np.zeros(11), (704, 200)) is None
