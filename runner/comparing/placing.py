@@ -17,52 +17,18 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from documents import Finding
+from runner.comparing.first_guess import first_guess, sizes_differ
 from runner.comparing.row_file import RowFile
+from runner.comparing.similarity import fit_similarity, middle
+from runner.comparing.squares import LEAST_SQUARES, Field, squares
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 Registering = Literal["auto", "none", "corners"]
 
 # Displacements below this are not worth an interpolation.
 STILL_PX = 0.02
-# A rotation or a scale is undone if it moves the picture's corners by more, and by more than its errors explain.
-LEAST_TURN_PX, LEAST_TURN_Z = 0.06, 4.0
-# Features are trusted within this; more is another picture size, which resampling by points would alias.
-MOST_SCALE = 1.1
-_START_PIXELS = 1 << 20
-_SQUARES_ACROSS = 6
-_SQUARE_PX = (48, 192)
-_LEAST_SQUARES = 3
-_KNOWN_PX = 0.1
 _ROUNDS = 5
-_LEAST_INLIERS, _LEAST_INLIER_SHARE = 12, 0.15
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Field:
-    """What squares of the photograph say: ``middle_px``, ``moved_px`` and standard error, (n, 2) each.
-
-    ``moved_px`` is where a square lies in the rendering as brought, minus where it lies in the photograph. ``of`` were
-    looked at; the others are flat, alike, or have nothing in common.
-    """
-
-    middle_px: Floats
-    moved_px: Floats
-    standard_error_px: Floats
-    of: int
-
-    @property
-    def residual_px(self) -> float | None:
-        """Root mean square of how far squares lie apart, without the farthest twentieth; None of fewer than three."""
-        parts = []
-        for axis in (0, 1):
-            known = self.moved_px[self.standard_error_px[:, axis] < _KNOWN_PX, axis]
-            if len(known) < _LEAST_SQUARES:
-                return None
-            kept = np.sort(known**2)[: max(_LEAST_SQUARES, int(np.ceil(0.95 * len(known))))]
-            parts.append(float(kept.mean()))
-        return float(np.sqrt(sum(parts)))
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -71,7 +37,7 @@ class Placing:
 
     ``matrix`` (3, 3) takes a place of the photograph to the rendering. ``shift_px``, ``rotation_deg`` and ``scale`` are
     what it does to the photograph's middle, with their standard errors where squares told them. ``residual_px`` is left
-    after it, None where nothing could be measured; ``apart_px`` was there before. ``start`` says how it was begun.
+    after it, None where nothing could be measured. ``start`` says how it was begun.
     """
 
     matrix: Floats
@@ -131,7 +97,9 @@ def place(
     """
     if mode == "none":
         if photo.shape != rendering.shape:
-            raise _sizes(photo, rendering, "let them be registered (--register auto or corners), or crop them alike")
+            raise sizes_differ(
+                photo, rendering, "let them be registered (--register auto or corners), or crop them alike"
+            )
         return _told(np.eye(3), "as they are", squares(photo, rendering, np.eye(3)), None, photo.shape, moved=False)
     if mode == "corners":
         from stimuli.align.homography import homography_from_points
@@ -140,7 +108,7 @@ def place(
             raise StimulusError(Finding("no corners are given", remedy="say --photo-corners and --rendering-corners"))
         matrix, start = homography_from_points(*corners).matrix, "corners"
     else:
-        matrix, start = _start(photo, rendering)
+        matrix, start = first_guess(photo, rendering)
     return _refined(photo, rendering, matrix, start)
 
 
@@ -152,9 +120,9 @@ def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> 
         matrix = np.eye(3)
     field = squares(photo, rendering, matrix)
     for _ in range(_ROUNDS):
-        if len(field.middle_px) < _LEAST_SQUARES:
+        if len(field.middle_px) < LEAST_SQUARES:
             break
-        fit = _similarity(field, photo.shape)
+        fit = fit_similarity(field, photo.shape)
         turned = turned or fit.turns(photo.shape)
         move, errors = fit.matrix(turned, photo.shape), fit.errors(turned)
         reach = _reach(move, photo.shape)
@@ -178,15 +146,15 @@ def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> 
 def _told(
     matrix: Floats, start: str, field: Field, errors: Floats | None, shape: tuple[int, ...], *, moved: bool
 ) -> Placing:
-    middle = _middle(shape)
+    centre = middle(shape)
     from stimuli.align.homography import mapped
 
     step = 0.5
-    across = mapped(matrix, middle + [step, 0]) - mapped(matrix, middle - [step, 0])
-    down = mapped(matrix, middle + [0, step]) - mapped(matrix, middle - [0, step])
-    shift = mapped(matrix, middle) - middle
-    if not moved and len(field.middle_px) >= _LEAST_SQUARES:
-        fit = _similarity(field, shape)
+    across = mapped(matrix, centre + [step, 0]) - mapped(matrix, centre - [step, 0])
+    down = mapped(matrix, centre + [0, step]) - mapped(matrix, centre - [0, step])
+    shift = mapped(matrix, centre) - centre
+    if not moved and len(field.middle_px) >= LEAST_SQUARES:
+        fit = fit_similarity(field, shape)
         shift = np.where(np.abs(fit.values[:2]) > 0, fit.values[:2], shift)
         errors = fit.errors(True)
         rotation = float(np.degrees(fit.values[3])) if fit.turns(shape) else 0.0
@@ -211,214 +179,6 @@ def _told(
     )
 
 
-def squares(photo: RowFile, rendering: RowFile, matrix: Floats) -> Field:
-    """Return how squares of the photograph lie in the rendering once ``matrix`` is undone."""
-    from stimuli.align.homography import mapped, warp
-    from stimuli.align.register import register_planes
-
-    height, width = photo.shape[:2]
-    side = int(np.clip(min(height, width) // 4, *_SQUARE_PX))
-    side = min(side, height, width)
-    if side < 32:
-        return Field(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2)), 0)
-    across = max(2, min(_SQUARES_ACROSS, 2 * width // side))
-    down = max(2, min(_SQUARES_ACROSS, 2 * height // side))
-    found: list[tuple[float, ...]] = []
-    plain = np.array_equal(matrix, np.eye(3))
-    for top in np.linspace(0, height - side, down).round().astype(int).tolist():
-        band = photo[top : top + side][:, :, 1]
-        for left in np.linspace(0, width - side, across).round().astype(int).tolist():
-            one = np.ascontiguousarray(band[:, left : left + side])
-            box = np.array([[0, 0], [side, 0], [side, side], [0, side]]) + [left, top]
-            seen = mapped(matrix, box.astype(np.float64))
-            low = np.maximum(np.floor(seen.min(axis=0)).astype(int) - 16, 0)
-            high = np.minimum(np.ceil(seen.max(axis=0)).astype(int) + 17, [rendering.shape[1], rendering.shape[0]])
-            if not (np.all(seen > -0.5) and np.all(seen < [rendering.shape[1] + 0.5, rendering.shape[0] + 0.5])):
-                continue
-            part = rendering[int(low[1]) : int(high[1])][:, int(low[0]) : int(high[0]), 1]
-            if plain:
-                two = np.ascontiguousarray(part[top - low[1] :, left - low[0] :][:side, :side])
-            else:
-                two = warp(part[:, :, None], _move(-low) @ matrix @ _move((left, top)), (side, side)).picture[:, :, 0]
-            try:
-                lies = register_planes(one, two, most_px=(side // 4, side // 4))
-            except StimulusError:
-                continue
-            middle = (left + (side - 1) / 2, top + (side - 1) / 2)
-            found.append((*middle, *lies.shift_px, *lies.standard_error_px))
-    table = np.array(found, dtype=np.float64).reshape(-1, 6)
-    return Field(table[:, :2], table[:, 2:4], table[:, 4:6], across * down)
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class _Similarity:
-    """``values``: shift across and down, relative growth, rotation in radians; their covariance, and of the shift."""
-
-    values: Floats
-    covariance: Floats
-    shift: Floats
-    shift_covariance: Floats
-
-    def turns(self, shape: tuple[int, ...]) -> bool:
-        """Whether rotation or growth is more than noise, and moves the corners by more than next to nothing."""
-        half = 0.5 * float(np.hypot(shape[0], shape[1]))
-        for value, variance in zip(self.values[2:], np.diag(self.covariance)[2:], strict=True):
-            if abs(value) * half > LEAST_TURN_PX and abs(value) > LEAST_TURN_Z * float(np.sqrt(variance)):
-                return True
-        return False
-
-    def matrix(self, turned: bool, shape: tuple[int, ...]) -> Floats:
-        if not turned:
-            return _move(self.shift)
-        x, y, growth, angle = self.values
-        middle = _middle(shape)
-        linear = (1.0 + growth) * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        found = np.eye(3)
-        found[:2, :2] = linear
-        found[:2, 2] = middle + (x, y) - linear @ middle
-        return found
-
-    def errors(self, turned: bool) -> Floats:
-        if turned:
-            return np.asarray(np.sqrt(np.diag(self.covariance)))
-        return np.concatenate([np.sqrt(np.diag(self.shift_covariance)), [np.inf, np.inf]])
-
-
-def _similarity(field: Field, shape: tuple[int, ...]) -> _Similarity:
-    """Fit both by least squares, weighted by the squares' errors, without squares that stray from the others."""
-    at = field.middle_px - _middle(shape)
-    zero, one = np.zeros(len(at)), np.ones(len(at))
-    rows = np.concatenate(
-        [np.stack([one, zero, at[:, 0], -at[:, 1]], axis=1), np.stack([zero, one, at[:, 1], at[:, 0]], axis=1)]
-    )
-    said = field.moved_px.T.ravel()
-    # Standard errors below a hundredth are not to be believed; those along an edge are large, and weigh nothing.
-    weight = 1.0 / (np.minimum(field.standard_error_px.T.ravel(), 1e3) ** 2 + 0.01**2)
-    values, covariance = _weighted(rows, said, weight)
-    shift, shift_covariance = _weighted(rows[:, :2], said, weight)
-    return _Similarity(values, covariance, shift, shift_covariance)
-
-
-def _weighted(rows: Floats, said: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    kept = np.ones(len(said), dtype=bool)
-    values = np.zeros(rows.shape[1])
-    covariance = np.full((rows.shape[1], rows.shape[1]), np.inf)
-    for _ in range(4):
-        normal = rows[kept].T @ (rows[kept] * weight[kept, None])
-        if np.linalg.matrix_rank(normal) < len(normal):
-            break
-        inverse = np.linalg.inv(normal)
-        values = inverse @ (rows[kept].T @ (said[kept] * weight[kept]))
-        off = (said - rows @ values) * np.sqrt(weight)
-        free = max(1, int(kept.sum()) - len(values))
-        covariance = inverse * max(1.0, float(np.sum(off[kept] ** 2)) / free)
-        usual = max(1.0, 1.4826 * float(np.median(np.abs(off))))
-        now = np.abs(off) < 4.0 * usual
-        if np.array_equal(now, kept) or now.sum() < len(values) + 2:
-            break
-        kept = now
-    return np.asarray(values), np.asarray(covariance)
-
-
-def _start(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
-    """Return a first guess: one shift for all, or, where that fails, a similarity from features."""
-    from stimuli.align.register import register_planes
-
-    (one, bin_px), (two, other_px) = small_plane(photo), small_plane(rendering)
-    reason: StimulusError | None = None
-    if photo.shape == rendering.shape:
-        try:
-            lies = register_planes(one, two, names=("photograph's", "rendering's"))
-            return _move(np.array(lies.shift_px) * bin_px), "shift"
-        except StimulusError as error:
-            reason = error
-    found = _features(one, two)
-    if found is None:
-        if reason is None:
-            raise _sizes(photo, rendering, "crop them alike, or give --photo-corners and --rendering-corners")
-        raise StimulusError(
-            [
-                Finding(
-                    f"the rendering cannot be brought onto the photograph: {one_.message}",
-                    remedy="give --photo-corners and --rendering-corners, or say --register none if they lie alike",
-                )
-                for one_ in reason.findings
-            ]
-        )
-    bring = _binning(other_px) @ found @ np.linalg.inv(_binning(bin_px))
-    size = float(np.sqrt(abs(np.linalg.det(bring[:2, :2]))))
-    if not 1.0 / MOST_SCALE < size < MOST_SCALE:
-        raise StimulusError(
-            Finding(
-                f"the rendering is {size:.3g} times as large as the photograph",
-                remedy="render or resample it to the photograph's pixels first",
-            )
-        )
-    return bring, "features"
-
-
-def small_plane(picture: RowFile, most_pixels: int = _START_PIXELS) -> tuple[Floats32, int]:
-    """Return Y as means over squares, so that it has at most about ``most_pixels``, and a square's side."""
-    height, width = picture.shape[:2]
-    bin_px = int(np.ceil(np.sqrt(height * width / most_pixels)))
-    columns = width // bin_px
-    found = np.empty((height // bin_px, columns), dtype=np.float32)
-    rows = max(1, (1 << 20) // (width * bin_px))
-    for first in range(0, len(found), rows):
-        last = min(first + rows, len(found))
-        part = picture[first * bin_px : last * bin_px][:, : columns * bin_px, 1]
-        found[first:last] = part.reshape(last - first, bin_px, columns, bin_px).mean(axis=(1, 3))
-    return found, bin_px
-
-
-def _features(one: Floats32, two: Floats32) -> Floats | None:
-    """Return the similarity from one plane's places to the other's by features that both have, or None."""
-    import cv2
-
-    detector = cv2.SIFT.create(nfeatures=4000)
-    seen = [detector.detectAndCompute(_bytes(plane), None) for plane in (one, two)]
-    if any(descriptors is None or len(descriptors) < _LEAST_INLIERS for _, descriptors in seen):
-        return None
-    pairs = cv2.BFMatcher().knnMatch(seen[0][1], seen[1][1], k=2)
-    good = [pair[0] for pair in pairs if len(pair) == 2 and pair[0].distance < 0.8 * pair[1].distance]
-    if len(good) < _LEAST_INLIERS:
-        return None
-    source = np.array([seen[0][0][match.queryIdx].pt for match in good])
-    target = np.array([seen[1][0][match.trainIdx].pt for match in good])
-    matrix, inliers = cv2.estimateAffinePartial2D(
-        source, target, method=cv2.RANSAC, ransacReprojThreshold=2.0, maxIters=5000, confidence=0.9999
-    )
-    if matrix is None:
-        return None
-    kept = inliers.ravel().astype(bool)
-    # Of two fields of unlike sparkles, many features go to a few.
-    apart = min(len(np.unique(np.round(points[kept]), axis=0)) for points in (source, target))
-    if apart < max(_LEAST_INLIERS, _LEAST_INLIER_SHARE * len(good)):
-        return None
-    return np.vstack([np.asarray(matrix, dtype=np.float64), [0.0, 0.0, 1.0]])
-
-
-def _bytes(plane: Floats32) -> NDArray[np.uint8]:
-    low, high = np.percentile(plane, [0.5, 99.5])
-    share = np.clip((plane - low) / max(float(high - low), 1e-30), 0.0, 1.0)
-    return np.asarray(np.round(255.0 * np.sqrt(share)), dtype=np.uint8)
-
-
-def _binning(bin_px: int) -> Floats:
-    """Return what takes a place among squares of ``bin_px`` to one among pixels."""
-    half = (bin_px - 1) / 2.0
-    return np.array([[bin_px, 0.0, half], [0.0, bin_px, half], [0.0, 0.0, 1.0]])
-
-
-def _middle(shape: tuple[int, ...]) -> Floats:
-    return np.array([(shape[1] - 1) / 2.0, (shape[0] - 1) / 2.0])
-
-
-def _move(by: ArrayLike) -> Floats:
-    x, y = np.asarray(by, dtype=np.float64)
-    return np.array([[1.0, 0.0, x], [0.0, 1.0, y], [0.0, 0.0, 1.0]])
-
-
 def _reach(matrix: Floats, shape: tuple[int, ...]) -> float:
     """Return how far ``matrix`` moves the corner that it moves farthest."""
     from stimuli.align.homography import mapped
@@ -426,13 +186,3 @@ def _reach(matrix: Floats, shape: tuple[int, ...]) -> float:
     height, width = shape[:2]
     corners = np.array([[0.0, 0.0], [width - 1, 0.0], [0.0, height - 1], [width - 1, height - 1]])
     return float(np.abs(mapped(matrix, corners) - corners).max())
-
-
-def _sizes(photo: RowFile, rendering: RowFile, remedy: str) -> StimulusError:
-    (height, width), (other_height, other_width) = photo.shape[:2], rendering.shape[:2]
-    return StimulusError(
-        Finding(
-            f"the photograph is {width} × {height} pixels and the rendering {other_width} × {other_height}",
-            remedy=remedy,
-        )
-    )
