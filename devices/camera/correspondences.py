@@ -90,7 +90,9 @@ class Correspondences:
         elif self.XYZ[:, 1].max() <= 0:
             found.append(Finding("no colour has a luminance above 0", self.file, remedy="check the columns"))
         span = np.ptp(self.rgb, axis=0)
-        dead = [colour for colour, one in zip(_COLOURS, span, strict=True) if one < _DEAD]
+        # A channel that stays at full scale is exposed too long, which the fit says of each patch.
+        same = (span < _DEAD) & ~self.saturated.any(axis=0)
+        dead = [colour for colour, one in zip(_COLOURS, same, strict=True) if one]
         if dead and len(self) > 1:
             found.append(
                 Finding(

@@ -227,8 +227,9 @@ def test_saturated_patches_of_a_chart_are_named_and_too_many_of_them_refused(
     assert (tmp_path / "camera.yaml").exists() != refused
     if refused:
         assert isinstance(result.exception, InputError)
-        assert "chart.csv" in str(result.exception)
-        assert "saturated" in str(result.exception)
+        (finding,) = result.exception.findings
+        assert finding.file == str(chart)
+        assert "24 patches are saturated" in finding.message
     else:
         assert "Left out: white 9.5: saturated: red and green and blue" in result.output
 
