@@ -12,6 +12,7 @@ from analysis.power.figure import chances_svg, classes_svg, widths_svg
 from analysis.power.needed import Needed
 from analysis.power.plan import Plan
 from analysis.power.rows import size_rows
+from analysis.report.environment import page_environment
 from analysis.report.page import ADJUSTMENT_NAMES
 from documents.whole_file import write_whole
 
@@ -44,16 +45,9 @@ def write_page(needed: Needed, output: Path, title: str, notes: Sequence[str] = 
 
 def render(needed: Needed, title: str, notes: Sequence[str] = ()) -> str:
     """Return the page's HTML; text from people is escaped."""
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
-    environment = Environment(
-        loader=ChoiceLoader([PackageLoader("analysis.power"), PackageLoader("analysis.report")]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_environment("analysis.power", "analysis.report")
     return environment.get_template("power.html.j2").render(
         title=title,
         needed=needed,

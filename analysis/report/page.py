@@ -11,6 +11,7 @@ from analysis.records import SessionLog
 from analysis.report.blocks import Section
 from analysis.report.contents import ADJUSTMENT_NAMES, sections_of, tables_of
 from analysis.report.csv_files import write_csv_files
+from analysis.report.environment import page_environment
 from analysis.report.estimate import CovarianceWish
 from analysis.report.palette import class_colours
 from analysis.report.report import Report, describe
@@ -75,16 +76,9 @@ def render(report: Report, published: Published | None = None, thumbnails: Thumb
 
 
 def _page(report: Report, sections: tuple[Section, ...]) -> str:
-    from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
-    environment = Environment(
-        loader=PackageLoader("analysis.report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_environment("analysis.report")
     filters: Mapping[str, Callable[..., object]] = {
         "fixed": fixed,
         "chance": chance,

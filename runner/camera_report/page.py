@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.report.environment import page_environment
 from devices.camera.fit import CameraFit
 from documents.whole_file import write_whole
 
@@ -24,21 +25,14 @@ def write_page(found: CameraFit, title: str, output: Path, notes: tuple[str, ...
 
 def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
     """Return the page's HTML; text from people is escaped. ``notes`` stand above what the fit itself says."""
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
     from runner.camera_report.figures import panels
     from runner.display_report.figure import panel_svg
     from runner.display_report.page import short
 
-    environment = Environment(
-        # The style is that of the report on a display.
-        loader=ChoiceLoader([PackageLoader("runner.camera_report"), PackageLoader("runner.display_report")]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    # The style is that of the report on a display.
+    environment = page_environment("runner.camera_report", "runner.display_report")
     environment.filters["short"] = short
     drawn = [
         # matplotlib escapes the text that it writes.

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from analysis.report.environment import page_environment
 from devices.diagnostics.diagnosis import Diagnosis
 from documents.whole_file import write_whole
 
@@ -68,18 +69,11 @@ def write_page(verdicts: Verdicts, output: Path) -> None:
 
 def render(verdicts: Verdicts) -> str:
     """Return the page's HTML; text from people is escaped."""
-    from jinja2 import Environment, PackageLoader, StrictUndefined
     from markupsafe import Markup
 
     from runner.display_report.figure import panel_svg
 
-    environment = Environment(
-        loader=PackageLoader("runner.display_report"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    environment = page_environment("runner.display_report")
     environment.filters["short"] = short
     environment.filters["typeset"] = typeset
     environment.filters["verdict"] = verdict
