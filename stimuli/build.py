@@ -89,15 +89,14 @@ def build(
         hashes.keep()
         return found
     # Only to make pictures: who finds them made needs none of it.
-    from filelock import FileLock
-
     from stimuli.builder import Builder, publish
+    from stimuli.lock import locked
     from stimuli.plan import Surroundings, plan
 
     around = Surroundings(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION, recipe.sparkles)
     try:
         cache.mkdir(parents=True, exist_ok=True)
-        with FileLock(folder.with_name(f"{folder.name}.lock")):
+        with locked(folder):
             found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
             if found is None:
                 builder = Builder(recipe, plan(recipe, around), folder, progress or silent, force)

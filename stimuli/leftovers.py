@@ -55,14 +55,14 @@ def leftovers(cache: Path, untouched_s: float = 0.0) -> Iterator[Leftover]:
 
 def remove(leftover: Leftover) -> bool:
     """Remove a leftover unless a build is at it, and return whether it was removed; OSError if it cannot be."""
-    from filelock import FileLock, Timeout
+    from stimuli.lock import locked
 
     found = _UNFINISHED.fullmatch(leftover.folder.name)
     assert found is not None
     try:
         # The lock that a build of this set holds.
-        with FileLock(leftover.folder.with_name(f"{found[1]}.lock"), timeout=0):
+        with locked(leftover.folder.with_name(found[1]), wait=False):
             shutil.rmtree(leftover.folder)
             return True
-    except Timeout:
+    except BlockingIOError:
         return False

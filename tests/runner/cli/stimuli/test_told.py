@@ -10,11 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 from click.testing import CliRunner
-from filelock import FileLock
 
 from runner.cli.main import group
 from runner.cli.stimuli.build_words import notes
 from stimuli.exr import write_exr
+from stimuli.lock import locked
 from stimuli.stereo_image import StereoImage
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 
@@ -74,7 +74,7 @@ def killed(cache: Path, digit: str, age_h: float, suffix: str = "") -> Path:
 
 def test_what_killed_builds_left_is_named_and_removed_after_a_day(tmp_path: Path, cache: Path) -> None:
     told("build", str(five_pictures(tmp_path)), "--pixel-pitch-mm", "0.3")
-    whole = {path for path in cache.rglob("*") if path.suffix != ".lock"}
+    whole = set(cache.rglob("*"))
     old, draft, fresh, at_work = (
         killed(cache, "a", 30),
         killed(cache, "b", 25, "-new"),
@@ -87,12 +87,12 @@ def test_what_killed_builds_left_is_named_and_removed_after_a_day(tmp_path: Path
     listed = told("list")
     assert f"Unfinished: {old.name}: 1 picture, 0.0 MB" in listed
     assert listed.count("Unfinished: ") == 5
-    with FileLock(cache / f"{'d' * 32}.lock"):
+    with locked(cache / ("d" * 32)):
         removed = json.loads(told("clean", "--json"))
     assert [one["folder"] for one in removed] == [str(old), str(draft)]
     assert (removed[0]["pictures"], removed[0]["bytes"]) == (1, 1002)
     assert removed[0]["untouched_hours"] == pytest.approx(30, abs=0.1)
     assert [path.exists() for path in (old, draft, fresh, at_work, busy)] == [False, False, True, True, True]
     assert "Removed" in told("clean", "--hours", "0")
-    assert {path for path in cache.rglob("*") if path.suffix != ".lock"} == whole
+    assert set(cache.rglob("*")) == whole
     assert "nothing to remove" in told("clean")

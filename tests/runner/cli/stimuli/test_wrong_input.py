@@ -242,13 +242,12 @@ def build(recipe: Path, *words: str) -> Any:
     return json.loads(result.stdout)
 
 
-def tree(folder: Path) -> dict[str, bytes]:
-    """Return all files but locks, which stay empty, and records of hashes, which say nothing new."""
-    files = (path for path in sorted(folder.rglob("*")) if path.is_file())
+def tree(folder: Path) -> dict[str, bytes | None]:
+    """Return all files and folders, but for records of hashes, which say nothing new."""
     return {
-        str(path.relative_to(folder)): path.read_bytes()
-        for path in files
-        if path.suffix != ".lock" and not path.name.endswith("-hashes.json")
+        str(path.relative_to(folder)): path.read_bytes() if path.is_file() else None
+        for path in sorted(folder.rglob("*"))
+        if not path.name.endswith("-hashes.json")
     }
 
 
