@@ -39,13 +39,19 @@ def load_document(path: Path, model: type[Model]) -> tuple[Model, YamlSource]:
 
 
 def _findings(errors: Iterable[ErrorDetails], source: YamlSource, model: type[BaseModel]) -> list[Finding]:
-    all_errors = list(errors)
+    all_errors = _without_echoes(list(errors))
     findings = [_finding(error, source, model) for error in all_errors[:MOST_FINDINGS]]
     findings.sort(key=lambda finding: (finding.line or 0, finding.column or 0))
     more = len(all_errors) - MOST_FINDINGS
     if more > 0:
         findings.append(Finding(f"there are {more} more faults", source.file, remedy="mend these first"))
     return findings
+
+
+def _without_echoes(errors: list[ErrorDetails]) -> list[ErrorDetails]:
+    """Leave out that a list is too short where its entries are there, and wrong: pydantic counts the right ones."""
+    within = {error["loc"][:end] for error in errors for end in range(len(error["loc"]))}
+    return [error for error in errors if error["type"] != "too_short" or error["loc"] not in within]
 
 
 def _finding(error: ErrorDetails, source: YamlSource, model: type[BaseModel]) -> Finding:

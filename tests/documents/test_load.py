@@ -75,6 +75,17 @@ def test_a_wrong_kind_of_the_whole_file(tmp_path: Path) -> None:
         load_document(path, _OneOf)
 
 
+def test_a_list_whose_entries_are_all_wrong_is_not_called_too_short(tmp_path: Path) -> None:
+    class Names(BaseModel):
+        names: Annotated[tuple[_Text, ...], Field(min_length=1)]
+
+    path = tmp_path / "f.yaml"
+    path.write_text("names: [{kind: text, words: 1}]\n")
+    with pytest.raises(InputError) as caught:
+        load_document(path, Names)
+    assert [finding.message for finding in caught.value.findings] == ["'names.0.words' is 1"]
+
+
 def test_an_empty_list(tmp_path: Path) -> None:
     class _Some(BaseModel):
         names: Annotated[list[str], Field(min_length=2)]
