@@ -16,6 +16,7 @@ import yaml
 
 from documents.characters import hidden_character
 from documents.findings import Finding, InputError
+from documents.yaml_remedy import remedy_of
 
 MAX_BYTES = 1_000_000
 MAX_NODES = 100_000
@@ -176,13 +177,14 @@ def parse_yaml(text: str, file: str) -> YamlSource:
         loader = _Loader(text)
         nodes = list(_documents(loader))
         if len(nodes) != 1:
-            raise InputError(Finding(f"the file holds {len(nodes)} YAML documents instead of one", file, 1, 1))
+            remedy = "take out the '---' between them" if nodes else "it is empty, or has nothing but comments"
+            raise InputError(Finding(f"the file holds {len(nodes)} YAML documents instead of one", file, 1, 1, remedy))
         return _walk(file, loader, nodes[0])
     except yaml.MarkedYAMLError as error:
         mark = error.problem_mark or error.context_mark
         line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
         raise InputError(
-            Finding(f"this is not valid YAML: {error.problem or error.context}", file, line, column)
+            Finding(f"this is not valid YAML: {error.problem or error.context}", file, line, column, remedy_of(error))
         ) from error
     except RecursionError as error:
         raise InputError(Finding("this is not valid YAML: values are nested too deep", file, 1, 1)) from error
