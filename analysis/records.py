@@ -162,14 +162,16 @@ class SessionLog:
     notes: tuple[Note, ...] = ()
     marks: tuple[Mark, ...] = ()
     resumptions: tuple[Resumption, ...] = ()
+    _trials: tuple[Trial, ...] = field(init=False, repr=False, compare=False)
+
+    def __post_init__(self) -> None:
+        # Gathered once: a report asks each session for its trials some thirty times.
+        object.__setattr__(self, "_trials", tuple({answer.place: answer for answer in self.answers}.values()))
 
     @property
     def trials(self) -> tuple[Trial, ...]:
         """What counts: each trial's last attempt, in the order in which the trials were first answered."""
-        last: dict[tuple[int, int], Trial] = {}
-        for answer in self.answers:
-            last[answer.place] = answer
-        return tuple(last.values())
+        return self._trials
 
     @property
     def first_attempts(self) -> tuple[Trial, ...]:

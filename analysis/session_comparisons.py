@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Sequence, Set
 
 from analysis.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
@@ -37,8 +37,9 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     """
     refuse_mixtures(sessions)
     names = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
+    known = frozenset(names)
     answers = [
-        _answer(session, trial, names) for session in sessions for trial in session.trials if is_comparison(trial)
+        _answer(session, trial, known) for session in sessions for trial in session.trials if is_comparison(trial)
     ]
     ties = sum(answer.tie for answer in answers)
     if ties == len(answers):
@@ -50,21 +51,24 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     return from_answers(answers, names)
 
 
-def _answer(session: SessionLog, trial: Trial, names: Sequence[str]) -> Answer:
+def _answer(session: SessionLog, trial: Trial, names: Set[str]) -> Answer:
     tie = is_tie(trial)
-    where = f"trial {trial.trial} of block {trial.block}"
     try:
         one, other = (str(trial.data[key]) for key in (("first", "second") if tie else ("chosen", "rejected")))
     except KeyError as error:
         raise ResultsError(
-            Finding(f"the {where} has no {error}", str(session.file), remedy="restore the file")
+            Finding(f"the {_where(trial)} has no {error}", str(session.file), remedy="restore the file")
         ) from None
     for name in (one, other):
         if names and name not in names:
-            what = f"{where} shows '{name}', no stimulus of the session"
+            what = f"{_where(trial)} shows '{name}', no stimulus of the session"
             raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
     if one == other:
-        what = f"{where} compares '{one}' with itself"
+        what = f"{_where(trial)} compares '{one}' with itself"
         raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
     first = trial.data.get("first")
     return Answer(one, other, 1.0, session.header.observer, None if first is None else str(first), tie)
+
+
+def _where(trial: Trial) -> str:
+    return f"trial {trial.trial} of block {trial.block}"

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons import Comparisons
 from analysis.observers.tails import Tail, from_chances, from_moments
-from analysis.observers.verdicts import verdicts
+from analysis.observers.verdicts import Verdicts, verdicts
 
 Floats = NDArray[np.float64]
 
@@ -187,6 +187,17 @@ def _strangers_p(comparisons: Comparisons, balance: NDArray[np.int64], shuffles:
         summed = np.zeros((size, n, n), dtype=np.int32)
         for verdict in everyone:
             order = random.permuted(np.tile(np.arange(n), (size, 1)), axis=1)
-            summed += verdict[order[:, :, None], order[:, None, :]]
+            summed += _renamed(verdict, order)
         as_much += int(((summed.astype(np.int64) ** 2).sum(axis=(1, 2)) >= observed).sum())
     return as_much / (shuffles + 1)
+
+
+def _renamed(verdict: Verdicts, order: NDArray[np.intp]) -> Verdicts:
+    """Return ``verdict[order[b][:, None], order[b]]`` of each order b. Shapes (n, n) and (B, n) to (B, n, n).
+
+    Whole rows are copied, twice, with rows and columns exchanged between: several times as fast as number by number.
+    """
+    size, n = order.shape
+    columns = np.take(verdict.T, order, axis=0).transpose(0, 2, 1).reshape(size * n, n)
+    renamed: Verdicts = np.take(columns, order + n * np.arange(size)[:, None], axis=0)
+    return renamed

@@ -23,20 +23,20 @@ def scores_svg(summary: Summary, width_in: float) -> str:
     height_in = 0.75 + 0.31 * len(items)
     with drawing("scores", width_in, height_in) as (figure, axes):
         rows = np.arange(len(items))
-        for row, item, (low, high) in zip(rows, items, summary.log10_interval, strict=True):
-            if item.log10_score is None:
-                continue
-            axes.plot([low, high], [row, row], color=INK, linewidth=1.3, solid_capstyle="butt", zorder=2)
-            axes.plot([low, high], [row, row], "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=2)
-            colours = class_colours(item.label)
-            for part, colour in enumerate(colours):
-                # Wedges from the top, anticlockwise: the better class on the left.
-                turn = 360 / len(colours)
-                wedge = Path.wedge(90 + part * turn, 90 + (part + 1) * turn) if len(colours) > 1 else "o"
-                axes.scatter([item.log10_score], [row], s=95, marker=wedge, color=colour, linewidths=0, zorder=4)
-            axes.scatter(
-                [item.log10_score], [row], s=95, marker="o", facecolors="none", edgecolors=INK, linewidths=1.1, zorder=5
-            )
+        scores = {row: item.log10_score for row, item in enumerate(items) if item.log10_score is not None}
+        shown = list(scores)
+        low, high = summary.log10_interval[shown].T
+        axes.hlines(shown, low, high, color=INK, linewidth=1.3, capstyle="butt", zorder=2)
+        axes.plot([*low, *high], [*shown, *shown], "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=2)
+        for (part, parts), markers in _markers(summary).items():
+            # Wedges from the top, anticlockwise: the better class on the left.
+            turn = 360 / parts
+            wedge = Path.wedge(90 + part * turn, 90 + (part + 1) * turn) if parts > 1 else "o"
+            at, row, colours = zip(*markers, strict=True)
+            axes.scatter(at, row, s=95, marker=wedge, color=colours, linewidths=0, zorder=4)
+        axes.scatter(
+            list(scores.values()), shown, s=95, marker="o", facecolors="none", edgecolors=INK, linewidths=1.1, zorder=5
+        )
         axes.set_yticks(rows, [short(item.name) for item in items])
         axes.set_ylim(len(items) - 0.4, -0.6)
         beside = axes.secondary_yaxis("right")
@@ -52,6 +52,18 @@ def scores_svg(summary: Summary, width_in: float) -> str:
             spines[["top", "right", "left"]].set_visible(False)
         axes.spines["bottom"].set_color(INK)
         return svg_of(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
+
+
+def _markers(summary: Summary) -> dict[tuple[int, int], list[tuple[float, int, str]]]:
+    """Return log10 score, row and colour of the markers by shape, the part of how many: a shape is drawn at once."""
+    found: dict[tuple[int, int], list[tuple[float, int, str]]] = {}
+    for row, item in enumerate(summary.scores.items):
+        if item.log10_score is None:
+            continue
+        colours = class_colours(item.label)
+        for part, colour in enumerate(colours):
+            found.setdefault((part, len(colours)), []).append((item.log10_score, row, colour))
+    return found
 
 
 def _few(label: str) -> str:

@@ -200,3 +200,15 @@ def test_strangers_need_every_pair() -> None:
     assert gap.chi_square is None
     same = concordance(table(np.full((3, 6), 1, dtype=object), 4))
     assert same == concordance(table(np.full((3, 6), 1, dtype=object), 4))
+
+
+@pytest.mark.parametrize("n", [2, 3, 11, 40])
+def test_items_are_renamed_as_number_by_number(n: int) -> None:
+    random = np.random.default_rng(n)
+    above = np.triu(random.integers(-1, 2, (n, n)), 1).astype(np.int8)
+    verdict = above - above.T
+    order = np.array([random.permutation(n) for _ in range(7)])
+    expected = np.array([[[verdict[one, other] for other in names] for one in names] for names in order])
+    found = module._renamed(verdict, order)
+    assert found.dtype == np.int8
+    np.testing.assert_array_equal(found, expected)
