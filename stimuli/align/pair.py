@@ -83,7 +83,7 @@ class Alignment:
         if min(start) < 0 or start[0] + width > centre.shape[1] or start[1] + height > centre.shape[0]:
             raise _error(
                 f"the part that both eyes see begins at {start} px in the centre view, and reaches beyond it",
-                "name an eye for the flat version",
+                "check the shift, or leave the centre view out and name an eye for the flat version",
             )
         picture, negative = cut(np.asarray(centre, dtype=np.float32), start, (width, height), interpolation)
         step = {

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,11 +16,15 @@ from stimuli.stereo_image import Eye, StereoImage
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """A picture, the views it was made of (left then right, or one), and how many pixels were clipped at 0."""
+    """A picture, the views it was made of (left then right, or one), and how many pixels were clipped at 0.
+
+    ``centre`` says whether the file has a view that is neither eye's, used or not.
+    """
 
     image: StereoImage
     views: tuple[str, ...]
     clipped_pixels: int
+    centre: bool
 
 
 def read_exr(
@@ -84,12 +89,18 @@ def read_exr_counted(
         for name in names
     ]
     images = [xyz for xyz, _ in converted]
-    return Reading(StereoImage(images[0], images[-1]), names, sum(clipped for _, clipped in converted))
+    clipped = sum(pixels for _, pixels in converted)
+    return Reading(StereoImage(images[0], images[-1]), names, clipped, _middle(views) is not None)
+
+
+def _middle(names: Collection[str]) -> str | None:
+    """Return the view that is neither eye's."""
+    return next((name for name in ("center", "") if name in names), None)
 
 
 def _chosen(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye | None) -> tuple[str, ...]:
     """Return the view names to show: left and right, or one for a flat picture."""
-    middle = next((name for name in ("center", "") if name in names), None)
+    middle = _middle(names)
     eyes = [eye for eye in ("left", "right") if eye in names]
     if not flat and len(eyes) == 2:
         return "left", "right"

@@ -206,7 +206,8 @@ def _view(
     if columns[0] < columns[1] and rows[0] < rows[1]:
         there = slice(*(row - wanted.top for row in rows)), slice(*(column - wanted.left for column in columns))
         here = slice(*(row - window.top for row in rows)), slice(*(column - window.left for column in columns))
-        pixels[there] = stored[here][..., list(indices)]
+        for place, index in enumerate(indices):
+            pixels[(*there, place)] = stored[(*here, index)]
     chromaticities = _numbers(spec, "chromaticities", 8, path)
     white = _numbers(spec, "whiteLuminance", 1, path)
     return View(

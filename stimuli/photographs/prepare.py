@@ -18,10 +18,10 @@ from stimuli.stereo_image import Eye, StereoImage, XYZImage
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pair:
-    """An aligned pair, the left view as it was before, and what was done."""
+    """An aligned pair, what was done, and the left view as it was before where a centre view is to be laid on it."""
 
     alignment: Alignment
-    left: XYZImage
+    left: XYZImage | None
     steps: tuple[Step, ...]
 
 
@@ -42,7 +42,7 @@ class Prepared:
         self._source, self._steps, self._flat_eye = source, steps, flat_eye
         self._pixel_pitch_mm, self._setup = pixel_pitch_mm, setup
         self._pair: _Pair | None = None
-        self._parallel: tuple[StereoImage, tuple[Step, ...]] | None = None
+        self._parallel: Read | None = None
         self._done: dict[View | None, tuple[StereoImage, tuple[Step, ...]]] = {}
 
     def picture(self, view: View | None) -> tuple[StereoImage, tuple[Step, ...]]:
@@ -68,13 +68,15 @@ class Prepared:
         if self._steps.align is None:
             if self._parallel is None:
                 self._parallel = self._as_parallel()
-            return self._one_eye(*self._parallel) if view == "flat" else self._parallel
+            image, steps = self._parallel.image, self._parallel.steps
+            return self._one_eye(image, steps) if view == "flat" else (image, steps)
         pair = self._align()
         if view != "flat":
             return pair.alignment.stereo, pair.steps
-        centre = None if self._steps.toe_in else self._centre()
-        if centre is None:
+        if pair.left is None and (self._flat_eye or self._steps.toe_in):
             return self._one_eye(pair.alignment.stereo, pair.steps)
+        centre = self._source.flat()  # which says so where there is none
+        assert pair.left is not None
         image, step = pair.alignment.flat_from_centre(centre.image.left, pair.left)
         return image, (*pair.steps, *centre.steps, step)
 
@@ -84,29 +86,25 @@ class Prepared:
             raise StimulusError(Finding(message, remedy="write flat_eye: left, or right"))
         return StereoImage.flat(image.eye(self._flat_eye)), (*steps, {"step": "flat", "view": self._flat_eye})
 
-    def _centre(self) -> Read | None:
-        if self._flat_eye is None:
-            return self._source.flat()
-        read = self._source.flat()
-        return read if read.centre else None
-
-    def _as_parallel(self) -> tuple[StereoImage, tuple[Step, ...]]:
+    def _as_parallel(self) -> Read:
         """Return the pair as parallel cameras would have taken it."""
         read, toe_in = self._source.stereo(), self._steps.toe_in
         if toe_in is None:
-            return read.image, read.steps
+            return read
         image = read.image
         focal = toe_in.focal_length_px or focal_px(image.width_px, toe_in.field_of_view_deg or 0.0)
         turned = rectify_toe_in(
             image.left, image.right, toe_in.toe_in_deg, focal, viewing=self._viewing(image.width_px)
         )
-        return turned.stereo, (*read.steps, *turned.steps)
+        # The centre view was not turned with them.
+        return Read(turned.stereo, (*read.steps, *turned.steps), False)
 
     def _align(self) -> _Pair:
         spec = self._steps.align
         assert spec is not None
         if self._pair is None:
-            image, steps = self._as_parallel()
+            read = self._as_parallel()
+            image = read.image
             points = spec.points
             found = align_pair(
                 image.left,
@@ -121,7 +119,7 @@ class Prepared:
                 interpolation=spec.interpolation,
                 viewing=self._viewing(image.width_px),
             )
-            self._pair = _Pair(found, image.left, (*steps, *found.steps))
+            self._pair = _Pair(found, image.left if read.centre else None, (*read.steps, *found.steps))
         return self._pair
 
     def _viewing(self, width_px: int) -> Viewing | None:

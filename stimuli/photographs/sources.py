@@ -22,11 +22,11 @@ Step = Mapping[str, Any]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Read:
-    """A picture as it was read; ``centre`` says of a flat one that it is the centre view."""
+    """A picture as it was read; ``centre`` says whether there is a centre view, which a flat one is then."""
 
     image: StereoImage
     steps: tuple[Step, ...]
-    centre: bool = False
+    centre: bool
 
 
 class Source(Protocol):
@@ -89,7 +89,7 @@ class OneFile:
             "views": list(reading.views),
             "clipped_pixels": reading.clipped_pixels,
         }
-        return Read(reading.image, (step,), reading.views[0] not in ("left", "right"))
+        return Read(reading.image, (step,), reading.centre)
 
 
 class ViewReader(Protocol):
@@ -180,7 +180,7 @@ class ViewFiles:
             *({**step, "view": "left"} for step in left_steps),
             *({**step, "view": "right"} for step in right_steps),
         ]
-        return Read(StereoImage(left, right), tuple(steps))
+        return Read(StereoImage(left, right), tuple(steps), "center" in self.paths)
 
     def flat(self) -> Read:
         """Read the centre view, or the eye that stands for it."""

@@ -11,10 +11,12 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
+import stimuli.photographs.sources
 from stimuli.build import build
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.exr import read_exr, write_exr
+from stimuli.exr.read import read_exr_counted
 from stimuli.photographs.recipe import DevelopSpec
 from stimuli.recipe import read_recipe
 from stimuli.resample import resample_picture
@@ -89,6 +91,27 @@ def test_without_a_centre_the_named_eye_is_the_flat_version(tmp_path: Path) -> N
     np.testing.assert_array_equal(sets.load("a-flat").left, sets.load("a-stereo").right)
     with pytest.raises(StimulusError, match="no centre view"):
         made(tmp_path, {"name": "a", "file": "pair.exr"}, align=align, views=["stereo", "flat"])
+
+
+def test_a_pair_is_read_once_for_both_its_views(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene = texture()
+    write_exr(tmp_path / "pair.exr", StereoImage(scene[10:100, 20:140], scene[10:100, 14:134]))
+    multi_view(tmp_path / "three.exr")
+    read: list[str] = []
+
+    def counted(path: Path, *words: Any, **more: Any) -> Any:
+        read.append(path.name)
+        return read_exr_counted(path, *words, **more)
+
+    monkeypatch.setattr(stimuli.photographs.sources, "read_exr_counted", counted)
+    offsets = {"pair": [6, 0], "three": [14, 4]}
+    stimuli_ = [
+        {"name": one, "file": f"{one}.exr", "flat_eye": "left", "align": {"method": "offset", "offset_px": offset}}
+        for one, offset in offsets.items()
+    ]
+    sets = made(tmp_path, *stimuli_, views=["stereo", "flat"])
+    assert read == ["pair.exr", "three.exr", "three.exr"]
+    assert [step(sets.entry(f"{one}-flat"), "flat")["view"] for one in ("pair", "three")] == ["left", "center"]
 
 
 def test_toe_in_is_undone_before_the_pair_is_aligned(tmp_path: Path) -> None:
