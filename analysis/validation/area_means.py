@@ -25,6 +25,8 @@ RowsDone = Callable[[int, int], None]
 CELLS_ACROSS, LEAST_CELL_PX = 8, 4
 # A plane takes three; of fewer cells than this the scatter tells little.
 LEAST_CELLS = 12
+# Nobody reads more.
+_MOST_FINDINGS = 20
 
 
 class FlagSource(Protocol):
@@ -155,6 +157,8 @@ def area_means(
             )
         elif one.bad:
             faults.append(Finding(f"the region '{name}' holds {one.bad} pixels of the {what} that are no numbers"))
+    if len(faults) > _MOST_FINDINGS:
+        faults[_MOST_FINDINGS:] = [Finding(f"{len(faults) - _MOST_FINDINGS} more regions have such faults")]
     if faults:
         raise PictureError(faults)
     return tuple(one.result() for one in gathered)

@@ -10,15 +10,21 @@ from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
 
 from analysis.validation.limits import Limits
 from analysis.validation.region_table import LuminanceMode
-from documents import load_document
+from documents import Finding, InputError, load_document
 from documents.yaml_source import YamlSource
 
-Point = tuple[float, float]
+# What a file may ask for at most: areas in all, and places in pixels or shares. No picture has as many.
+MOST_AREAS = 10_000
+MOST = 1e9
+Coordinate = Annotated[float, Field(ge=-MOST, le=MOST)]
+Length = Annotated[float, Field(gt=0, le=MOST)]
+Point = tuple[Coordinate, Coordinate]
 Corners = tuple[Point, Point, Point, Point]
 Points = Annotated[tuple[Point, ...], Field(min_length=3, max_length=1000)]
-Box = tuple[float, float, PositiveFloat, PositiveFloat]
+Box = tuple[Coordinate, Coordinate, Length, Length]
 Name = Annotated[str, Field(min_length=1, max_length=80)]
 Share = Annotated[float, Field(gt=0, le=1)]
+_PATCHES = {"colorchecker": 24}
 Units = Literal["px", "share"]
 
 
@@ -144,5 +150,14 @@ def read_regions(path: Path) -> RegionsFile:
         With every fault and its place.
     """
     spec, source = load_document(path, RegionsSpec)
+    areas = 0
+    for number, region in enumerate(spec.regions):
+        areas += region.rows * region.columns if isinstance(region, GridSpec) else _PATCHES.get(region.kind, 1)
+        if areas > MOST_AREAS:
+            place = source.place(("regions", number))
+            message = f"with '{region.name}' these are {areas} areas"
+            line, column = (place.line, place.column) if place else (None, None)
+            remedy = f"a regions file has {MOST_AREAS} at most"
+            raise InputError(Finding(message, source.file, line, column, remedy))
     given = {name: value for name, value in spec.limits.model_dump().items() if value is not None}
     return RegionsFile(spec, source, Limits(**given))

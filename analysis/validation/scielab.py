@@ -42,6 +42,8 @@ GAUSSIANS: tuple[tuple[tuple[float, float], ...], ...] = (
 NARROWEST_CELLS = 8.0
 # Gaussians end at this many standard deviations.
 REACH_SD = 4.0
+# A display at two kilometres; beyond it the wide Gaussians take seconds, then more memory than there is.
+MOST_PIXELS_PER_DEGREE = 1e5
 
 
 @dataclass(frozen=True, slots=True)
@@ -71,13 +73,19 @@ class SeenPicture:
         Raises
         ------
         PictureError
-            If the pixels per degree or the white's components are not finite numbers above 0.
+            If the pixels per degree or the white's components are not finite numbers above 0, or the former beyond
+            100,000.
         """
         white = np.asarray(white_XYZ, dtype=np.float64)
         if white.shape != (3,) or not (np.all(np.isfinite(white)) and np.all(white > 0)):
             raise PictureError(f"a white needs three finite numbers above 0, not {white.tolist()}")
         if not (np.isfinite(pixels_per_degree) and pixels_per_degree > 0):
             raise PictureError(f"pixels_per_degree is {pixels_per_degree}; it must be a finite number above 0")
+        if pixels_per_degree > MOST_PIXELS_PER_DEGREE:
+            raise PictureError(
+                f"the picture is seen at {pixels_per_degree:.4g} pixels per degree, more than "
+                f"{MOST_PIXELS_PER_DEGREE:g}: check the viewing distance"
+            )
         self._picture = picture
         self._opponent = opponent_from_xyz(white)
         blurs = [
