@@ -18,6 +18,13 @@ from documents.yaml_source import Path_, YamlSource, read_yaml
 MOST_FINDINGS = 100
 _SHOWN = 60
 
+# The patterns of names in words; others are told as they are.
+_ALLOWED = {
+    r"^[a-z0-9][a-z0-9_-]*$": "small letters a to z, digits, '_' and '-', and none of these two first",
+    r"^[a-z][a-z0-9_]*$": "small letters a to z, digits and '_', a letter first",
+    r"^[a-z][a-z0-9_]{0,59}$": "at most 60 small letters a to z, digits and '_', a letter first",
+}
+
 Model = TypeVar("Model", bound=BaseModel)
 
 
@@ -81,6 +88,8 @@ def _finding(error: ErrorDetails, source: YamlSource, model: type[BaseModel]) ->
     if kind == "too_short":
         least = error.get("ctx", {}).get("min_length", 1)
         return _at(source, source.place(path), f"'{name}' holds too little", f"give it at least {least}")
+    if kind == "string_pattern_mismatch" and (allowed := _ALLOWED.get(error.get("ctx", {}).get("pattern", ""))):
+        return _at(source, place, f"'{name}' is {_short(repr(error['input']))}", allowed)
     message = error["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
     return _at(source, place, f"'{name}' is {_short(repr(error['input']))}", message[:1].lower() + message[1:])
 

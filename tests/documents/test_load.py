@@ -99,3 +99,17 @@ def test_an_empty_list(tmp_path: Path) -> None:
 def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:
     (finding,) = _findings(tmp_path, "- just\n- a list\n")
     assert finding.startswith("f.yaml:1:1: 'the file' is ['just', 'a list']")
+
+
+@pytest.mark.parametrize(("pattern", "text"), [(r"^[a-z0-9][a-z0-9_-]*$", "My plates"), (r"^[a-z][a-z0-9_]*$", "1st")])
+def test_the_pattern_of_a_name_is_told_in_words(pattern: str, text: str, tmp_path: Path) -> None:
+    class _Named(BaseModel):
+        name: Annotated[str, Field(pattern=pattern)]
+
+    path = tmp_path / "f.yaml"
+    path.write_text(f"name: {text}\n")
+    with pytest.raises(InputError) as caught:
+        load_document(path, _Named)
+    (finding,) = caught.value.findings
+    assert finding.message == f"'name' is '{text}'"
+    assert str(finding.remedy).startswith("small letters a to z, digits")
