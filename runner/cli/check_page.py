@@ -51,8 +51,8 @@ def print_checked(checked: Checked) -> None:
         click.echo(f"{click.style('error:', fg='red')} {finding}", err=True)
 
 
-def _counted(count: int, what: str) -> str:
-    return f"{count} {what}" + ("" if count == 1 else "s")
+def _counted(count: float, what: str) -> str:
+    return f"{count:g} {what}" + ("" if count == 1 else "s")
 
 
 def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
@@ -60,7 +60,9 @@ def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
         if name not in _APART:
             yield from _labelled(name, _words(name, value))
     if "trials" in facts:
-        yield from _labelled("session", f"{facts['trials']} trials, about {facts['minutes']:g} minutes")
+        yield from _labelled(
+            "session", f"{_counted(facts['trials'], 'trial')}, about {_counted(facts['minutes'], 'minute')}"
+        )
         yield ""
         yield from _blocks(facts["blocks"])
     if "clipped_percent" in facts:

@@ -7,6 +7,7 @@ from typing import Any
 
 from click.testing import CliRunner
 
+from runner.cli.check_page import _lines
 from runner.cli.main import group
 
 Study = Any  # tests/conftest.py
@@ -47,3 +48,9 @@ def test_json_holds_everything(study: Study) -> None:
     assert told["findings"] == []
     assert {"message", "file", "line", "column", "remedy"} == set(told["warnings"][0])
     assert set(told) >= {"trials", "minutes", "blocks", "keys", "clipped_percent", "picture_deg", "onsets", "results"}
+
+
+def test_one_is_counted_as_one() -> None:
+    facts = {"trials": 1, "minutes": 1.0, "blocks": []}
+    assert "session               1 trial, about 1 minute" in list(_lines(facts))
+    assert "session               2 trials, about 0.1 minutes" in list(_lines({**facts, "trials": 2, "minutes": 0.1}))
