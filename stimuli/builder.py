@@ -15,7 +15,7 @@ from documents import Finding, InputError
 from stimuli.errors import StimulusError
 from stimuli.exr import write_exr
 from stimuli.luminance.statistics import picture_statistics
-from stimuli.make_pictures import Made
+from stimuli.made import Made
 from stimuli.names import stimulus_factors
 from stimuli.pictures_kept import Entry, Workshop, link_or_copy, pictures_of_sets
 from stimuli.plan import Task

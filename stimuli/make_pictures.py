@@ -2,15 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Iterator
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 from documents import Finding, InputError
 from stimuli.display_setup import DisplaySetup
 from stimuli.errors import StimulusError
+from stimuli.made import Made
 from stimuli.names import file_pictures
 from stimuli.photographs.finish import finished
 from stimuli.photographs.prepare import Prepared
@@ -26,17 +25,6 @@ from stimuli.photographs.sources import (
 )
 from stimuli.progress import Progress
 from stimuli.recipe import PictureSpec, PicturesRecipe
-from stimuli.stereo_image import StereoImage
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Made:
-    """A stimulus as made: its picture, its factors, and the steps that led to it, for the manifest."""
-
-    name: str
-    image: StereoImage
-    factors: Mapping[str, str | float]
-    steps: tuple[Mapping[str, Any], ...]
 
 
 def make_pictures(

@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from stimuli.make_pictures import Made
+from stimuli.made import Made
 from stimuli.names import stimulus_factors, stimulus_name
 from stimuli.progress import Progress
 from stimuli.recipe import SparklePlateRecipe

@@ -3,19 +3,18 @@
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator
 from itertools import groupby
-from typing import Any
 
 from documents import Finding
 from stimuli.errors import StimulusError
-from stimuli.luminance.greyscale import greyscale
-from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2, scaled
-from stimuli.make_pictures import Made
+from stimuli.in_series import in_series, series_steps
+from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
+from stimuli.made import Made
 from stimuli.names import SeriesPicture, series_pictures
 from stimuli.progress import Progress
-from stimuli.series_recipe import SeriesSpec, SparkleSeriesRecipe
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.series_recipe import SparkleSeriesRecipe
+from stimuli.stereo_image import StereoImage
 from stimuli.studio import Studio
 
 
@@ -53,15 +52,6 @@ def plate_seed(seed: int, plate: str) -> int:
     return int.from_bytes(hashlib.sha256(f"{seed}/{plate}".encode()).digest()[:8]) >> 1
 
 
-def in_series(xyz_cd_m2: XYZImage, luminance_scale: float, series: SeriesSpec) -> XYZImage:
-    """Return the picture (rows, columns, 3) times ``luminance_scale``, and grey if the series is.
-
-    Grey keeps each pixel's luminance Y and gives it the chromaticity of the series's white.
-    """
-    bright = scaled(xyz_cd_m2, luminance_scale)
-    return bright if series.greyscale_white_xy is None else greyscale(bright, series.greyscale_white_xy)
-
-
 def _made(picture: SeriesPicture, studio: Studio, target_cd_m2: float) -> Made:
     views = [one.xyz_cd_m2 for one in studio.photographs(picture.view, picture.exposure_s)]
     # One factor for both eyes: what one sees brighter than the other stays so.
@@ -72,11 +62,9 @@ def _made(picture: SeriesPicture, studio: Studio, target_cd_m2: float) -> Made:
     adapted = factor_to(mean_cd_m2, target_cd_m2)
     series = picture.series
     shown = [in_series(view, adapted * series.luminance_scale, series) for view in views]
-    steps: list[Mapping[str, Any]] = [
+    steps = (
         *studio.steps(picture.view, picture.exposure_s),
         {"step": "adapt", "target_mean_luminance_cd_m2": target_cd_m2, "luminance_scale": adapted},
-        {"step": "scale", "luminance_scale": series.luminance_scale},
-    ]
-    if series.greyscale_white_xy:
-        steps.append({"step": "greyscale", "white_xy": list(series.greyscale_white_xy)})
-    return Made(picture.name, StereoImage(shown[0], shown[-1]), picture.factors, tuple(steps))
+        *series_steps(series),
+    )
+    return Made(picture.name, StereoImage(shown[0], shown[-1]), picture.factors, steps)

@@ -14,7 +14,8 @@ from pathlib import Path
 from typing import Any
 
 from stimuli.display_setup import DisplaySetup
-from stimuli.make_pictures import Made, make_pictures
+from stimuli.made import Made
+from stimuli.make_pictures import make_pictures
 from stimuli.make_plate import make_plate
 from stimuli.make_series import make_series, plate_seed
 from stimuli.names import file_pictures, series_pictures, stimulus_name

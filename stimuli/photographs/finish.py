@@ -12,8 +12,10 @@ from collections.abc import Iterator
 from documents import Finding
 from stimuli.display_setup import DisplaySetup
 from stimuli.errors import StimulusError
+from stimuli.in_series import in_series, series_steps
 from stimuli.luminance.greyscale import grey_picture
 from stimuli.luminance.scale import (
+    eyes_once,
     factor_to,
     max_luminance_cd_m2,
     mean_luminance_cd_m2,
@@ -48,8 +50,9 @@ def finished(
         image, more = _at_luminance(image, steps.luminance)
         done += more
     if series:
-        image, more = _in_series(image, series)
-        done += more
+        shown = [in_series(eye, series.luminance_scale, series) for eye in eyes_once(image)]
+        image = StereoImage(shown[0], shown[-1])
+        done += series_steps(series)
     if steps.resample:
         image, step = _resampled(image, steps.resample, pixel_pitch_mm, setup)
         done.append(step)
@@ -91,15 +94,6 @@ def _factor(image: StereoImage, spec: LuminanceSpec) -> Iterator[tuple[float, St
         found = white_luminance_cd_m2(image, (top, left, height, width))
         step = {"step": "adapt", "target_white_luminance_cd_m2": spec.white_cd_m2, "white_luminance_cd_m2": found}
         yield factor_to(found, spec.white_cd_m2), {**step, "white_box": list(spec.white_box)}
-
-
-def _in_series(image: StereoImage, series: SeriesSpec) -> tuple[StereoImage, list[Step]]:
-    done: list[Step] = [{"step": "scale", "luminance_scale": series.luminance_scale}]
-    image = scaled_picture(image, series.luminance_scale)
-    if series.greyscale_white_xy is not None:
-        image = grey_picture(image, series.greyscale_white_xy)
-        done.append({"step": "greyscale", "white_xy": list(series.greyscale_white_xy)})
-    return image, done
 
 
 def _resampled(

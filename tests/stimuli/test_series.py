@@ -20,8 +20,9 @@ from devices.colour import xyz_to_lab
 from documents import InputError
 from stimuli.build import build
 from stimuli.errors import StimulusError
-from stimuli.make_pictures import Made
-from stimuli.make_series import in_series, make_series, plate_seed
+from stimuli.in_series import in_series
+from stimuli.made import Made
+from stimuli.make_series import make_series, plate_seed
 from stimuli.names import stimulus_factors, stimulus_names
 from stimuli.recipe import Recipe, read_recipe
 from stimuli.series_recipe import SeriesSpec, SparkleSeriesRecipe
@@ -121,7 +122,7 @@ def test_factors_of_the_other_kinds(tmp_path: Path) -> None:
     ("factors", "message"),
     [
         ("{view: flat}", "set by the recipe"),
-        ("{Paint: red}", "pattern"),
+        ("{Paint: red}", "small letters"),
         ("{paint: true}", "'stimuli.0.factors.paint'"),
         ("{paint: ''}", "'stimuli.0.factors.paint'"),
     ],
