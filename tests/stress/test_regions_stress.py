@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from analysis.validation.area_means import AreaMean, area_means
 from analysis.validation.chart_way import check_charts
@@ -23,25 +22,9 @@ from devices.chart.layout import COLORCHECKER, patch_quadrangles
 from devices.chart.way_round import WAYS
 from devices.colour import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
+from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress
-
-WHITE = np.array([96.42, 100.0, 82.49])
-
-
-class Sheet:
-    """A picture of 36 megapixels that exists a few rows at a time: noise about a grey, alike each time it is read."""
-
-    shape = (4912, 7360, 3)
-
-    def __init__(self, factor: float) -> None:
-        self.factor = factor
-
-    def __getitem__(self, rows: slice) -> NDArray[np.float32]:
-        start, stop, _ = rows.indices(self.shape[0])
-        noise = np.sin(np.arange(start, stop)[:, None] * 0.7 + np.arange(self.shape[1]) * 1.3, dtype=np.float32)
-        light = np.float32(self.factor) * (20 + 15 * noise)
-        return np.asarray(light[..., None] * (WHITE / 100).astype(np.float32))
 
 
 def test_ten_thousand_cells_of_thirty_six_megapixels(tmp_path: Path) -> None:
