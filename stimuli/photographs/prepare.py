@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from documents import Finding
 from stimuli.align.disparity import Viewing
 from stimuli.align.pair import Alignment, align_pair
+from stimuli.align.planes import Region
+from stimuli.align.straighten import straighten
 from stimuli.align.toe_in import focal_px, rectify_toe_in
 from stimuli.display_setup import DisplaySetup
 from stimuli.errors import StimulusError
@@ -18,10 +20,14 @@ from stimuli.stereo_image import Eye, StereoImage, XYZImage
 
 @dataclass(frozen=True, eq=False, slots=True)
 class _Pair:
-    """An aligned pair, what was done, and the left view as it was before where a centre view is to be laid on it."""
+    """An aligned pair, what was done, and the left view as it was before where a centre view is to be laid on it.
+
+    ``crop`` is the part of the views that the left one was cropped to when it was straightened.
+    """
 
     alignment: Alignment
     left: XYZImage | None
+    crop: Region
     steps: tuple[Step, ...]
 
 
@@ -77,7 +83,7 @@ class Prepared:
             return self._one_eye(pair.alignment.stereo, pair.steps)
         centre = self._source.flat()  # which says so where there is none
         assert pair.left is not None
-        image, step = pair.alignment.flat_from_centre(centre.image.left, pair.left)
+        image, step = pair.alignment.flat_from_centre(_part(centre.image.left, pair.crop), pair.left)
         return image, (*pair.steps, *centre.steps, step)
 
     def _one_eye(self, image: StereoImage, steps: tuple[Step, ...]) -> tuple[StereoImage, tuple[Step, ...]]:
@@ -104,7 +110,14 @@ class Prepared:
         assert spec is not None
         if self._pair is None:
             read = self._as_parallel()
-            image = read.image
+            image, region, steps = read.image, spec.region, read.steps
+            crop = (0, 0, image.width_px, image.height_px)
+            if spec.straighten:
+                level = straighten(
+                    image.left, image.right, offset_px=spec.offset_px, region=region, most_px=spec.most_px
+                )
+                image, crop, steps = level.stereo, level.crop, (*steps, *level.steps)
+                region = None if region is None else _within(region, crop)
             points = spec.points
             found = align_pair(
                 image.left,
@@ -112,14 +125,14 @@ class Prepared:
                 spec.method,
                 offset_px=spec.offset_px,
                 points=None if points is None else (points.left, points.right),
-                region=spec.region,
+                region=region,
                 most_px=spec.most_px,
                 correct_vertical=spec.correct_vertical,
                 whole_pixels=spec.whole_pixels,
                 interpolation=spec.interpolation,
                 viewing=self._viewing(image.width_px),
             )
-            self._pair = _Pair(found, image.left if read.centre else None, (*read.steps, *found.steps))
+            self._pair = _Pair(found, image.left if read.centre else None, crop, (*steps, *found.steps))
         return self._pair
 
     def _viewing(self, width_px: int) -> Viewing | None:
@@ -131,6 +144,20 @@ class Prepared:
             shown_px = self._steps.crop.width_px if self._steps.crop else width_px
             pitch_mm = resample.size_mm(shown_px, 1)[0] / shown_px
         return Viewing(pitch_mm, self._setup.distance_mm, self._setup.interpupillary_distance_mm)
+
+
+def _part(view: XYZImage, part: Region) -> XYZImage:
+    left, top, right, bottom = part
+    return view[top:bottom, left:right]
+
+
+def _within(region: Region, crop: Region) -> Region:
+    """Return the region as it lies in a picture that was cropped."""
+    sides = [
+        min(max(side, low), high) - low
+        for side, low, high in zip(region, (*crop[:2], *crop[:2]), (*crop[2:], *crop[2:]), strict=True)
+    ]
+    return sides[0], sides[1], sides[2], sides[3]
 
 
 def cropped(image: StereoImage, crop: CropSpec) -> tuple[StereoImage, Step]:

@@ -48,7 +48,10 @@ class PointsSpec(Strict):
 
 
 class AlignSpec(Strict):
-    """How the sample's plane comes to zero parallax: see `stimuli.align.pair.align_pair`."""
+    """How the sample's plane comes to zero parallax: see `stimuli.align.pair.align_pair`.
+
+    With ``straighten``, roll and scale between the cameras are undone first: see `stimuli.align.straighten`.
+    """
 
     method: Literal["correlation", "points", "offset"] = "correlation"
     offset_px: Place | None = None
@@ -58,6 +61,7 @@ class AlignSpec(Strict):
     correct_vertical: bool = True
     whole_pixels: bool = False
     interpolation: Interpolation = "sinc"
+    straighten: bool = False
 
     @model_validator(mode="after")
     def _goes_with_method(self) -> Self:
@@ -69,6 +73,8 @@ class AlignSpec(Strict):
                 raise ValueError(f"method {self.method} needs {key}")
             if given and key not in takes:
                 raise ValueError(f"method {self.method} has no use for {key}")
+        if self.straighten and self.method == "points":
+            raise ValueError("straighten moves the places that are marked; use method correlation, or offset")
         return self
 
 

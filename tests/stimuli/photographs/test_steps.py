@@ -12,11 +12,13 @@ import pytest
 from scipy.ndimage import gaussian_filter
 
 import stimuli.photographs.sources
+from documents import InputError
 from stimuli.build import build
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.exr import read_exr, write_exr
 from stimuli.exr.read import read_exr_counted
+from stimuli.photographs.prepare import _within
 from stimuli.photographs.recipe import DevelopSpec
 from stimuli.recipe import read_recipe
 from stimuli.resample import resample_picture
@@ -25,6 +27,7 @@ from stimuli.stimulus_set import StimulusSet
 from tests.runner.cli.stimuli.test_wrong_input import exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 from tests.stimuli.spectral.pictures import save_exr
+from tests.stimuli.test_align_straighten import view
 
 PITCH_MM = 0.2768
 
@@ -112,6 +115,30 @@ def test_a_pair_is_read_once_for_both_its_views(tmp_path: Path, monkeypatch: pyt
     sets = made(tmp_path, *stimuli_, views=["stereo", "flat"])
     assert read == ["pair.exr", "three.exr", "three.exr"]
     assert [step(sets.entry(f"{one}-flat"), "flat")["view"] for one in ("pair", "three")] == ["left", "center"]
+
+
+def test_a_rolled_camera_is_straightened_before_the_pair_is_aligned(tmp_path: Path) -> None:
+    exr(tmp_path / "rolled.exr", {"left": view(), "center": view(shift=(3, 0)), "right": view(0.5, 1.0, (6, 0.5))})
+    align = {"method": "correlation", "region": [30, 30, 250, 250]}
+    rolled = {"name": "a", "file": "rolled.exr"}
+    reach = []
+    for more in ({}, {"straighten": True}):
+        sets = made(tmp_path, rolled, align=align | more, views=["stereo", "flat"])
+        entry = sets.entry("a-stereo")
+        found = step(entry, "disparity")["vertical"]["px"]
+        reach.append(found["high"] - found["low"])
+        assert sets.load("a-flat").left.shape == sets.load("a-stereo").left.shape
+        assert step(sets.entry("a-flat"), "flat")["view"] == "center"
+    assert reach[0] > 1 > 0.1 > reach[1]
+    assert step(entry, "straighten")["roll_deg"] == pytest.approx(0.5, abs=0.01)
+    # The region is the original left view's.
+    crop = step(entry, "straighten")["crop"]
+    assert crop[0] > 0
+    assert step(entry, "align")["region"] == [30 - crop[0], 30 - crop[1], 250 - crop[0], 250 - crop[1]]
+    assert _within((5, 0, 100, 95), (10, 20, 200, 90)) == (0, 0, 90, 70)
+    points = {"left": [[60, 40]], "right": [[74, 44]]}
+    with pytest.raises(InputError, match="straighten moves the places"):
+        made(tmp_path, rolled, align={"method": "points", "points": points, "straighten": True})
 
 
 def test_toe_in_is_undone_before_the_pair_is_aligned(tmp_path: Path) -> None:
