@@ -9,7 +9,6 @@ import socket
 import subprocess
 import sys
 import time
-from collections.abc import Iterator
 from multiprocessing import active_children
 from pathlib import Path
 
@@ -24,23 +23,8 @@ from analysis.power.compute import compute
 if __name__ == "__main__":
     def tell(done, of):
         print(done, flush=True)
-    compute(time.sleep, [0.2] * 200, workers=2, done=tell)
+    compute(time.sleep, [0.2] * 1000, workers=2, done=tell)
 """
-
-
-@pytest.fixture(scope="module")
-def scheduler() -> Iterator[str]:
-    """The address of a scheduler with two workers, as a lab would have."""
-    from distributed import LocalCluster
-
-    with LocalCluster(
-        n_workers=2,
-        threads_per_worker=1,
-        host="127.0.0.1",
-        dashboard_address="127.0.0.1:0",
-        worker_dashboard_address="127.0.0.1:0",
-    ) as cluster:
-        yield cluster.scheduler_address
 
 
 def test_results_stand_in_the_order_of_the_blocks(scheduler: str) -> None:
@@ -102,18 +86,21 @@ def test_ctrl_c_ends_all_processes_quickly_and_without_noise(tmp_path: Path) -> 
         env=environment,
         start_new_session=True,
     ) as program:
+        begun_s = time.monotonic()
         assert program.stdout is not None
         assert program.stdout.readline() == "1\n"
+        started_s = time.monotonic() - begun_s
         mine = [psutil.Process(program.pid), *psutil.Process(program.pid).children(recursive=True)]
         assert len(mine) >= 3
         listening = [place for one in mine for place in one.net_connections("inet") if place.status == "LISTEN"]
         assert listening
         assert {place.laddr.ip for place in listening} == {"127.0.0.1"}
-        began = time.monotonic()
+        begun_s = time.monotonic()
         os.killpg(program.pid, signal.SIGINT)  # as a terminal does
-        _, told = program.communicate(timeout=30)
-    assert time.monotonic() - began < 20
+        _, told = program.communicate(timeout=300)
+    # The work would go on for 100 s. Where the machine is so busy that starting takes long, so may the end.
+    assert time.monotonic() - begun_s < max(20, 3 * started_s)
     assert told.count("Traceback") == 1  # the program's own
     assert told.rstrip().endswith("KeyboardInterrupt")
-    _, alive = psutil.wait_procs(mine, timeout=10)
+    _, alive = psutil.wait_procs(mine, timeout=60)
     assert alive == []
