@@ -23,6 +23,8 @@ def colour_reasons(evidence: Evidence, limits: Limits) -> list[Reason]:
     residual = evidence.registration.residual_px if evidence.registration is not None else None
     if residual is not None and residual > limits.registration_residual_px:
         return reasons  # that nothing can be said of pixels is said where registration is judged
+    if evidence.other_flakes:
+        return [*reasons, *_elsewhere(evidence, limits)]
     seen = [] if evidence.seen is None else _map(evidence.seen, "as seen", "as the eye resolves them", limits)
     plain = [] if evidence.per_pixel is None else _map(evidence.per_pixel, "per pixel", "pixel by pixel", limits)
     return reasons + seen + _weighed(plain, seen)
@@ -57,7 +59,8 @@ def _regions(table: RegionTable, seen: Mapping[str, float], limits: Limits) -> l
         said = f"no region differs by more than ΔE00 {worst.delta_e:.2f} ('{worst.name}'), within {limit:g}"
         reasons.append(Reason("regions", "largest ΔE00", "passes", said, worst.delta_e, limit))
     count = len(table.compared)
-    told = f"{count} regions differ by ΔE00 {mean:.2f} on average" if count > 1 else f"one region differs by {mean:.2f}"
+    told = f"{count} regions differ by" if count > 1 else "one region differs by"
+    told += f" ΔE00 {mean:.2f}" + (" on average" if count > 1 else "")
     how = f"more than {limit:g}" if mean > limit else f"within {limit:g}"
     shown = [seen.get(row.name, row.delta_e) for row in table.compared]
     outcome = "passes"
@@ -95,6 +98,17 @@ def _map(summary: DifferenceSummary, subject: str, how: str, limits: Limits) -> 
             "%",
         ),
     ]
+
+
+def _elsewhere(evidence: Evidence, limits: Limits) -> list[Reason]:
+    """Return a note of what single pixels differ by where it says that flakes lie elsewhere, and no more."""
+    summary, how = (
+        (evidence.per_pixel, "pixel by pixel") if evidence.seen is None else (evidence.seen, "as the eye resolves them")
+    )
+    if summary is None:
+        return []
+    said = f"pixels differ by ΔE00 {summary.mean:.2f} on average {how}: flakes lie elsewhere, which decides nothing"
+    return [Reason("as seen", "mean ΔE00", "noted", said, summary.mean, limits.delta_e)]
 
 
 def _weighed(plain: list[Reason], seen: list[Reason]) -> list[Reason]:

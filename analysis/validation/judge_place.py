@@ -6,7 +6,7 @@ import math
 
 from analysis.validation.evidence import DisparityEvidence, RegistrationEvidence
 from analysis.validation.limits import Limits
-from analysis.validation.reason import Outcome, Reason
+from analysis.validation.reason import Outcome, Reason, decimals
 
 # A displacement that was undone is named from here on, if it is above so many of its standard errors.
 NAMED_PX, NAMED_Z = 0.02, 3.0
@@ -30,11 +30,11 @@ def registration_reasons(found: RegistrationEvidence | None, limits: Limits) -> 
         shift = math.hypot(*found.shift_px)
         error = math.hypot(*found.shift_se_px) if found.shift_se_px is not None else 0.0
         if shift > max(NAMED_PX, NAMED_Z * error):
-            across, down = found.shift_px
-            said = f"the rendering lay ({across:.2f}, {down:.2f}) px beside the photograph, across and down"
+            across, down = (decimals(one, 2) for one in found.shift_px)
+            said = f"the rendering lay ({across}, {down}) px beside the photograph, across and down"
             reasons.append(Reason("registration", "shift", "noted", said, shift, None, "px"))
     if found.rotation_deg is not None and abs(found.rotation_deg) > NAMED_DEG:
-        said = f"the rendering lay turned by {found.rotation_deg:.2f}° against the photograph"
+        said = f"the rendering lay turned by {decimals(found.rotation_deg, 2)}° against the photograph"
         reasons.append(Reason("registration", "rotation", "noted", said, found.rotation_deg, None, "°"))
     return reasons
 
@@ -55,6 +55,6 @@ def disparity_reasons(found: DisparityEvidence | None, limits: Limits) -> list[R
         elif abs(apart) > most:
             outcome = "fails" if abs(apart) - NAMED_Z * error > most else "cannot say"
         how = "within" if outcome == "passes" else "more than" if outcome == "fails" else "too uncertain against"
-        said = f"disparity {name} differs by {apart:.2f} ± {error:.2g} px, {how} {most:g} px"
-        reasons.append(Reason(f"disparity {name}", "difference", outcome, said, apart, most, "px"))
+        said = f"disparity {name} differs by {decimals(apart, 2)} ± {error:.2g} px, {how} {most:g} px"
+        reasons.append(Reason("disparity", name, outcome, said, apart, most, "px"))
     return reasons

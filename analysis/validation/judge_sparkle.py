@@ -32,11 +32,12 @@ def _reason(pair: SparklePair, limits: Limits) -> Reason:
         f"{pair.photo:.4g}{_error(pair.photo_se)}{unit} in the photograph"
     )
     if math.isfinite(relative) and relative:
-        said += f", {100 * abs(relative):.3g} % {'more' if relative > 0 else 'less'}"
+        error = _error(100 * pair.relative_se)
+        said += f", {100 * abs(relative):.3g}{error} % {'more' if relative > 0 else 'less'}"
     value = 100 * abs(relative) if math.isfinite(relative) else None
     return Reason(
-        f"sparkle {pair.measure}{where}",
-        "difference",
+        f"sparkle{where}",
+        pair.measure,
         outcome,
         f"{said}: {why}",
         value,

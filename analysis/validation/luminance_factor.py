@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import asdict, dataclass
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -40,6 +41,10 @@ class LuminanceFactor:
     def to_json(self) -> dict[str, float | None]:
         """Return the numbers by name."""
         return asdict(self)
+
+    def of(self, mode: Literal["mean_ratio", "least_squares"]) -> float:
+        """Return one of the two."""
+        return self.mean_ratio if mode == "mean_ratio" else self.least_squares
 
 
 def luminance_factor(photo_cd_m2: ArrayLike, rendering_cd_m2: ArrayLike) -> LuminanceFactor:

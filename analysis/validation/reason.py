@@ -19,3 +19,9 @@ class Reason:
     value: float | None = None
     limit: float | None = None
     unit: str = ""
+
+
+def decimals(value: float, count: int) -> str:
+    """Return a number with ``count`` decimals; nought has no sign."""
+    text = f"{value:.{count}f}"
+    return text.lstrip("-") if float(text) == 0 else text

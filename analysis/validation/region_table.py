@@ -111,11 +111,13 @@ def region_table(
     luminance: LuminanceMode = "absolute",
     safe_luminance_cd_m2: tuple[float, float] | None = None,
     most_saturated_share: float = 0.001,
+    scaled_by: float | None = None,
 ) -> RegionTable:
     """Return what the ``regions`` differ by, from their mean colours in the two pictures.
 
     A region does not count if more than ``most_saturated_share`` of its pixels are saturated in either picture, if the
     photograph's mean luminance lies outside ``safe_luminance_cd_m2``, or if one of the two holds no light.
+    ``scaled_by`` takes the place of the factor of these regions, where ``luminance`` asks for one.
     """
     reasons = [
         _reasons(one, two, safe_luminance_cd_m2, most_saturated_share)
@@ -123,9 +125,10 @@ def region_table(
     ]
     pairs = [(p.XYZ[1], r.XYZ[1]) for p, r, why in zip(photo, rendering, reasons, strict=True) if not why]
     factor = luminance_factor(*np.array(pairs).T) if pairs else None
-    scaled_by = 1.0
-    if factor is not None and luminance != "absolute":
-        scaled_by = factor.mean_ratio if luminance == "mean_ratio" else factor.least_squares
+    if luminance == "absolute":
+        scaled_by = 1.0
+    elif scaled_by is None:
+        scaled_by = 1.0 if factor is None else factor.of(luminance)
     white = np.asarray(white_XYZ, dtype=np.float64)
     rows = tuple(_rows(regions, photo, rendering, reasons, white, scaled_by))
     return RegionTable(rows, _triple(white), luminance, scaled_by, factor)

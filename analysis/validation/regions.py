@@ -69,8 +69,10 @@ def inside(outline_px: Floats, rows: slice, columns: slice) -> Mask:
     width = columns.stop - columns.start
     # Where the outline crosses a row of centres, inside turns into outside: from the next centre on.
     crossings = np.zeros((len(y), width + 1), dtype=np.int32)
-    for (x1, y1), (x2, y2) in zip(outline_px, np.roll(outline_px, -1, axis=0), strict=True):
-        at = np.flatnonzero((y >= min(y1, y2)) & (y < max(y1, y2)))
+    for ends in zip(outline_px, np.roll(outline_px, -1, axis=0), strict=True):
+        # From above down, so that two outlines round a shared side alike whichever way each goes along it.
+        (x1, y1), (x2, y2) = ends if ends[0][1] <= ends[1][1] else ends[::-1]
+        at = np.flatnonzero((y >= y1) & (y < y2))
         if len(at):
             x = x1 + (y[at] - y1) * ((x2 - x1) / (y2 - y1))
             np.add.at(crossings, (at, np.clip(np.ceil(x - 0.5).astype(int) - columns.start, 0, width)), 1)

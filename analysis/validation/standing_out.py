@@ -12,7 +12,7 @@ import math
 import numpy as np
 
 from analysis.validation.limits import Limits
-from analysis.validation.reason import Reason
+from analysis.validation.reason import Reason, decimals
 from analysis.validation.region_table import RegionTable
 
 LEAST_REGIONS = 4
@@ -36,9 +36,10 @@ def _factor(table: RegionTable, limits: Limits) -> list[Reason]:
         return []
     given = "" if error is None else f" ± {error:.2g}"
     brighter = 100 * (1.0 / factor.mean_ratio - 1.0)
+    over = f"{factor.regions} {'region' if factor.regions == 1 else 'regions'}"
     said = (
-        f"luminances differ by a factor: photograph / rendering is {factor.mean_ratio:.4g}{given} over "
-        f"{factor.regions} regions, the rendering {abs(brighter):.3g} % {'brighter' if brighter > 0 else 'darker'}"
+        f"luminances differ by a factor: photograph / rendering is {factor.mean_ratio:.4g}{given} over {over}, "
+        f"the rendering {abs(brighter):.3g} % {'brighter' if brighter > 0 else 'darker'}"
     )
     if table.luminance != "absolute":
         said += "; it was undone before colours were compared"
@@ -54,16 +55,22 @@ def _chromaticity(table: RegionTable, limits: Limits) -> list[Reason]:
     least = limits.stands_out_delta_xy
     reasons = []
     if float(np.hypot(*common)) > max(least, limits.stands_out_z * scatter / math.sqrt(len(rows))):
-        said = f"chromaticities are shifted alike, by Δx {common[0]:+.4f} and Δy {common[1]:+.4f} in the median"
+        said = f"chromaticities are shifted alike, by Δx {_signed(common[0])} and Δy {_signed(common[1])} in the median"
         reasons.append(Reason("chromaticity", "Δxy", "noted", said, float(np.hypot(*common)), least))
     for row, distance in zip(rows, apart, strict=True):
         error = math.hypot(row.delta_x_se or 0.0, row.delta_y_se or 0.0)
         if distance > max(least, limits.stands_out_z * error, limits.stands_out_z * scatter):
-            said = f"region '{row.name}' is shifted in chromaticity, by Δx {row.delta_x:+.4f} and Δy {row.delta_y:+.4f}"
+            x, y = _signed(row.delta_x), _signed(row.delta_y)
+            said = f"region '{row.name}' is shifted in chromaticity, by Δx {x} and Δy {y}"
             if error:
                 said += f" (± {error:.1g})"
             reasons.append(Reason(f"region {row.name}", "Δxy", "noted", said, row.delta_xy, least))
     return reasons
+
+
+def _signed(value: float) -> str:
+    text = decimals(value, 4)
+    return text if text.startswith("-") or float(text) == 0 else f"+{text}"
 
 
 def _luminance(table: RegionTable, limits: Limits) -> list[Reason]:

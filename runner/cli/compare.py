@@ -8,8 +8,8 @@ import click
 
 if TYPE_CHECKING:
     from analysis.validation.regions_file import RegionsFile
-    from runner.comparing.compare import Comparison
     from runner.comparing.pictures import Reading
+    from runner.comparing.results import Comparison
 
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 
@@ -39,7 +39,7 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 @click.option("--distance-mm", type=float, help="Viewing distance.  [the rig's]")
 @click.option("--white", type=click.Choice(["icc-d50", "d50", "d65", "a", "e"]), help="White of CIELAB.  [icc-d50]")
 @click.option(
-    "--white-luminance", type=float, metavar="CD_M2", help="Its luminance.  [the photograph's brightest region]"
+    "--white-luminance", type=float, metavar="CD_M2", help="Its luminance.  [the chart's white, or the display's]"
 )
 @click.option(
     "--luminance",
@@ -76,10 +76,11 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
 
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
-    from runner.comparing.compare import Wishes, compare
+    from runner.comparing.compare import compare
     from runner.comparing.experiment import checked_name, write_experiment
     from runner.comparing.page import write_page
     from runner.comparing.pictures import read_picture
+    from runner.comparing.results import Wishes
 
     corners = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     name = options["experiment_name"]
@@ -91,10 +92,10 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
         _refuse_output(output, [*files, Path(options["regions"])])
     if name:
         checked_name(name, Path())
-    per_degree, told = _seen(options)
+    per_degree, white, told = _seen(options)
     regions = _regions(options)
     reading = _reading(options)
-    wishes = Wishes(options["registering"], corners, per_degree, draw=output is not None)
+    wishes = Wishes(options["registering"], corners, per_degree, white, draw=output is not None)
     settings = {**told, **{key: value for key, value in options.items() if value not in (None, False, ())}}
     try:
         with progress_bar(as_json or not sys.stderr.isatty()) as step:
@@ -157,8 +158,8 @@ def _refuse_output(output: Any, inputs: list[Any]) -> None:
         raise InputError(Finding("an input would be written over", str(output), remedy="name another output"))
 
 
-def _seen(options: dict[str, Any]) -> tuple[float | None, dict[str, Any]]:
-    """Return pixels per degree, None where the viewing distance is not known, and where they come from."""
+def _seen(options: dict[str, Any]) -> tuple[float | None, float | None, dict[str, Any]]:
+    """Return pixels per degree and the display's white in cd/m², None where not known, and where they come from."""
     from pathlib import Path
 
     from devices.display_file import read_display
@@ -175,11 +176,16 @@ def _seen(options: dict[str, Any]) -> tuple[float | None, dict[str, Any]]:
     if options["rig"]:
         rig = read_rig(Path(options["rig"]))
         pitch, distance = rig.display.panel.pixel_pitch_mm, distance if distance is not None else rig.distance_mm
+        modes = [rig.models]
     elif display_file:
-        pitch = read_display(Path(display_file)).panel.pixel_pitch_mm
+        display = read_display(Path(display_file))
+        pitch, modes = display.panel.pixel_pitch_mm, list(display.modes.values())
     else:
-        return None, {}
-    return pixels_per_degree(pitch, distance), {"pixel_pitch_mm": pitch, "distance_mm": distance}
+        return None, None, {}
+    # Of several modes, none is said to be the one that the pictures are seen in.
+    whites = [float(model.white_XYZ_cd_m2[1]) for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
+    told = {"pixel_pitch_mm": pitch, "distance_mm": distance}
+    return pixels_per_degree(pitch, distance), max(whites, default=None), told
 
 
 def _regions(options: dict[str, Any]) -> RegionsFile:
@@ -218,15 +224,23 @@ def _reading(options: dict[str, Any]) -> Reading:
 
 
 def _tell(found: Comparison, written: dict[str, Any]) -> None:
-    from runner.comparing.words import decision_sentence
+    from runner.comparing.words import decision_sentence, kept, kept_heading, told
 
     click.echo(decision_sentence(found.verdict))
-    for outcome, mark in (("fails", "✗"), ("cannot say", "?"), ("noted", "·"), ("passes", "✓")):
-        for reason in found.verdict.having(outcome):  # type: ignore[arg-type]
-            click.echo(f"  {mark} {reason.said}")
+    for outcome, mark in (("fails", "✗"), ("cannot say", "?"), ("noted", "·")):
+        for line in told(found.verdict, outcome):  # type: ignore[arg-type]
+            click.echo(f"  {mark} {line}")
+    lines = kept(found.verdict)
+    if lines:
+        click.echo(kept_heading(found.verdict))
+    for line in lines:
+        click.echo(f"  ✓ {line}")
+    remarks: dict[str, list[str]] = {}
     for eye, one in found.eyes.items():
         for said in one.said:
-            click.echo(f"Note: {'' if eye == 'both' else f'{eye} eye: '}{said}.")
+            remarks.setdefault(said, []).append("" if eye == "both" else f"{eye} eye: ")
+    for said, eyes in remarks.items():
+        click.echo(f"Note: {eyes[0] if len(eyes) == 1 else ''}{said}.")
     for picture in (found.photo, found.rendering):
         for said in picture.said:
             click.echo(f"Note: {picture.file}: {said}.")

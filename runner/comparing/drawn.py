@@ -4,29 +4,38 @@ from __future__ import annotations
 
 import base64
 import io
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from analysis.validation.difference_map import Floats32, Mask
+from analysis.validation.regions import Region
 from analysis.validation.row_source import RowSource
 
 Floats = NDArray[np.float64]
 
 LONGEST_PX = 900
+MOST_PROFILES = 6
+# The patches of a ColorChecker that its grey scale begins and ends with.
+GREYS = (19, 24)
 _D65 = np.array([0.95047, 1.0, 1.08883])
 _SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Drawn:
-    """SVG figures by name, both pictures as data URLs, and the luminance in cd/m² that they show as white."""
+    """SVG figures by name, both pictures as data URLs, and the luminance in cd/m² that they show as white.
+
+    ``profiles`` are names and SVGs.
+    """
 
     figures: dict[str, str]
     photo_url: str
     rendering_url: str
     white_cd_m2: float
+    profiles: tuple[tuple[str, str], ...] = ()
 
 
 def draw_map(name: str, delta_e: Floats32, limit: float, within: Mask, compared: Mask) -> dict[str, str]:
@@ -38,6 +47,57 @@ def draw_map(name: str, delta_e: Floats32, limit: float, within: Mask, compared:
         f"{name} map": map_figure(delta_e, f"ΔE00 {words}, 0 to 10", within),
         f"{name} histogram": histogram_figure(delta_e, limit, f"How many pixels differ by how much, {words}", compared),
     }
+
+
+def draw_profiles(photo: RowSource, rendering: RowSource, regions: Sequence[Region]) -> tuple[tuple[str, str], ...]:
+    """Return the luminance along a line across every plate and along each chart's greys, as names and SVGs."""
+    from analysis.validation.difference_figures import profile_figure
+
+    found = []
+    for name, start, end in _lines(regions)[:MOST_PROFILES]:
+        one, two = (_along(picture, start, end) for picture in (photo, rendering))
+        found.append((name, profile_figure(one, two, f"Luminance along a line, {name}")))
+    return tuple(found)
+
+
+def _lines(regions: Sequence[Region]) -> list[tuple[str, Floats, Floats]]:
+    """Return names and both ends, x and y from the picture's corner: of plates from side to side, of charts the greys'.
+
+    Where there is neither, of the first region.
+    """
+    lines = []
+    for region in regions:
+        if region.kind == "plate" or region.sparkle:
+            lines.append((f"across '{region.name}'", *_across(region.photo_px)))
+        elif region.kind == "patch" and region.number == GREYS[0]:
+            last = next(one for one in regions if one.entry == region.entry and one.number == GREYS[1])
+            ends = region.photo_px.mean(axis=0), last.photo_px.mean(axis=0)
+            lines.append((f"along the greys of '{region.entry}'", *ends))
+    if not lines:
+        lines.append((f"across '{regions[0].name}'", *_across(regions[0].photo_px)))
+    return lines
+
+
+def _across(outline_px: Floats) -> tuple[Floats, Floats]:
+    if len(outline_px) == 4:
+        top_left, top_right, bottom_right, bottom_left = outline_px
+        return (top_left + bottom_left) / 2, (top_right + bottom_right) / 2
+    low, high = outline_px.min(axis=0), outline_px.max(axis=0)
+    middle = (low[1] + high[1]) / 2
+    return np.array([low[0], middle]), np.array([high[0], middle])
+
+
+def _along(picture: RowSource, start: Floats, end: Floats) -> Floats:
+    """Return Y along a line; only the rows that it crosses are read."""
+    from analysis.validation.difference_figures import profile
+
+    # Regions count from the corner of a pixel, profiles from its middle.
+    ends = np.array([start, end]) - 0.5
+    top = int(np.clip(np.floor(ends[:, 1].min()), 0, picture.shape[0] - 1))
+    bottom = int(np.clip(np.ceil(ends[:, 1].max()) + 1, top + 1, picture.shape[0]))
+    rows = np.concatenate([picture[at : min(at + 256, bottom)][:, :, 1] for at in range(top, bottom, 256)])
+    (x, y), (other_x, other_y) = (ends - [0.0, top]).tolist()
+    return profile(rows, (x, y), (other_x, other_y))
 
 
 def draw_pictures(photo: RowSource, rendering: RowSource, white_XYZ: ArrayLike) -> tuple[str, str, float]:

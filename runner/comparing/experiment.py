@@ -13,7 +13,7 @@ import numpy as np
 from analysis.validation.row_source import RowSource
 from documents import Finding, InputError
 from documents.characters import visible
-from runner.comparing.compare import Comparison
+from runner.comparing.results import Comparison
 from stimuli.exr.write import write_exr
 from stimuli.stereo_image import StereoImage
 

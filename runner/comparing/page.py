@@ -6,10 +6,11 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from runner.comparing.compare import Comparison, EyeComparison
-from runner.comparing.words import decision_sentence
+from analysis.validation.reason import Outcome
+from runner.comparing.results import Comparison, EyeComparison
+from runner.comparing.words import decision_sentence, kept, kept_heading, told
 
-_MARKS = {"fails": "fails", "cannot say": "not known", "noted": "noted", "passes": "passes"}
+_MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "noted": "noted"}
 
 
 def write_page(found: Comparison, output: Path) -> None:
@@ -43,7 +44,9 @@ def render(found: Comparison) -> str:
     return environment.get_template("compare.html.j2").render(
         found=found,
         sentence=decision_sentence(found.verdict),
-        marks=_MARKS,
+        reasons=[(outcome, mark, line) for outcome, mark in _MARKS.items() for line in told(found.verdict, outcome)],
+        kept=kept(found.verdict),
+        kept_heading=kept_heading(found.verdict),
         eyes=eyes,
         versions={name: version(name) for name in ("cyclopean", "numpy", "scipy", "opencv-python-headless")},
         settings=[(key.replace("_", " "), _plain(value)) for key, value in found.settings.items()],
@@ -57,6 +60,8 @@ def _figures(one: EyeComparison, limit: float, eye: str) -> dict[str, Any]:
     from analysis.validation.region_figures import chromaticity_figure, delta_e_figure, luminance_figure
 
     figures = dict(one.drawn.figures) if one.drawn else {}
+    for place, (_, svg) in enumerate(one.drawn.profiles if one.drawn else ()):
+        figures[f"profile {place}"] = svg
     figures["luminance"] = luminance_figure(one.table, "Luminance of the photograph over that of the rendering")
     figures["chromaticity"] = chromaticity_figure(one.table, "Chromaticities, and where the rendering's lie")
     if len(one.table.rows) > 1:

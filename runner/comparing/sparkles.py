@@ -25,6 +25,8 @@ Floats32 = NDArray[np.float32]
 _TURNED_DEG, _GROWN = 1e-6, 1e-6
 # Sparkles are one if they lie nearer, and pictures of one plate if this share of them are.
 SAME_PX, SAME_SHARE = 1.5, 0.5
+# With fewer sparkles there is no saying whose they are.
+_SPARKLING = 20
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -43,6 +45,11 @@ class SparkleArea:
     photo: SparkleMeasures
     rendering: SparkleMeasures
     pairs: tuple[SparklePair, ...]
+
+    @property
+    def other_flakes(self) -> bool:
+        """Whether both sparkle, and elsewhere."""
+        return self.matched is None and min(len(self.photo.peaks), len(self.rendering.peaks)) >= _SPARKLING
 
 
 def sparkle_area(
@@ -81,9 +88,11 @@ def sparkle_area(
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
     left = (placing.shift_px[0] - across, placing.shift_px[1] - down) if placing.moved and shifted else (0.0, 0.0)
     matched = _matched(measured[0].peaks, measured[1].peaks, left)
-    counts = [one.count if matched is None else _beside(one.count, matched) for one in measured]
+    # Of flakes that both have there is no chance in the difference.
+    beside = [max(one.count.value - matched, 1.0) for one in measured] if matched is not None else None
+    apart = None if beside is None else per * float(np.sqrt(sum(beside)))
     pairs = (
-        _pair("density", counts[0].times(per), counts[1].times(per), unit, region.name),
+        _pair("density", measured[0].count.times(per), measured[1].count.times(per), unit, region.name, apart),
         _pair("width", measured[0].width_px, measured[1].width_px, "px", region.name),
         _pair("contrast", measured[0].contrast, measured[1].contrast, "", region.name),
     )
@@ -104,11 +113,6 @@ def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> i
     return both if both >= SAME_SHARE * max(len(one), len(two)) else None
 
 
-def _beside(count: Estimate, matched: int) -> Estimate:
-    """Return a count whose chance lies in what the other picture does not have; of nothing, that of one."""
-    return Estimate(count.value, float(np.sqrt(max(count.value - matched, 1.0))))
-
-
 def _filled(picture: RowFile, rows: slice, columns: slice, mask: NDArray[np.bool_]) -> Floats32:
     """Return the luminance of a window; outside of the area it is the area's median, which has no sparkles."""
     plane = np.ascontiguousarray(picture[rows][:, columns, 1])
@@ -117,5 +121,7 @@ def _filled(picture: RowFile, rows: slice, columns: slice, mask: NDArray[np.bool
     return plane
 
 
-def _pair(measure: str, photo: Estimate, rendering: Estimate, unit: str, where: str) -> SparklePair:
-    return SparklePair(measure, photo.value, photo.se, rendering.value, rendering.se, unit, where)
+def _pair(
+    measure: str, photo: Estimate, rendering: Estimate, unit: str, where: str, difference_se: float | None = None
+) -> SparklePair:
+    return SparklePair(measure, photo.value, photo.se, rendering.value, rendering.se, unit, where, difference_se)

@@ -1,8 +1,14 @@
-"""The verdict in a sentence."""
+"""The verdict in words: in a sentence, what decides and what is noted line by line, and what is kept in few."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
+from analysis.validation.reason import Outcome, Reason, decimals
 from analysis.validation.verdict import Verdict
+
+# As `together` begins the reasons of either eye.
+_EYES = ("left eye: ", "right eye: ")
 
 
 def decision_sentence(verdict: Verdict) -> str:
@@ -13,3 +19,53 @@ def decision_sentence(verdict: Verdict) -> str:
     if verdict.decision == "not validated":
         return f"Not validated: {fails} {'limit is' if fails == 1 else 'limits are'} not kept."
     return f"It cannot be said: {unsaid} {'thing is' if unsaid == 1 else 'things are'} not known well enough."
+
+
+def told(verdict: Verdict, outcome: Outcome) -> list[str]:
+    """Return the sentences of one outcome; what holds for either eye alike is said once."""
+    lines = [reason.said for reason in verdict.having(outcome)]
+    found: dict[str, None] = {}
+    for line in lines:
+        eye, text = _split(line)
+        alike = eye and all(f"{one}{text}" in lines for one in _EYES)
+        found[f"both eyes: {text}" if alike else line] = None
+    return list(found)
+
+
+def kept(verdict: Verdict) -> list[str]:
+    """Return what passes, a line for each subject: numbers, of the left and right eye if there are two, and limits."""
+    subjects: dict[str, dict[str, list[Reason]]] = {}
+    for reason in verdict.having("passes"):
+        eye, subject = _split(reason.subject)
+        # Where one eye alone passes, its number must not be taken for both eyes'.
+        other = next((one for one in _EYES if one != eye), "")
+        alone = eye and not any(
+            each.subject == f"{other}{subject}" and each.measure == reason.measure for each in verdict.having("passes")
+        )
+        subjects.setdefault(reason.subject if alone else subject, {}).setdefault(reason.measure, []).append(reason)
+    return [
+        f"{subject}: " + ", ".join(_numbers(measure, reasons) for measure, reasons in measures.items())
+        for subject, measures in subjects.items()
+    ]
+
+
+def kept_heading(verdict: Verdict) -> str:
+    """Return what stands above the lines of `kept`."""
+    pair = any(reason.subject.startswith(_EYES) for reason in verdict.reasons)
+    return "Within their limits" + (", left eye / right eye" if pair else "") + ":"
+
+
+def _split(text: str) -> tuple[str, str]:
+    return next(((eye, text.removeprefix(eye)) for eye in _EYES if text.startswith(eye)), ("", text))
+
+
+def _numbers(measure: str, reasons: Sequence[Reason]) -> str:
+    one = reasons[0]
+    unit = f" {one.unit}" if one.unit else ""
+    values = " / ".join(_number(reason) for reason in reasons)
+    return f"{measure} {values}{unit}" + ("" if one.limit is None else f" (limit {one.limit:g}{unit})")
+
+
+def _number(reason: Reason) -> str:
+    value = 0.0 if reason.value is None else reason.value
+    return decimals(value, 2) if "ΔE00" in reason.measure or reason.unit == "px" else f"{abs(value):.2g}"

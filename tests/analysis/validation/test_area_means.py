@@ -8,7 +8,6 @@ import pytest
 from analysis.validation import row_source
 from analysis.validation.area_means import area_means
 from analysis.validation.errors import PictureError
-from analysis.validation.full_scale import AtFullScale
 from analysis.validation.regions import inside
 
 TRIANGLE = np.array([[3.0, 2.0], [60.0, 20.0], [10.0, 70.0]])
@@ -99,10 +98,3 @@ def test_what_cannot_be_averaged_is_refused() -> None:
     assert first.message == "the region 'all' holds 3 pixels of the photograph that are no numbers"
     assert "'tiny' holds" in second.message
     assert "fewer than 25" in second.message
-
-
-def test_full_scale_is_saturation() -> None:
-    rgb = np.full((64, 64, 3), 0.5)
-    rgb[:16, :, 1] = 1.0
-    (area,) = area_means(np.ones((64, 64, 3)), [("all", SQUARE)], AtFullScale(rgb))
-    assert area.saturated_share == 0.25

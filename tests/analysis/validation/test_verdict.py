@@ -178,7 +178,7 @@ def test_sparkle_must_differ_by_more_than_chance_and_by_more_than_matters(
     verdict = judge(Evidence(sparkle=(pair,)))
     (reason,) = verdict.reasons
     assert reason.outcome == outcome
-    assert reason.subject == "sparkle density on 'plate'"
+    assert (reason.subject, reason.measure) == ("sparkle on 'plate'", "density")
     json.dumps([verdict.to_json(), pair.to_json()], allow_nan=False)
 
 
@@ -186,7 +186,7 @@ def test_the_right_mean_colour_and_the_wrong_sparkle_fail() -> None:
     pairs = (SparklePair("density", 400.0, 20.0, 520.0, 22.8), SparklePair("contrast", 3.0, 0.1, 3.01, 0.1))
     verdict = judge(Evidence(table(1.0), SMALL, SMALL, pairs))
     assert verdict.decision == "not validated"
-    assert "30 % more" in only(verdict, "fails").said
+    assert "30 ± 8.6 % more" in only(verdict, "fails").said
 
 
 def test_a_ratios_error_is_that_of_repetition() -> None:

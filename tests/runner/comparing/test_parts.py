@@ -196,6 +196,8 @@ def test_the_page(tmp_path: Path, cyclopean: Cyclopean) -> None:
         "Right eye",
         "Disparity",
         "the rendering 2.99 % brighter",
+        "Luminance along the greys of 'chart'".replace("'", "&#39;"),
+        "Within their limits, left eye / right eye:",
     ):
         assert words in page
     assert page.count("data:image/png;base64,") >= 4 + 4

@@ -115,11 +115,37 @@ def test_five_percent_more_sparkle(tmp_path: Path, cyclopean: Cyclopean) -> None
     one, two = (spots(size=(400, 300), count=n, amplitude=500.0, sd_px=0.8) for n in (1500, 1575))
     files = written(tmp_path / "a.exr", one), written(tmp_path / "b.exr", two)
     found = compared(cyclopean, *files, "--regions", PLATE)
-    density, width, contrast = found["eyes"]["both"]["sparkle"][0]["pairs"]
+    (area,) = found["eyes"]["both"]["sparkle"]
+    density, width, contrast = area["pairs"]
+    # Each has its own error, Poisson's; the difference that of those that one alone has.
+    for side in ("photo", "rendering"):
+        count = density[side] * area["pixels"] / 1e6
+        assert density[f"{side}_se"] / density[side] == pytest.approx(count**-0.5, rel=1e-6)
+    assert density["difference_se"] < 0.4 * density["photo_se"]
     assert density["relative"] == pytest.approx(0.05, abs=0.01)
     assert abs(width["relative"]) < 0.02
     assert abs(contrast["relative"]) < 0.02
     assert any(line.startswith("sparkle density on 'plate'") and "% more" in line for line in said(found, "noted"))
+
+
+def test_a_region_too_small_to_be_seen(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """Squares of 6 px, lighter and darker by turns, cancel from five metres away; one by itself does not."""
+    plate = spots()
+    sign = (np.indices((180, 240)) // 6).sum(axis=0)
+    files = (
+        written(tmp_path / "a.exr", plate),
+        written(tmp_path / "b.exr", plate * (1 + 0.1 * (-1.0) ** sign[..., None])),
+    )
+    regions = tmp_path / "r.yaml"
+    box = "  - {kind: rectangle, name: square, box: [120, 60, 6, 6]}\n"
+    regions.write_text(PLATE.read_text(encoding="utf-8") + box, encoding="utf-8")
+    words = (*files, "--regions", regions, "--rig", RIG)
+    far = compared(cyclopean, *words, "--distance-mm", 5000, expect=None)
+    noted = [line for line in said(far, "noted") if line.startswith("region 'square' differs by")]
+    assert len(noted) == 1
+    assert "it cancels with what is beside" in noted[0]
+    near = compared(cyclopean, *words, "--distance-mm", 300, expect=1)
+    assert any(line.startswith("region 'square' differs by") for line in said(near, "fails"))
 
 
 def test_a_saturated_patch(tmp_path: Path, cyclopean: Cyclopean, chart_file: Path) -> None:

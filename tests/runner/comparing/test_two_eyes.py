@@ -29,6 +29,19 @@ def test_depth_is_compared(tmp_path: Path, cyclopean: Cyclopean) -> None:
     assert shifts == pytest.approx([0.3, 2.3], abs=0.02)
 
 
+def test_both_eyes_have_one_luminance_factor_and_one_white(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """A rendering has one unit: an eye that is darker than the other in it stays darker."""
+    photo = written(tmp_path / "a.exr", spots(), spots(1.0))
+    uneven = written(tmp_path / "b.exr", spots(gain=2.0), spots(1.0, gain=1.6))
+    found = compared(cyclopean, photo, uneven, "--regions", PLATE, "--luminance", "mean_ratio", expect=None)
+    tables = [found["eyes"][eye]["regions"] for eye in ("left", "right")]
+    assert [table["scaled_by"] for table in tables] == pytest.approx([(1 / 2.0 + 1 / 1.6) / 2] * 2, rel=1e-3)
+    assert tables[0]["factor"]["mean_ratio"] == pytest.approx(1 / 2.0, rel=1e-3)
+    assert tables[0]["white_XYZ"] == tables[1]["white_XYZ"]
+    assert tables[0]["rows"][0]["delta_e"] > 2
+    assert tables[1]["rows"][0]["delta_L"] * tables[0]["rows"][0]["delta_L"] < 0
+
+
 @pytest.mark.parametrize("stereo", [True, False])
 def test_an_experiment_follows(
     tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch, stereo: bool
@@ -38,8 +51,13 @@ def test_an_experiment_follows(
     for name in ("rigs", "displays"):
         (tmp_path / "configs" / name).symlink_to(ROOT / "configs" / name)
     rig = Path("configs/rigs") / RIG.name
-    right = spots(1.0) if stereo else None
-    words = (written(tmp_path / "a b.exr", spots(), right), written(tmp_path / "b.exr", spots(gain=1.02), right))
+    sides = (
+        [spots(gain=gain) for gain in (1.0, 1.02)],
+        [spots(1.0, gain=gain) if stereo else None for gain in (1.0, 1.02)],
+    )
+    words = tuple(
+        written(tmp_path / name, *one) for name, one in zip(("a b.exr", "b.exr"), zip(*sides, strict=True), strict=True)
+    )
     found = compared(
         cyclopean, *words, "--regions", PLATE, "--rig", rig, "--experiment", "study", "--luminance", "mean_ratio"
     )
