@@ -10,11 +10,13 @@ from documents import Finding
 
 # Two exposures that differ by less count as the same: metadata round 1/3 s to 0.333.
 SAME = 2e-3
+# Beyond these no camera is, and numbers overflow.
+_LEAST, _MOST = 1e-12, 1e12
 
 
 @dataclass(frozen=True, slots=True)
 class Exposure:
-    """``time_s`` in seconds, ``f_number`` (8 for f/8) and ``iso``; DeviceError unless all are finite and above 0."""
+    """``time_s`` in seconds, ``f_number`` (8 for f/8) and ``iso``; DeviceError unless all are 1e-12..1e12."""
 
     time_s: float
     f_number: float
@@ -24,6 +26,9 @@ class Exposure:
         for name, value in (("time_s", self.time_s), ("f_number", self.f_number), ("iso", self.iso)):
             if isinstance(value, bool) or not (math.isfinite(value) and value > 0):
                 raise DeviceError(Finding(f"'{name}' of an exposure is {value!r}", remedy="give a number above 0"))
+            if not _LEAST <= value <= _MOST:
+                remedy = f"{_LEAST:g} to {_MOST:g} is what exposures can be"
+                raise DeviceError(Finding(f"'{name}' of an exposure is {float(value):g}", remedy=remedy))
 
     @property
     def ev(self) -> float:

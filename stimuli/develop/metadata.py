@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import contextlib
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from devices.camera.exposure import Exposure
+from devices.errors import DeviceError
+from stimuli.develop.earlier_steps import kept_exposure
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -41,9 +42,8 @@ def exif_exposure(path: Path, raw: rawpy.RawPy | None = None) -> Exposure | None
 def spec_exposure(spec: OpenImageIO.ImageSpec) -> Exposure | None:
     """Return the exposure in a picture's attributes, or None."""
     kept = spec.getattribute(EXPOSURE_ATTRIBUTE)
-    if isinstance(kept, str):
-        with contextlib.suppress(ValueError, TypeError):
-            return _exposure(*(float(number) for number in json.loads(kept)))
+    if isinstance(kept, str) and (exposure := kept_exposure(kept)):
+        return exposure
     return _exposure(*(_seven_digits(value) for value in spec_numbers(spec)))
 
 
@@ -82,8 +82,9 @@ def _seven_digits(value: float) -> float:
 
 
 def _exposure(time_s: float, f_number: float, iso: float) -> Exposure | None:
-    numbers = (time_s, f_number, iso)
-    return Exposure(*numbers) if all(np.isfinite(value) and value > 0 for value in numbers) else None
+    with contextlib.suppress(DeviceError):  # what no camera can have been set to is no exposure
+        return Exposure(time_s, f_number, iso)
+    return None
 
 
 def _attributes(path: Path) -> OpenImageIO.ImageSpec | None:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import contextlib
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,6 +12,7 @@ from numpy.typing import NDArray
 from devices.camera.exposure import Exposure
 from documents import Finding
 from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.earlier_steps import earlier_steps
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import exposure_step, sha256, spec_exposure
 from stimuli.develop.orientation import EXIF_FLIPS, turned
@@ -23,6 +22,8 @@ if TYPE_CHECKING:
     import OpenImageIO
 
 MAX_PIXELS = 200_000_000
+# Of all channels together: R, G, B and alpha, or R, G, B and their saturation, of the largest picture.
+MAX_VALUES = 7 * MAX_PIXELS
 SATURATED = tuple(f"saturated.{channel}" for channel in "RGB")
 STEPS_ATTRIBUTE = "cyclopean:steps"
 _RGB = ("R", "G", "B")
@@ -102,7 +103,7 @@ def _read(
         saturated, map_from = values >= full, "values"
     rgb = ((values.astype(np.float64) - black) / (white - black)).astype(np.float32)
     flip = EXIF_FLIPS.get(_orientation(spec), 0) if rotate else 0
-    steps: tuple[Mapping[str, Any], ...] = (*_earlier(spec),)
+    steps: tuple[Mapping[str, Any], ...] = earlier_steps(spec.getattribute(STEPS_ATTRIBUTE))
     kind = f"{picture.format_name()} {spec.format}"
     steps += ({"step": "read", "file": path.name, "kind": kind, "sha256": sha256(path)},)
     steps += ({"step": "scale", "black": black, "white": white, "saturated_from": full, "saturation_map": map_from},)
@@ -125,6 +126,9 @@ def _refuse(spec: OpenImageIO.ImageSpec, path: Path, linear: bool) -> None:
         raise _wrong(
             path, f"a picture of {spec.width} × {spec.height} pixels is deep or too large", "flatten or crop it"
         )
+    if spec.width * spec.height * spec.nchannels > MAX_VALUES:
+        size = f"{spec.width} × {spec.height} pixels of {spec.nchannels} channels"
+        raise _wrong(path, f"the picture has {size}, more than {MAX_VALUES} values", "keep R, G and B")
     missing = [name for name in _RGB if name not in spec.channelnames]
     if missing:
         found = ", ".join(spec.channelnames[:6])
@@ -150,17 +154,6 @@ _EIGHT_BITS = ("uint8", "int8")
 def _orientation(spec: OpenImageIO.ImageSpec) -> int:
     value = spec.getattribute("Orientation")
     return value if isinstance(value, int) else 1
-
-
-def _earlier(spec: OpenImageIO.ImageSpec) -> tuple[Mapping[str, Any], ...]:
-    """Return the steps that a file of this program's brings with it."""
-    kept = spec.getattribute(STEPS_ATTRIBUTE)
-    if isinstance(kept, str):
-        with contextlib.suppress(ValueError):
-            steps = json.loads(kept)
-            if isinstance(steps, list) and all(isinstance(step, dict) for step in steps):
-                return tuple(steps)
-    return ()
 
 
 def _reason(message: str) -> str:
