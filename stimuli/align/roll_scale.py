@@ -64,10 +64,8 @@ def fit_roll_scale(places_px: Floats, vertical_px: Floats, size_px: tuple[int, i
     from_middle = places_px - (np.array([width, height]) - 1) / 2
     if len(vertical_px) < LEAST_BLOCKS:
         return None
-    if (
-        np.linalg.svd(from_middle - from_middle.mean(axis=0))[1][1]
-        < _LEAST_SPREAD * min(size_px) * len(vertical_px) ** 0.5
-    ):
+    spread = np.linalg.svd(from_middle - from_middle.mean(axis=0), compute_uv=False)[1]
+    if spread < _LEAST_SPREAD * min(size_px) * len(vertical_px) ** 0.5:
         return None
     design = np.column_stack([np.ones(len(vertical_px)), from_middle])
     weight = np.ones(len(vertical_px))
