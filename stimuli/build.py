@@ -13,7 +13,7 @@ import os
 from dataclasses import replace
 from pathlib import Path
 
-from documents import Finding
+from documents import Finding, InputError
 from documents.yaml_source import YamlSource
 from stimuli.display_setup import DisplaySetup
 from stimuli.errors import StimulusError
@@ -108,6 +108,10 @@ def build(
                 found = replace(found, rendered=builder.made)
             hashes.keep()
             return found
+    except InputError as error:
+        # What is wrong with no one file is wrong with what the recipe asks for.
+        findings = (one if one.file else replace(one, file=str(recipe_path)) for one in error.findings)
+        raise StimulusError(tuple(findings)) from error
     except OSError as error:
         raise StimulusError(Finding(f"the stimuli cannot be kept: {error.strerror or error}", str(cache))) from error
 

@@ -59,7 +59,7 @@ def make_pictures(
                 image, before = prepared.picture(picture.view)
                 image, after = finished(image, steps, picture.series, pixel_pitch_mm, setup)
             except InputError as error:
-                raise StimulusError([_named(one, spec.name, folder) for one in error.findings]) from error
+                raise StimulusError([_named(one, spec.name) for one in error.findings]) from error
             factors = {"view": "flat" if image.is_flat else "stereo"} | dict(picture.factors)
             yield Made(picture.name, image, factors, (*before, *after))
             done += 1
@@ -93,8 +93,8 @@ def _reader(recipe: PhotographsRecipe, spec: PhotographSpec, folder: Path) -> Vi
     return exr_reader if recipe.spectral is None else spectral_reader(recipe.spectral, folder)
 
 
-def _named(finding: Finding, stimulus: str, folder: Path) -> Finding:
+def _named(finding: Finding, stimulus: str) -> Finding:
     """Return the finding with the stimulus in place of a file, where it names none."""
     if finding.file is not None:
         return finding
-    return Finding(f"the stimulus '{stimulus}': {finding.message}", str(folder), remedy=finding.remedy)
+    return Finding(f"the stimulus '{stimulus}': {finding.message}", remedy=finding.remedy)

@@ -91,6 +91,14 @@ def _factor(image: StereoImage, spec: LuminanceSpec) -> Iterator[tuple[float, St
         yield factor_to(found, spec.max_cd_m2), step
     elif spec.white_cd_m2 is not None and spec.white_box is not None:
         left, top, width, height = spec.white_box
+        if left + width > image.width_px or top + height > image.height_px:
+            raise StimulusError(
+                Finding(
+                    f"the white_box reaches to column {left + width} and row {top + height}; the picture has "
+                    f"{image.width_px} × {image.height_px} pixels",
+                    remedy="it is [first column, first row, width, height], of the aligned and cropped picture",
+                )
+            )
         found = white_luminance_cd_m2(image, (top, left, height, width))
         step = {"step": "adapt", "target_white_luminance_cd_m2": spec.white_cd_m2, "white_luminance_cd_m2": found}
         yield factor_to(found, spec.white_cd_m2), {**step, "white_box": list(spec.white_box)}

@@ -143,8 +143,10 @@ def photograph_faults(recipe: PhotographsRecipe) -> Iterator[Fault]:
     series = [one.name for one in recipe.series or ()]
     yield from series_of_pictures_faults([one.name for one in recipe.stimuli], series, recipe.views or ())
     for index, one in enumerate(recipe.stimuli):
+        told = False
         for view in recipe.views or (None,):
             lacking = one.lacks(view)
+            told |= lacking is not None
             if lacking == "flat_eye":
                 yield Fault(
                     ("stimuli", index, "name"),
@@ -155,6 +157,11 @@ def photograph_faults(recipe: PhotographsRecipe) -> Iterator[Fault]:
                 remedy = f"name its file, or show the stimulus flat: views: [flat], flat_eye: {_other(lacking)}"
                 message = f"'{one.name}' has no view '{lacking}'"
                 yield Fault(("stimuli", index, "name"), message, remedy)
+        steps = one.steps_over(recipe)
+        eye = one.lacks("stereo")
+        if (steps.align or steps.toe_in) and eye and not told:
+            message = f"'{one.name}' is to be aligned, and has no view '{eye}'"
+            yield Fault(("stimuli", index, "name"), message, "name left and right: one view alone is not aligned")
 
 
 def _other(eye: str) -> str:

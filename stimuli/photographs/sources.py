@@ -147,6 +147,10 @@ def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZI
 
 def exr_reader(path: Path) -> tuple[XYZImage, tuple[Step, ...]]:
     """Read one view from an OpenEXR picture that declares its colours."""
+    if path.suffix.lower() != ".exr":
+        message = "this is no OpenEXR picture, and the recipe names no camera"
+        remedy = "name the file that `cyclopean camera fit` wrote as 'camera:' in the recipe"
+        raise StimulusError(Finding(message, str(path), remedy=remedy))
     read = OneFile(path, path.name).flat()
     return read.image.left, read.steps
 
