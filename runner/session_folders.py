@@ -13,6 +13,7 @@ from runner.errors import SessionError
 
 _LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"
 _RANDOM = 10
+_NAMED = 12
 _TIME = "%Y%m%dT%H%M%S"
 _LABEL = re.compile(rf"ses-(\d{{8}}T\d{{6}})[{_LETTERS}]+")
 
@@ -48,12 +49,25 @@ def observer_folder(results: Path, experiment: str, observer: str) -> Path:
 
 
 def unfinished(results: Path, experiment: str, observer: str) -> SessionLog | None:
-    """Return the observer's latest session if it was not completed, else None."""
-    files = sorted(observer_folder(results, experiment, observer).glob(f"ses-*/{FILE_NAME}"))
-    if not files:
-        return None
-    latest = read_session(files[-1])
-    return None if latest.complete else latest
+    """Return the observer's latest session if it was not completed, else None.
+
+    One in which nothing was asked yet, as where ``--resume`` was forgotten and the session left at once, does not stand
+    before an unfinished one in which something was.
+    """
+    latest: SessionLog | None = None
+    for file in sorted(observer_folder(results, experiment, observer).glob(f"ses-*/{FILE_NAME}"), reverse=True):
+        log = read_session(file)
+        if log.complete:
+            break
+        if _asked_something(log):
+            return log
+        latest = latest or log
+    return latest
+
+
+def _asked_something(log: SessionLog) -> bool:
+    """Return whether more than pages of words were answered."""
+    return any(answer.kind not in ("instructions", "break") for answer in log.answers)
 
 
 def to_resume(results: Path, experiment: str, observer: str) -> SessionLog:
@@ -61,7 +75,10 @@ def to_resume(results: Path, experiment: str, observer: str) -> SessionLog:
     log = unfinished(results, experiment, observer)
     if log is None:
         folder = observer_folder(results, experiment, observer)
-        raise SessionError(
-            Finding("there is no unfinished session to resume", str(folder), remedy="leave out --resume to begin one")
-        )
+        others = sorted(path.name.removeprefix("sub-") for path in folder.parent.glob("sub-*"))
+        remedy = "leave out --resume to begin one"
+        if not folder.exists() and others:
+            remedy += f"; sessions there are of the observers {', '.join(others[:_NAMED])}"
+            remedy += ", ..." if len(others) > _NAMED else ""
+        raise SessionError(Finding("there is no unfinished session to resume", str(folder), remedy=remedy))
     return log

@@ -6,10 +6,12 @@ from dataclasses import replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import Header, session_files
+from analysis.records import Header, Trial, session_files
+from runner.errors import SessionError
 from runner.recorder import Recorder
 from runner.session_folders import new_label, observer_folder, to_resume, unfinished
 
@@ -54,6 +56,44 @@ def test_the_session_that_stopped_last_is_gone_on_with_although_the_clock_was_se
     assert to_resume(tmp_path, "e", "01").header.session == stopped
     _begin(tmp_path, NOON - timedelta(hours=1), complete=True)
     assert unfinished(tmp_path, "e", "01") is None
+
+
+def _answer(results: Path, label: str, *kinds: str) -> None:
+    recorder, _ = Recorder.reopen(observer_folder(results, "e", "01") / f"ses-{label}")
+    with recorder:
+        for block, kind in enumerate(kinds):
+            recorder.append(Trial(block, 0, kind, (("space", 1.0),), 1.0, "2026-01-01T00:00:00.000+00:00"))
+
+
+def _resumed(results: Path) -> str:
+    return to_resume(results, "e", "01").header.session
+
+
+def test_a_session_begun_without_resume_by_mistake_does_not_stand_before_the_one_that_stopped(tmp_path: Path) -> None:
+    crashed = _begin(tmp_path, NOON, complete=False)
+    _answer(tmp_path, crashed, "instructions", "all_pairs")
+    left_at_once = _begin(tmp_path, NOON, complete=False)
+    assert _resumed(tmp_path) == crashed
+    _answer(tmp_path, left_at_once, "instructions")
+    assert _resumed(tmp_path) == crashed
+    begun = _begin(tmp_path, NOON, complete=False)
+    _answer(tmp_path, begun, "instructions", "all_pairs")
+    assert _resumed(tmp_path) == begun
+
+
+def test_what_was_begun_before_a_completed_session_is_not_gone_on_with(tmp_path: Path) -> None:
+    _answer(tmp_path, _begin(tmp_path, NOON, complete=False), "all_pairs")
+    _begin(tmp_path, NOON, complete=True)
+    assert unfinished(tmp_path, "e", "01") is None
+    _begin(tmp_path, NOON, complete=False)
+    empty = _begin(tmp_path, NOON, complete=False)
+    assert _resumed(tmp_path) == empty
+
+
+def test_who_has_sessions_is_named_where_the_observer_has_none(tmp_path: Path) -> None:
+    _begin(tmp_path, NOON, complete=False)
+    with pytest.raises(SessionError, match=r"sub-1: .*sessions there are of the observers 01\)"):
+        to_resume(tmp_path, "e", "1")
 
 
 def test_folders_named_by_hand_do_not_disturb(tmp_path: Path) -> None:
