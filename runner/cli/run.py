@@ -97,7 +97,11 @@ def command(
     if resume:
         to_resume(results, design.spec.name, observer)
     elif unfinished(results, design.spec.name, observer):
-        click.echo(f"note: observer {observer} has an unfinished session; --resume would go on with it", err=True)
+        click.echo(
+            f"note: observer {observer} has an unfinished session. To go on with it, stop this one before it asks "
+            "anything, and give --resume",
+            err=True,
+        )
     folder: Path | None = None
     ending = "completed"
     backend = backend or ("egl" if law or recording else "window")
@@ -160,7 +164,9 @@ def command(
     done = {"ending": ending, "answered": answered, "trials": total, "folder": str(folder) if folder else None}
     if as_json:
         click.echo(json.dumps(done))
-    elif ending == "completed":
-        click.echo(f"{answered} answers are in {folder}\nScore them with: cyclopean report {folder}")
+    elif ending == "completed" and folder:
+        click.echo(
+            f"{answered} answers are in {folder}\nScore all observers with: cyclopean report {folder.parents[1]}"
+        )
     else:
         click.echo(f"Stopped ({ending}) after {answered} of {total} answers, all saved. Go on with --resume.")
