@@ -37,5 +37,8 @@ def command(hours: float, as_json: bool) -> None:
         return
     for one in removed:
         click.echo(f"Removed {one}")
-    if not removed:
+    left = sum(1 for _ in leftovers(cache_folder()))
+    if left:
+        click.echo(f"Left alone: {left} unfinished, built or touched in the last {hours:g} hours")
+    elif not removed:
         click.echo(f"There is nothing to remove in {cache_folder()}")
