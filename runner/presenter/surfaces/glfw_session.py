@@ -27,7 +27,7 @@ class GlfwSession:
             raise PresentationError(
                 f"no window can be opened: {why} (set DISPLAY to a running display, or use an offscreen backend)"
             )
-        self._signals = SignalWake(glfw.post_empty_event)
+        self.signals = SignalWake(glfw.post_empty_event)
 
     @property
     def display_server(self) -> str:
@@ -49,7 +49,7 @@ class GlfwSession:
 
     def close(self) -> None:
         """Destroy every window and give glfw back."""
-        self._signals.close()
+        self.signals.close()
         glfw.terminate()
         glfw.set_error_callback(self._callback_before)  # type: ignore[arg-type] # None clears it
 

@@ -187,9 +187,9 @@ class GlfwSurface:
             if self.on_frame is not None:
                 self._next_frame(self.on_frame)
             elif pads:
-                glfw.wait_events_timeout(PERIOD_S)
+                self._session.signals.heard(glfw.wait_events_timeout, PERIOD_S)
             else:
-                glfw.wait_events()
+                self._session.signals.heard(glfw.wait_events)
             self._mend()
             self._serve()
         return self._input.presses.popleft()
@@ -209,7 +209,7 @@ class GlfwSurface:
 
     def poll_keys(self) -> tuple[KeyPress, ...]:
         """Return the presses that wait, without sleeping; raise WindowClosed once the window is closed."""
-        glfw.poll_events()
+        self._session.signals.heard(glfw.poll_events)
         self._mend()
         if self._closed():
             raise WindowClosed("the window was closed")
@@ -247,8 +247,8 @@ class GlfwSurface:
         """Wait for the window to appear, so that its appearing does not count as damage later."""
         until_s = time.monotonic() + _SHOWN_WITHIN_S
         while not self._damaged and time.monotonic() < until_s:
-            glfw.wait_events_timeout(0.02)
-        glfw.poll_events()
+            self._session.signals.heard(glfw.wait_events_timeout, 0.02)
+        self._session.signals.heard(glfw.poll_events)
         self.position_px = on_its_panel(glfw.get_window_pos(self._window))
         self._damaged = self._moved = False
 
@@ -281,9 +281,9 @@ class GlfwSurface:
         period_s = 1.0 / (self.refresh_hz or _REFRESH_HZ)
         wait_s = self._frame_due_s - time.monotonic()
         if wait_s > 0.0:
-            glfw.wait_events_timeout(wait_s)
+            self._session.signals.heard(glfw.wait_events_timeout, wait_s)
         else:
-            glfw.poll_events()
+            self._session.signals.heard(glfw.poll_events)
         begun_s = time.monotonic()
         if self._input.presses or begun_s < self._frame_due_s:
             return
