@@ -37,7 +37,11 @@ LEVEL = 0.05
 
 def run() -> dict[str, Any]:
     """Measure and return the title and the rows."""
-    return {"name": "observers", "title": TITLE, "rows": [*_triads(6), *_triads(10), *_agreement(), *_left_out()]}
+    return {
+        "name": "observers",
+        "title": TITLE,
+        "rows": [*_triads(6), *_triads(10), *_agreement(), *_strangers(), *_left_out()],
+    }
 
 
 def _triads(n: int) -> Iterator[Row]:
@@ -92,6 +96,25 @@ def _agreement() -> Iterator[Row]:
         return from_moments(at, 0.5, together / 4, together / 8, -together * 28 / 8).p
 
     yield _row(f"{case}: χ²", "", seconds(by_moments), abs(by_moments() / float(exact[at]) - 1))
+
+
+def _strangers() -> Iterator[Row]:
+    for n, shuffles in ((10, 10_000), (70, 204), (200, 25)):
+        random = np.random.default_rng(n)
+        above = np.triu(random.choice(np.array([-1, 1], dtype=np.int8), (n, n)), 1)
+        verdict: NDArray[np.int8] = above - above.T
+        order = random.permuted(np.tile(np.arange(n), (shuffles, 1)), axis=1)
+
+        def by_rows(verdict: NDArray[np.int8] = verdict, order: NDArray[np.intp] = order) -> NDArray[np.int8]:
+            return concordance._renamed(verdict, order)
+
+        def by_numbers(verdict: NDArray[np.int8] = verdict, order: NDArray[np.intp] = order) -> NDArray[np.int8]:
+            renamed: NDArray[np.int8] = verdict[order[:, :, None], order[:, None, :]]
+            return renamed
+
+        case, error = f"a million verdicts renamed, n = {n}", float(np.abs(by_rows() - by_numbers()).max())
+        yield _row(f"{case}: by rows", "", seconds(by_rows), error)
+        yield _row(f"{case}: number by number", "", seconds(by_numbers), 0.0)
 
 
 def _left_out() -> Iterator[Row]:
