@@ -25,7 +25,10 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What was exported; ``copies`` are pairs of the file that was taken and the one that was the same."""
+    """What was exported; ``copies`` are pairs of the file that was taken and the one that was the same.
+
+    ``simulated`` is how many of the sessions are of simulated observers.
+    """
 
     folder: Path
     participants: int
@@ -34,6 +37,7 @@ class Export:
     tasks: Mapping[str, str]
     copies: tuple[tuple[Path, Path], ...]
     notes: int
+    simulated: int
 
     def to_json(self) -> dict[str, Any]:
         """Return the export as an object for JSON."""
@@ -89,7 +93,7 @@ def export(
     found = find_sources(counted(), hear)
     for task in tasks.values():
         task.columns, task.whole = task.collector.columns(), task.collector.whole
-    trials = notes = 0
+    trials = notes = simulated = 0
     changes = folder / "CHANGES"
     before = changes.read_text(encoding="utf-8", errors="replace") if changes.is_file() else None
     with replacing(folder) as part:
@@ -98,6 +102,7 @@ def export(
             log = _copy(source, part / source.raw)
             trials += _write_session(source, log, tasks[source.task], part)
             notes += len(log.notes)
+            simulated += log.header.simulated
         for label, task in tasks.items():
             _write_descriptions(part, label, task)
         write_dataset_files(part, about or About(), found.sources, before)
@@ -110,6 +115,7 @@ def export(
         {source.task: source.experiment for source in found.sources},
         found.copies,
         notes,
+        simulated,
     )
 
 

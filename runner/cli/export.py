@@ -43,6 +43,13 @@ def command(
         return
     for kept, copy in done.copies:
         click.echo(f"note: {copy} is a copy of {kept} and was taken once")
+    if done.simulated == done.sessions:
+        click.echo("note: all sessions are simulated: they say nothing about people")
+    elif done.simulated:
+        click.echo(
+            f"note: {done.simulated} of {done.sessions} sessions are simulated, beside those of people and under the "
+            "same observers' codes; to leave them out, name the folders of the others (the demo's are in results/demo)"
+        )
     if done.notes:
         click.echo(f"note: {done.notes} notes in free words are in the dataset; read them before you share it")
     click.echo(

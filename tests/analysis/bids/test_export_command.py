@@ -28,6 +28,18 @@ def test_it_says_so_in_json(lab: Lab, cyclopean: Cyclopean) -> None:
     assert (done["sessions"], done["trials"], done["tasks"]) == (1, 3, {"dynamicrange": "dynamic_range"})
 
 
+def test_simulated_sessions_beside_a_person_s_are_told(lab: Lab, cyclopean: Cyclopean) -> None:
+    lab.session()
+    words = ("export", lab.folder / "results", "-o", lab.folder / "bids")
+    assert "note: all sessions are simulated" in cyclopean(*words).stdout
+    lab.session(session="20260103T030405abcd", simulated=False)
+    told = cyclopean(*words).stdout
+    assert "note: 1 of 2 sessions are simulated, beside those of people and under the same observers' codes" in told
+    assert json.loads(cyclopean(*words, "--json").stdout)["simulated"] == 1
+    lab.session(simulated=False)
+    assert "are simulated" not in cyclopean(*words).stdout
+
+
 def test_wrong_input_ends_with_2_and_writes_nothing(lab: Lab, cyclopean: Cyclopean) -> None:
     told = cyclopean("export", lab.folder / "nowhere", "-o", lab.folder / "bids", expect=2)
     assert "there is no such folder" in told.stderr
