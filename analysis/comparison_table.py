@@ -54,6 +54,9 @@ def read_table(path: Path) -> Comparisons:
             return read_stream(stream, str(path))
     except FileNotFoundError as error:
         raise ResultsError(Finding("there is no such file", str(path), remedy="check the path")) from error
+    except IsADirectoryError as error:
+        remedy = f"for a folder of sessions: cyclopean report {path}"
+        raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy)) from error
     except OSError as error:
         raise ResultsError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
 

@@ -184,7 +184,7 @@ def test_faults_of_later_blocks_carry_their_places(monkeypatch: pytest.MonkeyPat
 def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
     with pytest.raises(ResultsError, match="there is no such file"):
         read_table(tmp_path / "none.csv")
-    with pytest.raises(ResultsError, match="cannot be read"):
+    with pytest.raises(ResultsError, match=r"it is a folder \(for a folder of sessions: cyclopean report"):
         read_table(tmp_path)
     (tmp_path / "latin.csv").write_bytes("winner,loser\né,b\n".encode("latin-1"))
     with pytest.raises(ResultsError, match="UTF-8"):
