@@ -5,13 +5,19 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from documents.characters import visible
+
+# Nobody reads more of one message; what files hold comes up in it.
+_SHOWN = 600
+
 
 @dataclass(frozen=True, slots=True)
 class Finding:
     """One fault in something a person supplied.
 
     ``file`` is the path as the person gave it; ``line`` and ``column`` count from 1 and are None where
-    a place has no meaning (a picture, a missing file). ``remedy`` says what would be right.
+    a place has no meaning (a picture, a missing file). ``remedy`` says what would be right. As text it is one line
+    without hidden characters, and long messages are cut.
     """
 
     message: str
@@ -22,8 +28,13 @@ class Finding:
 
     def __str__(self) -> str:
         place = ":".join(str(part) for part in (self.file, self.line, self.column) if part is not None)
-        text = f"{place}: {self.message}" if place else self.message
-        return f"{text} ({self.remedy})" if self.remedy else text
+        message = _short(self.message)
+        text = f"{place}: {message}" if place else message
+        return visible(f"{text} ({_short(self.remedy)})" if self.remedy else text)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 1]}…"
 
 
 class InputError(Exception):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import csv
+import io
 from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from documents.bounded_file import bounded_bytes
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 
@@ -16,6 +18,9 @@ Floats = NDArray[np.float64]
 
 WAVELENGTH = "wavelength_nm"
 SENSITIVITY = ("red", "green", "blue")
+_MOST_BYTES = 2_000_000
+# Beyond it sums overflow; no unit makes light of it.
+_MOST = 1e30
 
 
 def read_sensitivities(path: Path, wavelengths_nm: Floats) -> Floats:
@@ -54,8 +59,8 @@ def read_illuminant(name: str, wavelengths_nm: Floats) -> Floats:
 def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
     """Return the rising wavelengths and the values (n, names) of a CSV file of curves that are nowhere negative."""
     try:
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and row[0][:1] != "#"]
+        file = io.StringIO(bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig"), newline="")
+        rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and row[0][:1] != "#"]
     except OSError as error:
         raise _wrong(path, f"it cannot be read: {error.strerror}", "check the path") from error
     except (UnicodeDecodeError, csv.Error) as error:
@@ -65,6 +70,9 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
     missing = [name for name in columns if name not in head]
     if missing:
         raise _wrong(path, f"the header has no {', '.join(missing)}", f"columns: {','.join(columns)}")
+    twice = [name for name in columns if head.count(name) > 1]
+    if twice:
+        raise _wrong(path, f"the column '{twice[0]}' stands twice", "keep one")
     table = np.empty((len(rows) - 1, len(columns)))
     for index, (line, cells) in enumerate(rows[1:]):
         for column, name in enumerate(columns):
@@ -75,6 +83,9 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
                 table[index, column] = np.nan
             if not (np.isfinite(table[index, column]) and table[index, column] >= 0):
                 place = Finding(f"{name} is '{cell}'", str(path), line, head.index(name) + 1, "give a number from 0 up")
+                raise StimulusError(place)
+            if table[index, column] > _MOST:
+                place = Finding(f"{name} is {cell}", str(path), line, head.index(name) + 1, f"{_MOST:g} is the most")
                 raise StimulusError(place)
             if name == WAVELENGTH and index and table[index, 0] <= table[index - 1, 0]:
                 raise StimulusError(

@@ -12,6 +12,8 @@ from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
+# A header of 4096 bands has some 150 kB.
+_MOST_BYTES = 1_000_000
 _NM = {"nanometers": 1.0, "nanometer": 1.0, "nm": 1.0, "micrometers": 1e3, "micrometer": 1e3, "microns": 1e3, "um": 1e3}
 
 
@@ -24,8 +26,11 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
     from spectral.io.spyfile import SpyFile
 
     header = _header(path)
+    if header.stat().st_size > _MOST_BYTES:
+        raise _wrong(path, f"its header is larger than {_MOST_BYTES // 1000} kB", "leave out what is no header")
     try:
-        data = envi.open(str(header.resolve()))
+        with np.errstate(all="ignore"):  # of sizes that are refused below
+            data = envi.open(str(header.resolve()))
     except Exception as error:  # the library lets through what its parsing meets, of any kind
         reason = (str(error).splitlines() or [type(error).__name__])[0]
         raise _wrong(path, f"the ENVI file cannot be read: {reason}", "check its header and its data file") from error
@@ -80,14 +85,18 @@ class _Rows:
         self._bands, self._ignored, self._path = bands, ignored, path
 
     def __call__(self, first: int, last: int) -> NDArray[np.float32]:
-        mapped = np.memmap(self._file, dtype=self._dtype, mode="r", offset=self._offset, shape=self._shape)
+        try:
+            mapped = np.memmap(self._file, dtype=self._dtype, mode="r", offset=self._offset, shape=self._shape)
+        except (OSError, ValueError) as error:
+            raise _wrong(self._path, f"its data cannot be read: {error}", "copy it again") from error
         part = mapped[:, first:last] if self._rows_axis else mapped[first:last]
         read = np.array(part.transpose(self._axes)[..., self._bands])
         if self._ignored is not None:
             missing = int((read == self._ignored).any(axis=-1).sum())
             if missing:
                 raise _wrong(self._path, f"in rows {first}..{last - 1}, {missing} pixels hold no data", "crop it")
-        return (read / self._scale).astype(np.float32) if self._scale != 1 else read.astype(np.float32)
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is told by the rows
+            return (read / self._scale).astype(np.float32) if self._scale != 1 else read.astype(np.float32)
 
 
 def _header(path: Path) -> Path:
@@ -132,7 +141,7 @@ def _ignored(told: Any, path: Path) -> float | None:
     value = told.get("data ignore value")
     try:
         return None if value is None else float(value)
-    except ValueError as error:
+    except (TypeError, ValueError) as error:
         raise _wrong(path, f"its data ignore value is '{value}'", "mend its header") from error
 
 

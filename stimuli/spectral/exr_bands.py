@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from documents.characters import visible
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
@@ -51,7 +52,7 @@ def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
         said = [f"the Stokes components {name} were left out" for name in ("S1", "S2", "S3") if name in kinds]
         units = spec.getattribute("emissiveUnits")
         if found_quantity(kind, quantity) == "radiance" and isinstance(units, str):
-            said.append(f"the file says that its radiance is in {units}")
+            said.append(f"the file says that its radiance is in {visible(units)[:60]}")
         return SpectralPicture(
             path=path,
             wavelengths_nm=np.array([found[index] for index in order]),

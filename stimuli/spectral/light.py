@@ -15,6 +15,8 @@ from stimuli.spectral.curves import read_illuminant
 from stimuli.spectral.picture import SpectralPicture, seen_bands
 
 Floats = NDArray[np.float64]
+# Beyond these numbers overflow, or nothing is left of them.
+LEAST, MOST = 1e-30, 1e30
 
 
 @dataclass(frozen=True, slots=True)
@@ -34,6 +36,10 @@ class Light:
         for name, value in (("white_luminance_cd_m2", self.white_luminance_cd_m2), ("scale", self.scale)):
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise StimulusError(Finding(f"'{name}' is {value}", remedy="give a number above 0"))
+            if value is not None and not LEAST <= value <= MOST:
+                raise StimulusError(
+                    Finding(f"'{name}' is {value:g}", remedy=f"{LEAST:g} to {MOST:g} is what it can be")
+                )
 
     def per_band(self, picture: SpectralPicture) -> Floats:
         """Return the radiance that the value 1 stands for in each band, shape (bands,).

@@ -18,6 +18,8 @@ Floats = NDArray[np.float64]
 
 MAX_PIXELS = 200_000_000
 MAX_BANDS = 4096
+# Of the rows that are read together, at least one: 1.6 GB in single precision.
+MAX_CHUNK_VALUES = 400_000_000
 MUST_COVER_NM = (400.0, 700.0)
 MOST_SPACING_NM = 20.0
 # The observer's functions are tabulated over 360..830 nm; a band beyond either end still bounds the last one within.
@@ -76,6 +78,9 @@ class SpectralPicture:
         if not 0 < self.height_px * self.width_px <= MAX_PIXELS or len(waves) > MAX_BANDS:
             size = f"{self.width_px} × {self.height_px} pixels of {len(waves)} bands"
             raise self.wrong(f"{size} are beyond {MAX_PIXELS} of {MAX_BANDS}", "crop it")
+        if min(self.chunk_rows, self.height_px) * self.width_px * len(waves) > MAX_CHUNK_VALUES:
+            stored = f"{self.chunk_rows} rows of {self.width_px} pixels of {len(waves)} bands are stored together"
+            raise self.wrong(f"{stored}, more than {MAX_CHUNK_VALUES} values", "crop it, or write smaller tiles")
 
     def blocks(self) -> Iterator[tuple[slice, NDArray[np.float32]]]:
         """Yield the rows and the values of one block after the other, float32 (rows, width, bands).

@@ -15,7 +15,7 @@ from documents import Finding
 from stimuli.develop.camera_image import CameraImage
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_sensitivities
-from stimuli.spectral.light import Light, observer_weights, spectral_step, weighted
+from stimuli.spectral.light import LEAST, MOST, Light, observer_weights, spectral_step, weighted
 from stimuli.spectral.picture import SpectralPicture
 
 
@@ -42,6 +42,9 @@ def spectral_to_camera(
         raise StimulusError(
             Finding(f"full scale is at {full_scale_luminance_cd_m2} cd/m²", remedy="give a luminance above 0")
         )
+    if not LEAST <= full_scale_luminance_cd_m2 <= MOST:
+        message = f"full scale is at {full_scale_luminance_cd_m2:g} cd/m²"
+        raise StimulusError(Finding(message, remedy=f"{LEAST:g} to {MOST:g} is what it can be"))
     light = light or Light()
     waves = picture.wavelengths_nm
     # As wide as half the way to either neighbour, and to the only one at the ends.
