@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from runner.comparing.pictures import Reading
     from runner.comparing.results import Comparison
 
+_MOST_PX = 1e9
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 
 
@@ -84,13 +85,13 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
 
     corners = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     name = options["experiment_name"]
-    if name and not options["rig"]:
+    if name is not None and not options["rig"]:
         raise click.UsageError("--experiment needs --rig RIG.yaml: an experiment is run on one")
     output = Path(options["output"]) if options["output"] else None
     files = [Path(photo), Path(rendering)]
     if output is not None:
         _refuse_output(output, [*files, Path(options["regions"])])
-    if name:
+    if name is not None:
         checked_name(name, Path())
     per_degree, white, told = _seen(options)
     regions = _regions(options)
@@ -114,7 +115,7 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
         raise WorkError(f"no room for temporary files, or a file cannot be read: {error.strerror or error}") from error
     written: dict[str, Any] = {}
     try:
-        if name:
+        if name is not None:
             written["experiment"] = [str(one) for one in write_experiment(found, name, Path(options["rig"]), Path())]
         if output is not None:
             write_page(found, output)
@@ -144,6 +145,8 @@ def _corners(photo: tuple[str, ...], rendering: tuple[str, ...], registering: st
 def _pair(text: str) -> tuple[float, float]:
     try:
         x, y = (float(part) for part in text.split(","))
+        if not (abs(x) <= _MOST_PX and abs(y) <= _MOST_PX):  # nor NaN
+            raise ValueError(text)
     except ValueError:
         raise click.UsageError(f"a corner is '{text}'; write four as 120,90 620,130 590,455 95,410") from None
     return x, y
@@ -154,6 +157,15 @@ def _refuse_output(output: Any, inputs: list[Any]) -> None:
 
     if output.suffix.lower() not in (".html", ".htm"):
         raise InputError(Finding("the page is no .html file", str(output), remedy="name one"))
+    try:
+        is_folder = output.is_dir()
+        above = next(folder for folder in output.absolute().parents if folder.exists())
+    except OSError as error:
+        raise InputError(Finding(f"the page cannot be written: {error.strerror}", str(output))) from error
+    if is_folder:
+        raise InputError(Finding("the page would take a folder's place", str(output), remedy="name a file"))
+    if not above.is_dir():
+        raise InputError(Finding(f"{above} is no folder", str(output), remedy="name another place"))
     if output.exists() and any(one.exists() and output.samefile(one) for one in inputs):
         raise InputError(Finding("an input would be written over", str(output), remedy="name another output"))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shutil
 import tempfile
@@ -19,6 +20,8 @@ from stimuli.stereo_image import StereoImage
 
 PICTURES = ("photograph", "rendering")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
+# Names that Windows keeps for its devices, whatever follows the dot.
+_DEVICES = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]")
 _GAP_MM = 10.0
 # The question's band above the pictures, as `runner.layout` has it, in units of Style; and what of the room is used.
 _QUESTION_UNITS, _SHARE = 80.0, 0.98
@@ -26,14 +29,15 @@ _QUESTION_UNITS, _SHARE = 80.0, 0.98
 
 def checked_name(name: str, root: Path) -> None:
     """Refuse a name that no experiment can have, or one that is taken in ``root``. Raises InputError."""
-    if not _NAME.fullmatch(name):
-        raise InputError(
-            Finding(
-                f"an experiment cannot be called '{visible(name)}'",
-                remedy="1 to 60 small letters, digits, hyphens and underscores, first a letter or digit",
-            )
-        )
-    taken = [place for place in _places(name, root).values() if place.exists()]
+    remedy = "1 to 60 small letters, digits, hyphens and underscores, first a letter or digit"
+    if _DEVICES.fullmatch(name):
+        remedy = "Windows keeps the name for a device"
+    elif _NAME.fullmatch(name):
+        remedy = ""
+    if remedy:
+        raise InputError(Finding(f"an experiment cannot be called '{visible(name)}'", remedy=remedy))
+    # A link that leads nowhere is there too: through it, something would be written elsewhere.
+    taken = [place for place in _places(name, root).values() if os.path.lexists(place)]
     if taken:
         raise InputError(
             [Finding("it is there already", str(place), remedy="name another experiment") for place in taken]
@@ -73,8 +77,9 @@ def write_experiment(found: Comparison, name: str, rig_file: Path, root: Path) -
             write_exr(draft / f"{picture}.exr", _image(found, picture))
         draft.chmod(0o755)
         for what, text in (("recipe", _recipe(found, name)), ("experiment", _experiment(found, name, rig_file, root))):
-            places[what].write_text(text, encoding="utf-8")
-            made.append(places[what])
+            with places[what].open("x", encoding="utf-8") as file:
+                made.append(places[what])
+                file.write(text)
         draft.replace(places["pictures"])
     except BaseException:
         for one in made:
@@ -111,8 +116,6 @@ def _recipe(found: Comparison, name: str) -> str:
 
 
 def _experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> str:
-    import os
-
     import yaml
 
     from devices.rig_file import read_rig

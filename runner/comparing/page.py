@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.validation.reason import Outcome
+from documents.whole_file import write_whole
 from runner.comparing.results import Comparison, EyeComparison
 from runner.comparing.words import decision_sentence, kept, kept_heading, told
 
@@ -15,14 +16,7 @@ _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "note
 
 def write_page(found: Comparison, output: Path) -> None:
     """Write the page to ``output``, whole or not at all; its folder is made if need be. Raises OSError if it cannot."""
-    page = render(found)
-    output.parent.mkdir(parents=True, exist_ok=True)
-    draft = output.with_name(output.name + ".part")
-    try:
-        draft.write_text(page, encoding="utf-8")
-        draft.replace(output)
-    finally:
-        draft.unlink(missing_ok=True)
+    write_whole(output, render(found))
 
 
 def render(found: Comparison) -> str:
