@@ -93,7 +93,8 @@ def command(
     }
     origin = Path(file).name + (f" by {readings.instrument}" if readings.instrument else "")
     parts = measured_parts(measured.measurements, origin, bare[0].measurements if bare else None, eyes)
-    told: dict[str, Any] = {"file": file, "mode": named, "parts": parts.to_json(), "said": _left_out(measured, parts)}
+    said = _left_out(measured, parts) + (_both_lit(parts) if found and "both" in readings.eye else [])
+    told: dict[str, Any] = {"file": file, "mode": named, "parts": parts.to_json(), "said": said}
     for one, fitted in found.items():
         tables, why_none = _thesis(fitted)
         told[one] = {
@@ -129,6 +130,18 @@ def _left_out(measured: MeasuredSet, parts: MeasuredParts) -> list[str]:
     if unused:
         said.append(f"{unused} readings at angles, on surrounds or while warming up (@ in their names) were left out")
     return said
+
+
+def _both_lit(parts: MeasuredParts) -> list[str]:
+    """Say that a model of readings with both eyes lit holds what leaked, where that is known to be something."""
+    leak = next((one.value for one in parts.diagnoses if one.name == "crosstalk" and "crosstalk" in parts.lines), None)
+    if not leak or leak <= 0:
+        return []
+    return [
+        "if the other eye showed the patches too (display measure without --eye), each reading holds up to "
+        f"{leak:.2g} % that leaked from it, and pictures whose crosstalk is cancelled come out so much too dark: "
+        "measure with --eye left and --eye right"
+    ]
 
 
 def _one_for_both(read: set[PatchEye], eyes: list[PatchEye]) -> list[str]:

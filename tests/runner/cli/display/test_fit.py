@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -15,7 +16,7 @@ from devices.ciede2000 import delta_e_2000
 from devices.colour import xyz_to_lab
 from devices.display_file import read_display
 from devices.errors import DeviceError
-from devices.measurements import Measurements, write_csv
+from devices.measurements import Measurements, PatchEye, write_csv
 from devices.measurements.read import read_measurements
 from devices.measurements.ti3 import write_ti3
 from devices.plvc import Plvc
@@ -209,6 +210,29 @@ def test_tagged_readings_give_parts_and_those_of_no_use_are_told(thesis: Path, t
     assert display_file.crosstalk("quad-buffered") is not None
     assert display_file.gain_map("quad-buffered") is not None
     assert "tagged.csv" in path.read_text()
+
+
+@pytest.mark.parametrize(("eye", "told"), [("both", True), ("left", False)])
+def test_readings_with_both_eyes_lit_are_said_to_hold_what_leaks(eye: PatchEye, told: bool, tmp_path: Path) -> None:
+    display = thesis_display()
+    dark, light = display.xyz([0, 0, 0]), display.xyz([1] * 3)
+    codes = [
+        [level * on for on in channel]
+        for channel in np.array([[1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]])
+        for level in np.linspace(0.1, 1, 7)
+    ]
+    rows: list[tuple[str, list[float], Any, PatchEye]] = [
+        (f"p{n}", c, display.xyz(c), eye) for n, c in enumerate(codes)
+    ]
+    lenses: tuple[PatchEye, ...] = ("left", "right")
+    for lens in lenses:
+        rows += [("black", [0.0] * 3, dark, lens), ("white", [1.0] * 3, light, lens)]
+        rows += [("black@other=white", [0.0] * 3, dark + 0.03 * (light - dark), lens)]
+    names, rgb, XYZ, eyes = zip(*rows, strict=True)
+    file = tmp_path / "some.csv"
+    write_csv(Measurements(np.array(rgb), np.array(XYZ), names, eye=eyes, mode="quad-buffered"), file)
+    said = _run("fit", str(file), "--model", "gamma", "--brief", "--eye", "left")
+    assert ("each reading holds up to 3 % that leaked" in said) is told
 
 
 def test_the_tables_of_the_thesis_and_standard_errors_are_printed_unless_brief(thesis: Path) -> None:
