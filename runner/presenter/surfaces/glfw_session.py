@@ -25,7 +25,8 @@ class GlfwSession:
             why = self.why()
             glfw.set_error_callback(self._callback_before)  # type: ignore[arg-type] # None clears it
             raise PresentationError(
-                f"no window can be opened: {why} (set DISPLAY to a running display, or use an offscreen backend)"
+                f"no window can be opened: {why} (set DISPLAY to a running display; without one, take --simulate, "
+                "--backend egl or --headless, whichever the command has)"
             )
         self.signals = SignalWake(glfw.post_empty_event)
 
