@@ -28,7 +28,10 @@ def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
         header = session.header
         if header.experiment != reference.header.experiment:
             what = f"this session is of '{header.experiment}', {reference.file} of '{reference.header.experiment}'"
-            raise ResultsError(Finding(what, str(session.file), 1, 1, "look at one experiment at a time"))
+            folder = session.file.parent
+            named = f": name its folder, such as {folder.parents[1]}" if folder.name.startswith("ses-") else ""
+            remedy = f"look at one experiment at a time{named}"
+            raise ResultsError(Finding(what, str(session.file), 1, 1, remedy))
         differing = stimuli ^ {str(stimulus["name"]) for stimulus in header.stimuli}
         if differing:
             what = f"this session and {reference.file} do not show the same stimuli: '{min(differing)}' is in one only"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import pytest
@@ -55,6 +56,17 @@ def test_the_share_of_the_first_position_counts_answers(make_session: Maker) -> 
 def test_what_does_not_belong_together_is_refused(make_session: Maker, change: dict[str, Any], what: str) -> None:
     with pytest.raises(ResultsError, match=what):
         from_sessions([make_session("01"), make_session(**{"observer": "02", **change})])
+
+
+def test_the_folder_of_one_of_two_experiments_is_named(make_session: Maker) -> None:
+    other = make_session("02", experiment="gloss")
+    for file, remedy in (
+        (Path("results/gloss/sub-02/ses-x/session.jsonl"), "at a time: name its folder, such as results/gloss"),
+        (Path("copied/session.jsonl"), "look at one experiment at a time"),
+    ):
+        with pytest.raises(ResultsError) as error:
+            from_sessions([make_session("01"), replace(other, file=file)])
+        assert str(error.value.findings[0].remedy).endswith(remedy)
 
 
 def test_no_session_and_no_answer_are_refused(make_session: Maker) -> None:
