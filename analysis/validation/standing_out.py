@@ -42,7 +42,7 @@ def _factor(table: RegionTable, limits: Limits) -> list[Reason]:
         f"the rendering {abs(brighter):.3g} % {'brighter' if brighter > 0 else 'darker'}"
     )
     if table.luminance != "absolute":
-        said += "; it was undone before colours were compared"
+        said += f"; colours were compared after the rendering was multiplied by {table.scaled_by:.4g}"
     return [Reason("luminance", "factor", "noted", said, factor.mean_ratio, None)]
 
 

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
     import OpenImageIO
 
 MAX_PIXELS = 200_000_000
+# Rows that are held in double precision at a time.
+_BAND_ROWS = 64
 # Of all channels together: R, G, B and alpha, or R, G, B and their saturation, of the largest picture.
 MAX_VALUES = 7 * MAX_PIXELS
 SATURATED = tuple(f"saturated.{channel}" for channel in "RGB")
@@ -101,7 +103,11 @@ def _read(
         saturated, map_from = stored[..., [names.index(name) for name in SATURATED]] > 0, "file"
     else:
         saturated, map_from = values >= full, "values"
-    rgb = ((values.astype(np.float64) - black) / (white - black)).astype(np.float32)
+    rgb = np.empty(values.shape, dtype=np.float32)
+    for first in range(0, len(rgb), _BAND_ROWS):
+        band = slice(first, first + _BAND_ROWS)
+        rgb[band] = (values[band].astype(np.float64) - black) / (white - black)
+    del stored, values
     flip = EXIF_FLIPS.get(_orientation(spec), 0) if rotate else 0
     steps: tuple[Mapping[str, Any], ...] = earlier_steps(spec.getattribute(STEPS_ATTRIBUTE))
     kind = f"{picture.format_name()} {spec.format}"

@@ -195,3 +195,20 @@ def test_the_map_has_the_picture_s_shape() -> None:
     full[:2, :, 1] = True
     image = CameraImage(np.zeros((4, 5, 3), np.float32), full, None, "a")
     assert image.saturated_share == (0.0, 0.5, 0.0)
+
+
+def test_double_precision_is_held_a_few_rows_at_a_time(tmp_path: Path) -> None:
+    """What is stored, R, G and B of it, and the result: no more than that, and flags, lie in memory whole."""
+    import tracemalloc
+
+    pixels = np.random.default_rng(1).random((1200, 800, 3)).astype(np.float32)
+    tifffile.imwrite(tmp_path / "a.tif", pixels, photometric="rgb")
+    read_camera_image(tmp_path / "a.tif")
+    tracemalloc.start()
+    try:
+        image = read_camera_image(tmp_path / "a.tif")
+        peak = tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+    np.testing.assert_array_equal(image.rgb, pixels)
+    assert peak < 3.8 * image.rgb.nbytes
