@@ -14,6 +14,9 @@ from runner.protocol.experiment import Experiment
 from stimuli.build import StimulusSet, build
 from stimuli.display_setup import DisplaySetup
 
+# A share of a picture's area: an odd pixel at its edge is nothing to warn of.
+LEAST_SEEN = 0.9
+
 
 def pictures(checked: Checked, design: Experiment, source: YamlSource, wishes: Wishes) -> None:
     """Build the stimuli, or find them built, and say what the gamut clip costs each eye."""
@@ -58,6 +61,22 @@ def _sizes(checked: Checked, design: Experiment, source: YamlSource, stimuli: St
         what = f"{len(small)} stimuli are smaller than the aperture of {aperture[0]} x {aperture[1]} px: {_some(small)}"
         remedy = "black will surround them; make size_mm smaller, or the pictures larger"
         checked.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+    seen = {name: _seen_share(stimuli.size_px(name), aperture) for name in stimuli.names}
+    cut = {name: share for name, share in seen.items() if share < LEAST_SEEN}
+    if cut:
+        least = min(cut, key=lambda name: cut[name])
+        what = (
+            f"the aperture of {aperture[0]} x {aperture[1]} px shows the middle alone of {len(cut)} stimuli: "
+            f"{_some(cut)}; least of '{least}', {100 * cut[least]:.0f} % of its area"
+        )
+        remedy = "make size_mm larger, resample the pictures, or accept it"
+        checked.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+
+
+def _seen_share(size_px: tuple[int, int], aperture_px: tuple[int, int]) -> float:
+    """Return how much of a picture's area its aperture leaves to see."""
+    shares = [min(a / b, 1.0) for a, b in zip(aperture_px, size_px, strict=True)]
+    return shares[0] * shares[1]
 
 
 def _some(names: Any) -> str:

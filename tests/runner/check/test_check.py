@@ -77,6 +77,16 @@ def test_pictures_smaller_than_their_place_are_warned_of(study: Study) -> None:
     assert warning.line == 6
 
 
+def test_pictures_of_which_only_the_middle_is_seen_are_warned_of(study: Study) -> None:
+    write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((41, 82, 3), np.float32)))
+    assert "aperture" not in _messages(_check(study))  # 95 % of it is seen
+    write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((50, 100, 3), np.float32)))
+    (warning,) = [warning for warning in _check(study).warnings if "aperture" in warning.message]
+    assert "the aperture of 80 x 40 px shows the middle alone of 1 stimuli: two" in warning.message
+    assert "64 % of its area" in warning.message
+    assert warning.line == 6
+
+
 def test_clipping_is_warned_of_beyond_the_limit_only(study: Study) -> None:
     worst = max(max(eyes) for eyes in _check(study).facts["clipped_percent"].values())
     assert worst > 0.3
