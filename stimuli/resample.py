@@ -23,6 +23,9 @@ if TYPE_CHECKING:
 Filter = Literal["area", "linear", "cubic"]
 Floats = NDArray[np.float64]
 MAX_PIXELS = 16384  # along one axis; no display has more
+MAX_AREA_PX = 100_000_000  # more than `stimuli.exr` reads
+# Of a display's pixel; what is smaller is a slip of the pen, and its weights fill the memory.
+_LEAST_PIXELS = 0.01
 _DEGREE = {"linear": 1, "cubic": 3}
 # Rows of the new picture made at a time, so that a large picture is never held as float64.
 _ROWS = 128
@@ -34,13 +37,15 @@ def display_pixels(length_mm: float, pixel_pitch_mm: float) -> int:
     Raises
     ------
     StimulusError
-        If the pitch or the length is not a finite number above 0, or there are more.
+        If the pitch or the length is not a finite number above 0, or there are more, or less than a hundredth of one.
     """
     for name, value in (("pixel_pitch_mm", pixel_pitch_mm), ("length_mm", length_mm)):
         if not (np.isfinite(value) and value > 0):
             raise StimulusError(f"{name} is {value}; it must be a finite number above 0")
     if length_mm / pixel_pitch_mm > MAX_PIXELS:
         raise StimulusError(f"{length_mm} mm at pixel_pitch_mm {pixel_pitch_mm} is more than {MAX_PIXELS} pixels")
+    if length_mm / pixel_pitch_mm < _LEAST_PIXELS:
+        raise StimulusError(f"{length_mm} mm at pixel_pitch_mm {pixel_pitch_mm} is less than {_LEAST_PIXELS} pixels")
     return max(1, round(length_mm / pixel_pitch_mm))
 
 
@@ -150,8 +155,17 @@ def resample_picture(
 ) -> StereoImage:
     """Return the picture, ``size_mm`` wide and high, on the pixels of a display; a flat picture stays flat.
 
-    Raises as `axis_weights` does.
+    Raises as `axis_weights` does, or if it would have more than `MAX_AREA_PX` pixels.
     """
+    width_px, height_px = (display_pixels(length_mm, pixel_pitch_mm) for length_mm in size_mm)
+    if width_px * height_px > MAX_AREA_PX:
+        raise StimulusError(
+            Finding(
+                f"{size_mm[0]:g} × {size_mm[1]:g} mm are {width_px} × {height_px} pixels of the display, more than "
+                f"{MAX_AREA_PX}",
+                remedy="make the picture smaller",
+            )
+        )
     columns = axis_weights(image.width_px, size_mm[0], pixel_pitch_mm, filter)
     rows = axis_weights(image.height_px, size_mm[1], pixel_pitch_mm, filter)
 

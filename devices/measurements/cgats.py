@@ -11,6 +11,7 @@ from documents import Finding
 
 _TOKEN = re.compile(r'"((?:[^"]|"")*)"|(\S+)')
 _MOST_FINDINGS = 20
+MOST_FIELDS = 5000
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +81,10 @@ def read_table(lines: Sequence[str], file: str) -> CgatsTable:
         if done:
             break
     names = table.names()
+    if len(names) > MOST_FIELDS:
+        raise DeviceError(
+            table.finding(f"the table has {len(names)} fields", table.fields[0], f"{MOST_FIELDS} at most")
+        )
     findings += [
         table.finding(f"the field {cell.text} stands twice", cell)
         for place, cell in enumerate(table.fields)

@@ -20,12 +20,14 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
+from documents.bounded_file import bounded_bytes
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")
 _ALSO = {"r": "red", "g": "green", "b": "blue"}
 _SAID = ("codes", "mode", "eye", "instrument", "notes")
 _MOST_FINDINGS = 20
+_MOST_BYTES = 10_000_000
 
 
 def read_csv(path: Path, code_range: str | None = None) -> Measurements:
@@ -40,7 +42,7 @@ def read_csv(path: Path, code_range: str | None = None) -> Measurements:
         With file, line, column, value and remedy of the first twenty faults.
     """
     try:
-        text = path.read_text(encoding="utf-8-sig")
+        text = bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig")
     except FileNotFoundError as error:
         raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from error
     except UnicodeDecodeError as error:

@@ -18,11 +18,14 @@ from devices.measurements.cgats import Cell, CgatsTable, read_table
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from devices.measurements.ti3_spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
 from documents import Finding
+from documents.bounded_file import bounded_bytes
 
 Floats = NDArray[np.float64]
 
 _RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
 _NAMES = ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID")
+# Ten thousand readings with a spectrum each.
+_MOST_BYTES = 50_000_000
 _MODE, _EYE, _TIME = "STEREO_MODE", "EYE", "TIME_S"
 
 
@@ -39,7 +42,7 @@ def read_ti3(path: Path) -> Measurements:
         With file, line, column and remedy of what is wrong.
     """
     try:
-        lines = path.read_text(encoding="utf-8-sig", errors="replace").splitlines()
+        lines = bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace").splitlines()
     except OSError as error:
         raise DeviceError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
     return parse_ti3(lines, str(path))

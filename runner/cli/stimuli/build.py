@@ -94,10 +94,19 @@ def _cores() -> int:
 
 
 def _free(folder: Path) -> Path:
-    """Return ``folder``, refusing one that holds anything."""
+    """Return ``folder``, refusing one that holds anything or lies in the cache, which is tidied up."""
     from documents import Finding, InputError
+    from stimuli.build import cache_folder
 
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+    try:
+        taken = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
+        in_cache = folder.resolve().is_relative_to(cache_folder().resolve())
+    except (OSError, RuntimeError) as error:  # links that lead to one another are a RuntimeError
+        reason = getattr(error, "strerror", None) or error
+        raise InputError(Finding(f"the folder cannot be made: {reason}", str(folder))) from error
+    if in_cache:
+        raise InputError(Finding("it lies in the cache of stimuli", str(folder), remedy="name a folder of your own"))
+    if taken:
         raise InputError(Finding("there is something already", str(folder), remedy="name a new or an empty folder"))
     return folder
 
