@@ -43,7 +43,7 @@ def render(found: Comparison) -> str:
         kept_heading=kept_heading(found.verdict),
         eyes=eyes,
         versions={name: version(name) for name in ("cyclopean", "numpy", "scipy", "opencv-python-headless")},
-        settings=[(key.replace("_", " "), _plain(value)) for key, value in found.settings.items()],
+        settings=[(key.replace("_", " "), _plain(value)) for key, value in found.settings.items() if key != "regions"],
         steps=[(picture, [_told(step) for step in picture.steps]) for picture in (found.photo, found.rendering)],
     )
 

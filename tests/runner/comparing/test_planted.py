@@ -41,6 +41,8 @@ def test_a_rendering_beside_itself_differs_by_nothing(tmp_path: Path, cyclopean:
         found = compared(cyclopean, file, file, "--regions", regions, "--rig", RIG)
         one = found["eyes"]["both"]
         assert found["decision"] == "validated"
+        white = "the display's" if regions == PLATE else "that of the chart's white patch, 'chart 19 white 9.5'"
+        assert one["said"][0].endswith(white)
         assert not one["registration"]["moved"]
         assert one["registration"]["residual_px"] == 0
         for sums in (one["per_pixel"], one["as_seen"]):
