@@ -7,6 +7,7 @@ from collections.abc import Sequence
 
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.separators import other_separator
 
 COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties")
 REQUIRED = ("winner", "loser")
@@ -26,6 +27,8 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
     names = [field.strip() for field in header]
     if not any(names):
         raise ResultsError(Finding("the table is empty", file, 1, 1, "start it with 'winner,loser'"))
+    if separated := other_separator(header, file, 1):
+        raise ResultsError(separated)
     findings = []
     for field, name in enumerate(names):
         if name not in COLUMNS:

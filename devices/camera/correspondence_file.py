@@ -21,6 +21,7 @@ from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding
 from documents.characters import visible
+from documents.separators import other_separator
 
 Floats = NDArray[np.float64]
 
@@ -145,6 +146,8 @@ def _full(text: str, file: str, line: int) -> float:
 
 
 def _columns(header: list[str], needed: tuple[str, ...], file: str, line: int) -> dict[str, int]:
+    if separated := other_separator(header, file, line):
+        raise DeviceError(separated)
     known = {name.lower(): name for name in (*_RGB, *_XYZ, *_EXPOSURE, "name")} | _ALSO
     columns: dict[str, int] = {}
     for place, cell in enumerate(header):

@@ -21,6 +21,7 @@ from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
 from documents.bounded_file import bounded_bytes
+from documents.separators import other_separator
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")
@@ -126,6 +127,8 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
 
 
 def _header(cells: list[str], file: str, line: int) -> tuple[dict[str, int], list[str]]:
+    if separated := other_separator(cells, file, line):
+        raise DeviceError(separated)
     columns: dict[str, int] = {}
     ignored: list[str] = []
     for place, cell in enumerate(cells):

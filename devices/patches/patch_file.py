@@ -10,6 +10,7 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.patch import Patch, PatchSet
 from documents import Finding
+from documents.separators import other_separator
 
 _COLUMNS = ("red", "green", "blue")
 _MOST_FINDINGS = 20
@@ -50,6 +51,8 @@ def parse_patches(text: str, file: str, name: str, code_range: str | None = None
         rows = [(number, [cell.strip() for cell in next(csv.reader([line], strict=True))]) for number, line in lines]
     except csv.Error as error:
         raise DeviceError(Finding(f"the patches are not CSV: {error}", file)) from None
+    if separated := other_separator(rows[0][1], file, rows[0][0]):
+        raise DeviceError(separated)
     header = [cell.lower() for cell in rows[0][1]]
     missing = [column for column in _COLUMNS if column not in header]
     if missing:

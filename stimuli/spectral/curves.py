@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from documents import Finding
 from documents.bounded_file import bounded_bytes
+from documents.separators import other_separator
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 
@@ -66,6 +67,8 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
     except (UnicodeDecodeError, csv.Error) as error:
         raise _wrong(path, f"it is no CSV in UTF-8: {error}", "write it again") from error
     columns = (WAVELENGTH, *names)
+    if rows and (separated := other_separator(rows[0][1], str(path), rows[0][0])):
+        raise StimulusError(separated)
     head = [cell.strip() for cell in rows[0][1]] if rows else []
     missing = [name for name in columns if name not in head]
     if missing:

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from documents import Finding
+from documents.separators import other_separator
 
 Kind = Literal["code", "xyz"]
 COLUMNS: dict[Kind, tuple[str, str, str]] = {"code": ("red", "green", "blue"), "xyz": ("X", "Y", "Z")}
@@ -57,6 +58,8 @@ def read_colours(file: str, kind: Kind, full: float) -> ColourTable:
 
 def _parse(lines: list[tuple[int, list[str]]], file: str, kind: Kind, full: float) -> ColourTable:
     given = COLUMNS[kind]
+    if lines and (separated := other_separator(lines[0][1], file, lines[0][0])):
+        raise DeviceError(separated)
     head = [cell.strip() for cell in lines[0][1]] if lines else []
     missing = [name for name in given if name not in head]
     if missing:
