@@ -12,7 +12,13 @@ import click
 @click.command(short_help="Re-enact the thesis's second experiment with simulated observers.")
 @click.option("--observers", type=click.IntRange(1, 999), default=30, show_default=True, help="How many simulated.")
 @click.option("--window", is_flag=True, help="Draw in a window that you can watch.")
-@click.option("--results", type=click.Path(path_type=Path), default=Path("results/demo"), show_default=True)
+@click.option(
+    "--results",
+    type=click.Path(path_type=Path),
+    default=Path("results/demo"),
+    show_default=True,
+    help="Folder of all sessions.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print scores and counts as JSON.")
 def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     """Re-enact the thesis's second experiment with simulated observers.

@@ -13,7 +13,9 @@ import click
 @click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The folder to write to.")
 @click.option("--observer", default="01", show_default=True, help="Whose order of trials to preview.")
 @click.option("--mode", help="A stereo mode in place of the rig's.")
-@click.option("--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True)
+@click.option(
+    "--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True, help="How to draw."
+)
 @click.option("--clipping", is_flag=True, help="Mark the pixels outside the gamut, on a second picture of each screen.")
 @click.option(
     "--allow-uncharacterised",

@@ -17,7 +17,13 @@ import click
     is_flag=True,
     help="With --resume or --replay: go on although experiment, stimuli or display changed; the record says so.",
 )
-@click.option("--results", type=click.Path(path_type=Path), default=Path("results"), show_default=True)
+@click.option(
+    "--results",
+    type=click.Path(path_type=Path),
+    default=Path("results"),
+    show_default=True,
+    help="Folder of all sessions.",
+)
 @click.option("--mode", help="A stereo mode in place of the rig's.")
 @click.option("--windowed", is_flag=True, help="A window in place of the full screen.")
 @click.option(

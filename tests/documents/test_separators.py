@@ -45,7 +45,8 @@ def test_every_reader_names_the_separator(
     (finding,) = caught.value.findings
     assert finding.message == f"the table is separated by {word}"
     assert (finding.file, finding.line) == (str(file), 1)
-    assert finding.remedy and "comma between columns and a point in numbers" in finding.remedy
+    assert finding.remedy
+    assert "comma between columns and a point in numbers" in finding.remedy
 
 
 def test_tables_with_commas_are_none_of_it() -> None:

@@ -9,8 +9,8 @@ import click
 @click.argument("file", metavar="[FILE]", default="-")
 @click.option("--display", "display_file", required=True, metavar="DISPLAY.yaml", help="Display file.")
 @click.option("--mode", required=True, help="Stereo mode of the display file.")
-@click.option("--eye", type=click.Choice(["left", "right"]), default="left", show_default=True)
-@click.option("--to", "target", type=click.Choice(["code", "xyz"]), required=True)
+@click.option("--eye", type=click.Choice(["left", "right"]), default="left", show_default=True, help="Whose.")
+@click.option("--to", "target", type=click.Choice(["code", "xyz"]), required=True, help="What to print.")
 @click.option(
     "--full", type=click.FloatRange(min=0, min_open=True), default=255.0, show_default=True, help="Full drive."
 )
