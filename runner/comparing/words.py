@@ -7,6 +7,8 @@ from collections.abc import Sequence
 from analysis.validation.reason import Outcome, Reason, decimals
 from analysis.validation.verdict import Verdict
 
+# So many regions that fail are told one by one.
+MOST_REGIONS = 3
 # As `together` begins the reasons of either eye.
 _EYES = ("left eye: ", "right eye: ")
 
@@ -22,14 +24,35 @@ def decision_sentence(verdict: Verdict) -> str:
 
 
 def told(verdict: Verdict, outcome: Outcome) -> list[str]:
-    """Return the sentences of one outcome; what holds for either eye alike is said once."""
-    lines = [reason.said for reason in verdict.having(outcome)]
+    """Return the sentences of one outcome; what holds for either eye alike is said once, many regions in one line."""
+    lines = _gathered(verdict.having(outcome)) if outcome == "fails" else [one.said for one in verdict.having(outcome)]
     found: dict[str, None] = {}
     for line in lines:
         eye, text = _split(line)
         alike = eye and all(f"{one}{text}" in lines for one in _EYES)
         found[f"both eyes: {text}" if alike else line] = None
     return list(found)
+
+
+def _gathered(reasons: Sequence[Reason]) -> list[str]:
+    """Return the sentences, those on more regions than `MOST_REGIONS` of one eye in one; the worst are named."""
+    regions: dict[str, list[Reason]] = {}
+    for reason in reasons:
+        eye, subject = _split(reason.subject)
+        if subject.startswith("region ") and reason.measure == "ΔE00":
+            regions.setdefault(eye, []).append(reason)
+    lines: dict[str, None] = {}
+    for reason in reasons:
+        eye, _ = _split(reason.subject)
+        group = regions.get(eye, [])
+        if len(group) <= MOST_REGIONS or reason not in group:
+            lines[reason.said] = None
+            continue
+        worst = sorted(group, key=lambda one: -(one.value or 0.0))[:MOST_REGIONS]
+        names = ", ".join(f"'{_split(one.subject)[1].removeprefix('region ')}' by {one.value:.2f}" for one in worst)
+        limit = f"{reason.limit:g}" if reason.limit is not None else "allowed"
+        lines[f"{eye}{len(group)} regions differ by more than ΔE00 {limit}, most of all {names}"] = None
+    return list(lines)
 
 
 def kept(verdict: Verdict) -> list[str]:

@@ -44,6 +44,16 @@ def test_numbers_of_one_subject_stand_in_one_line() -> None:
     assert kept(verdict(reason("fails", 2.0))) == []
 
 
+@pytest.mark.parametrize("count", [3, 4])
+def test_many_regions_that_fail_stand_in_one_line(count: int) -> None:
+    fails = [reason("fails", 2.0 + place, f"region {place}", "ΔE00") for place in range(count)]
+    both = together({"left eye": verdict(*fails, reason("fails", 2.5)), "right eye": verdict(fails[0])})
+    lines = told(both, "fails")
+    many = "left eye: 4 regions differ by more than ΔE00 1.4, most of all '3' by 5.00, '2' by 4.00, '1' by 3.00"
+    assert (many in lines) == (count > 3)
+    assert len(lines) == (3 if count > 3 else 4)
+
+
 @pytest.mark.parametrize(("value", "text"), [(-0.001, "0.00"), (0.0, "0.00"), (-0.005001, "-0.01"), (-1.0, "-1.00")])
 def test_nought_has_no_sign(value: float, text: str) -> None:
     assert decimals(value, 2) == text
