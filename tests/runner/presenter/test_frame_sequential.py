@@ -118,16 +118,22 @@ def test_a_window_alternates_at_its_refresh_while_a_key_is_awaited_and_counts_wh
         Presenter(window, find_mode("frame-sequential"), same_models, lambda _: picture) as presenter,
     ):
         rate_hz = window.facts.refresh_hz or 60.0
+        begun_s = time.monotonic()
         presenter.show(SCENE)
         later = threading.Timer(1.5, lambda: subprocess.run([tool, "key", "x"], check=True, timeout=10))
         later.start()
         before_s, busy_s = time.monotonic(), time.thread_time()
         assert window.wait_key().key == "x"
-        waited_s, busy_s = time.monotonic() - before_s, time.thread_time() - busy_s
+        shown_s, waited_s, busy_s = (
+            time.monotonic() - begun_s,
+            time.monotonic() - before_s,
+            time.thread_time() - busy_s,
+        )
         later.join()
         work = presenter.counters
         alternated = work.frames_alternated + work.frames_missed
-        assert alternated == pytest.approx(waited_s * rate_hz, rel=0.15)
+        # Frames go by from somewhere within `show` on, which takes long on a busy machine.
+        assert 0.85 * waited_s * rate_hz < alternated < 1.15 * shown_s * rate_hz
         assert work.frames_alternated > 0.5 * waited_s * rate_hz
         assert busy_s < 0.8 * waited_s  # it sleeps between frames
         missed = work.frames_missed
