@@ -12,10 +12,10 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import json
-import os
-import tempfile
 import time
 from pathlib import Path
+
+from documents.whole_file import write_whole
 
 _STILL_NS = 2_000_000_000
 
@@ -54,17 +54,12 @@ class KnownHashes:
         return found
 
     def keep(self) -> None:
-        """Write what was learnt, as a whole or not at all; the folder must exist."""
+        """Write what was learnt, as a whole or not at all; nothing where the folder does not exist."""
         if not self._changed:
             return
-        with contextlib.suppress(OSError):
-            descriptor, temporary = tempfile.mkstemp(prefix=f".{self._record.name}-", dir=self._record.parent)
-            try:
-                with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-                    json.dump(self._known, file)
-                os.replace(temporary, self._record)
-            finally:
-                Path(temporary).unlink(missing_ok=True)
+        if self._record.parent.is_dir():
+            with contextlib.suppress(OSError):
+                write_whole(self._record, json.dumps(self._known))
         self._changed = False
 
 

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
-import tempfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from documents.whole_file import write_whole
 from stimuli.display_setup import DisplaySetup
 from stimuli.luminance.saturation import saturation
 from stimuli.stimulus_set import StimulusSet, sha256_of_json
@@ -45,10 +44,4 @@ def saturated_percent(
 def _keep(record: Path, found: dict[str, Saturated]) -> None:
     """Write the record as a whole; where the cache cannot be written, the numbers are counted again next time."""
     with contextlib.suppress(OSError):
-        descriptor, temporary = tempfile.mkstemp(prefix=f"{record.name}-", dir=record.parent)
-        try:
-            with os.fdopen(descriptor, "w", encoding="utf-8") as file:
-                json.dump(found, file)
-            os.replace(temporary, record)
-        finally:
-            Path(temporary).unlink(missing_ok=True)
+        write_whole(record, json.dumps(found))

@@ -6,6 +6,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from analysis.report.environment import page_environment
 from analysis.validation.reason import Outcome
 from documents.whole_file import write_whole
 from runner.comparing.results import Comparison, EyeComparison
@@ -21,18 +22,10 @@ def write_page(found: Comparison, output: Path) -> None:
 
 def render(found: Comparison) -> str:
     """Return the page's HTML; text from people is escaped. ``found`` must have been drawn."""
-    from jinja2 import ChoiceLoader, Environment, PackageLoader, StrictUndefined
-
     from runner.display_report.page import short, typeset
 
-    environment = Environment(
-        # The style is that of the report on a display.
-        loader=ChoiceLoader([PackageLoader("runner.comparing"), PackageLoader("runner.display_report")]),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
+    # The style is that of the report on a display.
+    environment = page_environment("runner.comparing", "runner.display_report")
     environment.filters.update({"short": short, "typeset": typeset, "places": _places, "signed": _signed})
     eyes = [(eye, one, _figures(one, found.verdict.limits.delta_e, str(eye))) for eye, one in found.eyes.items()]
     return environment.get_template("compare.html.j2").render(
