@@ -44,7 +44,7 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     ties = sum(answer.tie for answer in answers)
     if ties == len(answers):
         files = ", ".join(str(session.file) for session in sessions[:3])
-        why = f": all {ties} answers prefer neither" if ties else ""
+        why = f": {'the one answer prefers' if ties == 1 else f'all {ties} answers prefer'} neither" if ties else ""
         raise ResultsError(
             Finding(f"the results hold no paired comparison{why}", files, remedy="answer some trials first")
         )

@@ -24,6 +24,7 @@ from analysis.best_of_series.picture_scores import WEIGHT, PictureScore, picture
 from analysis.best_of_series.rating_means import CellMean, path_lengths, rating_means, response_times_s
 from analysis.best_of_series.rating_tests import RatingTest, rating_test
 from analysis.records import SessionLog
+from documents.counting import counted
 
 Floats = NDArray[np.float64]
 
@@ -187,7 +188,8 @@ def _notes(
     notes = []
     simulated = sum(session.header.simulated for session in sessions)
     if simulated:
-        notes.append(f"{simulated} of {len(sessions)} sessions are by simulated observers.")
+        were = "is" if simulated == 1 else "are"
+        notes.append(f"{simulated} of {counted(len(sessions), 'session', 'sessions')} {were} by simulated observers.")
     people, complete = len(choices.observers), len(choices.complete)
     if complete < people:
         notes.append(

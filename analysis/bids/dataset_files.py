@@ -14,6 +14,7 @@ from typing import Any
 from analysis.bids.sources import Source
 from analysis.bids.table import write_json, write_table
 from analysis.bids.text import escape
+from documents.counting import counted
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"
@@ -69,7 +70,10 @@ def readme(about: About, sources: Sequence[Source]) -> str:
         "",
         "Tasks:",
         "",
-        *(f"- `task-{task}`: the experiment {_line(name)}, {count} sessions" for (task, name), count in tasks.items()),
+        *(
+            f"- `task-{task}`: the experiment {_line(name)}, {counted(count, 'session', 'sessions')}"
+            for (task, name), count in tasks.items()
+        ),
         "",
         "## Where things are",
         "",
@@ -95,7 +99,8 @@ def changes(before: str | None, sources: Sequence[Source]) -> str:
     observers = len({source.observer for source in sources})
     entry = (
         f"1.{number}.0 {datetime.now(UTC).date().isoformat()}\n"
-        f"  - {len(sources)} sessions of {observers} participants, exported by cyclopean {version('cyclopean')}.\n"
+        f"  - {counted(len(sources), 'session', 'sessions')} of "
+        f"{counted(observers, 'participant', 'participants')}, exported by cyclopean {version('cyclopean')}.\n"
     )
     return f"{entry}\n{before}" if before else entry
 

@@ -22,6 +22,7 @@ from analysis.observers.sides import SideBias, side_biases
 from analysis.records import SessionLog
 from analysis.screening import Outcome, outcomes
 from analysis.session_comparisons import from_sessions, is_comparison, is_tie
+from documents.counting import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -68,7 +69,7 @@ class ObserverLine:
         if self.catch and self.catch.missed:
             words.append(f"missed {self.catch.missed} of {self.catch.obvious} catch trials")
         if self.times and self.times.too_fast:
-            words.append(f"{self.times.too_fast} answers below {self.times.limit_s:g} s")
+            words.append(f"{counted(self.times.too_fast, 'answer', 'answers')} below {self.times.limit_s:g} s")
         if self.screening_passed is False:
             words.append("failed the vision screening")
         if self.complete < self.sessions:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 from analysis.pair_models.parameter import Parameter
 from analysis.pair_models.scores import ModelScores
 from analysis.terminal import CLASS_STYLES, TOO_MANY
+from documents.counting import counted
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -64,7 +65,10 @@ def summary_lines(scores: ModelScores) -> list[str]:
             f"order effect against none: χ² = {fit.order_test.statistic:.4g} on 1 df, p = {fit.order_test.p:.2g}"
         )
     if fit.ties_left_out:
-        lines.append(f"{fit.ties_left_out:g} answers prefer neither item; this model leaves them out.")
+        lines.append(
+            f"{counted(fit.ties_left_out, 'answer prefers', 'answers prefer')} neither item; this "
+            f"model leaves {'it' if fit.ties_left_out == 1 else 'them'} out."
+        )
     return lines
 
 

@@ -27,7 +27,10 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     if simulated == len(sessions):
         notes.append("All observers are simulated: these answers say nothing about people.")
     elif simulated:
-        notes.append(f"{simulated} of {len(sessions)} sessions are simulated, mixed with those of people.")
+        notes.append(
+            f"{simulated} of {len(sessions)} sessions {'is' if simulated == 1 else 'are'} simulated, mixed with "
+            "those of people."
+        )
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
         what = "session was" if incomplete == 1 else "sessions were"
@@ -51,7 +54,10 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
     comparisons = scores.comparisons
     if comparisons.ties:
         total = comparisons.ties + int(comparisons.count.sum())
-        notes.append(f"{comparisons.ties} of {total} answers prefer neither stimulus; the scores leave them out.")
+        notes.append(
+            f"{comparisons.ties} of {total} answers {'prefers' if comparisons.ties == 1 else 'prefer'} neither "
+            f"stimulus; the scores leave {'it' if comparisons.ties == 1 else 'them'} out."
+        )
     catch = catch_results(sessions)
     if catch.missed:
         who = ", ".join(f"{observer} ({wrong} of {met})" for observer, (wrong, met) in catch.missed.items())

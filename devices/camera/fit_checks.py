@@ -11,6 +11,7 @@ from devices.camera.solve import condition_of
 from devices.colour import xyz_to_lab
 from devices.errors import DeviceError
 from documents import Finding
+from documents.counting import counted
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +46,8 @@ def check_enough(colours: Correspondences, used: NDArray[np.bool_], form: Form) 
     if gone:
         raise DeviceError(
             Finding(
-                f"{gone} of {len(colours)} patches are saturated or do not fit, and {count} are too few for a fit "
+                f"{gone} of {len(colours)} patches are saturated or do not fit, and "
+                f"{counted(count, 'is', 'are')} too few for a fit "
                 f"({colours.named(~used)})",
                 colours.file,
                 remedy=f"photograph the chart again with a shorter exposure; at least {least} patches must be left",
@@ -53,7 +55,8 @@ def check_enough(colours: Correspondences, used: NDArray[np.bool_], form: Form) 
         )
     raise DeviceError(
         Finding(
-            f"there are {count} patches; the {form} form needs {least} at the very least",
+            f"there {'is 1 patch' if count == 1 else f'are {count} patches'}; the {form} form needs {least} at "
+            "the very least",
             colours.file,
             remedy="photograph a chart of 24",
         )

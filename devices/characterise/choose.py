@@ -32,6 +32,7 @@ from devices.errors import DeviceError
 from devices.measurements.table import Measurements
 from devices.plvc import Plvc
 from documents import Finding
+from documents.counting import counted
 
 Floats = NDArray[np.float64]
 Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc"]
@@ -139,7 +140,10 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
     said = list(readings.assumptions) + list(examine(readings))
     kept, doubted = _sound(readings)
     if doubted:
-        said.append(f"{len(doubted)} readings disagree with the rest and were left out: {', '.join(doubted)}")
+        said.append(
+            counted(len(doubted), "reading disagrees with the rest and was", "readings disagree with the rest and were")
+            + f" left out: {', '.join(doubted)}"
+        )
     data = patches(readings.codes[kept], readings.XYZ[kept])
     names = tuple(readings.name[i] for i in kept)
     starts: dict[str, Floats] = {}
@@ -154,7 +158,10 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
         raise DeviceError(Finding("no readings are left to judge a model by", remedy="measure more patches"))
     judged = np.concatenate(folds)
     if len(judged) < _FEW:
-        said.append(f"only {len(judged)} readings were held out, too few to choose or judge a model by: measure more")
+        said.append(
+            f"only {counted(len(judged), 'reading was', 'readings were')} held out, too few to choose or judge "
+            "a model by: measure more"
+        )
     candidates = tuple(_candidate(name, whole[name], data, delta[name][judged], judged) for name in NAMES)
     chosen, reason = _choose(candidates, model)
     mean = chosen.held_out.mean
@@ -201,7 +208,8 @@ def _sound(readings: Measurements) -> tuple[NDArray[np.intp], tuple[str, ...]]:
     if doubted.mean() > _MOST_DOUBTED:
         raise DeviceError(
             Finding(
-                f"{len(names)} of {len(delta)} readings disagree with the rest, by up to {delta.max():.1f} ΔE00: "
+                f"{len(names)} of {len(delta)} readings {'disagrees' if len(names) == 1 else 'disagree'} with "
+                f"the rest, by up to {delta.max():.1f} ΔE00: "
                 + ", ".join(names[:12])
                 + (" and more" if len(names) > 12 else ""),
                 remedy="measure them again; from so many wrong readings no model can be trusted",

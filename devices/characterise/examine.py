@@ -12,6 +12,7 @@ from devices.colour import xyz_to_lab
 from devices.errors import DeviceError
 from devices.measurements.table import Measurements
 from documents import Finding
+from documents.counting import counted
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +46,8 @@ def examine(readings: Measurements) -> tuple[str, ...]:
     _refuse(_primaries(codes, XYZ - black))
     said = _said(readings, white)
     if len(negative):
-        said.append(f"{len(negative)} readings are a little below zero and were kept as they are")
+        one, many = "reading is a little below zero and was", "readings are a little below zero and were"
+        said.append(f"{counted(len(negative), one, many)} kept as {'it is' if len(negative) == 1 else 'they are'}")
     if not np.any(np.all(codes == 0, axis=1)):
         said.append("black was not measured; what the codes of 0 give is inferred from the rest")
     return tuple(said)

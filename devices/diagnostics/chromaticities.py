@@ -13,6 +13,7 @@ from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, 
 from devices.diagnostics.ramps import FLOOR_SHARE, black_or_none, means, primaries, uv, xy
 from devices.diagnostics.spectral_locus import locus_line
 from devices.measurements import Measurements
+from documents.counting import counted
 
 Floats = NDArray[np.float64]
 
@@ -64,7 +65,10 @@ def chromaticities(measurements: Measurements) -> Diagnosis:
         "none lies outside." if distance[worst] <= 0 else f"{code} lies furthest outside, by {distance[worst]:.2g}."
     )
     if len(below):
-        words += f" {len(below)} readings hold a negative X, Y or Z, such as that of {_words(codes[below[0]])}."
+        words += (
+            f" {counted(len(below), 'reading holds', 'readings hold')} a negative X, Y or Z, such as that of "
+            f"{_words(codes[below[0]])}."
+        )
     table = Table(
         ("", "x", "y", "u′", "v′"),
         tuple(

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
+from documents.counting import counted
 from documents.yaml_source import YamlSource
 from runner.check.checked import Checked, Wishes
 from runner.check.places import finding_at
@@ -44,7 +45,7 @@ def pictures(checked: Checked, design: Experiment, source: YamlSource, wishes: W
         most = max(over, key=lambda name: over[name])
         what = (
             f"more than {wishes.clip_limit_percent:g} % of an eye's pixels are outside the gamut in {len(over)} of "
-            f"{len(worst)} stimuli: {_some(over)}; most in '{most}', {over[most]:.2f} %"
+            f"{counted(len(worst), 'stimulus', 'stimuli')}: {_some(over)}; most in '{most}', {over[most]:.2f} %"
         )
         remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
         checked.warnings.append(finding_at(source, ("stimuli",), what, remedy))
@@ -58,7 +59,10 @@ def _sizes(checked: Checked, design: Experiment, source: YamlSource, stimuli: St
     aperture = design.aperture_px
     small = [name for name in stimuli.names if any(a < b for a, b in zip(stimuli.size_px(name), aperture, strict=True))]
     if small:
-        what = f"{len(small)} stimuli are smaller than the aperture of {aperture[0]} x {aperture[1]} px: {_some(small)}"
+        what = (
+            f"{counted(len(small), 'stimulus is', 'stimuli are')} smaller than the aperture of {aperture[0]} x "
+            f"{aperture[1]} px: {_some(small)}"
+        )
         remedy = "black will surround them; make size_mm smaller, or the pictures larger"
         checked.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
     seen = {name: _seen_share(stimuli.size_px(name), aperture) for name in stimuli.names}
@@ -66,7 +70,8 @@ def _sizes(checked: Checked, design: Experiment, source: YamlSource, stimuli: St
     if cut:
         least = min(cut, key=lambda name: cut[name])
         what = (
-            f"the aperture of {aperture[0]} x {aperture[1]} px shows the middle alone of {len(cut)} stimuli: "
+            f"the aperture of {aperture[0]} x {aperture[1]} px shows the middle alone of "
+            f"{counted(len(cut), 'stimulus', 'stimuli')}: "
             f"{_some(cut)}; least of '{least}', {100 * cut[least]:.0f} % of its area"
         )
         remedy = "make size_mm larger, resample the pictures, or accept it"

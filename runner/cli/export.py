@@ -6,6 +6,8 @@ from pathlib import Path
 
 import click
 
+from documents.counting import counted
+
 
 @click.command(name="export")
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RESULTS...")
@@ -47,12 +49,17 @@ def command(
         click.echo("note: all sessions are simulated: they say nothing about people")
     elif done.simulated:
         click.echo(
-            f"note: {done.simulated} of {done.sessions} sessions are simulated, beside those of people and under the "
+            f"note: {done.simulated} of {done.sessions} sessions {'is' if done.simulated == 1 else 'are'} "
+            "simulated, beside those of people and under the "
             "same observers' codes; to leave them out, name the folders of the others (the demo's are in results/demo)"
         )
     if done.notes:
-        click.echo(f"note: {done.notes} notes in free words are in the dataset; read them before you share it")
+        click.echo(
+            f"note: {counted(done.notes, 'note in free words is', 'notes in free words are')} in the dataset; "
+            f"read {'it' if done.notes == 1 else 'them'} before you share it"
+        )
     click.echo(
-        f"{done.sessions} sessions of {done.participants} participants, {done.trials} trials, as "
+        f"{counted(done.sessions, 'session', 'sessions')} of "
+        f"{counted(done.participants, 'participant', 'participants')}, {counted(done.trials, 'trial', 'trials')}, as "
         f"{', '.join(f'task-{label}' for label in done.tasks)}: {done.folder}"
     )

@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from documents.counting import counted
+
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")
 @click.argument("experiment", type=click.Path(path_type=Path))
@@ -50,4 +52,4 @@ def command(
     if as_json:
         click.echo(json.dumps([str(file) for file in files]))
     else:
-        click.echo(f"{len(files)} pictures are in {output}")
+        click.echo(f"{counted(len(files), 'picture is', 'pictures are')} in {output}")

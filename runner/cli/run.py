@@ -7,6 +7,8 @@ from pathlib import Path
 
 import click
 
+from documents.counting import counted
+
 
 @click.command(short_help="Run a session with an observer.")
 @click.argument("experiment", type=click.Path(path_type=Path))
@@ -172,7 +174,11 @@ def command(
         click.echo(json.dumps(done))
     elif ending == "completed" and folder:
         click.echo(
-            f"{answered} answers are in {folder}\nScore all observers with: cyclopean report {folder.parents[1]}"
+            f"{counted(answered, 'answer is', 'answers are')} in {folder}\n"
+            f"Score all observers with: cyclopean report {folder.parents[1]}"
         )
     else:
-        click.echo(f"Stopped ({ending}) after {answered} of {total} answers, all saved. Go on with --resume.")
+        click.echo(
+            f"Stopped ({ending}) after {answered} of {counted(total, 'answer', 'answers')}, all saved. Go on "
+            "with --resume."
+        )

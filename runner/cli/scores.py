@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from documents.counting import counted
+
 if TYPE_CHECKING:
     from analysis.comparisons import Comparisons
     from analysis.pair_models.scores import ModelScores
@@ -107,7 +109,8 @@ def _tell_plain(scores: Scores, comparisons: Comparisons, as_json: bool) -> bool
     else:
         print_scores(scores)
         if comparisons.ties:
-            click.echo(f"{comparisons.ties:g} answers prefer neither item and are left out; see --model davidson.")
+            one, many = "answer prefers neither item and is", "answers prefer neither item and are"
+            click.echo(f"{counted(comparisons.ties, one, many)} left out; see --model davidson.")
     if scores.fit.separated:
         _explain(explain(scores.fit.separated, comparisons.wins, comparisons.items), scores.fit.method)
     elif not scores.fit.converged:

@@ -10,6 +10,7 @@ import numpy as np
 
 from devices.display_file import Eye
 from documents import Finding
+from documents.counting import counted
 from runner.presenter.errors import PresentationError
 from runner.presenter.uploading import as_uploaded
 from stimuli.stereo_image import StereoImage
@@ -87,7 +88,10 @@ class Decoder:
             if not finite.all():
                 bad = int(np.count_nonzero(~finite.all(axis=2)))
                 raise PresentationError(
-                    Finding(f"'{stimulus}', {eye} view: {bad} pixels are NaN or infinite", remedy="build it again")
+                    Finding(
+                        f"'{stimulus}', {eye} view: {counted(bad, 'pixel is', 'pixels are')} NaN or infinite",
+                        remedy="build it again",
+                    )
                 )
         return image
 

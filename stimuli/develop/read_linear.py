@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
 from documents import Finding
+from documents.counting import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.earlier_steps import earlier_steps
 from stimuli.develop.levels import Levels
@@ -98,7 +99,7 @@ def _read(
     full = white if levels.saturated is None else levels.saturated
     bad = 0 if whole else int((~np.isfinite(values)).any(axis=-1).sum())
     if bad:
-        raise _wrong(path, f"{bad} pixels are NaN or infinite", "mend the picture")
+        raise _wrong(path, f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite", "mend the picture")
     if all(name in names for name in SATURATED):
         saturated, map_from = stored[..., [names.index(name) for name in SATURATED]] > 0, "file"
     else:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from devices.camera.camera_model import CameraModel
 from documents import Finding
+from documents.counting import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.errors import StimulusError
 
@@ -66,7 +67,7 @@ def to_xyz(image: CameraImage, camera: CameraModel, *, negative: Negative = "cli
     if clipped and negative == "refuse":
         raise StimulusError(
             Finding(
-                f"{clipped} pixels have negative XYZ, down to {lowest:.3g} cd/m²",
+                f"{counted(clipped, 'pixel has', 'pixels have')} negative XYZ, down to {lowest:.3g} cd/m²",
                 image.source,
                 remedy="check black level and camera file, or let them be set to 0",
             )

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from devices.colour import rgb_to_xyz_matrix
 from devices.errors import DeviceError
 from documents import Finding
+from documents.counting import counted
 from stimuli.errors import StimulusError
 from stimuli.exr.views import View
 from stimuli.stereo_image import XYZImage
@@ -63,7 +64,8 @@ def view_to_xyz(
         raise _wrong(
             view,
             file,
-            f"{pixels} pixels have negative XYZ ({_per_channel(below, 'XYZ')}), down to {xyz.min():.3g} cd/m²",
+            f"{counted(pixels, 'pixel has', 'pixels have')} negative XYZ ({_per_channel(below, 'XYZ')}), down "
+            f"to {xyz.min():.3g} cd/m²",
             "mend the picture, or ask for 'negative: clip'",
         )
     return np.maximum(xyz, np.float32(0)), pixels
@@ -103,7 +105,9 @@ def _refuse_not_finite(values: XYZImage, view: View, file: str, what: str = "not
         if bad.any()
     ]
     pixels = int((nan | infinite).any(axis=-1).sum())
-    raise _wrong(view, file, f"{pixels} pixels are {what}: {', '.join(kinds)}", "mend the picture")
+    raise _wrong(
+        view, file, f"{counted(pixels, 'pixel is', 'pixels are')} {what}: {', '.join(kinds)}", "mend the picture"
+    )
 
 
 def _per_channel(bad: NDArray[np.bool_], names: str) -> str:

@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from documents import Finding
+from documents.counting import counted
 from stimuli.errors import StimulusError
 from stimuli.exr.whole_file import write_whole
 from stimuli.stereo_image import StereoImage
@@ -36,7 +37,8 @@ def write_exr(path: Path, image: StereoImage) -> None:
         if bad:
             raise StimulusError(
                 Finding(
-                    f"in the view '{view}' {bad} pixels are not within 0 to {HALF_MAX:.0f} cd/m²",
+                    f"in the view '{view}' {counted(bad, 'pixel is', 'pixels are')} not within 0 to "
+                    f"{HALF_MAX:.0f} cd/m²",
                     str(path),
                     remedy="scale the picture down, or mend it",
                 )

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from documents.counting import counted
 from stimuli.errors import StimulusError
 from stimuli.sparkle_measures.background import Background, Floats, Luminance, local_background
 
@@ -102,7 +103,7 @@ def checked(luminance_cd_m2: Luminance) -> None:
         for first in range(0, len(luminance_cd_m2), _ROWS)
     )
     if strange:
-        raise StimulusError(f"the luminance of {strange} pixels is NaN or infinite")
+        raise StimulusError(f"the luminance of {counted(strange, 'pixel', 'pixels')} is NaN or infinite")
 
 
 def _above(luminance: Luminance, background: Background, threshold: Threshold) -> NDArray[np.int64]:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from documents.counting import counted
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
@@ -94,7 +95,11 @@ class _Rows:
         if self._ignored is not None:
             missing = int((read == self._ignored).any(axis=-1).sum())
             if missing:
-                raise _wrong(self._path, f"in rows {first}..{last - 1}, {missing} pixels hold no data", "crop it")
+                raise _wrong(
+                    self._path,
+                    f"in rows {first}..{last - 1}, {counted(missing, 'pixel holds', 'pixels hold')} no data",
+                    "crop it",
+                )
         with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is told by the rows
             return (read / self._scale).astype(np.float32) if self._scale != 1 else read.astype(np.float32)
 

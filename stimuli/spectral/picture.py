@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from documents.counting import counted
 from stimuli.errors import StimulusError
 
 Quantity = Literal["radiance", "reflectance"]
@@ -97,7 +98,10 @@ class SpectralPicture:
             values = self.read_rows(first, last)
             bad = int((~np.isfinite(values)).any(axis=-1).sum())
             if bad:
-                raise self.wrong(f"in rows {first}..{last - 1}, {bad} pixels are NaN or infinite", "mend the picture")
+                raise self.wrong(
+                    f"in rows {first}..{last - 1}, {counted(bad, 'pixel is', 'pixels are')} NaN or infinite",
+                    "mend the picture",
+                )
             yield slice(first, last), values
 
     def wrong(self, message: str, remedy: str) -> StimulusError:

@@ -9,6 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.counting import counted
 from stimuli.spectral.light import Light, observer_weights, spectral_step, weighted
 from stimuli.spectral.picture import SpectralPicture
 
@@ -43,7 +44,8 @@ def spectral_to_xyz(
     clipped = int((xyz < 0).any(axis=-1).sum())
     if clipped and negative == "refuse":
         raise picture.wrong(
-            f"{clipped} pixels have negative XYZ, down to {lowest:.3g} cd/m²", "mend it, or let them be set to 0"
+            f"{counted(clipped, 'pixel has', 'pixels have')} negative XYZ, down to {lowest:.3g} cd/m²",
+            "mend it, or let them be set to 0",
         )
     np.maximum(xyz, np.float32(0), out=xyz)
     step = {

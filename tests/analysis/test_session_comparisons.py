@@ -107,7 +107,7 @@ def test_ties_are_left_out_of_the_wins_and_counted(make_session: Maker) -> None:
 
 
 def test_ties_alone_are_no_comparison(make_session: Maker) -> None:
-    with pytest.raises(ResultsError, match="all 1 answers prefer neither"):
+    with pytest.raises(ResultsError, match="the one answer prefers neither"):
         from_sessions([_with(make_session(names="ab", answers=[]), {"answer": "not_sure"})])
 
 

@@ -130,7 +130,7 @@ def test_timed_scenes_in_a_real_window(person: Person) -> None:
     time.sleep(1.0)
     assert person.answers() == 0
     person.press("Down")
-    assert "1 answers are in" in person.leave()
+    assert "1 answer is in" in person.leave()
     (trial,) = (trial for trial in person.log().trials if trial.kind == "all_pairs")
     assert trial.data["answer"] == "second"
     cross, pair = trial.data["timed"]

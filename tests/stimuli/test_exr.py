@@ -274,7 +274,7 @@ def test_a_missing_file_a_folder_and_another_format_are_refused(tmp_path: Path) 
 def test_what_half_floats_cannot_hold_is_not_written(tmp_path: Path, value: float) -> None:
     pixels = noise()
     pixels[2, 3, 0] = value
-    with pytest.raises(StimulusError, match="view 'center' 1 pixels are not within 0 to 65504"):
+    with pytest.raises(StimulusError, match="view 'center' 1 pixel is not within 0 to 65504"):
         write_exr(tmp_path / "a.exr", StereoImage.flat(pixels))
     assert list(tmp_path.iterdir()) == []
 

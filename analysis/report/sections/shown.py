@@ -9,6 +9,7 @@ from analysis.records import Header, SessionLog
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Paragraph, Picture, Section, Table
 from analysis.report.clipping import clipping_rows
 from analysis.report.words import fixed
+from documents.counting import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
 MOST_UNFOLDED = 24
@@ -115,7 +116,9 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
     if scenes:
         missed = [scene for scene in scenes if scene.get("missed_frames")]
         frames = sum(int(scene["missed_frames"]) for scene in missed)
-        words = f"{len(missed)} of them missed {frames} frames" if missed else "none missed a frame"
+        words = (
+            f"{len(missed)} of them missed {counted(frames, 'frame', 'frames')}" if missed else "none missed a frame"
+        )
         facts.append(("Timed scenes", f"{len(scenes):,}; {words}."))
     onsets = dict.fromkeys(str(one.get("verification", "no word on it")) for one in timing)
     facts.append(("Onsets", "; ".join(onsets) + "."))
@@ -124,10 +127,10 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
         facts.append(("Compositor", "; ".join(compositors)))
     asked_again = sum(answer.attempt > 0 for session in sessions for answer in session.answers)
     if asked_again:
-        facts.append(("Asked again", f"{asked_again} trials; the last answer counts."))
+        facts.append(("Asked again", f"{counted(asked_again, 'trial', 'trials')}; the last answer counts."))
     resumed = sum(bool(session.resumptions) for session in sessions)
     if resumed:
-        facts.append(("Resumed", f"{resumed} sessions were interrupted and taken up again."))
+        facts.append(("Resumed", f"{counted(resumed, 'session was', 'sessions were')} interrupted and taken up again."))
     return facts
 
 

@@ -6,6 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from documents.counting import counted
+
 if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
@@ -128,7 +130,10 @@ def _left_out(measured: MeasuredSet, parts: MeasuredParts) -> list[str]:
     unused = sum(found.kind not in used for found in tags)
     said = list(parts.said)
     if unused:
-        said.append(f"{unused} readings at angles, on surrounds or while warming up (@ in their names) were left out")
+        said.append(
+            f"{counted(unused, 'reading', 'readings')} at angles, on surrounds or while warming up (@ in the name) "
+            f"{'was' if unused == 1 else 'were'} left out"
+        )
     return said
 
 

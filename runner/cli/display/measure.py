@@ -7,6 +7,7 @@ from pathlib import Path
 
 import click
 
+from documents.counting import counted
 from runner.cli.display.measuring_options import (
     Choosing,
     Reading,
@@ -94,4 +95,7 @@ def command(
         )
     raise_unless_complete(outcome, output)
     if not as_json:
-        click.echo(f"{len(session.readings)} readings are in {' and '.join(str(table) for table in tables)}")
+        click.echo(
+            f"{counted(len(session.readings), 'reading is', 'readings are')} in "
+            f"{' and '.join(str(table) for table in tables)}"
+        )

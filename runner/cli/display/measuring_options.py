@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from documents.counting import counted
+
 if TYPE_CHECKING:
     from devices.instruments.open import Wiring
     from devices.patches import PatchEye, PatchSet
@@ -224,10 +226,16 @@ def raise_unless_complete(outcome: Outcome, file: Path) -> None:
     from runner.cli.main import WorkError
 
     if outcome.stopped:
-        raise WorkError(f"{outcome.stopped}; {outcome.taken} readings are safe in {file}: go on with --resume")
+        raise WorkError(
+            f"{outcome.stopped}; {counted(outcome.taken, 'reading is', 'readings are')} safe in {file}: go on "
+            "with --resume"
+        )
     if outcome.failed:
         shown = ", ".join(outcome.failed[:5]) + (" ..." if len(outcome.failed) > 5 else "")
-        raise WorkError(f"{len(outcome.failed)} patches could not be read ({shown}); try them again with --resume")
+        raise WorkError(
+            f"{counted(len(outcome.failed), 'patch', 'patches')} could not be read ({shown}); "
+            f"try {'it' if len(outcome.failed) == 1 else 'them'} again with --resume"
+        )
 
 
 def _ask(prompt: str) -> str | None:

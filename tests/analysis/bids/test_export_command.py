@@ -17,9 +17,9 @@ def test_it_says_what_it_wrote(lab: Lab, cyclopean: Cyclopean) -> None:
     lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")])
     copy = lab.session([lab.pair(0), Note("tired", "observer", 1, 1, "2026-01-02T03:04:05Z")], station="other")
     told = cyclopean("export", lab.folder / "results", lab.folder / "other", "-o", lab.folder / "bids").stdout
-    assert "1 sessions of 1 participants, 1 trials, as task-dynamicrange" in told
+    assert "1 session of 1 participant, 1 trial, as task-dynamicrange" in told
     assert f"note: {copy} is a copy of" in told
-    assert "1 notes in free words" in told
+    assert "1 note in free words is" in told
 
 
 def test_it_says_so_in_json(lab: Lab, cyclopean: Cyclopean) -> None:
@@ -34,7 +34,7 @@ def test_simulated_sessions_beside_a_person_s_are_told(lab: Lab, cyclopean: Cycl
     assert "note: all sessions are simulated" in cyclopean(*words).stdout
     lab.session(session="20260103T030405abcd", simulated=False)
     told = cyclopean(*words).stdout
-    assert "note: 1 of 2 sessions are simulated, beside those of people and under the same observers' codes" in told
+    assert "note: 1 of 2 sessions is simulated, beside those of people and under the same observers' codes" in told
     assert json.loads(cyclopean(*words, "--json").stdout)["simulated"] == 1
     lab.session(simulated=False)
     assert "are simulated" not in cyclopean(*words).stdout

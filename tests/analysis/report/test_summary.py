@@ -57,7 +57,7 @@ def test_notes_name_simulation_missing_answers_and_changes(make_session: Maker) 
     for word in ("simulated", "not completed", "The experiment changed"):
         assert word in notes
     mixed = [make_session(f"{number:02d}", simulated=number == 1) for number in range(20)]
-    assert "1 of 20 sessions are simulated" in summarise(mixed).notes[0]
+    assert "1 of 20 sessions is simulated" in summarise(mixed).notes[0]
 
 
 def test_complete_sessions_of_people_need_no_note(make_session: Maker) -> None:

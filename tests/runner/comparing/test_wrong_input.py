@@ -119,7 +119,7 @@ def test_values_that_are_no_numbers(tmp_path: Path, refused: Refused, bad: float
     assert output.write_image(picture)
     output.close()
     line = refused(written(tmp_path / "a.exr", spots()), tmp_path / "b.exr", "--regions", PLATE)
-    assert "b.exr: 1 pixels are not finite" in line
+    assert "b.exr: 1 pixel is not finite" in line
 
 
 def test_camera_rgb_without_a_camera_file(tmp_path: Path, refused: Refused) -> None:

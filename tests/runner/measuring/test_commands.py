@@ -167,7 +167,7 @@ def test_an_out_of_range_patch_is_measured_on_resuming(folder: Path) -> None:
                  "--backend", "egl", "--settle", "0", "--set", "grey"]  # fmt: skip
     result = CliRunner().invoke(group, ["display", *arguments], input="\n".join(typed) + "\n")
     assert result.exit_code == 1
-    assert "1 patches could not be read" in result.output
+    assert "1 patch could not be read" in result.output
     missing = read_session(folder / "m.jsonl").missing
     assert [step.position for step in missing] == [5]
     result = CliRunner().invoke(group, ["display", *arguments, "--resume", "--json"], input="7 8 9\n")

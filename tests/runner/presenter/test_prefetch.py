@@ -119,7 +119,7 @@ def test_nan_is_found_in_the_thread_too(egl: EglSurface, same_models: EyeModels,
     with Presenter(egl, find_mode("side-by-side"), same_models, lambda _: picture) as presenter:
         presenter.show(Scene())
         presenter.prefetch(scene("plate"))
-        with pytest.raises(InputError, match="'plate', left view: 1 pixels are NaN"):
+        with pytest.raises(InputError, match="'plate', left view: 1 pixel is NaN"):
             presenter.show(scene("plate"))
 
 

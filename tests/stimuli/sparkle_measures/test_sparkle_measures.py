@@ -292,7 +292,7 @@ def pictures_that_cannot_be() -> Sequence[tuple[NDArray[np.float32], str]]:
     hole = even.copy()
     hole[3, 4] = np.nan
     return (
-        (hole, "1 pixels is NaN"),
+        (hole, "1 pixel is NaN"),
         (np.zeros((50, 50, 3), np.float32), "shape"),
         (np.zeros((3, 50), np.float32), "at least 8"),
     )

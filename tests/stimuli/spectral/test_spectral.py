@@ -199,7 +199,7 @@ def test_negative_light_is_refused_or_counted(tmp_path: Path) -> None:
     values = LIGHT.copy()
     values[2, 3] = -0.01
     path = save_exr(tmp_path / "a.exr", values)
-    assert "1 pixels have negative XYZ" in refusal(path)
+    assert "1 pixel has negative XYZ" in refusal(path)
     found = spectral_to_xyz(read_spectral(path), negative="clip")
     assert found.clipped == 1
     assert found.lowest < 0
@@ -264,7 +264,7 @@ def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
     assert "80 wavelengths for 81 bands" in refusal(save(wavelength=list(WAVES[1:])), "radiance")
     assert "do not rise: 780 nm" in refusal(save(wavelength=list(WAVES[::-1])), "radiance")
     assert "are no numbers" in refusal(save(wavelength=["red"] * 81), "radiance")
-    assert "hold no data" in refusal(save(**{"data ignore value": float(values[0, 0, 0])}), "radiance")
+    assert "holds no data" in refusal(save(**{"data ignore value": float(values[0, 0, 0])}), "radiance")
     assert "scale factor is 0" in refusal(save(**{"reflectance scale factor": 0}), "radiance")
     header = save()
     text = header.read_text(encoding="utf-8")

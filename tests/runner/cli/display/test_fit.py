@@ -200,7 +200,7 @@ def test_tagged_readings_give_parts_and_those_of_no_use_are_told(thesis: Path, t
     assert "Most leaks into the" in told
     assert "2 × 2 places" in told
     assert "left eye: At code 128 128 128" in told
-    assert "1 readings at angles" in told
+    assert "1 reading at angles" in told
     with pytest.raises(DeviceError, match="no such display file yet"):
         _run("fit", str(file), "--model", "none", "-o", str(path), *PANEL)
     _run("fit", str(thesis), "--model", "gog", "-o", str(path), *PANEL)
