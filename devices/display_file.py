@@ -176,7 +176,7 @@ def read_display(path: Path) -> Display:
     InputError
         With every fault's file, line, column and remedy.
     """
-    spec, source = load_document(path, DisplaySpec)
+    spec, source = load_document(path, DisplaySpec, "display")
     display = Display(str(path), spec.panel, {}, {})
     findings: list[Finding] = []
     for name in spec.modes:

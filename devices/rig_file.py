@@ -17,6 +17,7 @@ from devices.errors import DeviceError
 from devices.gain_map import GainMap
 from devices.verification_file import Verification, read_verification
 from documents import Finding, InputError, load_document
+from documents.tidy_path import beside
 
 Read = TypeVar("Read")
 
@@ -95,7 +96,7 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         If the rig, its display file or its verification record is wrong or missing, or the display was not
         characterised in the mode.
     """
-    spec, source = load_document(path, RigSpec)
+    spec, source = load_document(path, RigSpec, "rig")
 
     def located(error: InputError, key: str) -> InputError:
         place = source.place((key,))
@@ -113,7 +114,7 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
             if not (path.parent / name).is_file():
                 remedy = f"check the path; it is relative to {path.parent}"
                 raise located(InputError(Finding(f"there is no such {what}", name, remedy=remedy)), key)
-            return read(path.parent / name)
+            return read(beside(path, name))
         except InputError as error:
             findings.extend(error.findings)
             return None

@@ -131,5 +131,5 @@ def read_verification(path: Path) -> Verification:
     InputError
         With every fault's file, line, column and remedy.
     """
-    spec, source = load_document(path, VerificationSpec)
+    spec, source = load_document(path, VerificationSpec, "verification")
     return Verification(source.file, spec, hashlib.sha256(path.read_bytes()).hexdigest())

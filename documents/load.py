@@ -12,6 +12,7 @@ from pydantic import BaseModel, ValidationError
 from pydantic_core import ErrorDetails
 
 from documents.findings import Finding, InputError
+from documents.kinds import Kind, wrong_kind
 from documents.yaml_source import Path_, YamlSource, read_yaml
 
 # Nobody reads more; a file of nothing but faults would take minutes to explain.
@@ -28,20 +29,23 @@ _ALLOWED = {
 Model = TypeVar("Model", bound=BaseModel)
 
 
-def load_document(path: Path, model: type[Model]) -> tuple[Model, YamlSource]:
-    """Read the YAML file at ``path`` as a ``model``.
+def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> tuple[Model, YamlSource]:
+    """Read the YAML file at ``path`` as a ``model``, of the ``kind`` of files that is wanted.
 
     Returns the model and its source, so that later checks can still name lines.
 
     Raises
     ------
     InputError
-        With one finding per fault: file, line, column, key, value and the nearest valid spelling.
+        With one finding per fault: file, line, column, key, value and the nearest valid spelling. A file of another
+        kind is told as that alone.
     """
     source = read_yaml(path)
     try:
         return model.model_validate(source.data), source
     except ValidationError as error:
+        if kind and (wrong := wrong_kind(source, kind)):
+            raise InputError(wrong) from None
         raise InputError(_findings(error.errors(include_url=False), source, model)) from None
 
 

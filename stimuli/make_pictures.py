@@ -7,6 +7,7 @@ from itertools import groupby
 from pathlib import Path
 
 from documents import Finding, InputError
+from documents.tidy_path import tidy
 from stimuli.display_setup import DisplaySetup
 from stimuli.errors import StimulusError
 from stimuli.made import Made
@@ -89,7 +90,7 @@ def _reader(recipe: PhotographsRecipe, spec: PhotographSpec, folder: Path) -> Vi
         from devices.camera.camera_file import read_camera
 
         exposure = None if spec.exposure is None else spec.exposure.exposure()
-        return photograph_reader(read_camera(folder / recipe.camera), recipe.develop or DevelopSpec(), exposure)
+        return photograph_reader(read_camera(tidy(folder / recipe.camera)), recipe.develop or DevelopSpec(), exposure)
     return exr_reader if recipe.spectral is None else spectral_reader(recipe.spectral, folder)
 
 

@@ -102,7 +102,7 @@ def read_recipe(path: Path) -> tuple[AnyRecipe, YamlSource]:
     InputError
         If the file cannot be read or says what a recipe cannot say; one finding per fault.
     """
-    document, source = load_document(path, Recipe)
+    document, source = load_document(path, Recipe, "recipe")
     findings = []
     for fault in _faults(document.root):
         place = source.place(fault.location)

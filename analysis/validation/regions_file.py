@@ -149,7 +149,7 @@ def read_regions(path: Path) -> RegionsFile:
     InputError
         With every fault and its place.
     """
-    spec, source = load_document(path, RegionsSpec)
+    spec, source = load_document(path, RegionsSpec, "regions")
     areas = 0
     for number, region in enumerate(spec.regions):
         areas += region.rows * region.columns if isinstance(region, GridSpec) else _PATCHES.get(region.kind, 1)

@@ -109,7 +109,7 @@ def read_camera(path: str | os.PathLike[str]) -> CameraModel:
     InputError
         With file, line, column and remedy of what is wrong with it.
     """
-    spec, source = load_document(Path(path), CameraSpec)
+    spec, source = load_document(Path(path), CameraSpec, "camera")
     try:
         return spec.model()
     except DeviceError as error:

@@ -6,6 +6,7 @@ from pathlib import Path
 
 from devices.rig_file import read_rig
 from documents import Finding, InputError
+from documents.tidy_path import beside
 from documents.yaml_source import read_yaml
 from stimuli.needs import input_files, unreadable
 from stimuli.recipe import read_recipe
@@ -17,8 +18,8 @@ def faults_of_named_files(experiment_file: Path) -> list[Finding]:
     findings: list[Finding] = []
     for key, faults in (("rig", _rig_faults), ("stimuli", missing_pictures)):
         name = data.get(key) if isinstance(data, dict) else None
-        if isinstance(name, str) and (experiment_file.parent / name).is_file():
-            findings += faults(experiment_file.parent / name)
+        if isinstance(name, str) and (named := beside(experiment_file, name)).is_file():
+            findings += faults(named)
     return findings
 
 

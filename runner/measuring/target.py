@@ -14,6 +14,7 @@ from devices.gain_map import GainMap
 from devices.instruments.simulated import SimulatedDisplay
 from devices.rig_file import RigSpec
 from documents import Finding, load_document
+from documents.tidy_path import beside
 from documents.yaml_source import read_yaml
 from runner.measuring.errors import MeasuringError
 from runner.presenter.modes.mode import Mode
@@ -63,8 +64,8 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     display_file = path
     data = read_yaml(path).data
     if isinstance(data, dict) and "display" in data and "panel" not in data:
-        rig, source = load_document(path, RigSpec)
-        display_file = path.parent / rig.display
+        rig, source = load_document(path, RigSpec, "rig")
+        display_file = beside(path, rig.display)
         if not display_file.is_file():
             place = source.place(("display",))
             line, column = (place.line, place.column) if place else (None, None)
@@ -78,7 +79,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         raise MeasuringError(
             Finding("a display file does not say in which stereo mode", str(path), remedy="add --mode")
         )
-    spec, _ = load_document(display_file, _PanelAlone)
+    spec, _ = load_document(display_file, _PanelAlone, "display")
     found = find_mode(mode, ModeOptions.parse(options))
     # A new display file has no modes yet; one that has must be right.
     display = read_display(display_file) if (spec.model_extra or {}).get("modes") else None

@@ -11,6 +11,7 @@ from pathlib import Path
 
 from devices.rig_file import Rig, read_rig
 from documents import Finding, InputError, load_document
+from documents.tidy_path import beside
 from documents.yaml_source import Path_, YamlSource
 from runner.aperture import LoadPart, through_aperture
 from runner.blocks.steps import Block
@@ -119,14 +120,14 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
     InputError
         With every fault found, in the experiment and in the files it names.
     """
-    spec, source = load_document(file, ExperimentSpec)
+    spec, source = load_document(file, ExperimentSpec, "experiment")
     findings: list[Finding] = []
     rig: Rig | None = None
     stimuli: Stimuli | None = None
     view_px: tuple[int, int] | None = None
-    recipe_file = file.parent / spec.stimuli
+    recipe_file = beside(file, spec.stimuli)
     try:
-        rig_file = _existing(file.parent / spec.rig, "rig", spec.rig, source)
+        rig_file = _existing(beside(file, spec.rig), "rig", spec.rig, source)
         rig = read_rig(rig_file, mode, allow_uncharacterised=allow_uncharacterised)
         mode_options = ModeOptions.parse(rig.mode_options)
         view_px = find_mode(rig.mode, mode_options).areas(rig.display.panel.resolution_px)[0].view_px

@@ -73,7 +73,7 @@ def test_pictures_smaller_than_their_place_are_warned_of(study: Study) -> None:
     assert "smaller than the aperture" not in _messages(_check(study))
     write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((40, 79, 3), np.float32)))
     (warning,) = [warning for warning in _check(study).warnings if "aperture" in warning.message]
-    assert "1 stimuli are smaller than the aperture of 80 x 40 px: two" in warning.message
+    assert "1 stimulus is smaller than the aperture of 80 x 40 px: two" in warning.message
     assert warning.line == 6
 
 
@@ -82,7 +82,7 @@ def test_pictures_of_which_only_the_middle_is_seen_are_warned_of(study: Study) -
     assert "aperture" not in _messages(_check(study))  # 95 % of it is seen
     write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((50, 100, 3), np.float32)))
     (warning,) = [warning for warning in _check(study).warnings if "aperture" in warning.message]
-    assert "the aperture of 80 x 40 px shows the middle alone of 1 stimuli: two" in warning.message
+    assert "the aperture of 80 x 40 px shows the middle alone of 1 stimulus: two" in warning.message
     assert "64 % of its area" in warning.message
     assert warning.line == 6
 
@@ -212,3 +212,32 @@ def test_a_file_of_regions_is_told_with_its_areas(tmp_path: Path) -> None:
         "schema_version: 1\nregions:\n  - {kind: rectangle, name: lid, bx: [0, 0, 5, 5]}\n", encoding="utf-8"
     )
     assert "did you mean 'box'" in "\n".join(map(str, check_file(tmp_path / "regions.yaml").errors))
+
+
+@pytest.mark.parametrize(
+    ("file", "key", "named", "what"),
+    [
+        ("rig.yaml", "display", "rig.yaml", "this is a rig file, not a display file"),
+        ("small.yaml", "stimuli", "rig.yaml", "this is a rig file, not a recipe"),
+        ("small.yaml", "rig", "small.yaml", "this is an experiment, not a rig file"),
+    ],
+)
+def test_a_file_of_another_kind_is_one_finding(study: Study, file: str, key: str, named: str, what: str) -> None:
+    path = study.experiment.parent / file
+    lines = [f"{key}: {named}" if line.startswith(f"{key}:") else line for line in path.read_text().splitlines()]
+    path.write_text("\n".join(lines) + "\n")
+    (error,) = _check(study).errors
+    assert error.message == what
+
+
+def test_files_that_are_named_have_no_detour_in_their_path(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    folder = study.experiment.parent
+    (folder / "experiments").mkdir()
+    moved = folder / "experiments" / "small.yaml"
+    text = study.experiment.read_text()
+    moved.write_text(text.replace("rig: ", "rig: ../").replace("stimuli: ", "stimuli: ../"))
+    study.edit("rig.yaml", "distance_mm: 700", "distance_mm: -700")
+    study.edit("recipe.yaml", "schema_version: 1", "schema_version: 2")
+    monkeypatch.chdir(folder)
+    found = check_file(Path("experiments/small.yaml"), Wishes(results=study.results, screen="leave alone"))
+    assert {error.file for error in found.errors} == {"rig.yaml", "recipe.yaml"}
