@@ -99,8 +99,6 @@ def command(
         raise click.UsageError("a photograph needs --reference REF.csv or --white X,Y,Z, and one of them")
     black_rgb = _triple(black, "--black") if black else (0.0, 0.0, 0.0)
     at = parse_exposure(exposure) if exposure else None
-    if output and not replace:
-        _refuse_existing(Path(output))
     read: dict[str, Any] | None = None
     if is_table:
         colours = read_correspondences(Path(chart))
@@ -118,6 +116,8 @@ def command(
         source=_source(form, loss, Path(chart)),
     )
     found = _with_source(found)
+    if output and not replace:  # what is wrong with the table comes first: it has to be mended anyway
+        _refuse_existing(Path(output))
     told: dict[str, Any] = {"file": chart, "chart": read, **found.to_json(), "written": output, "report": report}
     notes = tuple(read["said"]) if read else ()
     try:

@@ -148,6 +148,8 @@ def test_a_camera_file_that_is_there_stays(tmp_path: Path) -> None:
     assert isinstance(result.exception, InputError)
     assert "is there already" in str(result.exception)
     assert camera.read_text() == "mine"
+    result = _fit(_table(tmp_path / "bytes.csv", RGB * 255), "-o", camera)
+    assert "values reach" in str(result.exception), "what is wrong with the table comes first"
     assert _fit(table, "-o", camera, "--replace").exit_code == 0
     assert read_camera(camera).matrix == pytest.approx(M, abs=1e-7)
 
