@@ -36,6 +36,25 @@ class PanelSpec(Strict):
     bits: Literal[6, 8, 10, 12] = 8
 
     @property
+    def text(self) -> str:
+        """Return it in a line, such as ``1920x1080,0.2768,120,8``: pixels, pixel pitch in mm, Hz, bits."""
+        across, down = self.resolution_px
+        return f"{across}x{down},{self.pixel_pitch_mm:.12g},{self.refresh_hz:.12g},{self.bits}"
+
+    @classmethod
+    def parse(cls, text: str) -> PanelSpec:
+        """Read what `text` returns; without Hz they are 60, without bits 8. ValueError if it is none."""
+        size, *rest = text.split(",")
+        across, down = (int(part) for part in size.lower().split("x"))
+        if not 1 <= len(rest) <= 3:
+            raise ValueError(text)
+        refresh = float(rest[1]) if len(rest) > 1 else 60.0
+        bits = int(rest[2]) if len(rest) > 2 else 8
+        # As a file would say it: pydantic's ValidationError is a ValueError.
+        told = {"resolution_px": (across, down), "pixel_pitch_mm": float(rest[0]), "refresh_hz": refresh, "bits": bits}
+        return cls.model_validate(told)
+
+    @property
     def code_bits(self) -> Literal[8, 10]:
         """How many bits a channel to ask the graphics driver for: 10 for a panel that has them."""
         return 10 if self.bits >= 10 else 8

@@ -1,7 +1,8 @@
 """Measurements as CSV: ``name,red,green,blue,X,Y,Z[,time_s][,eye]``, with what holds for all in comments above.
 
-The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``, ``# instrument: ...`` and
-``# notes: ...``; ``R,G,B`` may stand for ``red,green,blue``, and names may be left out.
+The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``, ``# instrument: ...``,
+``# notes: ...`` and ``# panel: 1920x1080,0.2768,120,8``; ``R,G,B`` may stand for
+``red,green,blue``, and names may be left out.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from documents.separators import other_separator
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")
 _ALSO = {"r": "red", "g": "green", "b": "blue"}
-_SAID = ("codes", "mode", "eye", "instrument", "notes")
+_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel")
 _MOST_FINDINGS = 20
 _MOST_BYTES = 10_000_000
 
@@ -123,6 +124,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         instrument=said.get("instrument", ""),
         notes=said.get("notes", ""),
         assumptions=tuple(text for text in (assumed, left_out) if text),
+        panel=said.get("panel", ""),
     )
 
 
@@ -175,7 +177,7 @@ def format_csv(measurements: Measurements, full: float = 255.0) -> str:
     """Return ``measurements`` as CSV text, comments first; see `write_csv`. Spectra are not part of it."""
     out = io.StringIO()
     out.write(f"# codes: 0..{full:g}\n")
-    for key in ("mode", "instrument", "notes"):
+    for key in ("mode", "instrument", "notes", "panel"):
         if text := " ".join(str(getattr(measurements, key)).split()):
             out.write(f"# {key}: {text}\n")
     timed = measurements.time_s is not None

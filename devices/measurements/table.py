@@ -24,7 +24,8 @@ class Measurements:
     ``name``: n names, ``patch1`` and on where none are given. ``time_s``: shape (n,), seconds from the first reading
     or any other moment, or None. ``eye``: through which lens each was read, n of ``left``, ``right``, ``both``.
     ``spectra``: shape (n, m), W/(sr m² nm), at ``wavelengths_nm``, shape (m,), or both None. ``assumptions`` says in
-    sentences what the reader of a file took for granted.
+    sentences what the reader of a file took for granted. ``panel`` is what was measured, such as
+    ``1920x1080,0.2768,120,8`` (pixels, pixel pitch in mm, Hz, bits), where that is known.
 
     Raises DeviceError if shapes disagree, a code lies outside 0..1, or a number is not finite.
     """
@@ -40,6 +41,7 @@ class Measurements:
     instrument: str = ""
     notes: str = ""
     assumptions: tuple[str, ...] = ()
+    panel: str = ""
 
     def __post_init__(self) -> None:
         count = len(np.asarray(self.codes))
@@ -111,6 +113,7 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
     if len(modes) > 1:
         raise DeviceError(f"measurements in different modes cannot be joined: {', '.join(sorted(modes))}")
     first = tables[0]
+    panels = {table.panel for table in tables}
     waves = [table.wavelengths_nm for table in tables]
     same = all(
         w is not None and first.wavelengths_nm is not None and np.array_equal(w, first.wavelengths_nm) for w in waves
@@ -133,4 +136,5 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
         texts["instrument"],
         texts["notes"],
         tuple(dict.fromkeys(said for table in tables for said in table.assumptions)),
+        panels.pop() if len(panels) == 1 else "",
     )

@@ -44,6 +44,7 @@ def measurements(session: Session) -> Measurements:
         np.array(kept[0].reading.wavelengths_nm) if spectral else None,
         str(header["instrument"]),
         "; ".join(filter(None, (str(header.get("notes", "")), order))),
+        panel=str(header.get("panel", "")),
     )
 
 

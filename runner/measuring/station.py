@@ -234,6 +234,7 @@ def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Ste
     return {
         "display": target.display_file.name,
         "display_sha256": hashlib.sha256(target.display_file.read_bytes()).hexdigest(),
+        "panel": target.panel.text,
         "mode": target.mode.name,
         "mode_options": target.mode_options,
         "eye": order.eye,

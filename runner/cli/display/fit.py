@@ -35,7 +35,9 @@ if TYPE_CHECKING:
 @click.option("--seed", type=int, default=1, show_default=True, help="Of the folds of the cross-validation.")
 @click.option("-o", "--output", metavar="DISPLAY.yaml", help="Display file to make, or to write the mode into.")
 @click.option(
-    "--panel", metavar="WxH,PITCH_MM[,HZ[,BITS]]", help="Panel of a new display file, such as 1920x1080,0.2768,120,8."
+    "--panel",
+    metavar="WxH,PITCH_MM[,HZ[,BITS]]",
+    help="Panel of a new display file, such as 1920x1080,0.2768,120,8.  [the one measured]",
 )
 @click.option("--replace", is_flag=True, help="Overwrite what the mode holds already.")
 @click.option("--brief", is_flag=True, help="Leave out the fits by the thesis's two methods.")
@@ -107,6 +109,9 @@ def command(
         }
     if output:
         told["said"] += _one_for_both(set(readings.eye), eyes)
+        if shape is None and readings.panel and not Path(output).exists():
+            shape = _measured_panel(readings.panel, file)
+            told["said"].append(f"the panel is the one that was measured: {shape.text}")
         told["written"] = _write(Path(output), named, found, parts, origin, shape, replace)
     if as_json:
         click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
@@ -202,18 +207,22 @@ def _write(
 
 
 def _panel(text: str) -> PanelSpec:
-    from pydantic import ValidationError
-
     from devices.display_file import PanelSpec
 
-    size, *rest = text.split(",")
     try:
-        across, down = (int(part) for part in size.lower().split("x"))
-        pitch = float(rest[0])
-        refresh = float(rest[1]) if len(rest) > 1 else 60.0
-        bits = int(rest[2]) if len(rest) > 2 else 8
-        if len(rest) > 3:
-            raise ValueError
-        return PanelSpec(resolution_px=(across, down), pixel_pitch_mm=pitch, refresh_hz=refresh, bits=bits)
-    except (ValueError, IndexError, ValidationError):
+        return PanelSpec.parse(text)
+    except ValueError:
         raise click.UsageError(f"--panel is '{text}'; write it as 1920x1080,0.2768,120,8") from None
+
+
+def _measured_panel(text: str, file: str) -> PanelSpec:
+    """Return the panel that the readings in ``file`` are of, as they say."""
+    from devices.display_file import PanelSpec
+    from devices.errors import DeviceError
+    from documents import Finding
+
+    try:
+        return PanelSpec.parse(text)
+    except ValueError:
+        remedy = "write it as 1920x1080,0.2768,120,8, or give --panel"
+        raise DeviceError(Finding(f"the panel that was measured is '{text}'", file, remedy=remedy)) from None

@@ -290,8 +290,10 @@ def test_from_patches_to_a_display_file_that_holds(folder: Path) -> None:
     looking = ["--instrument-option", f"display={folder / 'display.yaml'}"]
     result = _measure(folder, "--mode", "row-interleaved", *looking, target="new.yaml")
     assert result.exit_code == 0, result.output
-    result = _run("fit", folder / "m.csv", "-o", folder / "fitted.yaml", "--panel", "64x48,0.25")
+    result = _run("fit", folder / "m.csv", "-o", folder / "fitted.yaml")
     assert result.exit_code == 0, result.output
+    assert "the panel is the one that was measured: 64x48,0.25,60,8" in result.output
+    assert read_display(folder / "fitted.yaml").panel == read_display(folder / "display.yaml").panel
     result = _run("verify", "--display", folder / "fitted.yaml", "--mode", "row-interleaved", *SIMULATED, *looking,
                   "-o", folder / "v.jsonl", "--limit", "0.5", "--json")  # fmt: skip
     assert result.exit_code == 0, result.output

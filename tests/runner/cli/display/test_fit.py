@@ -244,3 +244,25 @@ def test_the_tables_of_the_thesis_and_standard_errors_are_printed_unless_brief(t
     brief = _run("fit", str(thesis), "--brief", "--model", "gogo")
     assert "Table" not in brief
     assert "Its black, in cd/m²: X 0.0" in brief
+
+
+def test_readings_that_say_their_panel_need_no_option(thesis: Path, tmp_path: Path) -> None:
+    path = tmp_path / "d.yaml"
+    text = thesis.read_text()
+    with pytest.raises(DeviceError, match="needs --panel"):
+        _run("fit", str(thesis), "--model", "gog", "-o", str(path))
+    thesis.write_text("# panel: 1920x1080;0.2768\n" + text)
+    with pytest.raises(DeviceError, match=r"thesis\.csv: the panel that was measured is '1920x1080;0.2768'"):
+        _run("fit", str(thesis), "--model", "gog", "-o", str(path))
+    assert not path.exists()
+    thesis.write_text("# panel: 1920x1080,0.2768,120,10\n" + text)
+    told = _run("fit", str(thesis), "--model", "gog", "-o", str(path))
+    assert "the panel is the one that was measured: 1920x1080,0.2768,120,10" in told
+    assert read_display(path).panel.text == "1920x1080,0.2768,120,10"
+    other = tmp_path / "other.yaml"
+    assert "that was measured" not in _run("fit", str(thesis), "--model", "gog", "-o", str(other), *PANEL)
+    assert read_display(other).panel.text == PANEL[1]
+    # A file that is there has its panel already.
+    told = _run("fit", str(thesis), "--model", "gog", "-o", str(other), "--mode", "more")
+    assert "that was measured" not in told
+    assert read_display(other).panel.text == PANEL[1]
