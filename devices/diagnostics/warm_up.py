@@ -31,6 +31,8 @@ CHECK = Check(
 _FEWEST = 5
 _LONGEST_RUNS = 3.0
 _CERTAIN = 1e-3
+# Backlights settle over minutes to an hour (thesis Figure 3.8): what stands still for less time may not have begun to.
+SHORTEST_S = 300.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,6 +98,8 @@ def settle(time_s: ArrayLike, light: ArrayLike) -> Settling:
 def warm_up(measurements: Measurements) -> Diagnosis:
     """Judge when the most often read patch was stable; it has to be before its third last reading.
 
+    Readings over less than five minutes can show that it was not stable, but not that it was.
+
     Readings named ``...@warm-up`` are judged alone where there are any.
     """
     alone = untagged(measurements, "warm-up")
@@ -137,4 +141,12 @@ def warm_up(measurements: Measurements) -> Diagnosis:
         ("patch", "readings", "time constant, min", "settles to, cd/m²", "stable from, min"),
         ((name, float(len(time)), tau, found.settled, found.stable_s / 60),),
     )
+    if time[-1] < SHORTEST_S and found.stable_s / 60 <= limit:
+        why = (
+            f"It cannot be said whether the display was warm: {len(time)} readings of {name} "
+            f"within {time[-1]:.3g} s, and displays change over minutes. Read one patch for at least "
+            f"{SHORTEST_S / 60:g} minutes from switching on "
+            "(display measure --set warm-up)."
+        )
+        return CHECK.unjudged(why, series=(panel,), table=table)
     return CHECK.judged(found.stable_s / 60, words, limit=limit, series=(panel,), table=table)

@@ -92,6 +92,17 @@ def test_a_display_that_is_still_warming_up_fails() -> None:
     assert warm_up(one_patch(lambda time: 1 + 0.05 * time / time.max(), minutes=30, count=16)).passed is False
 
 
+def test_a_run_of_seconds_cannot_tell_that_a_display_is_warm() -> None:
+    short = warm_up(one_patch(np.ones_like, minutes=16 / 60, count=9))
+    assert (short.passed, short.value) == (None, None)
+    assert "cannot be said" in short.words
+    assert "within 16 s" in short.words
+    assert warm_up(one_patch(np.ones_like, minutes=4.9, count=9)).passed is None
+    assert warm_up(one_patch(np.ones_like, minutes=5.0, count=9)).passed is True
+    # That it was not warm, seconds can tell.
+    assert warm_up(one_patch(lambda time: 1 + 0.05 * time / time.max(), minutes=1, count=16)).passed is False
+
+
 def test_pixel_independence_compares_surrounds() -> None:
     def patch(share: float) -> Measurements:
         light = MODEL.xyz(GREY)
