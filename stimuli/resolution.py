@@ -53,15 +53,13 @@ class Resolution:
     def sentences(self) -> tuple[str, ...]:
         """Say what is lost."""
         wide, display = self.display_px[0], self.display_cycles_per_degree
+        needed = f"the {CYCLES_PER_DEGREE:g} that eyes resolve need {self.nyquist_px[0]:.0f}"
         if wide >= self.nyquist_px[0]:
             grid = "eyes cannot see the display's pixels"
         elif wide >= self.needed_px[0]:
-            grid = f"enough by Expression 2.12, which asks for {self.needed_px[0]:.0f}; two per cycle are "
-            grid += f"{self.nyquist_px[0]:.0f}"
+            grid = f"{needed}; there is the one pixel per cycle that is also asked for ({self.needed_px[0]:.0f})"
         else:
-            grid = (
-                f"Expression 2.12 asks for {self.needed_px[0]:.0f}, two pixels per cycle for {self.nyquist_px[0]:.0f}"
-            )
+            grid = f"{needed}, at two pixels per cycle ({self.needed_px[0]:.0f} at the one that is also asked for)"
         said = [f"{wide} pixels across carry {display:.1f} cycles per degree: {grid}"]
         if self.lost_cycles_per_degree:
             low, high = self.lost_cycles_per_degree

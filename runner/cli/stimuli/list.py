@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import click
 
+# Columns of a terminal from which a folder's 32 digits leave room for the rest.
+_ROOMY = 76
+
 
 @click.command(name="list", short_help="List the stimulus sets in the cache.")
 @click.option("--json", "as_json", is_flag=True, help="Print them as JSON.")
@@ -28,14 +31,19 @@ def command(as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(sets, indent=1))
         return
+    from rich.console import Console
     from rich.table import Table
     from rich.text import Text
 
     from runner.cli.print_table import print_table
 
     table = Table(box=None, pad_edge=False)
+    roomy = Console().width >= _ROOMY
     for name in ("kind", "stimuli", "first", "pitch mm", "MB", "folder"):
-        table.add_column(name, justify="right" if name in ("stimuli", "pitch mm", "MB") else "left", overflow="fold")
+        number = name in ("stimuli", "pitch mm", "MB")
+        # Words go on in the next line; numbers stay whole, and the folder where there is room to copy it.
+        whole = number or (name == "folder" and roomy)
+        table.add_column(name, justify="right" if number else "left", overflow="fold", no_wrap=whole)
     for one in sets:
         cells = [one["kind"], len(one["stimuli"]), one["stimuli"][0], f"{one['pixel_pitch_mm']:g}"]
         texts = (*map(str, cells), f"{one['bytes'] / 1e6:.1f}", one["folder"].rpartition("/")[2])

@@ -55,6 +55,34 @@ def test_names_are_whole_in_a_pipe_and_each_note_is_said_once(tmp_path: Path) ->
     assert "…" not in told("list")
 
 
+def test_on_a_terminal_of_eighty_columns_numbers_are_whole(
+    tmp_path: Path, cache: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    told("build", str(five_pictures(tmp_path)), "--pixel-pitch-mm", "0.27681234")
+    (manifest,) = cache.glob("*/manifest.json")
+    text = manifest.read_text()
+    known = json.loads(text)
+    known["stimuli"][0]["name"] = "a-plate-with-a-name-that-leaves-no-room-for-numbers"
+    known["recipe"]["kind"] = "photographs"
+    manifest.write_text(json.dumps(known))
+    for name, value in (("FORCE_COLOR", "1"), ("TERM", "dumb"), ("COLUMNS", "80")):
+        monkeypatch.setenv(name, value)
+    lines = told("list").splitlines()
+    assert max(len(line) for line in lines if not line.startswith("In ")) <= 80
+    row = lines[1].split()
+    assert row[1] == "5"
+    assert row[3] == "0.276812"
+    assert float(row[4]) >= 0
+    assert row[5] == manifest.parent.name
+    # On a narrower one the folder goes on in the next line, and nothing is lost.
+    monkeypatch.setenv("COLUMNS", "60")
+    lines = told("list").splitlines()
+    assert lines[1].split()[3] == "0.276812"
+    begin = lines[0].index("folder")
+    rows = [line for line in lines[1:] if not line.startswith("In ")]
+    assert "".join(line[begin:].strip() for line in rows) == manifest.parent.name
+
+
 def test_a_note_names_one_picture_of_one_or_a_few_of_many() -> None:
     assert list(notes([{"name": "a", "said": ["x", "x"]}])) == ["a: x."]
     stimuli = [{"name": name, "said": ["x"] if name in "ab" else []} for name in "abc"]
