@@ -127,8 +127,11 @@ def _experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> str
     view_px = find_mode(rig.mode, ModeOptions.parse(rig.mode_options)).areas(panel.resolution_px)[0].view_px
     arrangement, size_mm = _layout(found.photo.size_px, view_px, panel.pixel_pitch_mm)
     rig_path = Path(os.path.relpath(rig_file.resolve(), (root / "experiments").resolve())).as_posix()
-    first, second = ("Up", "Down") if arrangement == "vertical" else ("Left", "Right")
-    where = "one above the other" if arrangement == "vertical" else "side by side"
+    vertical = arrangement == "vertical"
+    (first, one), (second, other) = (
+        (("Up", "upper"), ("Down", "lower")) if vertical else (("Left", "left"), ("Right", "right"))
+    )
+    where = "one above the other" if vertical else "side by side"
     return "\n".join(
         [
             "# Written by `cyclopean compare`: does the rendering pass for the photograph before people? Its objective",
@@ -147,8 +150,8 @@ def _experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> str
             f"      Two images appear, {where}.",
             "      Compare each pair with the real thing beside the screen.",
             "",
-            f"      {first} arrow: that image is closer.",
-            f"      {second} arrow: this one is closer.",
+            f"      {first} arrow: the {one} image is closer.",
+            f"      {second} arrow: the {other} image is closer.",
             "  - {kind: all_pairs, stimuli: all, sides: counterbalanced, repeats: 10, break_every: 20}",
             "",
         ]

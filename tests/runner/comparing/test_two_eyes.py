@@ -66,6 +66,10 @@ def test_an_experiment_follows(
     assert photo.is_flat != stereo
     np.testing.assert_allclose(photo.left, spots(), rtol=1e-3)
     np.testing.assert_allclose(rendering.left, photo.left, rtol=2e-3)  # the factor was undone
+    words_told = Path("experiments/study.yaml").read_text(encoding="utf-8")
+    upright = "arrangement: vertical" in words_told
+    for key, place in (("Up", "upper"), ("Down", "lower")) if upright else (("Left", "left"), ("Right", "right")):
+        assert f"{key} arrow: the {place} image is closer." in words_told
     told = json.loads(cyclopean("check", "experiments/study.yaml", "--json").stdout)
     text = json.dumps(told)
     assert "rendering" in text
