@@ -28,6 +28,7 @@ Eye = Literal["both", "left", "right"]
 RowsDone = Callable[[int, int], None]
 
 _TIFF = (".tif", ".tiff")
+_FOR_SCREENS = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".tif", ".tiff")
 _ENVI = (".hdr", ".img", ".bsq", ".bil", ".bip", ".dat")
 _MOST_MISTAKEN = 0.5
 
@@ -110,6 +111,8 @@ def read_picture(path: Path, reading: Reading, told: Holds | None, what: str, do
         raise _wrong(path, f"there is no such {what}", "check the path")
     holds = told or what_it_holds(path)
     digest = sha256(path) if path.is_file() else ""
+    if holds != "spectral":
+        _refuse_bytes(path, what)
     if holds == "spectral":
         return _spectral(path, digest, reading, what, done)
     if holds == "camera-rgb":
@@ -203,6 +206,25 @@ def _exr_size(path: Path) -> tuple[int, int]:
     if not 0 < size[0] * size[1] <= MAX_PIXELS:
         raise _wrong(path, f"a picture of {size[0]} × {size[1]} pixels is beyond {MAX_PIXELS}", "crop it")
     return size
+
+
+def _refuse_bytes(path: Path, what: str) -> None:
+    """Refuse a picture of 8 bits, such as a PNG: it is coded for a screen, whatever is said of it."""
+    if path.suffix.lower() not in _FOR_SCREENS:
+        return
+    import OpenImageIO as oiio
+
+    picture = oiio.ImageInput.open(str(path))
+    if picture is None:
+        return  # the reader of its kind says what is wrong
+    bits = picture.spec().format
+    picture.close()
+    if bits == oiio.UINT8:
+        raise _wrong(
+            path,
+            f"the {what} has 8 bits a channel, which are gamma-coded for a screen and are no light",
+            "render or export it linear: OpenEXR in XYZ or with its colour space, or float TIFF",
+        )
 
 
 def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:

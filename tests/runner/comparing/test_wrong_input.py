@@ -44,6 +44,18 @@ def camera_rgb(path: Path, exposure: Exposure | None) -> Path:
     return path
 
 
+@pytest.mark.parametrize("name", ["b.png", "b.jpg", "b.tif"])
+@pytest.mark.parametrize("told", [(), ("--rendering-holds", "xyz")])
+def test_eight_bits_are_no_light(tmp_path: Path, refused: Refused, name: str, told: tuple[str, ...]) -> None:
+    from PIL import Image
+
+    Image.fromarray(np.full((180, 240, 3), 120, np.uint8)).save(tmp_path / name)
+    line = refused(written(tmp_path / "a.exr", spots()), tmp_path / name, "--regions", PLATE, *told)
+    assert f"{name}: the rendering has 8 bits a channel, which are gamma-coded" in line
+    assert "OpenEXR" in line
+    assert "holds xyz" not in line
+
+
 def test_different_sizes_without_registration(tmp_path: Path, refused: Refused) -> None:
     files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(size=(200, 180)))
     line = refused(*files, "--regions", PLATE, "--register", "none")
