@@ -42,7 +42,8 @@ def registration_reasons(found: RegistrationEvidence | None, limits: Limits) -> 
 def disparity_reasons(found: DisparityEvidence | None, limits: Limits) -> list[Reason]:
     """Return whether both eyes see the rendering as deep as the photograph.
 
-    What is beyond the limit by fewer than ``NAMED_Z`` standard errors is left open.
+    What is beyond the limit by fewer than ``NAMED_Z`` standard errors is left open, and so is what is known less well
+    than to the limit.
     """
     if found is None:
         return []
@@ -54,6 +55,8 @@ def disparity_reasons(found: DisparityEvidence | None, limits: Limits) -> list[R
             outcome = "cannot say"
         elif abs(apart) > most:
             outcome = "fails" if abs(apart) - NAMED_Z * error > most else "cannot say"
+        elif error > most:
+            outcome = "cannot say"
         how = "within" if outcome == "passes" else "more than" if outcome == "fails" else "too uncertain against"
         said = f"disparity {name} differs by {decimals(apart, 2)} ± {error:.2g} px, {how} {most:g} px"
         reasons.append(Reason("disparity", name, outcome, said, apart, most, "px"))

@@ -198,7 +198,15 @@ def test_a_ratios_error_is_that_of_repetition() -> None:
 
 @pytest.mark.parametrize(
     ("across", "error", "decision"),
-    [(0.4, 0.01, "validated"), (0.9, 0.01, "not validated"), (0.6, 0.2, "cannot say"), (math.nan, 0.1, "cannot say")],
+    [
+        (0.4, 0.01, "validated"),
+        (0.9, 0.01, "not validated"),
+        (0.6, 0.2, "cannot say"),
+        (math.nan, 0.1, "cannot say"),
+        (0.0, 0.5, "validated"),
+        (0.0, 1.1, "cannot say"),  # no difference found, but known less well than to the limit of 0.5 px
+        (4.0, 1.1, "not validated"),
+    ],
 )
 def test_disparity(across: float, error: float, decision: str) -> None:
     verdict = judge(Evidence(disparity=DisparityEvidence((across, 0.0), (error, 0.01))))
