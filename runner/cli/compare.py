@@ -7,6 +7,9 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from analysis.validation.regions_file import RegionsFile
     from runner.comparing.pictures import Reading
     from runner.comparing.results import Comparison
@@ -170,8 +173,8 @@ def _refuse_output(output: Any, inputs: list[Any]) -> None:
         raise InputError(Finding("an input would be written over", str(output), remedy="name another output"))
 
 
-def _seen(options: dict[str, Any]) -> tuple[float | None, float | None, dict[str, Any]]:
-    """Return pixels per degree and the display's white in cd/m², None where not known, and where they come from."""
+def _seen(options: dict[str, Any]) -> tuple[float | None, NDArray[np.float64] | None, dict[str, Any]]:
+    """Return pixels per degree and the display's white, XYZ (3,), None where not known, and where they come from."""
     from pathlib import Path
 
     from devices.display_file import read_display
@@ -195,9 +198,9 @@ def _seen(options: dict[str, Any]) -> tuple[float | None, float | None, dict[str
     else:
         return None, None, {}
     # Of several modes, none is said to be the one that the pictures are seen in.
-    whites = [float(model.white_XYZ_cd_m2[1]) for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
+    whites = [model.white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
     told = {"pixel_pitch_mm": pitch, "distance_mm": distance}
-    return pixels_per_degree(pitch, distance), max(whites, default=None), told
+    return pixels_per_degree(pitch, distance), max(whites, key=lambda white: float(white[1]), default=None), told
 
 
 def _regions(options: dict[str, Any]) -> RegionsFile:

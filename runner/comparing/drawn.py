@@ -20,15 +20,14 @@ LONGEST_PX = 900
 MOST_PROFILES = 6
 # The patches of a ColorChecker that its grey scale begins and ends with.
 GREYS = (19, 24)
-_D65 = np.array([0.95047, 1.0, 1.08883])
-_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Drawn:
     """SVG figures by name, both pictures as data URLs, and the luminance in cd/m² that they show as white.
 
-    ``profiles`` are names and SVGs.
+    ``profiles`` are names and SVGs. ``white_is_display`` says that the page's white has the colour of the display's,
+    not of CIELAB's.
     """
 
     figures: dict[str, str]
@@ -36,6 +35,7 @@ class Drawn:
     rendering_url: str
     white_cd_m2: float
     profiles: tuple[tuple[str, str], ...] = ()
+    white_is_display: bool = False
 
 
 def draw_map(name: str, delta_e: Floats32, limit: float, within: Mask, compared: Mask) -> dict[str, str]:
@@ -103,7 +103,8 @@ def _along(picture: RowSource, start: Floats, end: Floats) -> Floats:
 def draw_pictures(photo: RowSource, rendering: RowSource, white_XYZ: ArrayLike) -> tuple[str, str, float]:
     """Return both pictures as PNG in data URLs, made smaller in linear light, one white for both, and its luminance.
 
-    White is the 99.5th percentile of the photograph's luminance, so that some highlights are cut off.
+    White has the colour of ``white_XYZ`` (3,), of any luminance, to which the eye is taken to be adapted; its luminance
+    is the 99.5th percentile of the photograph's, so that some highlights are cut off.
     """
     small = [_small(one) for one in (photo, rendering)]
     luminance = float(np.percentile(small[0][..., 1], 99.5))
@@ -131,8 +132,8 @@ def _small(picture: RowSource) -> Floats:
 def _png(xyz: Floats, white: Floats) -> str:
     from PIL import Image
 
-    linear = np.clip((xyz / white * _D65) @ _SRGB.T, 0.0, 1.0)
-    bent = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
+    from runner.thumbnails import srgb
+
     out = io.BytesIO()
-    Image.fromarray(np.round(255 * bent).astype(np.uint8)).save(out, "PNG", optimize=True)
+    Image.fromarray(np.round(255 * srgb(xyz, white)).astype(np.uint8)).save(out, "PNG", optimize=True)
     return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")

@@ -160,7 +160,9 @@ def judge_eye(one: Registered, found: ComparedRegions, regions: RegionsFile, wis
     figures = None
     if wishes.draw:
         profiles = draw_profiles(photo, scaled, placed.regions)
-        figures = Drawn(drawn, *draw_pictures(photo, scaled, table.white_XYZ), profiles)
+        seen_on = wishes.display_white_XYZ
+        pictures = draw_pictures(photo, scaled, table.white_XYZ if seen_on is None else seen_on)
+        figures = Drawn(drawn, *pictures, profiles, white_is_display=seen_on is not None)
     verdict = judge(evidence, limits)
     return EyeComparison(photo, scaled, placing, table, plain, seen, sparkle, verdict, tuple(said), placed, figures)
 

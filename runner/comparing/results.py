@@ -24,15 +24,20 @@ from runner.comparing.sparkles import SparkleArea
 class Wishes:
     """How to compare: ``corners_px`` are four places in the photograph and in the rendering, as `Region` has them.
 
-    ``pixels_per_degree`` is None where it is not known from where the pictures are seen, ``display_white_cd_m2``
+    ``pixels_per_degree`` is None where it is not known from where the pictures are seen, ``display_white_XYZ`` (3,)
     where it is not known on what. ``draw`` asks for figures.
     """
 
     registering: Registering = "auto"
     corners_px: tuple[Floats, Floats] | None = None
     pixels_per_degree: float | None = None
-    display_white_cd_m2: float | None = None
+    display_white_XYZ: Floats | None = None
     draw: bool = False
+
+    @property
+    def display_white_cd_m2(self) -> float | None:
+        """The luminance of the display's white, None where it is not known."""
+        return None if self.display_white_XYZ is None else float(self.display_white_XYZ[1])
 
 
 @dataclass(frozen=True, eq=False, slots=True)

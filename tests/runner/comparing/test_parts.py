@@ -10,12 +10,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
 
 from devices.camera.camera_file import write_camera
 from devices.camera.camera_model import CameraModel
 from devices.chart.layout import perspective
 from devices.colour import rgb_to_xyz_matrix
+from devices.rig_file import read_rig
+from devices.white_points import white_point
 from runner.comparing.bring import brought, flags_brought
+from runner.comparing.drawn import draw_pictures
 from runner.comparing.placing import Placing, place
 from runner.comparing.row_file import RowFile
 from stimuli.align.homography import warp
@@ -201,6 +205,34 @@ def test_the_page(tmp_path: Path, cyclopean: Cyclopean) -> None:
     ):
         assert words in page
     assert page.count("data:image/png;base64,") >= 4 + 4
+    assert "in the colour of the display&#39;s white" in page.replace("'", "&#39;")
+
+
+def test_pictures_are_drawn_with_the_displays_white_as_white(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    import base64
+    import io
+
+    from PIL import Image
+
+    def middle(url: str) -> NDArray[np.int_]:
+        picture = Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2])))
+        return np.array(picture.resize((1, 1), Image.Resampling.BOX).convert("RGB")).reshape(3).astype(int)
+
+    white = read_rig(RIG).models.left.white_XYZ_cd_m2
+    grey = np.broadcast_to(0.2 * white, (40, 60, 3)).copy()
+    for drawn in draw_pictures(grey, 0.5 * grey, white)[:2]:
+        assert np.ptp(middle(drawn)) <= 1
+    d50 = white_point("d50", 1.0)
+    assert middle(draw_pictures(grey, grey, d50)[0])[2] == 255
+    # And so does the command where a display is named; without one it says what counts.
+    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots())
+    urls = {}
+    for name, more in (("named", ["--rig", RIG]), ("unnamed", [])):
+        cyclopean("compare", *files, "--regions", PLATE, "-o", tmp_path / f"{name}.html", *more)
+        page = (tmp_path / f"{name}.html").read_text(encoding="utf-8")
+        assert ("looks tinted here" in page) == (name == "unnamed")
+        urls[name] = re.findall(r'src="(data:image/png[^"]*)" alt="The photograph"', page)[0]
+    assert middle(urls["named"]).tolist() != middle(urls["unnamed"]).tolist()
 
 
 def test_a_limit_decides_and_help_says_how_it_ends(tmp_path: Path, cyclopean: Cyclopean) -> None:
