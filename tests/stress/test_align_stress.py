@@ -158,20 +158,21 @@ def test_blocks_of_noise_are_left_out(block_px: int) -> None:
 
 
 CODE = """
-import resource, sys, time
+import sys, time
 import numpy as np
 from stimuli.align.pair import align_pair
+from tests.stress.memory import forget_peak, peak_kb
 rng = np.random.default_rng(0)
 light = rng.random((4912, 7360 + 951, 3), dtype=np.float32)
 light += 1.0
 left, right = light[:, 951:], light[:, :-951]
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+before = forget_peak()
 began = time.perf_counter()
 found = align_pair(left, right, block_px=256)
 taken = time.perf_counter() - began
 assert abs(found.shift_px - 951.0) < 1e-3, found.shift_px
 assert np.array_equal(found.left, found.right)
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+peak = peak_kb()
 print(f"{taken:.1f} s; {(peak - before) / 2**20:.2f} GiB beyond the views' own {before / 2**20:.2f}; "
       f"{found.disparity.used} of {found.disparity.blocks} blocks")
 sys.exit(peak - before > 3 * 2**20)

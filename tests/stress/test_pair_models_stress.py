@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import resource
 import subprocess
 import sys
 from itertools import product
@@ -15,15 +14,17 @@ from analysis.pair_models.davidson import Davidson
 from analysis.pair_models.fit import MODELS, Model, fit_model
 from analysis.pair_models.rao_kupper import RaoKupper
 from analysis.pair_models.scores import score_model
+from tests.stress.memory import peak_kb
 
 pytestmark = pytest.mark.stress
 
 ROWS = 10_000_000
 READ = """
-import resource, sys
+import sys
+from tests.stress.memory import peak_kb
 from analysis.comparison_table import read_stream
 table = read_stream(sys.stdin.buffer, "standard input")
-print(len(table.items), len(table.observers), table.wins.sum(), resource.getrusage(resource.RUSAGE_SELF).ru_maxrss)
+print(len(table.items), len(table.observers), table.wins.sum(), peak_kb())
 """
 
 
@@ -163,4 +164,4 @@ def test_thousands_of_items_fit_into_memory(n: int, with_classes: bool) -> None:
     assert np.corrcoef(fitted.theta, theta)[0, 1] > 0.9
     if with_classes:
         assert all(item.label for item in score_model(comparisons, method="map").items)
-    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024**2 < 3  # gigabytes
+    assert peak_kb() / 1024**2 < 3  # gigabytes

@@ -7,6 +7,7 @@ import signal
 import subprocess
 import sys
 from multiprocessing import active_children
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -18,19 +19,21 @@ from analysis.power.power import Power, power
 
 pytestmark = pytest.mark.stress
 
+ROOT = Path(__file__).parents[2]
+
 MANY = """
-import resource, sys
 import numpy as np
 from analysis.power.assumed import parted, spread_theta
 from analysis.power.plan import Plan
 from analysis.power.power import power
+from tests.stress.memory import forget_peak, peak_kb
 theta = spread_theta(100, 3)
 plan = Plan(tuple(map(str, range(100))), theta, np.ones(4950, dtype=np.int64), parted(theta), observer_sd=0.5,
             covariance="sandwich")
-before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+before = forget_peak()
 found = power(plan, [200], replicates=20, workers=1)
 assert np.isfinite(found.separates).all() and np.isfinite(found.mean_width).all()
-print((resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before) // 1024)
+print((peak_kb() - before) // 1024)
 """
 
 
@@ -45,9 +48,9 @@ def numbers(found: Power) -> list[bytes]:
     return [value.tobytes() for name in Power.__slots__ if isinstance(value := getattr(found, name), np.ndarray)]
 
 
-@pytest.mark.skipif(sys.platform != "linux", reason="ru_maxrss is in kilobytes on Linux alone")
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux tells the peak of a process's memory so")
 def test_a_hundred_stimuli_and_two_hundred_observers_fit_into_half_a_gigabyte() -> None:
-    told = subprocess.run([sys.executable, "-c", MANY], capture_output=True, text=True, check=True)
+    told = subprocess.run([sys.executable, "-c", MANY], capture_output=True, text=True, check=True, cwd=ROOT)
     assert int(told.stdout) < 512
 
 

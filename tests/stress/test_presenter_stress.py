@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import ctypes
-import resource
+import os
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,6 +20,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.stereo_image import StereoImage
+from tests.stress.memory import forget_peak, peak_kb
 
 pytestmark = pytest.mark.stress
 
@@ -143,10 +144,10 @@ def test_thousands_of_scenes_leave_no_objects_and_no_memory_behind(open_egl: Ope
 
         trials(range(500))
         objects_before = live_objects(surface)
-        memory_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        memory_before = forget_peak()
         trials(range(500, 3000))
         objects_after = live_objects(surface)
-        memory_after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+        memory_after = peak_kb()
         assert presenter.counters.frames_drawn == 3000
         assert presenter.counters.evictions == presenter.counters.decodes - 20
         # Each text is new, and kept: 2500 of them are far below the 64 MB for words.
@@ -156,7 +157,7 @@ def test_thousands_of_scenes_leave_no_objects_and_no_memory_behind(open_egl: Ope
 
 def _resident_bytes() -> int:
     """Return what this process holds in memory now (Linux)."""
-    return int(Path("/proc/self/statm").read_text().split()[1]) * resource.getpagesize()
+    return int(Path("/proc/self/statm").read_text().split()[1]) * os.sysconf("SC_PAGE_SIZE")
 
 
 def test_a_session_far_larger_than_the_budget_runs(open_egl: Open) -> None:
@@ -193,12 +194,12 @@ def test_opening_and_closing_many_surfaces_leaves_nothing_behind(open_egl: Open)
     picture = random_picture(50, 50)
     for _ in range(3):
         surface = open_egl((200, 100))
-    memory_before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    memory_before = forget_peak()
     for _ in range(40):
         surface = open_egl((200, 100))
         with Presenter(surface, find_mode("side-by-side"), BOTH, lambda _: picture) as presenter:
             presenter.show(Scene((Picture("a"),)))
-    memory_after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    memory_after = peak_kb()
     assert memory_after - memory_before < 200_000  # kB
 
 
