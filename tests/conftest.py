@@ -17,10 +17,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from analysis.records import SessionLog, read_session, session_files
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
+
+# No example has a deadline: how long one takes says how busy the machine is.
+settings.register_profile("patient", deadline=None)
+settings.load_profile("patient")
 
 
 @pytest.hookimpl(wrapper=True)
