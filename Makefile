@@ -4,7 +4,8 @@ VENV ?= .venv
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' && echo $$p && break; done)
 BIN = $(VENV)/bin
-WORKERS ?= 2
+# Three on two cores: windows and instruments wait more than they work.
+WORKERS ?= 3
 
 .PHONY: help env gl test-tools demo test check bench bench-psychopy stress dither-mask test-quad validate-bids clean
 
