@@ -178,4 +178,4 @@ def run() -> dict[str, object]:
 
 if __name__ == "__main__":
     result = run()
-    write("develop", str(result["title"]), result["rows"])  # type: ignore[arg-type]
+    write("develop", str(result["title"]), result["rows"])  # type: ignore[arg-type]  # rows, as `write` wants them

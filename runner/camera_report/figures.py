@@ -6,10 +6,10 @@ import numpy as np
 
 from devices.camera.fit import CameraFit
 from devices.colour import xyY_from_XYZ
-from devices.diagnostics.diagnosis import Line, Panel, numbers
+from devices.diagnostics.diagnosis import Colour, Line, Panel, numbers
 from devices.diagnostics.spectral_locus import locus_line
 
-_AXES = (("X", "red"), ("Y", "green"), ("Z", "blue"))
+_AXES: tuple[tuple[str, Colour], ...] = (("X", "red"), ("Y", "green"), ("Z", "blue"))
 
 
 def panels(found: CameraFit) -> tuple[tuple[str, Panel], ...]:
@@ -28,7 +28,7 @@ def _agreement(found: CameraFit) -> tuple[str, Panel]:
     top = float(max(measured.max(), estimated.max()))
     lines = [Line("", (0.0, top), (0.0, top), "soft", "dashed")]
     for axis, (name, colour) in enumerate(_AXES):
-        lines.append(Line(name, numbers(measured[:, axis]), numbers(estimated[:, axis]), colour))  # type: ignore[arg-type]
+        lines.append(Line(name, numbers(measured[:, axis]), numbers(estimated[:, axis]), colour))
     return (
         "Estimated from the photograph over measured; on the dashed line they agree.",
         Panel("Measured and estimated", "measured (cd/m²)", "estimated (cd/m²)", tuple(lines)),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -10,6 +11,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
+    from analysis.validation.reason import Outcome
     from analysis.validation.regions_file import RegionsFile
     from runner.comparing.pictures import Reading
     from runner.comparing.results import Comparison
@@ -109,7 +111,7 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
                     reading,
                     options[f"{key}_holds"],
                     what,
-                    lambda done, of, what=what: step(f"Reading the {what}", done, of),  # type: ignore[misc]
+                    partial(step, f"Reading the {what}"),
                 )
                 for file, key, what in zip(files, ("photo", "rendering"), ("photograph", "rendering"), strict=True)
             ]
@@ -242,8 +244,9 @@ def _tell(found: Comparison, written: dict[str, Any]) -> None:
     from runner.comparing.words import decision_sentence, kept, kept_heading, told
 
     click.echo(decision_sentence(found.verdict))
-    for outcome, mark in (("fails", "✗"), ("cannot say", "?"), ("noted", "·")):
-        for line in told(found.verdict, outcome):  # type: ignore[arg-type]
+    marks: tuple[tuple[Outcome, str], ...] = (("fails", "✗"), ("cannot say", "?"), ("noted", "·"))
+    for outcome, mark in marks:
+        for line in told(found.verdict, outcome):
             click.echo(f"  {mark} {line}")
     lines = kept(found.verdict)
     if lines:

@@ -59,7 +59,7 @@ def set_uniform(program: moderngl.Program, name: str, value: Uniform) -> None:
     """
     member = program[name]
     if isinstance(value, tuple) and isinstance(value[0], tuple):
-        value = value[: member.array_length]  # type: ignore[union-attr]
+        value = value[: member.array_length]  # type: ignore[union-attr]  # an attribute has none
     member.value = value  # type: ignore[union-attr]  # a member may be an attribute, which has no value
 
 

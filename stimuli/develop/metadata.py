@@ -35,7 +35,8 @@ def exif_exposure(path: Path, raw: rawpy.RawPy | None = None) -> Exposure | None
             stated = (other.shutter_speed, other.aperture, other.iso_speed)
     if not all(stated):
         attributes = _attributes(path)
-        stated = tuple(a or b for a, b in zip(stated, spec_numbers(attributes), strict=True))  # type: ignore[assignment]
+        time_s, f_number, iso = (a or b for a, b in zip(stated, spec_numbers(attributes), strict=True))
+        stated = (time_s, f_number, iso)
     return _exposure(*(_seven_digits(value) for value in stated))
 
 

@@ -69,7 +69,8 @@ def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
 
 def found_quantity(kind: str, told: Quantity | None) -> Quantity | None:
     """Return what channels of that kind hold."""
-    return {"S0": "radiance", "T": "reflectance"}.get(kind, told)  # type: ignore[return-value]
+    held: dict[str, Quantity] = {"S0": "radiance", "T": "reflectance"}
+    return held.get(kind, told)
 
 
 def _chosen(

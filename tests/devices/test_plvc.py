@@ -24,7 +24,7 @@ def plvc(seed: int = 1, bend: float = 0.05, mixed: float = 0.02) -> Plvc:
     curves = tuple(TableCurve(tuple(x), tuple(x**gamma)) for gamma in (1.8, 2.2, 2.6))
     own = PRIMARIES.T[:, np.newaxis] * (1.0 + bend * rng.uniform(-1, 1, (3, 4, 3)))
     mixtures = mixed * rng.uniform(-1, 1, (10, 3)) * PRIMARIES.sum(axis=1)
-    return Plvc(BLACK, PRIMARIES, curves, own, mixtures)  # type: ignore[arg-type]
+    return Plvc(BLACK, PRIMARIES, curves, own, mixtures)  # type: ignore[arg-type]  # three curves, one each
 
 
 def plain(seed: int = 0) -> Plvc:

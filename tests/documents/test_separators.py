@@ -30,7 +30,7 @@ CHART = "R;G;B;X;Y;Z\n0,1;0,2;0,3;4;5;6\n0,1;0,2;0,4;4;5;6\n"
         (read_patches, "name;red;green;blue\na;0;0;255\n"),
         (lambda path: read_colours(str(path), "xyz", 255.0), "X;Y;Z\n1,5;2;3\n"),
         (lambda path: read_colours(str(path), "code", 255.0), "red;green;blue\n1;2;3\n"),
-        (lambda path: read_illuminant(str(path), None), "wavelength_nm;value\n380;1\n"),  # type: ignore[arg-type]
+        (lambda path: read_illuminant(str(path), None), "wavelength_nm;value\n380;1\n"),  # type: ignore[arg-type]  # luminance does not matter here
         (read_table, "winner;loser\na;b\n"),
     ],
 )

@@ -172,4 +172,4 @@ def test_bands_of_rows_make_no_difference() -> None:
 
 def test_an_unknown_filter_is_refused() -> None:
     with pytest.raises(StimulusError, match="no filter 'lanczos'"):
-        axis_weights(10, 150.0, 0.3, "lanczos")  # type: ignore[arg-type]
+        axis_weights(10, 150.0, 0.3, "lanczos")  # type: ignore[arg-type]  # a wrong word on purpose

@@ -118,7 +118,7 @@ def test_where_all_rate_alike_nothing_is_claimed() -> None:
 
 def test_kinds_of_series_that_differ_are_told_apart(make_choices: Maker) -> None:
     def law(rng: object, paint: str, kind: str) -> int:
-        return {"base": 1, "brighter": 4, "grey": 4}[kind] + rng.randint(-1, 1)  # type: ignore[attr-defined,no-any-return]
+        return {"base": 1, "brighter": 4, "grey": 4}[kind] + rng.randint(-1, 1)  # type: ignore[attr-defined,no-any-return]  # the test knows its kind
 
     choices = gather([make_choices(f"{n:02d}", law=law) for n in range(12)])
     by = {(test.one, test.other): test for test in kinds_tests(choices)}
@@ -158,6 +158,6 @@ def test_p_values_are_uniform_where_nothing_differs(make_choices: Maker) -> None
         counts = np.array([[random.multinomial(5, row) for _ in range(2)] for row in odds], float)
         differences = counts[:, 0] - counts[:, 1]
         inverse = np.linalg.pinv(differences.T @ differences, hermitian=True)
-        low += p_by_flips(differences, lambda s, inverse=inverse: ((s @ inverse) * s).sum(axis=1)) <= 0.05  # type: ignore[misc]
+        low += p_by_flips(differences, lambda s, inverse=inverse: ((s @ inverse) * s).sum(axis=1)) <= 0.05  # type: ignore[misc]  # called at once
     # 5 % of 300 is 15, with a standard error of 3.8.
     assert 3 <= low <= 26

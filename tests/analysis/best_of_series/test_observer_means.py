@@ -43,7 +43,7 @@ def test_the_order_of_observers_changes_no_digit(rows: list[tuple[int, int]], sc
     total = np.array([[scale * a] for a, _ in rows])
     count = np.array([[float(b)] for _, b in rows])
     order = np.arange(len(rows))
-    random.shuffle(order)  # type: ignore[attr-defined]
+    random.shuffle(order)  # type: ignore[attr-defined]  # the test knows its kind
     assert means(total, count, replicates=200) == means(total[order], count[order], replicates=200)
     assert shares(np.minimum(total / scale, count), count) == shares(
         np.minimum(total[order] / scale, count[order]), count[order]

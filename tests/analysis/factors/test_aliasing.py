@@ -18,7 +18,7 @@ Drawer = Callable[..., Comparisons]
 
 
 def reasons(items: Factors, answers: Comparisons, **wishes: object) -> dict[str, str]:
-    found = factor_effects(answers, items, **wishes)  # type: ignore[arg-type]
+    found = factor_effects(answers, items, **wishes)  # type: ignore[arg-type]  # keywords by name
     return {one.name: one.reason for one in found.left_out}
 
 
@@ -118,7 +118,7 @@ def test_columns_say_what_their_effects_mean() -> None:
     factor = Factor("paint", "categorical", ("a", "b", "c", "b"), ("a", "b", "c"))
     truth = np.array([0.3, -0.5, 1.1, -0.5])
     for coding, expected in (("treatment", [-0.8, 0.8]), ("sum", [0.0, -0.8, 0.8])):
-        term = main_term(factor, coding)  # type: ignore[arg-type]
+        term = main_term(factor, coding)  # type: ignore[arg-type]  # one of its words
         beta = np.linalg.lstsq(np.column_stack([np.ones(4), term.columns]), truth, rcond=None)[0]
         np.testing.assert_allclose(term.contrasts @ beta[1:], expected, atol=1e-12)
     number = main_term(Factor("x", "numeric", (1e-9, 3e-9, 5e-9)), "treatment")

@@ -154,9 +154,9 @@ def test_share_and_r_squared_by_hand(grid: Factors, draw: Drawer) -> None:
 @pytest.mark.parametrize("method", ["ml", "map"])
 def test_coding_and_reference_do_not_move_the_strengths(grid: Factors, draw: Drawer, method: str) -> None:
     answers = draw(strengths(grid))
-    one = factor_effects(answers, grid, method=method)  # type: ignore[arg-type]
-    other = factor_effects(answers, grid, coding="sum", method=method)  # type: ignore[arg-type]
-    third = factor_effects(answers, grid, references={"paint": "red", "view": "stereo"}, method=method)  # type: ignore[arg-type]
+    one = factor_effects(answers, grid, method=method)  # type: ignore[arg-type]  # one of its words
+    other = factor_effects(answers, grid, coding="sum", method=method)  # type: ignore[arg-type]  # one of its words
+    third = factor_effects(answers, grid, references={"paint": "red", "view": "stereo"}, method=method)  # type: ignore[arg-type]  # one of its words
     np.testing.assert_allclose(other.theta, one.theta, atol=1e-9)
     np.testing.assert_allclose(third.theta, one.theta, atol=1e-9)
     levels = [effect for effect in other.effects if effect.factor == "paint"]
@@ -290,7 +290,7 @@ def test_json_has_no_nan(grid: Factors, draw: Drawer) -> None:
 )
 def test_wrong_wishes_are_told(wish: dict[str, object], message: str, grid: Factors, draw: Drawer) -> None:
     with pytest.raises(ResultsError, match=message) as raised:
-        factor_effects(draw(strengths(grid), observers=2), grid, **wish)  # type: ignore[arg-type]
+        factor_effects(draw(strengths(grid), observers=2), grid, **wish)  # type: ignore[arg-type]  # keywords by name
     assert len(raised.value.findings) == 1
 
 

@@ -21,7 +21,7 @@ def plan_of() -> MakePlan:
         strengths = np.array(theta) - np.mean(theta)
         names = tuple(f"item {item}" for item in range(len(theta)))
         every = np.full(len(theta) * (len(theta) - 1) // 2, times, dtype=np.int64)
-        return Plan(names, strengths, every, parted(strengths), **fields)  # type: ignore[arg-type]
+        return Plan(names, strengths, every, parted(strengths), **fields)  # type: ignore[arg-type]  # keywords by name
 
     return make
 

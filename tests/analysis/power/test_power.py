@@ -144,7 +144,7 @@ def test_a_plan_that_no_study_could_follow_is_refused(
     plan_of: MakePlan, change: dict[str, object], finding: str
 ) -> None:
     with pytest.raises(ResultsError, match=finding):
-        power(replace(plan_of(0, 1, 2), **change), [10])  # type: ignore[arg-type]
+        power(replace(plan_of(0, 1, 2), **change), [10])  # type: ignore[arg-type]  # keywords by name
 
 
 @pytest.mark.parametrize("observers", [[], [0, 10], [10**9]])

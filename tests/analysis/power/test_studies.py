@@ -172,7 +172,7 @@ def test_the_order_of_items_and_observers_does_not_matter(theta: list[float], se
     n = len(theta)
     times = np.ones(n * (n - 1) // 2, dtype=np.int64)
     names, strengths = tuple(f"item {item}" for item in range(n)), np.array(theta)
-    plan = Plan(names, strengths, times, parted(strengths), covariance=covariance)  # type: ignore[arg-type]
+    plan = Plan(names, strengths, times, parted(strengths), covariance=covariance)  # type: ignore[arg-type]  # one of its words
     order, people = random.permutation(n), random.permutation(7)
     drawn = (random.random((4, 7, len(times))) < plan.chances(strengths)).astype(np.float64)
 

@@ -72,7 +72,7 @@ def test_table_5_2_follows_from_its_own_columns(shutter: str) -> None:
 def compared(photo: object, rendering: object, regions: RegionsFile, **more: object) -> ComparedRegions:
     one = np.asarray(photo)
     placed = place_regions(regions, one.shape)
-    return compare_regions(one, np.asarray(rendering), placed, regions, **more)  # type: ignore[arg-type]
+    return compare_regions(one, np.asarray(rendering), placed, regions, **more)  # type: ignore[arg-type]  # keywords by name
 
 
 def notes(table: RegionTable, limits_of: RegionsFile) -> list[str]:

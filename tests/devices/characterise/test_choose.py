@@ -29,8 +29,8 @@ def test_the_thesis_s_display_is_gog_and_recovered_within_1_percent(seed: int) -
     assert found.chosen.name == "gog"
     assert min(found.chosen.r2_XYZ) >= 0.999
     for curve, (gain, offset, gamma) in zip(found.chosen.model.curves, THESIS_CURVES, strict=True):
-        assert curve.gain == pytest.approx(gain / (gain + offset), rel=0.01)  # type: ignore[union-attr]
-        assert curve.gamma == pytest.approx(gamma, rel=0.01)  # type: ignore[union-attr]
+        assert curve.gain == pytest.approx(gain / (gain + offset), rel=0.01)  # type: ignore[union-attr]  # of the kind that was asked for
+        assert curve.gamma == pytest.approx(gamma, rel=0.01)  # type: ignore[union-attr]  # of the kind that was asked for
 
 
 def test_without_noise_it_is_recovered_exactly() -> None:
@@ -38,8 +38,8 @@ def test_without_noise_it_is_recovered_exactly() -> None:
     assert found.chosen.name == "gog"
     assert found.chosen.held_out.max < 1e-6
     for curve, (gain, offset, gamma) in zip(found.chosen.model.curves, THESIS_CURVES, strict=True):
-        assert curve.gamma == pytest.approx(gamma, abs=1e-8)  # type: ignore[union-attr]
-        assert curve.gain == pytest.approx(gain / (gain + offset), abs=1e-8)  # type: ignore[union-attr]
+        assert curve.gamma == pytest.approx(gamma, abs=1e-8)  # type: ignore[union-attr]  # of the kind that was asked for
+        assert curve.gain == pytest.approx(gain / (gain + offset), abs=1e-8)  # type: ignore[union-attr]  # of the kind that was asked for
 
 
 @pytest.mark.parametrize("seed", range(3))
@@ -189,7 +189,7 @@ def test_repeats_that_differ_are_told() -> None:
 def test_both_eyes_at_once_are_refused() -> None:
     eyes = ("left", "right") * 60
     with pytest.raises(DeviceError, match="both eyes"):
-        characterise(Measurements(CODES, THESIS, eye=eyes))  # type: ignore[arg-type]
+        characterise(Measurements(CODES, THESIS, eye=eyes))  # type: ignore[arg-type]  # one of its words
 
 
 def test_few_readings_are_told() -> None:

@@ -129,7 +129,7 @@ def test_words_stand_on_the_screen_until_a_key_and_then_no_longer(mode: str, bit
             return (KeyPress("space", 0.0),) if len(looks) == 3 else ()
 
         screen.show_patch(Patch("black", BLACK), "both")
-        surface.poll_keys = presses  # type: ignore[method-assign]
+        surface.poll_keys = presses  # type: ignore[method-assign]  # stands in for the real one
         keys = Keys(screen, said.append)
         assert keys.ask("Point the instrument at the patch.")
         assert not keys.paused

@@ -92,7 +92,7 @@ def test_each_patch_is_on_the_screen_while_it_is_read_and_on_disk_before_the_nex
         shown.append(codes.left)
         show(codes)
 
-    desk.screen.show = showing  # type: ignore[method-assign]
+    desk.screen.show = showing  # type: ignore[method-assign]  # stands in for the real one
     assert desk.run(Looking(desk.screen)) == Outcome(len(STEPS), ())
     assert shown == [step.patch.codes for step in STEPS]
     kept = read_session(desk.log.file).readings
@@ -134,7 +134,7 @@ def test_a_lost_instrument_stops_it_at_once(desk: Desk) -> None:
 
 
 def _press(desk: Desk, keys: Callable[[], tuple[KeyPress, ...]]) -> None:
-    desk.surface.poll_keys = keys  # type: ignore[method-assign]
+    desk.surface.poll_keys = keys  # type: ignore[method-assign]  # stands in for the real one
 
 
 def test_escape_stops_after_the_reading_that_runs(desk: Desk) -> None:
@@ -202,7 +202,7 @@ def test_frames_in_turn_go_on_while_the_instrument_reads(desk: Desk) -> None:
             drawn.append(time.monotonic())
             redraw()
 
-        screen.redraw = redrawing  # type: ignore[method-assign]
+        screen.redraw = redrawing  # type: ignore[method-assign]  # stands in for the real one
         desk.screen = screen
         desk.run(Told(screen, takes_s=0.3), 1)
     assert len(drawn) > 8  # 18 refreshes of 60 Hz, on a machine that may be busy

@@ -72,7 +72,7 @@ def _station(study: Study, results: Path, do: Callable[[Station], Path]) -> tupl
     stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     with Station.open(design, stimuli, results, "egl") as station:
         watched = Watched(station.presenter)
-        station.presenter = watched  # type: ignore[assignment]
+        station.presenter = watched  # type: ignore[assignment]  # stands in for the real one
         folder = do(station)
     return read_session(folder / "session.jsonl"), watched.digests
 

@@ -218,7 +218,7 @@ def test_dithered_codes_are_those_of_the_twin(
     for eye in EYES:
         model = models.eye(eye)
         height, width, _ = views[eye].shape
-        thresholds = dither_thresholds(height, width, eye, masks)  # type: ignore[arg-type]
+        thresholds = dither_thresholds(height, width, eye, masks)  # type: ignore[arg-type]  # one of its words
         twin = tabled_dither_codes(model, sent[eye], thresholds, dither_tables(model))
         shown = np.rint(codes[eye] * 255).astype(int)
         # A light may fall on either side of a threshold by its last bit.

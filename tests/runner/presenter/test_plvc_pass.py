@@ -44,12 +44,12 @@ def plvc(seed: int = 1, black: float = 0.05, bend: float = 0.05, mixed: float = 
     return Plvc(np.full(3, black), PRIMARIES, (red, green, blue), own, mixtures)
 
 
-def upload(surface: EglSurface, XYZ: NDArray[np.float32]):  # type: ignore[no-untyped-def]
+def upload(surface: EglSurface, XYZ: NDArray[np.float32]):  # type: ignore[no-untyped-def]  # moderngl's own types are not named
     height, width, _ = XYZ.shape
     return surface.context.texture((width, height), 3, XYZ.tobytes(), alignment=1, dtype="f4")
 
 
-def read(codes, dtype: str = "f4") -> Floats:  # type: ignore[no-untyped-def]
+def read(codes, dtype: str = "f4") -> Floats:  # type: ignore[no-untyped-def]  # moderngl's own types are not named
     found = np.frombuffer(codes.read(components=3, dtype=dtype, alignment=1), np.float32 if dtype == "f4" else np.uint8)
     return found.reshape(codes.height, codes.width, 3)[::-1].astype(np.float64)
 
@@ -123,7 +123,7 @@ def test_without_drift_it_gives_the_codes_of_the_additive_model(egl: EglSurface)
 def test_the_pass_is_what_newton_s_steps_make_of_it(egl: EglSurface) -> None:
     model = plvc()
     run = ColourPass(egl.context, model)
-    run._pass._program["plvc_steps"].value = (1, 1)  # type: ignore[union-attr]
+    run._pass._program["plvc_steps"].value = (1, 1)  # type: ignore[union-attr]  # of the kind that was asked for
     asked = picture(model)
     off = np.abs(read(run.run(upload(egl, asked), "f4")) - model.code(asked.astype(np.float64))).max() * 255
     assert off > 0.5
@@ -152,11 +152,11 @@ def test_what_each_mode_shows_is_what_was_asked(
 @pytest.mark.parametrize("masks", ["shared", "independent"])
 def test_dithered_codes_are_those_of_the_twin_and_keep_the_mean_light(egl: EglSurface, masks: str) -> None:
     model = plvc()
-    dithering = Dithering(masks)  # type: ignore[arg-type]
+    dithering = Dithering(masks)  # type: ignore[arg-type]  # one of its words
     run = ColourPass(egl.context, model, dithering=dithering)
     asked = np.broadcast_to(model.xyz([0.3, 0.21, 0.4]), (64, 64, 3)).astype(np.float32)
     shown = read(run.run(upload(egl, asked)), "f1")
-    thresholds = dither_thresholds(64, 64, "left", masks)  # type: ignore[arg-type]
+    thresholds = dither_thresholds(64, 64, "left", masks)  # type: ignore[arg-type]  # one of its words
     twin = tabled_dither_codes(model, asked.astype(np.float64), thresholds, dither_tables(model))
     assert np.mean(shown != twin) < 1e-3
     np.testing.assert_allclose(model.xyz(shown / 255).mean(axis=(0, 1)), asked[0, 0], rtol=2e-4)
@@ -177,7 +177,7 @@ def test_crosstalk_and_gain_map_go_through_the_pass(egl: EglSurface, same: bool)
     for eye, model in (("left", left), ("right", right)):
         for correction in (Correction(leak(0.02)), Correction(gain_map=gain_map), Correction(leak(0.02), gain_map)):
             own, other = views if eye == "left" else views[::-1]
-            run = CompensatedPass(egl.context, models, correction, eye)  # type: ignore[arg-type]
+            run = CompensatedPass(egl.context, models, correction, eye)  # type: ignore[arg-type]  # one of its words
             found = read(run.run(upload(egl, own), upload(egl, other), dtype="f4"))
             light = own.astype(np.float64)
             if correction.crosstalk:

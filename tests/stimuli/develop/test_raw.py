@@ -25,7 +25,7 @@ FULL: tuple[Demosaic, ...] = ("bilinear", "malvar", "vng", "ppg", "ahd")
 
 def refusal(path: Path, **options: object) -> str:
     with pytest.raises(StimulusError) as caught:
-        read_camera_image(path, **options)  # type: ignore[arg-type]
+        read_camera_image(path, **options)  # type: ignore[arg-type]  # keywords by name
     (finding,) = caught.value.findings
     assert finding.file == str(path)
     assert finding.remedy
@@ -242,7 +242,7 @@ def test_what_is_no_bayer_raw_file_is_refused(tmp_path: Path) -> None:
     path = write_dng(tmp_path / "a.dng", smooth(), black=(500,), white=400)
     assert "white level 400" in refusal(path)
     with pytest.raises(StimulusError, match="no demosaicing 'dht'"):
-        read_camera_image(path, demosaic="dht")  # type: ignore[arg-type]
+        read_camera_image(path, demosaic="dht")  # type: ignore[arg-type]  # a wrong word on purpose
 
 
 def test_equal_files_give_equal_pictures(tmp_path: Path) -> None:

@@ -18,7 +18,7 @@ FITTED = Exposure(1 / 15, 8.0, 200.0)
 def camera(form: str = "linear", **changes: object) -> CameraModel:
     options: dict[str, object] = {"exposure": FITTED, "safe_luminance_cd_m2": (9.41, 120.8), "name": "test", **changes}
     offset = np.array([0.1, 0.2, 0.3]) if form == "affine" else np.zeros(3)
-    return CameraModel(MATRIX, offset, np.zeros(3), form=form, **options)  # type: ignore[arg-type]
+    return CameraModel(MATRIX, offset, np.zeros(3), form=form, **options)  # type: ignore[arg-type]  # keywords by name
 
 
 def picture(rgb: NDArray[np.floating], exposure: Exposure | None = FITTED) -> CameraImage:

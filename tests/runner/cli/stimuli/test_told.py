@@ -40,7 +40,7 @@ def five_pictures(folder: Path) -> Path:
     for name in NAMES:
         xyz = np.full((90, 120 if name == NAMES[-1] else 150, 3), 5, np.float32)
         write_exr(folder / f"{name}.exr", StereoImage(xyz, 2 * xyz))
-        recipe["stimuli"].append({"name": name, "file": f"{name}.exr"})  # type: ignore[attr-defined]
+        recipe["stimuli"].append({"name": name, "file": f"{name}.exr"})  # type: ignore[attr-defined]  # the test knows its kind
     return write_recipe(folder, recipe)
 
 

@@ -51,7 +51,7 @@ def exr(path: Path, views: dict[str, Any]) -> Path:
 
 def camera(folder: Path, form: str = "linear") -> None:
     offset = np.array([0.5, 0.5, 0.5]) if form == "affine" else np.zeros(3)
-    model = CameraModel(MATRIX, offset, np.zeros(3), Exposure(1 / 15, 8.0, 800.0), form=form, name="test")  # type: ignore[arg-type]
+    model = CameraModel(MATRIX, offset, np.zeros(3), Exposure(1 / 15, 8.0, 800.0), form=form, name="test")  # type: ignore[arg-type]  # one of its words
     write_camera(model, folder / "camera.yaml")
 
 
