@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from documents import Finding, InputError
 from runner.comparing.row_file import RowFile, bands
 from stimuli.errors import StimulusError
+from stimuli.picture_input import opened
 
 if TYPE_CHECKING:
     from devices.camera.camera_model import CameraModel
@@ -129,12 +130,7 @@ def what_it_holds(path: Path) -> Holds:
         return "spectral"
     if suffix != ".exr":
         return "camera-rgb"
-    import OpenImageIO as oiio
-
-    picture = oiio.ImageInput.open(str(path))
-    if picture is None:
-        reason = (oiio.geterror().strip().splitlines() or ["no reason given"])[-1]
-        raise _wrong(path, f"the picture cannot be read: {reason}", "write it again as OpenEXR")
+    picture = opened(path)
     try:
         spec = picture.spec()
         names = {name.rpartition(".")[2] for name in spec.channelnames}
@@ -190,14 +186,9 @@ def _in_rows(error: StimulusError, first: int, last: int, height: int) -> Stimul
 
 
 def _exr_size(path: Path) -> tuple[int, int]:
-    import OpenImageIO as oiio
-
     from stimuli.exr.views import MAX_PIXELS
 
-    picture = oiio.ImageInput.open(str(path))
-    if picture is None:
-        reason = (oiio.geterror().strip().splitlines() or ["no reason given"])[-1]
-        raise _wrong(path, f"the picture cannot be read: {reason}", "write it again as OpenEXR")
+    picture = opened(path)
     try:
         spec = picture.spec()
         size = int(spec.full_width), int(spec.full_height)

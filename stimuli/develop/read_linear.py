@@ -18,6 +18,7 @@ from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import exposure_step, sha256, spec_exposure
 from stimuli.develop.orientation import EXIF_FLIPS, turned
 from stimuli.errors import StimulusError
+from stimuli.picture_input import opened, reason
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -62,9 +63,7 @@ def read_linear(
     hint = oiio.ImageSpec()
     hint.attribute("oiio:RawColor", 1)
     hint.attribute("oiio:UnassociatedAlpha", 1)
-    picture = oiio.ImageInput.open(str(path), hint)
-    if picture is None:
-        raise _wrong(path, f"the picture cannot be read: {_reason(oiio.geterror())}", "write it again")
+    picture = opened(path, "write it again", hint)
     try:
         if picture.format_name() not in _FORMATS:
             raise _wrong(path, f"the picture is {picture.format_name()}, not raw, TIFF or OpenEXR", _REMEDY)
@@ -88,7 +87,7 @@ def _read(
     picture.seek_subimage(0, 0)
     stored: NDArray[Any] | None = picture.read_image(0, 0, 0, spec.nchannels, spec.format)
     if stored is None:
-        raise _wrong(path, f"the picture is cut short or damaged: {_reason(picture.geterror())}", "copy it again")
+        raise _wrong(path, f"the picture is cut short or damaged: {reason(picture.geterror())}", "copy it again")
     names = list(spec.channelnames)
     values = stored[..., [names.index(name) for name in _RGB]]
     whole = np.issubdtype(values.dtype, np.integer)
@@ -161,10 +160,6 @@ _EIGHT_BITS = ("uint8", "int8")
 def _orientation(spec: OpenImageIO.ImageSpec) -> int:
     value = spec.getattribute("Orientation")
     return value if isinstance(value, int) else 1
-
-
-def _reason(message: str) -> str:
-    return message.strip().splitlines()[-1] if message.strip() else "no reason given"
 
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:

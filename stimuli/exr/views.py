@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.exr.region import Region
+from stimuli.picture_input import opened, reason
 
 if TYPE_CHECKING:
     import OpenImageIO
@@ -75,11 +76,8 @@ def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
 
 
 def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
-    import OpenImageIO as oiio
 
-    picture = oiio.ImageInput.open(str(path))
-    if picture is None:
-        raise _wrong(path, f"the picture cannot be read: {_reason(oiio.geterror())}", "write it again as OpenEXR")
+    picture = opened(path)
     views: dict[str, View] = {}
     try:
         if picture.format_name() != "openexr":
@@ -111,14 +109,14 @@ def _parts(picture: OpenImageIO.ImageInput, path: Path, region: Region | None) -
             first, last = _rows(spec, region)
             stored = _read(picture, part, spec, first, last) if first < last else _nothing(spec)
             if stored is None:
-                raise _wrong(path, f"the picture is damaged: {_reason(picture.geterror())}", "copy or write it again")
+                raise _wrong(path, f"the picture is damaged: {reason(picture.geterror())}", "copy or write it again")
             window = Region(spec.x - spec.full_x, first - spec.full_y, spec.width, last - first)
             for name, indices in groups.items():
                 yield _view(name, indices, stored, window, wanted, spec, path)
         part += 1
     problem = picture.geterror()
     if problem:
-        raise _wrong(path, f"the picture is damaged: {_reason(problem)}", "copy or write it again")
+        raise _wrong(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
 
 
 def _rows(spec: OpenImageIO.ImageSpec, region: Region | None) -> tuple[int, int]:
@@ -243,10 +241,6 @@ def _strings(value: Any) -> list[str]:
 def _spelling(name: str) -> str:
     name = name.lower()
     return _SPELLINGS.get(name, name)
-
-
-def _reason(message: str) -> str:
-    return message.strip().splitlines()[-1] if message.strip() else "no reason given"
 
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:

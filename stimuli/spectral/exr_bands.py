@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from documents import Finding
 from documents.characters import visible
 from stimuli.errors import StimulusError
+from stimuli.picture_input import opened
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
 if TYPE_CHECKING:
@@ -122,12 +123,8 @@ class _Rows:
 
 
 def _open(path: Path) -> OpenImageIO.ImageInput:
-    import OpenImageIO as oiio
 
-    picture = oiio.ImageInput.open(str(path))
-    if picture is None:
-        reason = oiio.geterror().strip().splitlines()
-        raise _wrong(path, f"the picture cannot be read: {reason[-1] if reason else ''}", "write it again as OpenEXR")
+    picture = opened(path)
     if picture.format_name() != "openexr":
         picture.close()
         raise _wrong(path, f"the picture is {picture.format_name()}, not OpenEXR", "give OpenEXR or ENVI")
