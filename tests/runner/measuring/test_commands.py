@@ -19,19 +19,15 @@ from runner.cli.main import group
 from runner.measuring.log import read_session
 from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces import open_surface
+from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.measuring.killed_measurement import kill_and_resume
 
-DISPLAY = """\
-schema_version: 1
-panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
-modes:
-  row-interleaved:
-    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
-    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
-    curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
-    source: made up for tests
+DISPLAY = (
+    SMALL
+    + """\
   flat: {same_as: row-interleaved}
 """
+)
 RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
 SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
 

@@ -23,24 +23,20 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.gl_calls import Codes
+from tests.runner.measuring.displays import DISPLAY as SMALL
 
 SIZE = (96, 72)
 OFFSCREEN = [name for name in MODES if name != "quad-buffered"]
 APART = [name for name in OFFSCREEN if name != "flat" and "anaglyph" not in name]
 WHITE = (1.0, 1.0, 1.0)
 BLACK = (0.0, 0.0, 0.0)
-DISPLAY = """\
-schema_version: 1
-panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
-modes:
-  row-interleaved:
-    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
-    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
-    curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
-    source: made up for tests
+DISPLAY = (
+    SMALL
+    + """\
   side-by-side: {same_as: row-interleaved}
   flat: {same_as: row-interleaved}
 """
+)
 SIMULATED = ["--instrument", "simulated", "--backend", "egl", "--settle", "0"]
 
 

@@ -27,6 +27,7 @@ from runner.measuring.verification import asked_XYZ, judge, patches_of
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces import open_surface
 from stimuli.stereo_image import StereoImage
+from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.presenter.test_plvc_pass import plvc
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
@@ -81,15 +82,9 @@ def test_nothing_read_is_no_verdict() -> None:
         judge(_session(np.array([[1.0, 1.0, 1.0]]), other), asked, DISPLAY, "both")
 
 
-LEAKING = """\
-schema_version: 1
-panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
-modes:
-  row-interleaved:
-    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
-    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
-    curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
-    source: made up for tests
+LEAKING = (
+    SMALL
+    + """\
     crosstalk:
       left: [[0.05, 0, 0], [0, 0.05, 0], [0, 0, 0.05]]
       right: [[0.08, 0, 0], [0, 0.08, 0], [0, 0, 0.08]]
@@ -97,6 +92,7 @@ modes:
   side-by-side: {same_as: row-interleaved}
   frame-sequential: {same_as: row-interleaved}
 """
+)
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,14 @@
+"""A small made-up display, row-interleaved, as the tests of measuring write it to a file."""
+
+from __future__ import annotations
+
+DISPLAY = """\
+schema_version: 1
+panel: {resolution_px: [64, 48], pixel_pitch_mm: 0.25}
+modes:
+  row-interleaved:
+    black_XYZ_cd_m2: [0.02, 0.02, 0.03]
+    primaries_XYZ_cd_m2: {red: [10.83, 5.62, 0.54], green: [9.67, 18.65, 1.63], blue: [5.68, 2.20, 29.18]}
+    curve: {kind: gog, red: {gamma: 2.1}, green: {gamma: 2.2}, blue: {gamma: 2.3}}
+    source: made up for tests
+"""
