@@ -108,3 +108,7 @@ class Fickle:
         if isinstance(ask.task, Compare):
             key = key_for(ask, self.rng.choice(sorted({*ask.keys.values()})))
         return KeyPress(key, onset_s + self.rng.uniform(0.1, 3.0))
+
+
+# Each kind with each way it is written.
+VARIANTS = [(kind, variant) for kind, written in BLOCKS.items() for variant in range(len(written))]

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
-import sys
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from types import ModuleType
 from typing import Any, get_args
 
 import pytest
@@ -20,22 +17,12 @@ from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
 from runner.protocol.schema import AnyBlockSpec
 from runner.session import Session
+from tests.runner import every_kind as EVERY
+from tests.runner.every_kind import VARIANTS
 
 MOST_ASKS = 5_000
 
 
-def _load(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, Path(__file__).with_name(f"{name}.py"))
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-EVERY = _load("every_kind")
-VARIANTS = [(kind, variant) for kind, written in EVERY.BLOCKS.items() for variant in range(len(written))]
 WORDS = ("instructions", "break")
 
 

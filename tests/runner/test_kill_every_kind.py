@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-import importlib.util
 import json
 import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import pytest
@@ -18,23 +16,11 @@ from analysis.records import FILE_NAME, Note, Trial, read_session
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
 from runner.session import Session
+from tests.runner import every_kind as EVERY
+from tests.runner.every_kind import VARIANTS
 
 HERE = Path(__file__).parent
 Kill = Callable[..., list[Any]]
-
-
-def _load(name: str) -> ModuleType:
-    spec = importlib.util.spec_from_file_location(name, HERE / f"{name}.py")
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-EVERY = _load("every_kind")
-VARIANTS = [(kind, variant) for kind, written in EVERY.BLOCKS.items() for variant in range(len(written))]
 
 
 class _Nobody:
