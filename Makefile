@@ -65,7 +65,7 @@ stress: gl
 	$(BIN)/python -m pytest -m stress tests/stress
 
 dither-mask: env
-	$(BIN)/python -m devices.dither_mask
+	$(BIN)/python -m devices.compensation.dither_mask
 
 test-quad: test-tools
 	@test -n "$(STEREO_GL)" || { echo "name the folder of a GL with stereo visuals: make test-quad STEREO_GL=DIR/lib"; exit 1; }

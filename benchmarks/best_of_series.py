@@ -12,7 +12,7 @@ from functools import partial
 import curves
 import numpy as np
 
-from analysis.best_of_series.just_noticeable import NODES, REACH, Matches
+from analysis.series.just_noticeable import NODES, REACH, Matches
 
 LEVELS = np.log([1.3, 1.6, 2.0, 2.5, 3.0, 4.0])
 CUTS = np.concatenate([[-np.inf], (LEVELS[1:] + LEVELS[:-1]) / 2, [np.inf]])

@@ -9,7 +9,7 @@ from pathlib import Path
 from curves import seconds, write
 
 from analysis.bids.export import export
-from analysis.records import FILE_NAME, Header, Trial, read_session, session_files
+from analysis.records.session_record import FILE_NAME, Header, Trial, read_session, session_files
 
 STIMULI = tuple(f"s{index}" for index in range(10))
 COST = {f"percent_{what}": 0.5 for what in ("red", "green", "blue", "any", "above_full")} | {"delta_e_00_mean": 0.1}

@@ -24,8 +24,8 @@ from curves import OUT, seconds, write
 from analysis.bootstrap.coverage import Design
 from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.replicates import Replicates, resample_counts
-from analysis.bradley_terry import fit
-from analysis.multiplicity import ADJUSTMENTS
+from analysis.classes.multiplicity import ADJUSTMENTS
+from analysis.scaling.bradley_terry import fit
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]

@@ -12,8 +12,8 @@ from devices.camera.correspondences import Correspondences
 from devices.camera.fit import fit_camera
 from devices.camera.solve import Loss
 from devices.chart.layout import COLORCHECKER, perspective, project
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
 from stimuli.chart.find import find_corners
 
 Floats = NDArray[np.float64]

@@ -14,12 +14,12 @@ import numpy as np
 from curves import Row, seconds, times_faster, write
 from numpy.typing import NDArray
 
-from devices.ciede2000 import delta_e_2000
-from devices.clip_cost import clip_cost
-from devices.colour import xyz_to_lab
-from devices.display import DisplayModel
-from devices.display_file import read_display
-from runner.cost_cache import CostCache
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.clip_cost import clip_cost
+from devices.display.display_file import read_display
+from devices.display.model import DisplayModel
+from runner.session.cost_cache import CostCache
 
 Floats = NDArray[np.float64]
 TITLE = "What clipping costs a picture, 1344 × 1000 pixels"

@@ -19,10 +19,10 @@ import numpy as np
 from curves import write
 from numpy.typing import NDArray
 
-from devices.code_table import curve_table
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
-from devices.tone_curve import ToneCurve
+from devices.display.code_table import curve_table
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.decoder import EYES
 from runner.presenter.modes.registry import find_mode
@@ -32,7 +32,7 @@ from runner.presenter.scene import Picture, Scene
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.surface import Buffer
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 TITLE = "Colour pass: run time against error"
 SIZE_PX = (1920, 1080)

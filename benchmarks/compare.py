@@ -14,9 +14,9 @@ from curves import Row, seconds, write
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from runner.comparing.placing import place
-from runner.comparing.row_file import RowFile
 from stimuli.align.homography import mapped
+from stimuli.comparison.placing import place
+from stimuli.comparison.row_file import RowFile
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]

@@ -24,16 +24,16 @@ TITLE = "Tables of comparisons: time to read"
 ROWS = (10_000, 100_000, 1_000_000)
 MOST_ROWS = 10_000_000
 ITEMS, OBSERVERS = 200, 1000
-OURS = "from analysis.comparison_table import read_table; from pathlib import Path; read_table(Path(sys.argv[1]))"
+OURS = "from analysis.comparisons.table import read_table; from pathlib import Path; read_table(Path(sys.argv[1]))"
 PLAIN = """
 import csv
-from analysis.comparisons import Answer, from_answers
+from analysis.comparisons.comparisons import Answer, from_answers
 rows = csv.DictReader(open(sys.argv[1], encoding="utf-8", newline=""))
 from_answers([Answer(r["winner"], r["loser"], float(r["count"]), r["observer"], r["first"]) for r in rows])
 """
 TIMED = """
 import resource, sys, time
-import numpy, analysis.comparison_table
+import numpy, analysis.comparisons.table
 start = time.perf_counter()
 {work}
 print(time.perf_counter() - start, resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)

@@ -22,7 +22,7 @@ from analysis.bootstrap.coverage import Coverage, Design, coverage, family_error
 from analysis.bootstrap.intervals import KINDS, Kind, intervals
 from analysis.bootstrap.quantities import NAMES
 from analysis.bootstrap.replicates import resample_counts
-from analysis.multiplicity import Adjust
+from analysis.classes.multiplicity import Adjust
 
 Row = dict[str, object]
 

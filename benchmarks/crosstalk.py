@@ -17,12 +17,12 @@ from curves import Row, write
 from moderngl import Framebuffer, Texture
 from numpy.typing import NDArray
 
-from devices.crosstalk import Crosstalk
-from devices.crosstalk_cancel import cancel_crosstalk, channel_crosstalk
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
-from devices.gain_map import GainMap
-from devices.tone_curve import ToneCurve
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.compensated_pass import CORNER, CompensatedPass, Correction

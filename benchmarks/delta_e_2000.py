@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 from curves import seconds, times_faster, write
 
-from devices import ciede2000
+from devices.colour import ciede2000
 
 COLOURS = 1_000_000
 BLOCKS = (256, 2048, 8192, 65536, COLOURS)

@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.read_raw import DEMOSAICS, read_raw
-from stimuli.sparkle_measures.find import Threshold
-from stimuli.sparkle_measures.measure import measure_sparkles
+from stimuli.sparkle.measures.find import Threshold
+from stimuli.sparkle.measures.measure import measure_sparkles
 from stimuli.spectral import read_spectral, spectral_to_xyz
 
 sys.path.insert(0, str(Path(__file__).parents[1]))

@@ -11,8 +11,8 @@ from curves import seconds, write
 
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.yaml_keys import set_keys
-from devices.display import DisplayModel
-from devices.table_curve import TableCurve
+from devices.display.model import DisplayModel
+from devices.display.table_curve import TableCurve
 
 BLOCK = ["source: measured again"]
 

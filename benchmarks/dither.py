@@ -16,11 +16,11 @@ from curves import Row, seconds, times_faster, write
 from moderngl import Context, Texture
 from numpy.typing import NDArray
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display import DisplayModel
-from devices.display_file import read_display
-from devices.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.display.display_file import read_display
+from devices.display.model import DisplayModel
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering

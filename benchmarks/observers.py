@@ -22,11 +22,11 @@ sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, write
 
 from analysis.bootstrap.fits import fit_each
-from analysis.bradley_terry import fit
 from analysis.observers import concordance
 from analysis.observers.consistency import circular_triads
 from analysis.observers.tails import from_moments
 from analysis.observers.tournaments import triad_chances
+from analysis.scaling.bradley_terry import fit
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]

@@ -24,11 +24,11 @@ from devices.characterise.patches import patches
 from devices.characterise.plvc_fit import fit_plvc
 from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes
 from devices.characterise.table_fit import fit_table
-from devices.code_table import curve_table
-from devices.display import DisplayModel
-from devices.knot_table import knot_tables
-from devices.plvc import Plvc
-from devices.table_curve import TableCurve
+from devices.display.code_table import curve_table
+from devices.display.knot_table import knot_tables
+from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
+from devices.display.table_curve import TableCurve
 from runner.presenter.code_pass import by_columns
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces import Surface, open_surface

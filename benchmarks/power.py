@@ -21,11 +21,11 @@ from numpy.typing import NDArray
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, times_faster, write
 
-from analysis.bradley_terry import fit, probabilities
-from analysis.classes import classify
+from analysis.classes.classes import classify
 from analysis.power.assumed import parted, spread_theta
 from analysis.power.plan import Plan
 from analysis.power.power import power
+from analysis.scaling.bradley_terry import fit, probabilities
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]

@@ -14,10 +14,10 @@ import numpy as np
 from curves import seconds, times_faster, write
 from numpy.typing import NDArray
 
-from analysis.validation.area_means import AreaMean, area_means
-from analysis.validation.region_table import region_table
-from analysis.validation.regions import Region, inside, window
 from devices.chart.layout import patch_quadrangles
+from stimuli.comparison.area_means import AreaMean, area_means
+from stimuli.comparison.region_table import region_table
+from stimuli.comparison.regions import Region, inside, window
 
 Floats = NDArray[np.float64]
 SHAPE = (1600, 2400, 3)

@@ -11,8 +11,8 @@ import numpy as np
 from curves import seconds, write
 from numpy.typing import NDArray
 
-from analysis.validation import scielab
-from analysis.validation.difference_map import difference_map
+from stimuli.comparison import scielab
+from stimuli.comparison.difference_map import difference_map
 
 SIZE_PX = (342, 512)
 PIXELS_PER_DEGREE = 178.0  # a camera's 146 pixels per centimetre, seen from 70 cm

@@ -15,7 +15,7 @@ import numpy as np
 from curves import Row, seconds, times_faster, write
 from numpy.typing import NDArray
 
-from stimuli.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE as USUAL
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.photograph import SparkleMap, sparkle_map

@@ -12,8 +12,8 @@ import numpy as np
 from curves import Row, seconds, write
 from numpy.typing import NDArray
 
-from stimuli.sparkle_measures.find import Threshold
-from stimuli.sparkle_measures.measure import measure_sparkles
+from stimuli.sparkle.measures.find import Threshold
+from stimuli.sparkle.measures.measure import measure_sparkles
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.float32]

@@ -17,8 +17,8 @@ from typing import Any
 import yaml
 from curves import Row, write
 
-from stimuli.build import build
-from stimuli.stimulus_set import StimulusSet
+from stimuli.build.build import build
+from stimuli.build.stimulus_set import StimulusSet
 
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/exposure_series.yaml"
 PITCH_MM = 0.2768

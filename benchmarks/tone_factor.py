@@ -13,8 +13,8 @@ import numpy as np
 from curves import Row, seconds, write
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import read_display
+from devices.display.display_file import read_display
+from devices.display.model import DisplayModel
 from stimuli.luminance.saturation import largest_factor, saturation_factors
 
 ASUS = Path(__file__).parents[1] / "configs/displays/asus_vg248qe.yaml"

@@ -70,12 +70,12 @@ def ours(folder: Path) -> None:
     """Write the pictures as PNG for PsychoPy, then time our own frames; prints one line of JSON."""
     from PIL import Image
 
-    from devices.display_file import read_display
+    from devices.display.display_file import read_display
     from runner.presenter.modes.registry import find_mode
     from runner.presenter.presenter import Presenter
     from runner.presenter.scene import Picture, Scene
     from runner.presenter.surfaces import open_surface
-    from stimuli.stereo_image import StereoImage
+    from stimuli.pictures.stereo_image import StereoImage
 
     models = read_display(ROOT / "configs/displays/asus_vg248qe.yaml").models("side-by-side")
     rng = np.random.default_rng(0)

@@ -8,22 +8,22 @@ from __future__ import annotations
 import numpy as np
 from curves import seconds, write
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.crosstalk import Crosstalk
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
-from devices.gain_map import GainMap
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.instruments import Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
 from devices.patches import Patch
 from devices.patches.colorchecker import asked_of
-from devices.tone_curve import ToneCurve
-from runner.compensation import Compensation
 from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.verification import patches_of
+from runner.presenter.compensation import Compensation
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces import open_surface
 

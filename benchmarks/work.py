@@ -19,12 +19,12 @@ from time import monotonic, perf_counter, sleep
 import numpy as np
 from curves import Row, write
 
-from devices.display_file import read_display
+from devices.display.display_file import read_display
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces import open_surface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 ROOT = Path(__file__).parents[1]
 SIZE_PX = (640, 480)

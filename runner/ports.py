@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Protocol
 
+from runner.blocks.tasks import NOTHING, Task
 from runner.presenter.scene import Offset, Scene
-from runner.tasks import NOTHING, Task
 
 
 @dataclass(frozen=True, slots=True)

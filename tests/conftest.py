@@ -19,7 +19,7 @@ import numpy as np
 import pytest
 from hypothesis import settings
 
-from analysis.records import SessionLog, read_session, session_files
+from analysis.records.session_record import SessionLog, read_session, session_files
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
 
@@ -144,8 +144,8 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     """Four pictures (two stereo, two flat), a display of 640 × 480, a rig, an experiment."""
     import numpy as np
 
-    from stimuli.exr import write_exr
-    from stimuli.stereo_image import StereoImage
+    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.stereo_image import StereoImage
 
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
     rng = np.random.default_rng(4)

@@ -10,7 +10,7 @@ from analysis.bids.columns import FIXED, Column
 from analysis.bids.flatten import flatten
 from analysis.bids.text import MISSING, cell
 from analysis.errors import ResultsError
-from analysis.records import SessionLog, Trial
+from analysis.records.session_record import SessionLog, Trial
 from documents import Finding
 
 _BIDS_TIME = re.compile(

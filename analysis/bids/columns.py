@@ -10,7 +10,7 @@ from typing import Any
 
 from analysis.bids.flatten import Place, flatten
 from analysis.bids.text import escape
-from analysis.records import Trial
+from analysis.records.session_record import Trial
 
 # A key that holds more places than this is one column of JSON: a mapping by name, not a record.
 _MOST_PLACES = 256

@@ -14,7 +14,7 @@ from typing import Any
 from analysis.bids.sources import Source
 from analysis.bids.table import write_json, write_table
 from analysis.bids.text import escape
-from documents.counting import counted
+from documents.text.counting import counted
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"

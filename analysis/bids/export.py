@@ -17,7 +17,7 @@ from analysis.bids.sidecar import session_sidecar, task_sidecar
 from analysis.bids.sources import Source, find_sources, log_files
 from analysis.bids.table import write_json, write_table
 from analysis.errors import ResultsError
-from analysis.records import SessionLog, read_session
+from analysis.records.session_record import SessionLog, read_session
 from documents import Finding
 
 Progress = Callable[[str, int, int], None]

@@ -9,7 +9,7 @@ from typing import Any
 
 from analysis.bids.answers import seconds_between, time_cell
 from analysis.bids.text import MISSING, cell
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 
 HEADER = ("onset", "duration", "trial_type", "block", "trial", "attempt", "by", "response_time", "utc", "value")
 DEFINITIONS: dict[str, Any] = {

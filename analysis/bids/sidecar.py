@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from analysis.bids.sources import Source
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 
 
 def presentation(log: SessionLog) -> dict[str, Any]:

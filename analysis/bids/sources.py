@@ -9,7 +9,7 @@ from pathlib import Path
 
 from analysis.bids.labels import check_label, task_label
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, SessionLog, read_session, session_files
+from analysis.records.session_record import FILE_NAME, SessionLog, read_session, session_files
 from documents import Finding, InputError
 
 Progress = Callable[[str, int, int], None]

@@ -17,9 +17,9 @@ from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import Replicates, resample_counts
-from analysis.bradley_terry import BradleyTerryFit, fit
-from analysis.firth import contrast_variances
-from analysis.multiplicity import Adjust, benjamini_hochberg, holm, single_step, two_sided_p
+from analysis.classes.multiplicity import Adjust, benjamini_hochberg, holm, single_step, two_sided_p
+from analysis.scaling.bradley_terry import BradleyTerryFit, fit
+from analysis.scaling.firth import contrast_variances
 
 Floats = NDArray[np.float64]
 MAXZ_SAMPLES = 10_000
@@ -123,7 +123,8 @@ def family_error(
 
 
 def _least_p(absolute_z: Floats, covariance: Floats, adjust: Adjust, df: float | None) -> float:
-    """Return the smallest p value, as `analysis.multiplicity.adjusted_p` has it; with fewer draws for ``maxz``."""
+    """Return the smallest p value, as `analysis.classes.multiplicity.adjusted_p` has it; with fewer draws for
+    ``maxz``."""
     if adjust == "maxz":
         return float(single_step(absolute_z.max(keepdims=True), covariance, df, MAXZ_SAMPLES)[0])
     raw = two_sided_p(absolute_z, df)

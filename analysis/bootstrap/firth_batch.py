@@ -1,12 +1,12 @@
-"""Firth's penalised fit [Firth1993] of many matrices of counts at once: the iteration of `analysis.firth`."""
+"""Firth's penalised fit [Firth1993] of many matrices of counts at once: the iteration of `analysis.scaling.firth`."""
 
 from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis import laplacian, newton
-from analysis.firth import MOST_HALVINGS, MOST_ITERATIONS
+from analysis.scaling import laplacian, newton
+from analysis.scaling.firth import MOST_HALVINGS, MOST_ITERATIONS
 
 Floats = NDArray[np.float64]
 

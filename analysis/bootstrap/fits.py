@@ -14,10 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis import newton
 from analysis.bootstrap import firth_batch
-from analysis.bradley_terry import Method
-from analysis.separation import are_connected
+from analysis.scaling import newton
+from analysis.scaling.bradley_terry import Method
+from analysis.scaling.separation import are_connected
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

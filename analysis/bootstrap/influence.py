@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis import laplacian
+from analysis.scaling import laplacian
 
 Floats = NDArray[np.float64]
 

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import Fits, fit_each
-from analysis.bradley_terry import BradleyTerryFit, Method, fit
-from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.separation import are_connected
+from analysis.scaling.bradley_terry import BradleyTerryFit, Method, fit
+from analysis.scaling.separation import are_connected
 from documents import Finding
 
 Floats = NDArray[np.float64]

@@ -13,9 +13,9 @@ from numpy.typing import NDArray
 from analysis.bootstrap.firth_batch import contrast_variances, pseudo_inverses
 from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
-from analysis.classes import check_level, labelled, letter_display, numbered
+from analysis.classes.classes import check_level, labelled, letter_display, numbered
+from analysis.classes.multiplicity import ADJUSTMENTS, Adjust, benjamini_hochberg, holm, single_step, two_sided_p
 from analysis.errors import ResultsError
-from analysis.multiplicity import ADJUSTMENTS, Adjust, benjamini_hochberg, holm, single_step, two_sided_p
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -80,7 +80,7 @@ def class_stability(
     adjust: Adjust = "holm",
     covariance: Covariance = "model",
 ) -> Stability:
-    """Find the classes of each replicate anew, as `analysis.classes.classify` does.
+    """Find the classes of each replicate anew, as `analysis.classes.classes.classify` does.
 
     Parameters
     ----------

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from analysis.factors.terms import Term
 from analysis.factors.values import LeftOut
-from analysis.separation import Groups
+from analysis.scaling.separation import Groups
 
 Floats = NDArray[np.float64]
 TOLERANCE = 1e-9
@@ -26,7 +26,7 @@ def choose_terms(terms: Sequence[Term], groups: Groups) -> tuple[list[Term], lis
     Parameters
     ----------
     groups
-        The items that comparisons link, as `analysis.separation.compared_groups` gives them.
+        The items that comparisons link, as `analysis.scaling.separation.compared_groups` gives them.
     """
     kept: list[Term] = []
     left_out = []

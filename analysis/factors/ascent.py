@@ -13,9 +13,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.newton import MOST_HALVINGS, MOST_ITERATIONS, has_settled
-from analysis.pair_models.cells import Cells
-from analysis.pair_models.logistic import Logistic
+from analysis.scaling.cells import Cells
+from analysis.scaling.logistic import Logistic
+from analysis.scaling.newton import MOST_HALVINGS, MOST_ITERATIONS, has_settled
 
 Floats = NDArray[np.float64]
 

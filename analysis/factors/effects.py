@@ -7,7 +7,7 @@ from typing import Any, get_args
 
 import numpy as np
 
-from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.aliasing import choose_terms
 from analysis.factors.ascent import climb
@@ -18,9 +18,9 @@ from analysis.factors.likelihood_ratio import centred_basis, factor_tests, inter
 from analysis.factors.result import FactorEffects, FactorMethod
 from analysis.factors.terms import Coding, main_term
 from analysis.factors.values import Value, Wishes, read_factors
-from analysis.pair_models.cells import count_cells
-from analysis.pair_models.fit import DEFAULT_PRIOR_SD
-from analysis.separation import compared_groups
+from analysis.scaling.cells import count_cells
+from analysis.scaling.pair_fit import DEFAULT_PRIOR_SD
+from analysis.scaling.separation import compared_groups
 from documents import Finding
 
 
@@ -53,7 +53,7 @@ def factor_effects(
     coding
         ``treatment``: effects are differences from the reference level; ``sum``: from the mean of all levels.
     method
-        ``ml``, or ``map`` with a Gaussian prior on each strength, as `analysis.pair_models.fit.fit_model` has it.
+        ``ml``, or ``map`` with a Gaussian prior on each strength, as `analysis.scaling.pair_fit.fit_model` has it.
     prior_sd
         Standard deviation of that prior, in nats.
 

@@ -11,10 +11,10 @@ from analysis.factors.ascent import Fit
 from analysis.factors.likelihood_ratio import NO_SPREAD, centred_basis, robust_wald
 from analysis.factors.rows import Effect, effect
 from analysis.factors.terms import Term
-from analysis.pair_models.ascent import Point
-from analysis.pair_models.cells import Cells, Lines
-from analysis.pair_models.logistic import Logistic
-from analysis.pair_models.sandwich import observer_scores
+from analysis.scaling.ascent import Point
+from analysis.scaling.cells import Cells, Lines
+from analysis.scaling.logistic import Logistic
+from analysis.scaling.sandwich import observer_scores
 
 Floats = NDArray[np.float64]
 

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.factors.terms import Term
-from analysis.pair_models.cells import Cells
-from analysis.separation import strong_groups
+from analysis.scaling.cells import Cells
+from analysis.scaling.separation import strong_groups
 from documents import Finding
 
 Floats = NDArray[np.float64]

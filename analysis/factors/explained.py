@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis import bradley_terry
 from analysis.factors.ascent import Fit
 from analysis.factors.likelihood_ratio import chance
-from analysis.pair_models.cells import Cells
-from analysis.pair_models.logistic import Logistic
+from analysis.scaling import bradley_terry
+from analysis.scaling.cells import Cells
+from analysis.scaling.logistic import Logistic
 
 Floats = NDArray[np.float64]
 

@@ -7,8 +7,8 @@ from collections.abc import Sequence
 from analysis.errors import ResultsError
 from analysis.factors.drawn_rows import DrawnRow, drawn_rows
 from analysis.factors.result import FactorEffects
-from analysis.report.drawing import FAINT, INK, drawing, svg_of
 from documents import Finding
+from documents.pages.drawing import FAINT, INK, drawing, svg_of
 
 EFFECT, LONGEST_NAME = "#165466", 34
 

@@ -15,14 +15,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.classes.multiplicity import holm
 from analysis.factors.aliasing import orthonormal, rank_gained
 from analysis.factors.ascent import Fit, climb
 from analysis.factors.existence import is_separated
 from analysis.factors.terms import Term, empty_cell, interaction_term
 from analysis.factors.values import Factor
-from analysis.multiplicity import holm
-from analysis.pair_models.cells import Cells
-from analysis.separation import Groups
+from analysis.scaling.cells import Cells
+from analysis.scaling.separation import Groups
 
 Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from analysis.multiplicity import two_sided_p
-from analysis.pair_models.parameter import TWO_SIDED_95
+from analysis.classes.multiplicity import two_sided_p
+from analysis.scaling.parameter import TWO_SIDED_95
 
 
 @dataclass(frozen=True, slots=True)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from analysis.errors import ResultsError
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from documents import Finding
 
 Kind = Literal["categorical", "numeric", "log2"]

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from analysis.records import SessionLog
-from analysis.session_comparisons import KINDS
+from analysis.comparisons.session_comparisons import KINDS
+from analysis.records.session_record import SessionLog
 
 
 @dataclass(frozen=True, slots=True)

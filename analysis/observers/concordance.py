@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.tails import Tail, from_chances, from_moments
 from analysis.observers.verdicts import Verdicts, verdicts
 

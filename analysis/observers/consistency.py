@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.tails import Tail, from_chances, from_moments
 from analysis.observers.tournaments import EXACT_UP_TO, triad_chances
 from analysis.observers.verdicts import Flags, Verdicts, verdicts

@@ -6,10 +6,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from analysis import screening as vision
 from analysis.errors import ResultsError
+from analysis.observers import screening as vision
 from analysis.observers.catch_answers import catch_answers
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from documents import Finding
 
 

@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis import multiplicity
 from analysis.bootstrap import firth_batch
 from analysis.bootstrap.fits import fit_each
-from analysis.bradley_terry import probabilities
-from analysis.comparisons import Comparisons
+from analysis.classes import multiplicity
+from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.tails import lower_tail
+from analysis.scaling.bradley_terry import probabilities
 
 Floats = NDArray[np.float64]
 

@@ -8,8 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from analysis.records import SessionLog, Trial
-from analysis.session_comparisons import is_comparison
+from analysis.comparisons.session_comparisons import is_comparison
+from analysis.records.session_record import SessionLog, Trial
 
 TOO_FAST_S = 0.2
 FEWEST_ANSWERS = 8

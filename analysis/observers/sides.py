@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons
 
 
 @dataclass(frozen=True, slots=True)

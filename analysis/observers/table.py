@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from analysis.bradley_terry import BradleyTerryFit, fit
-from analysis.comparisons import Comparisons
-from analysis.mixtures import refuse_mixtures
+from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.session_comparisons import from_sessions, is_comparison, is_tie
 from analysis.observers.catch_answers import CatchAnswers, catch_answers
 from analysis.observers.concordance import SHUFFLES, Concordance, concordance
 from analysis.observers.consistency import Consistency, consistencies
@@ -18,11 +17,12 @@ from analysis.observers.filters import screened_well, sessions_by_observer
 from analysis.observers.fit_to_rest import LEVEL, FitToRest, fits_to_rest
 from analysis.observers.repeats import SelfAgreement, self_agreements
 from analysis.observers.response_times import TOO_FAST_S, ResponseTimes, response_times
+from analysis.observers.screening import Outcome, outcomes
 from analysis.observers.sides import SideBias, side_biases
-from analysis.records import SessionLog
-from analysis.screening import Outcome, outcomes
-from analysis.session_comparisons import from_sessions, is_comparison, is_tie
-from documents.counting import counted
+from analysis.records.mixtures import refuse_mixtures
+from analysis.records.session_record import SessionLog
+from analysis.scaling.bradley_terry import BradleyTerryFit, fit
+from documents.text.counting import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,7 +138,7 @@ def observers_in_sessions(
     Raises
     ------
     ResultsError
-        As `analysis.mixtures.refuse_mixtures`, or if a record is damaged.
+        As `analysis.records.mixtures.refuse_mixtures`, or if a record is damaged.
     """
     refuse_mixtures(sessions)
     compared = any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials)

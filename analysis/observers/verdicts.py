@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons
 
 Floats = NDArray[np.float64]
 Verdicts = NDArray[np.int8]

@@ -12,9 +12,9 @@ from analysis.power.figure import chances_svg, classes_svg, widths_svg
 from analysis.power.needed import Needed
 from analysis.power.plan import Plan
 from analysis.power.rows import size_rows
-from analysis.report.environment import page_environment
 from analysis.report.page import ADJUSTMENT_NAMES
-from documents.whole_file import write_whole
+from documents.files.whole_file import write_whole
+from documents.pages.environment import page_environment
 
 INTERVAL_NAMES = {"wald": "estimate ± quantile × standard error", "bootstrap": "observer bootstrap"}
 COVARIANCE_NAMES = {"model": "the model's", "sandwich": "sandwich, by observer, Student's t"}

@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.stability import Covariance
-from analysis.bradley_terry import probabilities
-from analysis.classes import check_level
+from analysis.classes.classes import check_level
+from analysis.classes.multiplicity import Adjust, single_step
 from analysis.errors import ResultsError
-from analysis.laplacian import pseudo_inverse
-from analysis.multiplicity import Adjust, single_step
+from analysis.scaling.bradley_terry import probabilities
+from analysis.scaling.laplacian import pseudo_inverse
 from documents import Finding
 
 Floats = NDArray[np.float64]

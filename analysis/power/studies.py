@@ -9,9 +9,9 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap.firth_batch import contrast_variances, pseudo_inverses
 from analysis.bootstrap.fits import fit_each
-from analysis.bradley_terry import probabilities
-from analysis.multiplicity import benjamini_hochberg, holm, two_sided_p
+from analysis.classes.multiplicity import benjamini_hochberg, holm, two_sided_p
 from analysis.power.plan import Plan
+from analysis.scaling.bradley_terry import probabilities
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -7,9 +7,9 @@ from collections.abc import Callable
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bradley_terry import Method
 from analysis.power.plan import Interval
 from analysis.power.studies import Studies
+from analysis.scaling.bradley_terry import Method
 
 Floats = NDArray[np.float64]
 

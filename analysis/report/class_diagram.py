@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.report.drawing import FAINT, INK, drawing, short, svg_of
 from analysis.report.palette import class_colours
 from analysis.report.summary import Summary
 from analysis.report.words import percent
+from documents.pages.drawing import FAINT, INK, drawing, short, svg_of
 
 BEYOND = 0.36  # how far a bar reaches beyond its first and last stimulus, in rows
 

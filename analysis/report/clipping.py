@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from analysis.records import Header
+from analysis.records.session_record import Header
 
 EYES = ("left", "right")
 

@@ -18,7 +18,7 @@ from analysis.report.sections.scores import classes_section, scores_section
 from analysis.report.sections.series import series_sections
 from analysis.report.sections.shown import Thumbnails, clipping_section, gallery_section, timing_section
 from analysis.report.sections.vision import vision_section
-from analysis.terminal import Published
+from analysis.scaling.terminal import Published
 
 ADJUSTMENT_NAMES: Mapping[str, str] = {
     "none": "no correction for the number of pairs",

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from pathlib import Path
 
 from analysis.report.blocks import Cell, Column, Table
-from documents.whole_file import write_whole
+from documents.files.whole_file import write_whole
 
 # What a spreadsheet takes for the beginning of a formula, or skips before looking for one.
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.report.drawing import DEEP, INK, drawing, rows_only, short, svg_of
+from documents.pages.drawing import DEEP, INK, drawing, rows_only, short, svg_of
 
 Row = tuple[str, float | None, float | None, float | None]
 

@@ -12,13 +12,13 @@ from numpy.typing import NDArray
 from analysis.bootstrap.intervals import DEFAULT, intervals
 from analysis.bootstrap.replicates import Replicates, resample
 from analysis.bootstrap.stability import Covariance, Stability, class_stability
-from analysis.bradley_terry import BradleyTerryFit
-from analysis.classes import classify
-from analysis.comparisons import Comparisons
-from analysis.gaussian_prior import learnt_posterior
-from analysis.multiplicity import Adjust
-from analysis.scores import Scores, score
-from analysis.separation import compared_groups
+from analysis.classes.classes import classify
+from analysis.classes.multiplicity import Adjust
+from analysis.comparisons.comparisons import Comparisons
+from analysis.scaling.bradley_terry import BradleyTerryFit
+from analysis.scaling.gaussian_prior import learnt_posterior
+from analysis.scaling.scores import Scores, score
+from analysis.scaling.separation import compared_groups
 
 Floats = NDArray[np.float64]
 CovarianceWish = Literal["auto", "model", "sandwich"]
@@ -132,7 +132,7 @@ def _drawn(comparisons: Comparisons, way: Way) -> Replicates | None:
 
 
 def _with_sandwich(scores: Scores, alpha: float, adjust: Adjust, df: int) -> Scores:
-    from analysis.pair_models.fit import fit_model
+    from analysis.scaling.pair_fit import fit_model
 
     spread = fit_model(scores.comparisons, covariance="sandwich").covariance
     return _with(scores, {"covariance": spread}, alpha, adjust, df)

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from analysis.report.drawing import FAINT, INK, drawing, short, svg_of
 from analysis.report.palette import class_colours
 from analysis.report.summary import Summary
+from documents.pages.drawing import FAINT, INK, drawing, short, svg_of
 
 MOST_NAMED = 5
 

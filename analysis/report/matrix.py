@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from analysis.scores import Scores
+from analysis.scaling.scores import Scores
 
 
 @dataclass(frozen=True, slots=True)

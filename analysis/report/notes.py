@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.catch_trials import catch_results
-from analysis.preferences import preferences
-from analysis.records import SessionLog
+from analysis.observers.catch_trials import catch_results
+from analysis.ratings.preferences import preferences
+from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate
-from analysis.scores import Scores
-from analysis.separation import explain
+from analysis.scaling.scores import Scores
+from analysis.scaling.separation import explain
 
 FEWEST_EXPECTED = 5.0
 FEWEST_FOR_CHOSEN_PAIRS = 5
@@ -103,7 +103,7 @@ def _on_fit(found: Estimate) -> list[str]:
 
 
 def _fewest_expected(scores: Scores) -> float | None:
-    from analysis.bradley_terry import probabilities
+    from analysis.scaling.bradley_terry import probabilities
 
     if scores.fit.separated:
         return None

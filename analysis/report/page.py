@@ -5,20 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 
-from analysis.multiplicity import Adjust
+from analysis.classes.multiplicity import Adjust
 from analysis.observers.filters import Filter
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Section
 from analysis.report.contents import ADJUSTMENT_NAMES, sections_of, tables_of
 from analysis.report.csv_files import write_csv_files
-from analysis.report.environment import page_environment
 from analysis.report.estimate import CovarianceWish
 from analysis.report.palette import class_colours
 from analysis.report.report import Report, describe
 from analysis.report.sections.shown import Thumbnails
 from analysis.report.words import chance, fixed
-from analysis.terminal import Published
-from documents.whole_file import write_whole
+from analysis.scaling.terminal import Published
+from documents.files.whole_file import write_whole
+from documents.pages.environment import page_environment
 
 __all__ = ["ADJUSTMENT_NAMES", "render", "write_report"]
 

@@ -6,24 +6,24 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from analysis.classes.multiplicity import Adjust
+from analysis.comparisons.session_comparisons import is_comparison
 from analysis.errors import ResultsError
-from analysis.mixtures import refuse_mixtures
-from analysis.multiplicity import Adjust
 from analysis.observers.filters import Filter, Kept, keep
 from analysis.observers.table import ObserverTable, observers_in_sessions
-from analysis.preferences import Preferences, preferences
-from analysis.ratings import RatingSummary, summarise_ratings
-from analysis.records import Header, SessionLog
+from analysis.ratings.preferences import Preferences, preferences
+from analysis.ratings.ratings import RatingSummary, summarise_ratings
+from analysis.records.mixtures import refuse_mixtures
+from analysis.records.session_record import Header, SessionLog
 from analysis.report.estimate import CovarianceWish
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
 from analysis.report.summary import Summary, summarise
-from analysis.session_comparisons import is_comparison
 from documents import Finding
 
 if TYPE_CHECKING:  # its figures take their colours from here
-    from analysis.best_of_series.summary import SeriesSummary
     from analysis.factors.result import FactorEffects
+    from analysis.series.summary import SeriesSummary
 
 SHUFFLES = 999  # names of stimuli shuffled so often, against strangers: three digits of p
 KIND_WORDS = {
@@ -139,7 +139,7 @@ def describe(
     pairs = summarise(stayed, alpha, adjust, covariance) if compared else None
     series = None
     if "best_of_series" in kinds:
-        from analysis.best_of_series.summary import summarise_series
+        from analysis.series.summary import summarise_series
 
         series = summarise_series(stayed)
     notes = list(pairs.notes) if pairs else on_sessions(stayed)

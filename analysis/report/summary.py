@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.catch_trials import catch_results
+from analysis.classes.multiplicity import ADJUSTMENTS, Adjust
+from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.errors import ResultsError
-from analysis.multiplicity import ADJUSTMENTS, Adjust
-from analysis.preferences import preferences
-from analysis.records import Header, SessionLog
+from analysis.observers.catch_trials import catch_results
+from analysis.ratings.preferences import preferences
+from analysis.records.session_record import Header, SessionLog
 from analysis.report.estimate import COVARIANCE_WISHES, TWO_SIDED_95, CovarianceWish, Estimate, estimate
 from analysis.report.notes import notes_on
-from analysis.scores import Scores
-from analysis.session_comparisons import from_sessions, is_comparison
+from analysis.scaling.scores import Scores
 from documents import Finding
 
 
@@ -142,7 +142,7 @@ def summarise(
     Raises
     ------
     ResultsError
-        As `analysis.session_comparisons.from_sessions`, or if the header asks for an unknown analysis.
+        As `analysis.comparisons.session_comparisons.from_sessions`, or if the header asks for an unknown analysis.
     """
     comparisons = from_sessions(sessions)
     header = sessions[0].header

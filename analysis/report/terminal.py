@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from analysis.report.report import Report
 from analysis.report.summary import Summary
-from analysis.terminal import Published, print_scores
+from analysis.scaling.terminal import Published, print_scores
 
 if TYPE_CHECKING:
     from rich.console import Console

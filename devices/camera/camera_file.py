@@ -15,7 +15,7 @@ from devices.camera.camera_model import CameraModel, ExposureSet, Form
 from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding, load_document
-from documents.whole_file import write_whole
+from documents.files.whole_file import write_whole
 
 Triple = tuple[float, float, float]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour import XYZ_from_xyY
+from devices.colour.spaces import XYZ_from_xyY
 from devices.errors import DeviceError
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import Finding

@@ -20,8 +20,8 @@ from devices.camera.correspondences import FULL_SCALE, Correspondences
 from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding
-from documents.characters import visible
-from documents.separators import other_separator
+from documents.files.separators import other_separator
+from documents.text.characters import visible
 
 Floats = NDArray[np.float64]
 

@@ -17,8 +17,8 @@ from devices.camera.fit_checks import check_black, check_determined, check_enoug
 from devices.camera.outliers import find_outliers, why
 from devices.camera.solve import Loss, design, left_out_xyz, solve
 from devices.characterise.figures import Errors, errors_of
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
 from documents import Finding
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 from devices.camera.camera_model import CameraModel, Form
 from devices.camera.correspondences import Correspondences
 from devices.camera.solve import condition_of
-from devices.colour import xyz_to_lab
+from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
 from documents import Finding
-from documents.counting import counted
+from documents.text.counting import counted
 
 Floats = NDArray[np.float64]
 

@@ -11,8 +11,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.solve import condition_of
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from devices.camera.camera_model import Form
 from devices.characterise.metric import difference_roots
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
 
 Floats = NDArray[np.float64]
 Loss = Literal["xyz", "delta-e"]

@@ -27,12 +27,12 @@ from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches, patches
 from devices.characterise.plvc_fit import fit_plvc
 from devices.characterise.table_fit import fit_table
-from devices.display import DisplayModel
+from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
 from devices.errors import DeviceError
 from devices.measurements.table import Measurements
-from devices.plvc import Plvc
 from documents import Finding
-from documents.counting import counted
+from documents.text.counting import counted
 
 Floats = NDArray[np.float64]
 Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc"]

@@ -6,11 +6,11 @@ from collections.abc import Iterable
 
 import yaml
 
-from devices.display import DisplayModel
-from devices.model_spec import MixturesSpec
-from devices.plvc import Plvc
-from devices.table_curve import TableCurve
-from devices.tone_curve import ToneCurve
+from devices.display.model import DisplayModel
+from devices.display.model_spec import MixturesSpec
+from devices.display.plvc import Plvc
+from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import ToneCurve
 
 _COLOURS = ("red", "green", "blue")
 

@@ -7,12 +7,12 @@ from numpy.typing import NDArray
 
 from devices.characterise.parametric import robust_matrix
 from devices.characterise.patches import primaries_at_full
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
 from devices.measurements.table import Measurements
 from documents import Finding
-from documents.counting import counted
+from documents.text.counting import counted
 
 Floats = NDArray[np.float64]
 

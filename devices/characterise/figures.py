@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.characterise.patches import Patches
-from devices.ciede2000 import delta_e_2000
-from devices.code_table import code_tables, table_codes
-from devices.colour import xyz_to_lab
-from devices.display import DisplayModel
-from devices.knot_table import knotted_codes
-from devices.table_curve import TableCurve
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.code_table import code_tables, table_codes
+from devices.display.knot_table import knotted_codes
+from devices.display.model import DisplayModel
+from devices.display.table_curve import TableCurve
 
 Floats = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.ciede2000 import delta_e_2000
+from devices.colour.ciede2000 import delta_e_2000
 
 Floats = NDArray[np.float64]
 

@@ -10,10 +10,10 @@ from typing import Any
 
 from devices.characterise.display_yaml import quoted
 from devices.characterise.yaml_keys import set_keys
-from devices.display_file import EYES, PanelSpec, read_display
+from devices.display.display_file import EYES, PanelSpec, read_display
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.yaml_source import YamlSource, parse_yaml, read_yaml
+from documents.yaml.source import YamlSource, parse_yaml, read_yaml
 
 CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "source")
 _PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map"}

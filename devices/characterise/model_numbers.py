@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from devices.display import DisplayModel
-from devices.tone_curve import ToneCurve
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 
 _COLOURS = ("red", "green", "blue")
 

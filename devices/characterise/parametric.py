@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import Kind
 from devices.characterise.patches import Patches
-from devices.display import DisplayModel
-from devices.tone_curve import ToneCurve
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 
 Floats = NDArray[np.float64]
 # Eigenvalues of JᵀJ are exact to about 1e-15 of the largest: down to here, conditions to a thousandth.

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.characterise.metric import difference_roots, lab_slopes
-from devices.colour import xyz_to_lab
+from devices.colour.spaces import xyz_to_lab
 
 Floats = NDArray[np.float64]
 

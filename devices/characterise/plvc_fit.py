@@ -9,8 +9,8 @@ from numpy.typing import NDArray
 
 from devices.characterise.parametric import Fitted, condition_of
 from devices.characterise.patches import Patches
-from devices.plvc import CROSS, MIXTURES, NODES, PAIRS, Plvc
-from devices.table_curve import TableCurve
+from devices.display.plvc import CROSS, MIXTURES, NODES, PAIRS, Plvc
+from devices.display.table_curve import TableCurve
 
 Floats = NDArray[np.float64]
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.table_curve import TableCurve
-from devices.tone_curve import ToneCurve
+from devices.display.model import DisplayModel
+from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import ToneCurve
 
 Floats = NDArray[np.float64]
 

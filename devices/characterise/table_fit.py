@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from devices.characterise.parametric import Fitted, condition_of
 from devices.characterise.patches import Patches
-from devices.display import DisplayModel
-from devices.table_curve import TableCurve
+from devices.display.model import DisplayModel
+from devices.display.table_curve import TableCurve
 
 Floats = NDArray[np.float64]
 

@@ -13,7 +13,7 @@ import yaml
 
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.yaml_source import parse_yaml
+from documents.yaml.source import parse_yaml
 
 # What YAML takes for the end of a line.
 _LINE = re.compile("[^\n\r\x85\u2028\u2029]*(?:\r\n|[\n\r\x85\u2028\u2029]|$)")

@@ -13,7 +13,7 @@ from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, 
 from devices.diagnostics.ramps import FLOOR_SHARE, black_or_none, means, primaries, uv, xy
 from devices.diagnostics.spectral_locus import locus_line
 from devices.measurements import Measurements
-from documents.counting import counted
+from documents.text.counting import counted
 
 Floats = NDArray[np.float64]
 

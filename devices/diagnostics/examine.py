@@ -23,7 +23,7 @@ from devices.diagnostics.tags import Kind, plain, tagged, untagged
 from devices.diagnostics.tone_response import headroom, tone_response
 from devices.diagnostics.uniformity import uniformity
 from devices.diagnostics.warm_up import warm_up
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from devices.measurements import Measurements, PatchEye
 
 Examination = Callable[[Measurements], Diagnosis]

@@ -1,17 +1,17 @@
 """Crosstalk: how much of one eye's picture the other eye sees, from readings through each lens.
 
 A reading named ``black@other=red`` through the left lens had the left picture black and the right one red; a plain
-reading through one lens had the other picture black. The matrices are those of `devices.crosstalk_fit`.
+reading through one lens had the other picture black. The matrices are those of `devices.characterise.crosstalk_fit`.
 """
 
 from __future__ import annotations
 
 import numpy as np
 
-from devices.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, fit_crosstalk
+from devices.characterise.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, fit_crosstalk
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.tags import patch_name, tag, tagged
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from devices.errors import DeviceError
 from devices.measurements import Measurements
 

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from devices.compensation.gain_map import GainMap
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.tags import tagged
-from devices.gain_map import GainMap
 from devices.measurements import Measurements
 
 CHECK = Check(

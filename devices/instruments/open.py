@@ -8,7 +8,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
 
-from devices.display import DisplayModel
+from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from devices.instruments.instrument import Instrument
 from devices.instruments.manual import Manual

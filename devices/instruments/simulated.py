@@ -8,11 +8,11 @@ from dataclasses import dataclass, fields
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.crosstalk import Crosstalk
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
 from devices.errors import DeviceError
-from devices.gain_map import GainMap
 from devices.instruments.instrument import Reading, Showing
 from devices.patches.arrangement import PatchEye, degrees
 from documents import Finding

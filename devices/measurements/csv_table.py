@@ -21,8 +21,8 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.bounded_file import bounded_bytes
-from documents.separators import other_separator
+from documents.files.bounded_file import bounded_bytes
+from documents.files.separators import other_separator
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")

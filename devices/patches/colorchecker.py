@@ -14,8 +14,8 @@ from importlib.resources import files
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import XYZ_from_xyY
-from devices.display import DisplayModel
+from devices.colour.spaces import XYZ_from_xyY
+from devices.display.model import DisplayModel
 
 Floats = NDArray[np.float64]
 

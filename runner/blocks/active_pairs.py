@@ -14,10 +14,10 @@ from runner.blocks.pair_choice import Gain, PairChooser
 from runner.blocks.pair_views import SimultaneousView
 from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Hold, Steps, answer
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.tasks import Compare
 from runner.blocks.ties import Ties
 from runner.ports import Ask
 from runner.presenter.scene import Scene
-from runner.tasks import Compare
 
 _FIRST_SHARE = {"first": 1.0, "second": 0.0}  # of a win; any other answer prefers neither and is half a win for each
 

@@ -15,10 +15,10 @@ from runner.blocks.pair_ratings import PairRatings
 from runner.blocks.pair_views import SequenceView, SimultaneousView
 from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Hold, Steps, answer
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.tasks import Compare
 from runner.blocks.ties import Ties
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene, Text
-from runner.tasks import Compare
 
 _SECONDS_PER_RATING = 4.0
 

@@ -14,9 +14,9 @@ from runner.blocks.series_face import series_pictures, series_scene, series_targ
 from runner.blocks.spaced import spaced
 from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Response, Steps, answer
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.tasks import Browse
 from runner.ports import Ask
 from runner.presenter.scene import Scene
-from runner.tasks import Browse
 
 SIMILARITY = Scale(
     "similarity",

@@ -10,8 +10,8 @@ from typing import Any, Literal
 from runner.blocks.message import page
 from runner.blocks.steps import Block, Draft, Hold, Response, Steps, answer
 from runner.blocks.style import FULL_HD_HALF, Style
-from runner.tasks import Choose
-from stimuli.stereo_image import StereoImage
+from runner.blocks.tasks import Choose
+from stimuli.pictures.stereo_image import StereoImage
 
 Feedback = Literal["none", "correctness", "choice"]
 _FEEDBACK_S = 2.0

@@ -17,9 +17,9 @@ from runner.blocks.pair_order import spread
 from runner.blocks.pair_views import SequenceView, SimultaneousView
 from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Hold, Steps, answer
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.tasks import Compare
 from runner.ports import Ask
 from runner.presenter.scene import Scene
-from runner.tasks import Compare
 
 View = Literal["stereo", "flat"]
 _OWN_PACE_S = 3.0

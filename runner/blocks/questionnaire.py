@@ -10,10 +10,10 @@ from runner.blocks.fields import Number, Words
 from runner.blocks.frames import button, lines_needed
 from runner.blocks.steps import Block, Draft, Response, Steps, answer
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.tasks import Choose
 from runner.blocks.typing import typed
 from runner.ports import Ask
 from runner.presenter.scene import Item, Scene
-from runner.tasks import Choose
 
 SECONDS_PER_QUESTION = 8.0
 NO_ANSWER = "none"

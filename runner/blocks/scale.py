@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from runner.blocks.layouts import SingleLayout
 from runner.blocks.steps import Response, answer
 from runner.blocks.style import Style
+from runner.blocks.tasks import Rate
 from runner.ports import Ask, Target
 from runner.presenter.scene import Item, Scene, Text
-from runner.tasks import Rate
 
 MOST_POINTS = 11
 _LINE, _END = 40.0, 360.0  # from the top of the scale to its line, from its middle to either end

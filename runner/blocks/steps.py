@@ -9,7 +9,7 @@ from typing import Any, TypeAlias
 
 from runner.ports import Ask
 from runner.presenter.scene import Scene
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 SECONDS_PER_TRIAL = 5.0
 

@@ -8,9 +8,9 @@ from runner.blocks.fields import Number, Words
 from runner.blocks.frames import button, frame, lines_needed
 from runner.blocks.steps import Response, answer
 from runner.blocks.style import Style
+from runner.blocks.tasks import Write
 from runner.ports import Ask
 from runner.presenter.scene import Scene
-from runner.tasks import Write
 
 _PROMPT, _TYPE, _WIDTH = 30, 26, 780
 _LINE_SPACING = 1.25

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from documents.yaml_source import YamlSource
+from documents.yaml.source import YamlSource
 from runner.blocks.message import CONTINUE_KEYS
 from runner.blocks.steps import Block
 from runner.check.checked import Checked

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from documents import Finding, InputError
-from documents.yaml_source import read_yaml
+from documents.yaml.source import read_yaml
 from runner.check import experiment, other_kinds
 from runner.check.checked import Checked, Wishes
 

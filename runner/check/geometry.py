@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from devices.viewing import CYCLES_PER_DEGREE, pixels_per_degree, visual_angle_deg
-from documents.yaml_source import YamlSource
+from devices.display.viewing import CYCLES_PER_DEGREE, pixels_per_degree, visual_angle_deg
+from documents.yaml.source import YamlSource
 from runner.check.checked import Checked
 from runner.check.places import finding_at
 from runner.protocol.experiment import Experiment

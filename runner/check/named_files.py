@@ -4,12 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from devices.rig_file import read_rig
+from devices.display.rig_file import read_rig
 from documents import Finding, InputError
-from documents.tidy_path import beside
-from documents.yaml_source import read_yaml
-from stimuli.needs import input_files, unreadable
-from stimuli.recipe import read_recipe
+from documents.files.tidy_path import beside
+from documents.yaml.source import read_yaml
+from stimuli.recipes.needs import input_files, unreadable
+from stimuli.recipes.recipe import read_recipe
 
 
 def faults_of_named_files(experiment_file: Path) -> list[Finding]:

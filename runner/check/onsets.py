@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from devices.rig_file import Rig
+from devices.display.rig_file import Rig
 from documents import Finding
 from runner.check.checked import Checked
-from runner.timing_record import NOT_VERIFIED
+from runner.session.timing_record import NOT_VERIFIED
 
 
 def onsets(checked: Checked, rig: Rig) -> None:

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from analysis.validation.regions_file import read_regions
 from devices.camera.camera_file import read_camera
-from devices.display_file import read_display
-from devices.rig_file import read_rig
-from devices.verification_file import read_verification
-from devices.viewing import pixels_per_degree
+from devices.display.display_file import read_display
+from devices.display.rig_file import read_rig
+from devices.display.verification_file import read_verification
+from devices.display.viewing import pixels_per_degree
 from documents import Finding
-from documents.yaml_source import read_yaml
+from documents.yaml.source import read_yaml
 from runner.check.checked import Checked, Wishes
 from runner.check.named_files import missing_pictures
 from runner.check.onsets import onsets
 from runner.check.screen import look
 from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
-from stimuli.names import stimulus_names
-from stimuli.recipe import read_recipe
+from stimuli.comparison.regions_file import read_regions
+from stimuli.recipes.names import stimulus_names
+from stimuli.recipes.recipe import read_recipe
 
 
 def check_display(checked: Checked, wishes: Wishes) -> None:

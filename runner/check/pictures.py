@@ -6,14 +6,14 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from typing import Any
 
-from documents.counting import counted
-from documents.yaml_source import YamlSource
+from documents.text.counting import counted
+from documents.yaml.source import YamlSource
 from runner.check.checked import Checked, Wishes
 from runner.check.places import finding_at
-from runner.ledger import Ledger
 from runner.protocol.experiment import Experiment
-from stimuli.build import StimulusSet, build
-from stimuli.display_setup import DisplaySetup
+from runner.session.ledger import Ledger
+from stimuli.build.build import StimulusSet, build
+from stimuli.build.display_setup import DisplaySetup
 
 # A share of a picture's area: an odd pixel at its edge is nothing to warn of.
 LEAST_SEEN = 0.9

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from documents import Finding
-from documents.yaml_source import Path_, YamlSource
+from documents.yaml.source import Path_, YamlSource
 
 
 def finding_at(source: YamlSource, path: Path_, message: str, remedy: str | None = None) -> Finding:

@@ -9,7 +9,7 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, read_session
+from analysis.records.session_record import FILE_NAME, read_session
 from documents import Finding
 from runner.check.checked import Checked
 

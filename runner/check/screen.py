@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import sys
 
-from devices.rig_file import Rig
+from devices.display.rig_file import Rig
 from documents import Finding, InputError
 from runner.check.checked import Checked, Wishes
 from runner.presenter.compositor import compositor

@@ -11,10 +11,10 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from analysis.validation.reason import Outcome
-    from analysis.validation.regions_file import RegionsFile
-    from runner.comparing.pictures import Reading
-    from runner.comparing.results import Comparison
+    from stimuli.comparison.pictures import Reading
+    from stimuli.comparison.reason import Outcome
+    from stimuli.comparison.regions_file import RegionsFile
+    from stimuli.comparison.results import Comparison
 
 _MOST_PX = 1e9
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
@@ -82,11 +82,11 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
 
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
-    from runner.comparing.compare import compare
-    from runner.comparing.experiment import checked_name, write_experiment
-    from runner.comparing.page import write_page
-    from runner.comparing.pictures import read_picture
-    from runner.comparing.results import Wishes
+    from runner.reports.comparison.experiment import checked_name, write_experiment
+    from runner.reports.comparison.page import write_page
+    from stimuli.comparison.compare import compare
+    from stimuli.comparison.pictures import read_picture
+    from stimuli.comparison.results import Wishes
 
     corners = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     name = options["experiment_name"]
@@ -179,9 +179,9 @@ def _seen(options: dict[str, Any]) -> tuple[float | None, NDArray[np.float64] | 
     """Return pixels per degree and the display's white, XYZ (3,), None where not known, and where they come from."""
     from pathlib import Path
 
-    from devices.display_file import read_display
-    from devices.rig_file import read_rig
-    from devices.viewing import pixels_per_degree
+    from devices.display.display_file import read_display
+    from devices.display.rig_file import read_rig
+    from devices.display.viewing import pixels_per_degree
 
     display_file, distance = options["display"], options["distance_mm"]
     if display_file and options["rig"]:
@@ -210,7 +210,7 @@ def _regions(options: dict[str, Any]) -> RegionsFile:
     from dataclasses import replace
     from pathlib import Path
 
-    from analysis.validation.regions_file import read_regions
+    from stimuli.comparison.regions_file import read_regions
 
     regions = read_regions(Path(options["regions"]))
     told = {"white": "white", "white_luminance": "white_luminance_cd_m2", "luminance": "luminance"}
@@ -224,7 +224,7 @@ def _reading(options: dict[str, Any]) -> Reading:
 
     from devices.camera.camera_file import read_camera
     from devices.camera.exposure import parse_exposure
-    from runner.comparing.pictures import Reading
+    from stimuli.comparison.pictures import Reading
     from stimuli.spectral.light import Light
 
     if (options["sensitivities"] is None) != (options["full_scale"] is None):
@@ -241,7 +241,7 @@ def _reading(options: dict[str, Any]) -> Reading:
 
 
 def _tell(found: Comparison, written: dict[str, Any]) -> None:
-    from runner.comparing.words import decision_sentence, kept, kept_heading, told
+    from runner.reports.comparison.words import decision_sentence, kept, kept_heading, told
 
     click.echo(decision_sentence(found.verdict))
     marks: tuple[tuple[Outcome, str], ...] = (("fails", "✗"), ("cannot say", "?"), ("noted", "·"))

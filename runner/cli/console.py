@@ -14,7 +14,7 @@ import threading
 from collections.abc import Callable
 from typing import Protocol, TextIO
 
-from documents.characters import visible
+from documents.text.characters import visible
 
 HELP = (
     "n WORDS, or just words: a note, kept with its place in the session · "

@@ -29,15 +29,15 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     """
     from dataclasses import asdict
 
-    from analysis.agreement import agreement, expected_classes
-    from analysis.records import read_session, session_files
+    from analysis.records.session_record import read_session, session_files
     from analysis.report import print_table, write_report
+    from analysis.scaling.agreement import agreement, expected_classes
     from runner.cli.progress import build_stimuli, progress_bar
     from runner.observers.observer_file import read_scored_observer
     from runner.protocol.experiment import read_experiment
-    from runner.session_folders import new_label
-    from runner.station import Station
-    from runner.thumbnails import thumbnails
+    from runner.reports.thumbnails import thumbnails
+    from runner.session.folders import new_label
+    from runner.session.station import Station
 
     began_s = time.monotonic()
     root = Path(__file__).parents[2]

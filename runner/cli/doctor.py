@@ -31,7 +31,7 @@ def command(timing: bool, seconds: float, rig_file: Path | None, as_json: bool) 
         return
     if rig_file is not None:
         raise click.UsageError("A rig is of use with --timing only; `cyclopean check RIG` reads one.")
-    from runner.doctor import examine
+    from runner.check.doctor import examine
 
     facts = examine()
     if as_json:
@@ -56,9 +56,9 @@ def command(timing: bool, seconds: float, rig_file: Path | None, as_json: bool) 
 
 
 def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
-    from devices.rig_file import read_rig
+    from devices.display.rig_file import read_rig
+    from runner.check.doctor import examine_timing
     from runner.cli.progress import progress_bar
-    from runner.doctor import examine_timing
 
     rig = read_rig(rig_file) if rig_file else None
     with progress_bar(quiet=as_json) as step:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from documents.counting import counted
+from documents.text.counting import counted
 
 
 @click.command(name="export")

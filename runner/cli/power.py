@@ -112,17 +112,17 @@ def command(
     from typing import cast
 
     from analysis.bootstrap.stability import Covariance
-    from analysis.multiplicity import Adjust
+    from analysis.classes.multiplicity import Adjust
     from analysis.power.compute import ComputeError
     from analysis.power.needed import check_target, chosen_pairs, needed
     from analysis.power.page import assumed_notes
     from analysis.power.plan import Interval, Plan
     from analysis.power.power import power
-    from runner.assumed_scores import assume
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
-    from runner.pair_design import pair_design
+    from runner.observers.assumed_scores import assume
     from runner.protocol.experiment import read_experiment
+    from runner.protocol.pair_design import pair_design
 
     if sum(given is not None for given in (scores, simulate, spread)) > 1:
         raise click.UsageError("Give one of --scores, --simulate and --spread.")

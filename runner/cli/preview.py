@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from documents.counting import counted
+from documents.text.counting import counted
 
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")
@@ -41,8 +41,8 @@ def command(
     pixels that ask a channel for more light than it has, blue those that ask for less than none, magenta both.
     """
     from runner.cli.progress import build_stimuli, progress_bar
-    from runner.preview import preview
     from runner.protocol.experiment import check_observer, read_experiment
+    from runner.reports.preview import preview
 
     design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     check_observer(observer)

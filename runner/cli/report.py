@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from analysis.records import Header
+    from analysis.records.session_record import Header
 
 
 @click.command(name="report")
@@ -75,16 +75,16 @@ def command(
     import json
     from typing import cast
 
+    from analysis.classes.multiplicity import Adjust
     from analysis.errors import ResultsError
-    from analysis.multiplicity import Adjust
     from analysis.observers.filters import Filter
-    from analysis.records import FILE_NAME, read_session, session_files
+    from analysis.observers.screening import outcomes
+    from analysis.records.session_record import FILE_NAME, read_session, session_files
     from analysis.report import print_report, write_report
     from analysis.report.estimate import CovarianceWish
-    from analysis.screening import outcomes
     from documents import Finding
     from runner.cli.main import WorkError
-    from runner.print_page import print_pdf
+    from runner.reports.print_page import print_pdf
 
     if screened and not passed:
         raise click.UsageError("--screened goes with --passed: name the test")
@@ -139,7 +139,7 @@ def _thumbnails(header: Header, experiment: Path | None, *, quiet: bool) -> dict
     from analysis.errors import ResultsError
     from documents import Finding
     from runner.cli.progress import progress_bar
-    from runner.thumbnails import find_shown, thumbnails
+    from runner.reports.thumbnails import find_shown, thumbnails
 
     roots = (Path.cwd(), Path(__file__).parents[2])
     usual = [root / "experiments" / f"{Path(header.experiment).name}.yaml" for root in roots]

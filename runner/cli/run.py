@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from documents.counting import counted
+from documents.text.counting import counted
 
 
 @click.command(short_help="Run a session with an observer.")
@@ -80,7 +80,7 @@ def command(
     import time
     from contextlib import ExitStack
 
-    from analysis.records import Trial
+    from analysis.records.session_record import Trial
     from runner.cli.console import Console, at_a_terminal
     from runner.cli.main import WorkError
     from runner.cli.progress import build_stimuli, progress_bar
@@ -90,9 +90,9 @@ def command(
     from runner.observers.replay import read_recording
     from runner.ports import WindowClosed
     from runner.protocol.experiment import check_observer, read_experiment
-    from runner.session import Left, Session
-    from runner.session_folders import to_resume, unfinished
-    from runner.station import Station
+    from runner.session.folders import to_resume, unfinished
+    from runner.session.session import Left, Session
+    from runner.session.station import Station
 
     check_observer(observer)
     design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)

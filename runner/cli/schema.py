@@ -31,11 +31,11 @@ def _model(kind: str) -> type[BaseModel]:
 
         return ExperimentSpec
     if kind == "rig":
-        from devices.rig_file import RigSpec
+        from devices.display.rig_file import RigSpec
 
         return RigSpec
     if kind == "display":
-        from devices.display_file import DisplaySpec
+        from devices.display.display_file import DisplaySpec
 
         return DisplaySpec
     if kind == "observers":
@@ -47,13 +47,13 @@ def _model(kind: str) -> type[BaseModel]:
 
         return CameraSpec
     if kind == "regions":
-        from analysis.validation.regions_file import RegionsSpec
+        from stimuli.comparison.regions_file import RegionsSpec
 
         return RegionsSpec
     if kind == "verification":
-        from devices.verification_file import VerificationSpec
+        from devices.display.verification_file import VerificationSpec
 
         return VerificationSpec
-    from stimuli.recipe import Recipe
+    from stimuli.recipes.recipe import Recipe
 
     return Recipe

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING
 
 import click
 
-from documents.counting import counted
+from documents.text.counting import counted
 
 if TYPE_CHECKING:
-    from analysis.comparisons import Comparisons
-    from analysis.pair_models.scores import ModelScores
-    from analysis.scores import Scores
+    from analysis.comparisons.comparisons import Comparisons
+    from analysis.scaling.pair_scores import ModelScores
+    from analysis.scaling.scores import Scores
 
 
 @click.command(name="scores")
@@ -68,12 +68,12 @@ def command(
     from pathlib import Path
     from typing import cast
 
-    from analysis.bradley_terry import Method
-    from analysis.comparison_table import read_stream, read_table
-    from analysis.multiplicity import Adjust
-    from analysis.pair_models.fit import DEFAULT_PRIOR_SD, CovarianceKind, Model, ModelMethod
-    from analysis.pair_models.scores import score_model
-    from analysis.scores import score
+    from analysis.classes.multiplicity import Adjust
+    from analysis.comparisons.table import read_stream, read_table
+    from analysis.scaling.bradley_terry import Method
+    from analysis.scaling.pair_fit import DEFAULT_PRIOR_SD, CovarianceKind, Model, ModelMethod
+    from analysis.scaling.pair_scores import score_model
+    from analysis.scaling.scores import score
 
     if prior_sd is not None and method != "map":
         raise click.UsageError("--prior-sd goes with --method map.")
@@ -101,8 +101,8 @@ def command(
 
 
 def _tell_plain(scores: Scores, comparisons: Comparisons, as_json: bool) -> bool:
-    from analysis.separation import explain
-    from analysis.terminal import print_scores
+    from analysis.scaling.separation import explain
+    from analysis.scaling.terminal import print_scores
 
     if as_json:
         _print_json(scores.to_json())
@@ -119,7 +119,7 @@ def _tell_plain(scores: Scores, comparisons: Comparisons, as_json: bool) -> bool
 
 
 def _tell(scores: ModelScores, as_json: bool) -> bool:
-    from analysis.pair_models.terminal import print_model_scores
+    from analysis.scaling.pair_terminal import print_model_scores
 
     if as_json:
         _print_json(scores.to_json())

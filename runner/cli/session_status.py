@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from analysis.records import Trial
-from documents.characters import visible
+from analysis.records.session_record import Trial
+from documents.text.characters import visible
 from runner.blocks.steps import Block
 
 _PACE_OF = 20  # trials

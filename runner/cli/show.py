@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 if TYPE_CHECKING:
-    from devices.display_file import Eye
+    from devices.display.display_file import Eye
 
 _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 
@@ -71,12 +71,10 @@ def command(
     file are compensated. Where both eyes see the same pixels, the flat version is shown.
     Of a screenshot of 10 bits, the upper 10 of each 16-bit value are the code.
     """
-    from devices.display_file import read_display
+    from devices.display.display_file import read_display
     from runner.cli.main import WorkError
-    from runner.compensation import Compensation
-    from runner.header import clip_costs
-    from runner.placed_presenter import ReadyPictures
     from runner.ports import WindowClosed
+    from runner.presenter.compensation import Compensation
     from runner.presenter.errors import GraphicsError
     from runner.presenter.modes.options import ModeOptions
     from runner.presenter.modes.registry import find_mode
@@ -84,7 +82,9 @@ def command(
     from runner.presenter.scene import Picture, Scene
     from runner.presenter.screenshot import check_screenshot_path, write_screenshot
     from runner.presenter.surfaces import open_surface
-    from stimuli.exr import read_exr
+    from runner.session.header import clip_costs
+    from runner.session.placed_presenter import ReadyPictures
+    from stimuli.pictures.exr import read_exr
 
     if headless and screenshot is None:
         raise click.UsageError("Without a window there is nothing to see: add --screenshot OUT.png.")

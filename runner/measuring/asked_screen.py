@@ -7,16 +7,16 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from devices.patches import Patch, PatchEye
-from runner.compensation import Compensation
 from runner.measuring.patch_screen import CodeTriple, Shown, middle_of
-from runner.placed_presenter import ReadyPictures
+from runner.presenter.compensation import Compensation
 from runner.presenter.depth import highest_code
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Item, Picture, Scene, Text
 from runner.presenter.surfaces.surface import Surface
-from stimuli.stereo_image import StereoImage
+from runner.session.placed_presenter import ReadyPictures
+from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from devices.patches import Patch, PatchEye
 from runner.measuring.errors import MeasuringError
 from runner.measuring.patch_screen import CodeTriple, Shown, middle_of

@@ -15,14 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
 from devices.instruments import open_instrument
 from devices.instruments.open import Wiring
 from devices.instruments.simulated import SimulatedDisplay
 from devices.patches import PatchEye, PatchSet, Step, steps
 from documents import Finding
-from runner.compensation import Compensation
 from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.errors import MeasuringError
@@ -30,6 +29,7 @@ from runner.measuring.log import MeasurementLog, Session, read_session, step_fac
 from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.measuring.target import Target
+from runner.presenter.compensation import Compensation
 from runner.presenter.surfaces import open_surface
 
 Floats = NDArray[np.float64]

@@ -8,14 +8,14 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from devices.crosstalk import Crosstalk
-from devices.display_file import EyeModels, PanelSpec, read_display
-from devices.gain_map import GainMap
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import EyeModels, PanelSpec, read_display
+from devices.display.rig_file import RigSpec
 from devices.instruments.simulated import SimulatedDisplay
-from devices.rig_file import RigSpec
 from documents import Finding, load_document
-from documents.tidy_path import beside
-from documents.yaml_source import read_yaml
+from documents.files.tidy_path import beside
+from documents.yaml.source import read_yaml
 from runner.measuring.errors import MeasuringError
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display import DisplayModel
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.model import DisplayModel
 from devices.instruments import Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
 from devices.patches import Patch, PatchEye, PatchSet

@@ -7,12 +7,12 @@ from collections.abc import Callable, Iterable
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display_file import EyeModels
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.display_file import EyeModels
 from documents import Finding
 from runner.errors import SessionError
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
 

@@ -8,7 +8,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, PositiveFloat, RootModel
 
 from documents import Finding, load_document
-from documents.yaml_source import YamlSource
+from documents.yaml.source import YamlSource
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec
 from runner.protocol.parts import Line, Strict

@@ -6,9 +6,9 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
+from runner.blocks.tasks import Rate, Task, Write
 from runner.ports import Ask, KeyPress
 from runner.presenter.scene import Offset
-from runner.tasks import Rate, Task, Write
 
 # What a key that is held down may go on doing, as long as it means the same: rub out, and move along a scale.
 HELD_MEANINGS = frozenset({"erase", "lower", "higher"})

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from runner.blocks.tasks import Browse, Choose, Compare, Rate, Write
 from runner.ports import Ask
-from runner.tasks import Browse, Choose, Compare, Rate, Write
 
 
 def key_for(ask: Ask, meaning: str) -> str:

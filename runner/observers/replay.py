@@ -7,11 +7,11 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.records import SessionLog, Trial, read_session, session_files
+from analysis.records.session_record import SessionLog, Trial, read_session, session_files
 from documents import Finding
 from runner.errors import SessionError
-from runner.header import changes
 from runner.ports import Ask, KeyPress, WindowClosed
+from runner.session.header import changes
 
 Press = tuple[str, float]
 Place = tuple[int, int]

@@ -8,12 +8,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
+from runner.blocks.tasks import Browse, Choose, Compare, Rate
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec
 from runner.observers.laws import choice_law, difficulty, pair_law, psychometric_law
 from runner.observers.plain import key_for, plain_key, unseen
 from runner.ports import Ask, KeyPress
-from runner.tasks import Browse, Choose, Compare, Rate
 
 TIES = ("no_difference", "not_sure")
 

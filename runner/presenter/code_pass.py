@@ -8,11 +8,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.code_table import ENTRIES, curve_table
-from devices.display_file import Eye
-from devices.knot_table import knot_tables
-from devices.table_curve import TableCurve
-from devices.tone_curve import Curve
+from devices.display.code_table import ENTRIES, curve_table
+from devices.display.display_file import Eye
+from devices.display.knot_table import knot_tables
+from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import Curve
 from documents import Finding
 from runner.presenter.bands import InBands, bands, to_the_end
 from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code
@@ -40,7 +40,8 @@ class CodePass:
     Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` says whose dither mask to read.
     Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
     ``between`` are files that the shader calls, and that call the encoding. Curves that are tables are inverted piece
-    by piece (`devices.knot_table`), because they may be nearly flat; all others by one table (`devices.code_table`).
+    by piece (`devices.display.knot_table`), because they may be nearly flat; all others by one table
+    (`devices.display.code_table`).
     """
 
     def __init__(

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import moderngl
 
-from devices.display import DisplayModel
-from devices.display_file import Eye
+from devices.display.display_file import Eye
+from devices.display.model import DisplayModel
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns, release_codes
 from runner.presenter.depth import Bits, CodeFormat
@@ -19,7 +19,7 @@ __all__ = ["ColourPass", "release_codes"]
 class ColourPass:
     """The colour pass for one display model (linear = M⁻¹(XYZ − black), then a table per channel).
 
-    Where the model's channels do not add up, Newton's method undoes that in between; see `devices.plvc`.
+    Where the model's channels do not add up, Newton's method undoes that in between; see `devices.display.plvc`.
 
     ``squeeze`` is how many pixels of the picture, across and down, share one pixel of the codes: their XYZ is averaged.
     With ``dithering``, codes are dithered by the masks of ``eye``; without, they are rounded. Codes have
@@ -60,7 +60,8 @@ class ColourPass:
 
         ``f1`` has codes of 8 bits, ``rgb10_a2`` of 10, ``f4`` as computed.
 
-        Dithered codes are those of `devices.dither.tabled_dither_codes`, k/levels in ``f4`` too. The framebuffer's
+        Dithered codes are those of `devices.compensation.dither.tabled_dither_codes`, k/levels in ``f4`` too. The
+        framebuffer's
         texture has the bottom row first, as windows have, so that a frame can be copied straight from it.
 
         Raises

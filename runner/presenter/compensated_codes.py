@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import moderngl
 import numpy as np
 
-from devices.display_file import Eye, EyeModels
+from devices.display.display_file import Eye, EyeModels
 from documents import Finding
 from runner.presenter.code_pass import release_codes
 from runner.presenter.compensated_pass import CORNER, CompensatedPass, Correction
@@ -23,7 +23,7 @@ from runner.presenter.rectangle import Size
 from runner.presenter.scene import Offset
 from runner.presenter.uploading import Upload
 from runner.presenter.view_codes import Making, PictureCodes
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 
 @dataclass(frozen=True, eq=False, slots=True)

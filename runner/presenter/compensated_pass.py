@@ -8,11 +8,11 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.crosstalk import Crosstalk
-from devices.crosstalk_cancel import channel_crosstalk
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
-from devices.gain_map import GainMap
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.crosstalk_cancel import channel_crosstalk
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns
 from runner.presenter.depth import Bits, CodeFormat
@@ -33,7 +33,7 @@ class Correction:
     """What becomes of both eyes' light before it is codes: leaks cancelled, black lifted, the panel evened out.
 
     ``lift_share`` is the share of each eye's white that is added to every pixel where there is crosstalk to cancel; see
-    `devices.crosstalk_cancel.needed_lift`.
+    `devices.compensation.crosstalk_cancel.needed_lift`.
     """
 
     crosstalk: Crosstalk | None = None
@@ -45,7 +45,8 @@ class CompensatedPass:
     """The pass of ``eye``. Squeezing, dithering and bits are as in `ColourPass`.
 
     XYZ is averaged first where the signal is squeezed. Then follow, in 64 bits, the steps of
-    `devices.crosstalk_cancel.cancel_crosstalk`, then `devices.gain_map.GainMap.corrected`, then the codes.
+    `devices.compensation.crosstalk_cancel.cancel_crosstalk`, then `devices.compensation.gain_map.GainMap.corrected`,
+    then the codes.
     """
 
     def __init__(

@@ -8,12 +8,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from documents import Finding
-from documents.counting import counted
+from documents.text.counting import counted
 from runner.presenter.errors import PresentationError
 from runner.presenter.uploading import as_uploaded
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 EYES: tuple[Eye, Eye] = ("left", "right")
 

@@ -1,6 +1,6 @@
 """Dithering in a colour pass: which masks and how many codes, and the textures that `dither.glsl` reads.
 
-What it computes, and why, is said in `devices.dither`, whose `tabled_dither_codes` is the shader's twin.
+What it computes, and why, is said in `devices.compensation.dither`, whose `tabled_dither_codes` is the shader's twin.
 """
 
 from __future__ import annotations
@@ -13,10 +13,10 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display_file import Eye
-from devices.dither import LEVELS_8_BITS, Masks, code_lights, mask_shifts_px
-from devices.dither_mask import load_mask
-from devices.tone_curve import Curve
+from devices.compensation.dither import LEVELS_8_BITS, Masks, code_lights, mask_shifts_px
+from devices.compensation.dither_mask import load_mask
+from devices.display.display_file import Eye
+from devices.display.tone_curve import Curve
 from documents import Finding
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.errors import PresentationError
@@ -97,7 +97,7 @@ class Dithering:
 def light_table(curves: Sequence[Curve], levels: int) -> NDArray[np.float32]:
     """Return the light of codes 0..levels of each curve, shape (curves, levels + 1): lift taken off, full light 1.
 
-    It is what `devices.dither.dither_tables` holds of a display model, for curves that belong to none.
+    It is what `devices.compensation.dither.dither_tables` holds of a display model, for curves that belong to none.
     """
     lights = [np.maximum(code_lights(curve, levels) - curve.lift, 0.0) / (1.0 - curve.lift) for curve in curves]
     return np.stack(lights).astype(np.float32)

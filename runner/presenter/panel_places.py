@@ -1,7 +1,8 @@
 """Where on the panel the pixels of a picture's codes stand: what the pass must know to even the panel out.
 
-A place is in pixels of the panel as `devices.gain_map` has them. It moves by the same step from one column of codes to
-the next, and from one row to the next, so that four numbers tell all. Where the display stretches a squeezed signal
+A place is in pixels of the panel as `devices.compensation.gain_map` has them. It moves by the same step from one
+column of codes to the next, and from one row to the next, so that four numbers tell all. Where the display stretches a
+squeezed signal
 back over its panel, a code's place is the middle of the pixels that it is stretched over.
 """
 
@@ -10,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.placing import place_item
 from runner.presenter.rectangle import Size

@@ -13,7 +13,7 @@ from runner.presenter.decoder import Decoder
 from runner.presenter.least_recent import LeastRecent
 from runner.presenter.uploading import upload
 from runner.presenter.view_codes import Making, PictureCodes, ViewCodes
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 
 class Pictures:

@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from devices.display_file import Eye, EyeModels
+from devices.display.display_file import Eye, EyeModels
 from documents import Finding
 from runner.presenter.compensated_codes import CompensatedCodes
 from runner.presenter.compensated_pass import Correction
@@ -26,7 +26,7 @@ from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.timing import SwapLog, missed_frames
 from runner.presenter.view_codes import CodesPerEye, MixedCodes, PictureCodes, ViewCodes
 from runner.presenter.words import Words
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 PICTURE_BUDGET_BYTES = 2 << 30
 TEXT_BUDGET_BYTES = 64 << 20

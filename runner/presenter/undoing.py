@@ -7,9 +7,9 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from devices.display import DisplayModel
-from devices.plvc import MIXTURES, MOST_STEPS, NODES, Plvc
-from devices.table_curve import TableCurve
+from devices.display.model import DisplayModel
+from devices.display.plvc import MIXTURES, MOST_STEPS, NODES, Plvc
+from devices.display.table_curve import TableCurve
 from runner.presenter.shaders import Uniform
 
 COST = 9

@@ -10,7 +10,7 @@ import numpy as np
 
 from runner.presenter.bands import InBands, bands
 from runner.presenter.counters import Work
-from stimuli.stereo_image import XYZImage
+from stimuli.pictures.stereo_image import XYZImage
 
 Upload: TypeAlias = Callable[[XYZImage], InBands[moderngl.Texture]]
 

@@ -7,7 +7,7 @@ from typing import Protocol, TypeAlias
 
 import moderngl
 
-from devices.display_file import Eye, EyeModels
+from devices.display.display_file import Eye, EyeModels
 from runner.presenter.bands import InBands
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
@@ -18,7 +18,7 @@ from runner.presenter.dithering import Dithering
 from runner.presenter.mixed_pass import MixedPass
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.uploading import Upload
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 BYTES_PER_PIXEL = 4  # RGBA8 or RGB10_A2
 

@@ -9,8 +9,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.counters import Work
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.least_recent import LeastRecent

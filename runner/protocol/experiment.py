@@ -9,26 +9,26 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from devices.rig_file import Rig, read_rig
+from devices.display.rig_file import Rig, read_rig
 from documents import Finding, InputError, load_document
-from documents.tidy_path import beside
-from documents.yaml_source import Path_, YamlSource
-from runner.aperture import LoadPart, through_aperture
+from documents.files.tidy_path import beside
+from documents.yaml.source import Path_, YamlSource
 from runner.blocks.steps import Block
 from runner.blocks.style import Style
 from runner.errors import SessionError
-from runner.layout import aperture_px
 from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
+from runner.protocol.aperture import LoadPart, through_aperture
+from runner.protocol.layout import aperture_px
 from runner.protocol.limits import too_large, too_many
 from runner.protocol.schema import ExperimentSpec
 from runner.protocol.setting import Factors, Setting, Stimuli
-from stimuli.names import stimulus_factors
-from stimuli.recipe import read_recipe
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.recipes.names import stimulus_factors
+from stimuli.recipes.recipe import read_recipe
 
 _BIDS_LABEL = re.compile(r"[A-Za-z0-9]+")
 
@@ -113,7 +113,7 @@ def check_observer(observer: str) -> str:
 def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Experiment:
     """Read the experiment ``file`` and everything it names; ``mode`` replaces the rig's stereo mode.
 
-    ``allow_uncharacterised`` is `devices.rig_file.read_rig`'s.
+    ``allow_uncharacterised`` is `devices.display.rig_file.read_rig`'s.
 
     Raises
     ------

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 
-from documents.yaml_source import Path_
+from documents.yaml.source import Path_
 from runner.blocks.steps import Block
 from runner.protocol.kinds.block_spec import BlockSpec, Fault
 

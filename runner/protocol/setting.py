@@ -6,10 +6,10 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from devices.rig_file import Rig
+from devices.display.rig_file import Rig
 from runner.blocks.layouts import PairLayout, SingleLayout
 from runner.blocks.style import Style
-from runner.layout import pair_layout, single_layout
+from runner.protocol.layout import pair_layout, single_layout
 from runner.protocol.parts import LayoutSpec
 
 Factors = Mapping[str, str | float]

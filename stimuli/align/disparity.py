@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
+from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
 from documents import Finding
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture

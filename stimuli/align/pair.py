@@ -21,7 +21,7 @@ from stimuli.align.planes import LEAST_SIDE_PX, Region, light_plane, same_size
 from stimuli.align.points import shift_from_points
 from stimuli.align.register import register_planes
 from stimuli.errors import StimulusError
-from stimuli.stereo_image import Eye, StereoImage, XYZImage
+from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 Method = Literal["correlation", "points", "offset"]
 Step = Mapping[str, Any]

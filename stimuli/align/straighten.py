@@ -18,7 +18,7 @@ from stimuli.align.refine import MOST_PIXELS
 from stimuli.align.register import register_planes
 from stimuli.align.roll_scale import RollScale
 from stimuli.errors import StimulusError
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]

@@ -16,13 +16,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
+from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
 from documents import Finding
 from stimuli.align.disparity import Viewing
 from stimuli.align.homography import common_part, mapped, warp
 from stimuli.align.planes import light_plane, same_size
 from stimuli.errors import StimulusError
-from stimuli.stereo_image import Eye, StereoImage, XYZImage
+from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 Floats = NDArray[np.float64]
 Corners = tuple[float, float, float, float]

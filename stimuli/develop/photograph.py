@@ -20,8 +20,8 @@ from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.develop.to_xyz import Negative, to_xyz
 from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
-from stimuli.exr.write import write_exr
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.exr.write import write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 
 @dataclass(frozen=True, slots=True)

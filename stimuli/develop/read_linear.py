@@ -11,14 +11,14 @@ from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
 from documents import Finding
-from documents.counting import counted
+from documents.text.counting import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.earlier_steps import earlier_steps
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import exposure_step, sha256, spec_exposure
 from stimuli.develop.orientation import EXIF_FLIPS, turned
 from stimuli.errors import StimulusError
-from stimuli.picture_input import opened, reason
+from stimuli.pictures.picture_input import opened, reason
 
 if TYPE_CHECKING:
     import OpenImageIO

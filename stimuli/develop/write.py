@@ -10,7 +10,7 @@ import numpy as np
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE
 from stimuli.develop.read_linear import SATURATED, STEPS_ATTRIBUTE
-from stimuli.exr.whole_file import write_whole
+from stimuli.pictures.exr.whole_file import write_whole
 
 
 def write_camera_exr(path: Path, image: CameraImage) -> None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.colour import XYZ_from_xyY
+from devices.colour.spaces import XYZ_from_xyY
 from stimuli.errors import StimulusError
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 
 def greyscale(xyz_cd_m2: XYZImage, white_xy: ArrayLike) -> XYZImage:

@@ -18,10 +18,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
+from devices.display.model import DisplayModel
 from documents import Finding
 from stimuli.errors import StimulusError
-from stimuli.stereo_image import XYZImage
+from stimuli.pictures.stereo_image import XYZImage
 
 Floats = NDArray[np.float64]
 # Pixels transformed at a time.

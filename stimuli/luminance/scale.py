@@ -12,7 +12,7 @@ import numpy as np
 
 from documents import Finding
 from stimuli.errors import StimulusError
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 # (first row, first column, rows, columns) of a part of a picture.
 Box = tuple[int, int, int, int]

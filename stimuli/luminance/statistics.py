@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from stimuli.luminance.saturation import Saturation, saturation
-from stimuli.sparkle_measures.find import Threshold
-from stimuli.sparkle_measures.measure import PixelScale, SparkleMeasures, measure_sparkles
-from stimuli.stereo_image import Eye, StereoImage
+from stimuli.pictures.stereo_image import Eye, StereoImage
+from stimuli.sparkle.measures.find import Threshold
+from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles
 
 # A picture's extremes are single pixels; its robust range leaves out the darkest and the brightest thousandth.
 ROBUST_PERCENTILES = (0.1, 99.9)

@@ -11,10 +11,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from stimuli.luminance.saturation import Saturation, largest_factor, saturation
 from stimuli.luminance.scale import factor_to, max_luminance_cd_m2, scaled_picture
-from stimuli.stereo_image import Eye, StereoImage
+from stimuli.pictures.stereo_image import Eye, StereoImage
 
 # "This saturation percentage was chosen experimentally" (note 6 to Section 4.5.2.2).
 LIMIT_PERCENT = 0.3

@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import XYZ_from_xyY
+from devices.colour.spaces import XYZ_from_xyY
 from stimuli.errors import StimulusError
-from stimuli.resample import area_weights, resample
+from stimuli.pictures.resample import area_weights, resample
 from stimuli.sparkle.scene import Lamp, Row, Spectrum
 from stimuli.sparkle.spectrum import XYZ_of
 

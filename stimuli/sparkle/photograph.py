@@ -9,7 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from stimuli.resample import area_weights, resample
+from stimuli.pictures.resample import area_weights, resample
+from stimuli.pictures.stereo_image import XYZImage
 from stimuli.sparkle.base_light import flop_luminance, matt_luminance
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE, that_matter
 from stimuli.sparkle.eye_optics import through_the_eye
@@ -20,7 +21,6 @@ from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.sensor import expose, sensor_of
 from stimuli.sparkle.splat import splat
 from stimuli.sparkle.tiles import TILE_PX, tiles_of
-from stimuli.stereo_image import XYZImage
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -218,7 +218,7 @@ class LampSpec(Strict):
         if self.chromaticity_xy is not None:
             x, y = self.chromaticity_xy
         else:
-            from devices.colour import xyY_from_XYZ
+            from devices.colour.spaces import xyY_from_XYZ
             from stimuli.sparkle.spectrum import XYZ_of, planck
 
             spectrum = self.spectrum.on_grid() if self.spectrum else planck(self.temperature_K or 0.0)

@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.characters import visible
+from documents.text.characters import visible
 from stimuli.errors import StimulusError
-from stimuli.picture_input import opened
+from stimuli.pictures.picture_input import opened
 from stimuli.spectral.picture import Quantity, SpectralPicture
 
 if TYPE_CHECKING:

@@ -9,7 +9,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.counting import counted
+from documents.text.counting import counted
 from stimuli.spectral.light import Light, observer_weights, spectral_step, weighted
 from stimuli.spectral.picture import SpectralPicture
 

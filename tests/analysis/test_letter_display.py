@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.classes import TooManyClasses, letter_display
+from analysis.classes.classes import TooManyClasses, letter_display
 
 Differs = NDArray[np.bool_]
 

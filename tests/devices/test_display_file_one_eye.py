@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from devices.display_file import read_display
+from devices.display.display_file import read_display
 from devices.errors import DeviceError
 from runner.check.checked import Checked, Wishes
 from runner.check.other_kinds import check_display

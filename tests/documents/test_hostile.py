@@ -14,9 +14,9 @@ from hypothesis import strategies as st
 from pydantic import BaseModel, ConfigDict, Field
 
 from documents import InputError, load_document
-from documents.characters import hidden_character, visible
-from documents.load import MOST_FINDINGS
-from documents.yaml_source import parse_yaml, read_yaml
+from documents.text.characters import hidden_character, visible
+from documents.yaml.load import MOST_FINDINGS
+from documents.yaml.source import parse_yaml, read_yaml
 
 
 class _Part(BaseModel):

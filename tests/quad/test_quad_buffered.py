@@ -14,11 +14,11 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from devices.display import DisplayModel
-from devices.display_file import read_display
-from devices.tone_curve import ToneCurve
-from stimuli.exr import read_exr, write_exr
-from stimuli.stereo_image import StereoImage
+from devices.display.display_file import read_display
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
+from stimuli.pictures.exr import read_exr, write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 ROOT = Path(__file__).parents[2]
 ASUS = ROOT / "configs/displays/asus_vg248qe.yaml"

@@ -12,10 +12,10 @@ from pathlib import Path
 from types import MappingProxyType
 
 from runner.blocks.steps import Block
+from runner.blocks.tasks import Compare
 from runner.observers.plain import key_for, plain_key
 from runner.ports import Ask, KeyPress
 from runner.protocol.experiment import Experiment, read_experiment
-from runner.tasks import Compare
 
 ROOT = Path(__file__).parents[2]
 _SCALE = "{name: quality, question: How good, lowest: 1, highest: 5}"

@@ -16,15 +16,15 @@ import traceback
 from dataclasses import replace
 from pathlib import Path
 
-from analysis.records import FILE_NAME, Header
+from analysis.records.session_record import FILE_NAME, Header
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layouts import PairLayout
 from runner.blocks.message import Message
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
-from runner.recorder import Recorder
-from runner.session import Session
+from runner.session.recorder import Recorder
+from runner.session.session import Session
 
 NAMES = tuple("abcdefgh")
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)

@@ -16,12 +16,12 @@ import time
 from pathlib import Path
 from typing import Any
 
-from analysis.records import FILE_NAME, Header, Trial, read_session
+from analysis.records.session_record import FILE_NAME, Header, Trial, read_session
 from runner.blocks.steps import Block
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
-from runner.recorder import Recorder
-from runner.session import Session
+from runner.session.recorder import Recorder
+from runner.session.session import Session
 from tests.runner.every_kind import Fickle, blocks_of
 
 HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})

@@ -11,13 +11,13 @@ import pytest
 import yaml
 from scipy.stats import chi2
 
-from analysis.best_of_series.figures import rating_figure, score_figure
-from analysis.best_of_series.summary import summarise_series
-from analysis.records import SessionLog, read_session
+from analysis.records.session_record import SessionLog, read_session
+from analysis.series.figures import rating_figure, score_figure
+from analysis.series.summary import summarise_series
 from runner.observers.observer_file import read_observer
 from runner.protocol.experiment import read_experiment
-from runner.station import Station
-from stimuli.build import build
+from runner.session.station import Station
+from stimuli.build.build import build
 
 ROOT = Path(__file__).parents[2]
 OBSERVERS = 15

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from documents import InputError
-from documents.load import load_document
+from documents.yaml.load import load_document
 from runner.blocks.practice import Practice
 from runner.blocks.questionnaire import Questionnaire
 from runner.protocol.experiment import read_experiment

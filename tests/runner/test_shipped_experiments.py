@@ -13,12 +13,12 @@ import pytest
 import yaml
 from click.testing import CliRunner
 
-from analysis.records import SessionLog, read_session
+from analysis.records.session_record import SessionLog, read_session
 from runner.cli.main import group
 from runner.observers.observer_file import read_observer
 from runner.protocol.experiment import read_experiment
-from runner.station import Station
-from stimuli.build import build
+from runner.session.station import Station
+from stimuli.build.build import build
 
 ROOT = Path(__file__).parents[2]
 SMALL_MM = [24, 16]

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.display_file import read_display
-from stimuli.exr import read_exr
+from devices.display.display_file import read_display
+from stimuli.pictures.exr import read_exr
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

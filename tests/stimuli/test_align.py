@@ -13,16 +13,16 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.special import ndtr
 
-from devices.viewing import disparity_arcmin
+from devices.display.viewing import disparity_arcmin
 from stimuli.align.disparity import Viewing, measure_disparity
 from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, weights
 from stimuli.align.pair import align_pair
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.register import register
+from stimuli.build.studio import Studio
 from stimuli.errors import StimulusError
-from stimuli.recipe import SparklePlateRecipe, read_recipe
-from stimuli.stereo_image import StereoImage
-from stimuli.studio import Studio
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]

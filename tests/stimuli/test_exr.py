@@ -13,12 +13,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from devices.colour import rgb_to_xyz_matrix
+from devices.colour.spaces import rgb_to_xyz_matrix
 from stimuli.errors import StimulusError
-from stimuli.exr import read_exr, read_views, write_exr
-from stimuli.exr.read import read_exr_counted
-from stimuli.exr.to_xyz import REC709
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.exr import read_exr, read_views, write_exr
+from stimuli.pictures.exr.read import read_exr_counted
+from stimuli.pictures.exr.to_xyz import REC709
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 SHARED = Path(__file__).parents[2] / ".." / "shared" / "data" / "stereo"
 XYZ = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1 / 3, 1 / 3)

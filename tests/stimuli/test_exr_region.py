@@ -11,8 +11,8 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stimuli.errors import StimulusError
-from stimuli.exr import Region, read_exr, read_views, write_exr
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.exr import Region, read_exr, read_views, write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 
 def write(

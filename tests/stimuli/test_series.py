@@ -15,18 +15,18 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-import stimuli.studio
-from devices.colour import xyz_to_lab
+import stimuli.build.studio
+from devices.colour.spaces import xyz_to_lab
 from documents import InputError
-from stimuli.build import build
+from stimuli.build.build import build
+from stimuli.build.in_series import in_series
+from stimuli.build.made import Made
+from stimuli.build.make_series import make_series, plate_seed
+from stimuli.build.studio import Studio
 from stimuli.errors import StimulusError
-from stimuli.in_series import in_series
-from stimuli.made import Made
-from stimuli.make_series import make_series, plate_seed
-from stimuli.names import stimulus_factors, stimulus_names
-from stimuli.recipe import Recipe, read_recipe
-from stimuli.series_recipe import SeriesSpec, SparkleSeriesRecipe
-from stimuli.studio import Studio
+from stimuli.recipes.names import stimulus_factors, stimulus_names
+from stimuli.recipes.recipe import Recipe, read_recipe
+from stimuli.recipes.series_recipe import SeriesSpec, SparkleSeriesRecipe
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from scipy.special import erf
 from scipy.stats import norm
 
-from devices.colour import XYZ_from_xyY
-from devices.display_file import read_display
-from stimuli.recipe import SparklePlateRecipe, read_recipe
+from devices.colour.spaces import XYZ_from_xyY
+from devices.display.display_file import read_display
+from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.light import Colour, Light, Term
 from stimuli.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions

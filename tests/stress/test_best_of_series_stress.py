@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.best_of_series.concordance import kendall_w, krippendorff_alpha
-from analysis.best_of_series.intraclass import intraclass
-from analysis.best_of_series.just_noticeable import Matches, fit, interval
-from analysis.best_of_series.observer_means import means
-from analysis.best_of_series.rating_tests import rating_test
-from analysis.best_of_series.summary import summarise_series
-from analysis.records import Header, SessionLog, Trial
+from analysis.records.session_record import Header, SessionLog, Trial
+from analysis.series.concordance import kendall_w, krippendorff_alpha
+from analysis.series.intraclass import intraclass
+from analysis.series.just_noticeable import Matches, fit, interval
+from analysis.series.observer_means import means
+from analysis.series.rating_tests import rating_test
+from analysis.series.summary import summarise_series
 
 pytestmark = pytest.mark.stress
 LEVELS = np.log([1.3, 1.6, 2.0, 2.5, 3.0, 4.0])

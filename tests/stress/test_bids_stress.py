@@ -13,7 +13,7 @@ from typing import Any
 import pytest
 
 from analysis.bids.export import export
-from analysis.records import FILE_NAME, Header, Trial
+from analysis.records.session_record import FILE_NAME, Header, Trial
 
 pytestmark = pytest.mark.stress
 STIMULI = tuple(f"s{index}" for index in range(10))

@@ -13,8 +13,8 @@ from devices.camera.correspondences import Correspondences
 from devices.camera.fit import fit_camera
 from devices.camera.solve import Loss
 from devices.chart.layout import COLORCHECKER, perspective, project
-from devices.ciede2000 import delta_e_2000
-from devices.colour import XYZ_from_xyY, xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import XYZ_from_xyY, xyz_to_lab
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import InputError
 from stimuli.chart.photographed import read_chart

@@ -10,13 +10,13 @@ import pytest
 
 from devices.characterise.choose import Characterisation, characterise
 from devices.characterise.simulated import noisy, table_c1_codes, thesis_display
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display import DisplayModel
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
 from devices.instruments.simulated import Faults, simulated_XYZ
 from devices.measurements import Measurements
-from devices.tone_curve import ToneCurve
 
 pytestmark = pytest.mark.stress
 

@@ -12,9 +12,9 @@ import numpy as np
 import pytest
 
 from documents import InputError
-from runner.comparing.placing import place
-from runner.comparing.row_file import RowFile
-from tests.runner.comparing.scenes import PLATE, RIG, ROOT, spots, written
+from stimuli.comparison.placing import place
+from stimuli.comparison.row_file import RowFile
+from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, spots, written
 
 pytestmark = pytest.mark.stress
 

@@ -9,14 +9,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.crosstalk import Crosstalk
-from devices.crosstalk_cancel import cancel_crosstalk, needed_lift
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
-from devices.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.crosstalk_cancel import cancel_crosstalk, needed_lift
+from devices.compensation.dither import dither_codes, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
-from devices.gain_map import GainMap
-from devices.tone_curve import ToneCurve
 
 pytestmark = pytest.mark.stress
 

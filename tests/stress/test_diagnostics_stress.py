@@ -17,7 +17,7 @@ from devices.diagnostics.examine import MeasuredSet, examine
 from devices.diagnostics.eye_crosstalk import crosstalk
 from devices.diagnostics.tone_response import headroom
 from devices.diagnostics.warm_up import warm_up
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from devices.measurements import Measurements
 from tests.devices.diagnostics import test_hostile_readings as hostile
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings, one_patch

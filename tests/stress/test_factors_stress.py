@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis import bradley_terry
-from analysis.comparisons import Answer, Comparisons, from_answers, from_arrays
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
 from analysis.factors.effects import factor_effects
+from analysis.scaling import bradley_terry
 
 Floats = NDArray[np.float64]
 

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from runner.cost_cache import CostCache
+from runner.session.cost_cache import CostCache
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]
@@ -21,7 +21,7 @@ COST = {"flat": True, "clipping": {"left": {"percent_any": 0.25, "delta_e_00_mea
 KEEPING = """
 import sys, time, random
 from pathlib import Path
-from runner.cost_cache import CostCache
+from runner.session.cost_cache import CostCache
 folder, until = Path(sys.argv[1]), time.monotonic() + float(sys.argv[2])
 print("begun", flush=True)
 while time.monotonic() < until:

@@ -10,14 +10,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.tone_curve import ToneCurve
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from stimuli.luminance.saturation import largest_factor, saturation, saturation_factors
 from stimuli.luminance.statistics import picture_statistics
-from stimuli.resample import Filter, axis_weights, resample_picture
-from stimuli.sparkle_measures.find import Threshold
-from stimuli.sparkle_measures.measure import SparkleMeasures, measure_sparkles
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.resample import Filter, axis_weights, resample_picture
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.sparkle.measures.find import Threshold
+from stimuli.sparkle.measures.measure import SparkleMeasures, measure_sparkles
 
 pytestmark = pytest.mark.stress
 CURVES = (ToneCurve(gamma=2.2),) * 3

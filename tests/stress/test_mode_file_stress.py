@@ -12,12 +12,12 @@ import pytest
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.yaml_keys import set_keys
-from devices.display import DisplayModel
-from devices.display_file import PanelSpec, read_display
+from devices.display.display_file import PanelSpec, read_display
+from devices.display.model import DisplayModel
+from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
-from devices.table_curve import TableCurve
-from devices.tone_curve import ToneCurve
-from documents.yaml_source import parse_yaml
+from documents.yaml.source import parse_yaml
 
 pytestmark = pytest.mark.stress
 

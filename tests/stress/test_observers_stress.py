@@ -11,7 +11,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.stats import kstest
 
-from analysis.comparisons import Comparisons, from_arrays
+from analysis.comparisons.comparisons import Comparisons, from_arrays
 from analysis.observers.concordance import concordance
 from analysis.observers.consistency import consistencies
 from analysis.observers.fit_to_rest import fits_to_rest

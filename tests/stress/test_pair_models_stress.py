@@ -9,11 +9,11 @@ from itertools import product
 import numpy as np
 import pytest
 
-from analysis.comparisons import Answer, Comparisons, from_answers, from_arrays
-from analysis.pair_models.davidson import Davidson
-from analysis.pair_models.fit import MODELS, Model, fit_model
-from analysis.pair_models.rao_kupper import RaoKupper
-from analysis.pair_models.scores import score_model
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
+from analysis.scaling.davidson import Davidson
+from analysis.scaling.pair_fit import MODELS, Model, fit_model
+from analysis.scaling.pair_scores import score_model
+from analysis.scaling.rao_kupper import RaoKupper
 from tests.stress.memory import peak_kb
 
 pytestmark = pytest.mark.stress
@@ -22,7 +22,7 @@ ROWS = 10_000_000
 READ = """
 import sys
 from tests.stress.memory import peak_kb
-from analysis.comparison_table import read_stream
+from analysis.comparisons.table import read_stream
 table = read_stream(sys.stdin.buffer, "standard input")
 print(len(table.items), len(table.observers), table.wins.sum(), peak_kb())
 """

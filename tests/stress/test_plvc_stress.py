@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.display import DisplayModel
+from devices.display.knot_table import knotted_codes
+from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
+from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
-from devices.knot_table import knotted_codes
-from devices.plvc import Plvc
-from devices.table_curve import TableCurve
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.egl import EglSurface

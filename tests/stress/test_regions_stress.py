@@ -8,20 +8,20 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from analysis.validation.area_means import AreaMean, area_means
-from analysis.validation.chart_way import check_charts
-from analysis.validation.compare_regions import compare_regions
-from analysis.validation.errors import PictureError
-from analysis.validation.evidence import Evidence
-from analysis.validation.place_regions import place_regions
-from analysis.validation.region_table import region_table
-from analysis.validation.regions import Chart, Region, crosses_itself, inside, window
-from analysis.validation.regions_file import MOST_AREAS, read_regions
-from analysis.validation.verdict import judge
 from devices.chart.layout import COLORCHECKER, patch_quadrangles
 from devices.chart.way_round import WAYS
-from devices.colour import XYZ_from_xyY
+from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
+from stimuli.comparison.area_means import AreaMean, area_means
+from stimuli.comparison.chart_way import check_charts
+from stimuli.comparison.compare_regions import compare_regions
+from stimuli.comparison.errors import PictureError
+from stimuli.comparison.evidence import Evidence
+from stimuli.comparison.place_regions import place_regions
+from stimuli.comparison.region_table import region_table
+from stimuli.comparison.regions import Chart, Region, crosses_itself, inside, window
+from stimuli.comparison.regions_file import MOST_AREAS, read_regions
+from stimuli.comparison.verdict import judge
 from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress

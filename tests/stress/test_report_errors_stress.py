@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from analysis.bootstrap.stability import Covariance
-from analysis.comparisons import Answer, from_answers
+from analysis.comparisons.comparisons import Answer, from_answers
 from analysis.report.estimate import FEWEST_FOR_SANDWICH, estimate
 
 pytestmark = pytest.mark.stress

@@ -7,8 +7,8 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from analysis.validation.difference_map import difference_map, summarise
-from analysis.validation.scielab import SeenPicture
+from stimuli.comparison.difference_map import difference_map, summarise
+from stimuli.comparison.scielab import SeenPicture
 from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress

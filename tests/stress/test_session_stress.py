@@ -12,17 +12,17 @@ from typing import Any
 
 import pytest
 
-from analysis.records import FILE_NAME, Header, Mark, Note, Trial, read_session
+from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Trial, read_session
 from documents import InputError
-from documents.yaml_source import parse_yaml
+from documents.yaml.source import parse_yaml
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layouts import PairLayout
 from runner.blocks.pair_order import pair_order
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Holding
 from runner.presenter.scene import Scene
-from runner.recorder import Recorder
-from runner.session import Session
+from runner.session.recorder import Recorder
+from runner.session.session import Session
 
 pytestmark = pytest.mark.stress
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)

@@ -10,7 +10,7 @@ from time import perf_counter
 import numpy as np
 import pytest
 
-from stimuli.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
 from stimuli.sparkle.cull import that_matter
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.optics import shade

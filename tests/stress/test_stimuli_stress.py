@@ -15,12 +15,12 @@ import numpy as np
 import OpenImageIO as oiio
 import pytest
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from stimuli.build import build
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from stimuli.build.build import build
 from stimuli.errors import StimulusError
-from stimuli.exr import read_exr, read_views, write_exr
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.exr import read_exr, read_views, write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]
@@ -155,7 +155,7 @@ def test_a_build_that_is_killed_leaves_nothing_half_done(tmp_path: Path) -> None
     recipe = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
     program = (
-        "from pathlib import Path; from stimuli.build import build;"
+        "from pathlib import Path; from stimuli.build.build import build;"
         f"print(build(Path({str(recipe)!r}), 0.2768).rendered)"
     )
     delays = random.Random(1)
@@ -179,7 +179,7 @@ def test_a_build_of_two_threads_that_is_killed_goes_on_where_it_was(tmp_path: Pa
     recipe = ROOT / "configs" / "stimuli" / "exposure_series.yaml"
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
     program = (
-        "from pathlib import Path; from stimuli.build import build;"
+        "from pathlib import Path; from stimuli.build.build import build;"
         f"made = build(Path({str(recipe)!r}), 0.6, jobs=2); print(made.rendered, made.digest)"
     )
     command = [sys.executable, "-c", program]
@@ -205,7 +205,7 @@ def test_two_builds_at_once_make_one_set(tmp_path: Path, monkeypatch: pytest.Mon
     recipe = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
     program = (
-        "from pathlib import Path; from stimuli.build import build;"
+        "from pathlib import Path; from stimuli.build.build import build;"
         f"made = build(Path({str(recipe)!r}), 0.2768); print(made.rendered, made.digest)"
     )
     children = [

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from analysis.catch_trials import catch_results
 from analysis.errors import ResultsError
+from analysis.observers.catch_trials import catch_results
 from analysis.observers.concordance import Concordance
-from analysis.pair_models.fit import ModelFit, fit_model
 from analysis.report.blocks import Facts, Section
 from analysis.report.sections.scores import fit_words
 from analysis.report.summary import Summary
 from analysis.report.words import fixed, p_words, percent
+from analysis.scaling.pair_fit import ModelFit, fit_model
 
 
 def belief_section(summary: Summary, agreement: Concordance | None) -> Section:

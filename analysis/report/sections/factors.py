@@ -6,9 +6,9 @@ from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
 from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
-from analysis.report.drawing import NARROW_IN, WIDE_IN
 from analysis.report.summary import Summary
 from analysis.report.words import fixed, p_words, percent
+from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 
 def effects_of(summary: Summary) -> FactorEffects | None:

@@ -7,9 +7,10 @@ from collections.abc import Sequence
 from statistics import fmean, median
 
 from analysis.bootstrap.replicates import REPLICATES
-from analysis.catch_trials import catch_results
+from analysis.comparisons.session_comparisons import is_comparison
+from analysis.observers.catch_trials import catch_results
 from analysis.observers.filters import Kept
-from analysis.records import Header, SessionLog
+from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
 from analysis.report.clipping import clipping_rows
 from analysis.report.references import Citations
@@ -17,7 +18,6 @@ from analysis.report.sections.observers import left_out_words
 from analysis.report.sections.shown import timing_facts
 from analysis.report.summary import Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
-from analysis.session_comparisons import is_comparison
 
 _DESIGNS = {
     "all_pairs": "compared pairs of {stimuli} stimuli",

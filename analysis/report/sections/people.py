@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.records import SessionLog, Trial
+from analysis.records.session_record import SessionLog, Trial
 from analysis.report.blocks import Cell, Column, Section, Table
 
 QUESTIONNAIRE = "questionnaire"

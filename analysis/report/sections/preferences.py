@@ -9,23 +9,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.preferences import KIND, Preferences
-from analysis.records import SessionLog
+from analysis.ratings.preferences import KIND, Preferences
+from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Column, Figure, Paragraph, Section, Table
 from analysis.report.dot_figure import dots_svg
-from analysis.report.drawing import NARROW_IN, WIDE_IN
 from analysis.report.summary import wilson_interval
 from analysis.report.words import fixed, p_words, percent
+from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 if TYPE_CHECKING:  # its room takes colours from here
-    from analysis.best_of_series.observer_means import Estimate
+    from analysis.series.observer_means import Estimate
 
 Floats = NDArray[np.float64]
 
 
 def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> Section:
     """Return how often stereo was preferred: of each picture, altogether, and by each observer."""
-    from analysis.best_of_series.observer_means import means
+    from analysis.series.observer_means import means
 
     people = list(found.by_observer)
     pictures = _pictures(sessions)

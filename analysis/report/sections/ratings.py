@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from analysis.ratings import RatingSummary, ScaleSummary
+from analysis.ratings.ratings import RatingSummary, ScaleSummary
 from analysis.report.blocks import Column, Figure, Section, Table
 from analysis.report.dot_figure import dots_svg
-from analysis.report.drawing import NARROW_IN, WIDE_IN
+from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 
 def ratings_section(summary: RatingSummary) -> Section:

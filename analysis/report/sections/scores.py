@@ -6,11 +6,11 @@ import math
 
 from analysis.report.blocks import Cell, Column, Figure, Paragraph, Section, Table
 from analysis.report.class_diagram import classes_svg
-from analysis.report.drawing import NARROW_IN, WIDE_IN
 from analysis.report.figure import scores_svg
 from analysis.report.summary import Summary
 from analysis.report.words import fixed, percent
-from analysis.terminal import Published
+from analysis.scaling.terminal import Published
+from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 
 def scores_section(summary: Summary, published: Published) -> Section:

@@ -5,19 +5,19 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from analysis.report.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
-from analysis.report.drawing import NARROW_IN, WIDE_IN
 from analysis.report.words import fixed
+from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 if TYPE_CHECKING:  # its figures take their colours from here
-    from analysis.best_of_series.bar_figure import BarFigure
-    from analysis.best_of_series.just_noticeable import StepSize
-    from analysis.best_of_series.observer_means import Estimate
-    from analysis.best_of_series.summary import SeriesSummary
+    from analysis.series.bar_figure import BarFigure
+    from analysis.series.just_noticeable import StepSize
+    from analysis.series.observer_means import Estimate
+    from analysis.series.summary import SeriesSummary
 
 
 def series_sections(summary: SeriesSummary) -> list[Section]:
     """Return the sections on choices, ratings, steps, tests and agreement."""
-    from analysis.best_of_series.figures import rating_figure, score_figure
+    from analysis.series.figures import rating_figure, score_figure
 
     choices = _figure(
         score_figure(summary),

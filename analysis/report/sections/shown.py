@@ -5,11 +5,11 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping, Sequence
 
-from analysis.records import Header, SessionLog
+from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Paragraph, Picture, Section, Table
 from analysis.report.clipping import clipping_rows
 from analysis.report.words import fixed
-from documents.counting import counted
+from documents.text.counting import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
 MOST_UNFOLDED = 24

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from analysis.records import SessionLog
+from analysis.observers.screening import outcomes
+from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Column, Paragraph, Section, Table
 from analysis.report.words import counted
-from analysis.screening import outcomes
 
 
 def vision_section(sessions: Sequence[SessionLog]) -> Section | None:

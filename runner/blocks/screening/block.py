@@ -12,11 +12,11 @@ from runner.blocks.message import page
 from runner.blocks.screening.series import Answers, Presentation, Series, VisionTest
 from runner.blocks.steps import Block, Draft, Ended, Response, Steps, answer
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.tasks import Choose
 from runner.ports import Ask
 from runner.presenter.scene import Item, Picture, Scene
-from runner.tasks import Choose
-from stimuli.random_dots import SIDES
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.vision_tests.random_dots import SIDES
 
 KIND = "screening"
 KEYS: Mapping[str, str] = MappingProxyType({f"{where}{side}": side for where in ("", "pad_") for side in SIDES})

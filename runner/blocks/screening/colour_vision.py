@@ -12,9 +12,9 @@ from documents import Finding
 from runner.blocks.screening.screen import Screen
 from runner.blocks.screening.series import Level, Presentation, Series, VisionTest, four_targets
 from runner.errors import SessionError
-from stimuli.confusion_lines import COPUNCTAL_XY, Axis
-from stimuli.confusion_plates import SCALES, Plate
-from stimuli.random_dots import SIDES, Side
+from stimuli.vision_tests.confusion_lines import COPUNCTAL_XY, Axis
+from stimuli.vision_tests.confusion_plates import SCALES, Plate
+from stimuli.vision_tests.random_dots import SIDES, Side
 
 NAME = "colour_vision"
 PLATE_DEG = 10.0

@@ -11,8 +11,8 @@ from documents import Finding
 from runner.blocks.screening.screen import Screen
 from runner.blocks.screening.series import Level, Presentation, Series, VisionTest, four_targets
 from runner.errors import SessionError
-from stimuli.optotypes import landolt
-from stimuli.random_dots import SIDES
+from stimuli.vision_tests.optotypes import landolt
+from stimuli.vision_tests.random_dots import SIDES
 
 NAME = "near_acuity"
 GROUND_DEG = 6.0

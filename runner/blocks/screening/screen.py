@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from devices.display_file import EyeModels
-from devices.viewing import disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
-from stimuli.shown_range import ShownRange
+from devices.display.display_file import EyeModels
+from devices.display.viewing import disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
+from stimuli.vision_tests.shown_range import ShownRange
 
 
 @dataclass(frozen=True, slots=True)
@@ -45,7 +45,8 @@ class Screen:
     def parallax_px(self, disparity_arcsec: float) -> float:
         """Return the right eye's place minus the left's for a disparity: negative is in front, nearer than the screen.
 
-        Undoes `disparity_arcmin` of devices.viewing: the eyes converge on the point by as much more than on the screen.
+        Undoes `disparity_arcmin` of devices.display.viewing: the eyes converge on the point by as much more than on the
+        screen.
         """
         eyes_mm = self.interpupillary_distance_mm
         screen_deg = float(visual_angle_deg(eyes_mm, self.distance_mm))

@@ -6,11 +6,11 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from analysis.threshold import threshold_estimate
+from analysis.observers.threshold import threshold_estimate
 from runner.ports import Target
 from runner.presenter.scene import Item
-from stimuli.random_dots import SIDES, Side
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.vision_tests.random_dots import SIDES, Side
 
 
 @dataclass(frozen=True, slots=True)

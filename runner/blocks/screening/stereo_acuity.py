@@ -15,7 +15,7 @@ from runner.blocks.screening.screen import Screen
 from runner.blocks.screening.series import Level, Presentation, Series, VisionTest, four_targets
 from runner.errors import SessionError
 from runner.presenter.scene import Box
-from stimuli.random_dots import SIDES, DotField, stereogram
+from stimuli.vision_tests.random_dots import SIDES, DotField, stereogram
 
 NAME = "stereo_acuity"
 Depth = Literal["crossed", "uncrossed", "both"]

@@ -122,7 +122,7 @@ def command(
     notes = tuple(read["said"]) if read else ()
     try:
         if report:
-            from runner.camera_report.page import write_page
+            from runner.reports.camera.page import write_page
 
             write_page(found, name or Path(chart).name, Path(report), notes)
         if output:
@@ -199,7 +199,7 @@ def _triple(text: str, option: str) -> tuple[float, float, float]:
 
 
 def _source(form: str, loss: str, chart: Path) -> str:
-    from documents.characters import visible
+    from documents.text.characters import visible
 
     return f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {visible(chart.name)}"
 
@@ -221,7 +221,7 @@ def _tell(found: CameraFit, notes: tuple[str, ...]) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from runner.camera_report.page import sentence
+    from runner.reports.camera.page import sentence
 
     console = Console(highlight=False)
     table = Table(box=None)

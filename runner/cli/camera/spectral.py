@@ -57,11 +57,11 @@ def command(
     from devices.camera.exposure import parse_exposure
     from documents import Finding, InputError
     from stimuli.develop.write import write_camera_exr
-    from stimuli.exr.write import write_exr
+    from stimuli.pictures.exr.write import write_exr
+    from stimuli.pictures.stereo_image import StereoImage
     from stimuli.spectral import read_spectral, spectral_to_camera, spectral_to_xyz
     from stimuli.spectral.light import Light
     from stimuli.spectral.picture import Quantity
-    from stimuli.stereo_image import StereoImage
 
     if (sensitivities is None) != (full_scale is None):
         raise click.UsageError("--sensitivities and --full-scale go together")

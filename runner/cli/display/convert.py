@@ -27,7 +27,7 @@ def command(file: str, display_file: str, mode: str, eye: str, target: str, full
     from pathlib import Path
     from typing import cast
 
-    from devices.display_file import Eye, read_display
+    from devices.display.display_file import Eye, read_display
     from runner.cli.display.colour_table import COLUMNS, Kind, read_colours
 
     model = read_display(Path(display_file)).models(mode).eye(cast(Eye, eye))

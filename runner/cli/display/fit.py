@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from documents.counting import counted
+from documents.text.counting import counted
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from devices.characterise.choose import Characterisation
     from devices.characterise.measured_parts import MeasuredParts
     from devices.diagnostics.examine import MeasuredSet
-    from devices.display_file import PanelSpec
+    from devices.display.display_file import PanelSpec
     from devices.measurements import PatchEye
 
 
@@ -76,7 +76,7 @@ def command(
     from devices.diagnostics.tags import plain
     from devices.measurements.table import PatchEye
     from runner.cli.display.fit_words import tell, tell_notes
-    from runner.display_report.reading import read_sets
+    from runner.reports.display.reading import read_sets
 
     shape = _panel(panel) if panel else None
     measured, *bare = read_sets([Path(one) for one in (file, without_glasses) if one], code_range)
@@ -207,7 +207,7 @@ def _write(
 
 
 def _panel(text: str) -> PanelSpec:
-    from devices.display_file import PanelSpec
+    from devices.display.display_file import PanelSpec
 
     try:
         return PanelSpec.parse(text)
@@ -217,7 +217,7 @@ def _panel(text: str) -> PanelSpec:
 
 def _measured_panel(text: str, file: str) -> PanelSpec:
     """Return the panel that the readings in ``file`` are of, as they say."""
-    from devices.display_file import PanelSpec
+    from devices.display.display_file import PanelSpec
     from devices.errors import DeviceError
     from documents import Finding
 

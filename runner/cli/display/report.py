@@ -9,8 +9,8 @@ import click
 
 if TYPE_CHECKING:
     from devices.diagnostics.examine import MeasuredSet
-    from devices.display_file import EyeModels
-    from runner.display_report.page import Verdicts
+    from devices.display.display_file import EyeModels
+    from runner.reports.display.page import Verdicts
 
 
 @click.command(name="report")
@@ -46,8 +46,8 @@ def command(
 
     from devices.diagnostics.examine import examine
     from runner.cli.main import WorkError
-    from runner.display_report.page import Verdicts, write_page
-    from runner.display_report.reading import read_sets
+    from runner.reports.display.page import Verdicts, write_page
+    from runner.reports.display.reading import read_sets
 
     if mode is not None and display is None:
         raise click.UsageError("--mode is a mode of the file that --display names.")
@@ -72,7 +72,7 @@ def command(
 
 
 def _models(display: Path, mode: str | None, sets: list[MeasuredSet]) -> EyeModels:
-    from devices.display_file import read_display
+    from devices.display.display_file import read_display
     from devices.errors import DeviceError
     from documents import Finding
 
@@ -96,7 +96,7 @@ def _models(display: Path, mode: str | None, sets: list[MeasuredSet]) -> EyeMode
 
 
 def _print(verdicts: Verdicts) -> None:
-    from runner.display_report.page import short, verdict
+    from runner.reports.display.page import short, verdict
 
     marks = {
         "passed": ("passed", "green"),

@@ -10,8 +10,8 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-    from stimuli.saturated import Saturated
-    from stimuli.stimulus_set import StimulusSet
+    from stimuli.build.stimulus_set import StimulusSet
+    from stimuli.luminance.saturated import Saturated
 
 
 @click.command(name="build", short_help="Build the pictures of a recipe, or find them built.")
@@ -47,12 +47,12 @@ def command(
     import sys
     from pathlib import Path
 
-    from devices.rig_file import read_rig
+    from devices.display.rig_file import read_rig
     from runner.cli.progress import progress_bar
     from runner.cli.stimuli.build_words import tell
-    from stimuli.build import build
-    from stimuli.display_setup import DisplaySetup
-    from stimuli.saturated import saturated_percent
+    from stimuli.build.build import build
+    from stimuli.build.display_setup import DisplaySetup
+    from stimuli.luminance.saturated import saturated_percent
 
     if (rig_file is None) == (pixel_pitch_mm is None):
         raise click.UsageError("Name the display: --rig RIG.yaml, or --pixel-pitch-mm MM.")
@@ -76,7 +76,7 @@ def command(
             saturated = saturated_percent(made, setup, lambda done, of: step("Looking at stimuli", done, of))
         told = _told(made, saturated)
         if target is not None:
-            from runner.stimulus_copy import copy_set
+            from runner.reports.stimulus_copy import copy_set
 
             copy_set(made, target, saturated, lambda done, of: step("Copying", done, of))
             told["output"] = str(target)
@@ -96,7 +96,7 @@ def _cores() -> int:
 def _free(folder: Path) -> Path:
     """Return ``folder``, refusing one that holds anything or lies in the cache, which is tidied up."""
     from documents import Finding, InputError
-    from stimuli.build import cache_folder
+    from stimuli.build.build import cache_folder
 
     try:
         taken = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))

@@ -14,9 +14,9 @@ def command(as_json: bool) -> None:
     """List the stimulus sets in the cache: how many pictures, of which kind, how large. Any may be deleted."""
     import json
 
-    from stimuli.build import cache_folder
-    from stimuli.leftovers import leftovers
-    from stimuli.stimulus_set import MANIFEST
+    from stimuli.build.build import cache_folder
+    from stimuli.build.leftovers import leftovers
+    from stimuli.build.stimulus_set import MANIFEST
 
     sets = []
     for manifest in sorted(cache_folder().glob(f"[!.]*/{MANIFEST}")):

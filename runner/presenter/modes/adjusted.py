@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-from devices.display_file import Eye, EyeModels
+from devices.display.display_file import Eye, EyeModels
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions, refuse_options

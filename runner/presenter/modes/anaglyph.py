@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.filters import Filter, Filters
 from runner.presenter.modes.mixture import Mixture, channel_split, least_squares

@@ -15,9 +15,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
-from devices.tone_curve import Curve
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import Curve
 from documents import Finding
 from runner.presenter.errors import PresentationError
 

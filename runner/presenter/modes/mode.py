@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
-from devices.display_file import Eye, EyeModels
+from devices.display.display_file import Eye, EyeModels
 from runner.presenter.modes.filters import Filters
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.options import refuse_options

@@ -8,7 +8,7 @@ from typing import Any
 import glfw
 import moderngl
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.rectangle import Rectangle, Size

@@ -9,7 +9,7 @@ from typing import Self
 import moderngl
 import numpy as np
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError

@@ -10,7 +10,7 @@ from typing import Any, Self
 import glfw
 import moderngl
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, given_bits
 from runner.presenter.errors import GraphicsError, PresentationError

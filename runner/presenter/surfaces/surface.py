@@ -9,7 +9,7 @@ from typing import Protocol, Self
 
 import moderngl
 
-from devices.display_file import Eye
+from devices.display.display_file import Eye
 from runner.ports import KeyPress
 from runner.presenter.depth import Bits
 from runner.presenter.pointer import Pointer

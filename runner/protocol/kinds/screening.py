@@ -22,7 +22,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.protocol.kinds.block_spec import BlockSpec, Fault
 from runner.protocol.parts import Strict, Words
 from runner.protocol.setting import Setting
-from stimuli.confusion_lines import AXES, Axis
+from stimuli.vision_tests.confusion_lines import AXES, Axis
 
 Repeats = Annotated[int, Field(ge=1, le=20)]
 LogMAR = Annotated[float, Field(ge=-1, le=2)]

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from analysis.bids.columns import FIXED, Column, ColumnCollector
 from analysis.bids.descriptions import describe
-from analysis.records import Trial
+from analysis.records.session_record import Trial
 
 
 def gathered(*data: dict[str, Any], kind: str = "odd") -> dict[str, Column]:

@@ -15,7 +15,7 @@ from analysis.bids.dataset_files import About
 from analysis.bids.export import export
 from analysis.bids.text import unescape
 from analysis.errors import ResultsError
-from analysis.records import Mark, Note, Resumption, read_session
+from analysis.records.session_record import Mark, Note, Resumption, read_session
 
 Lab = Any  # conftest.py
 NAME = "sub-01_ses-20260102T030405abcd_task-dynamicrange"

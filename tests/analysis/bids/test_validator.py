@@ -12,7 +12,7 @@ from typing import Any
 
 from analysis.bids.dataset_files import About
 from analysis.bids.export import export
-from analysis.records import Mark, Note, Resumption
+from analysis.records.session_record import Mark, Note, Resumption
 
 Lab = Any  # conftest.py
 Issues = Callable[[Path], list[dict[str, Any]]]

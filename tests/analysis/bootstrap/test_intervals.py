@@ -17,9 +17,9 @@ from analysis.bootstrap.influence import influences, standard_errors
 from analysis.bootstrap.intervals import DEFAULT, KINDS, Kind, intervals
 from analysis.bootstrap.quantities import NAMES, Name, Quantity
 from analysis.bootstrap.replicates import resample
-from analysis.bradley_terry import fit
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
+from analysis.scaling.bradley_terry import fit
 
 Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]

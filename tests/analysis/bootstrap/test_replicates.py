@@ -14,11 +14,11 @@ from numpy.typing import NDArray
 from analysis.bootstrap.firth_batch import maximise as firth_batch
 from analysis.bootstrap.fits import fit_each
 from analysis.bootstrap.replicates import Replicates, draw_observers, resample
-from analysis.bradley_terry import fit
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.firth import maximise as firth
-from analysis.separation import are_connected
+from analysis.scaling.bradley_terry import fit
+from analysis.scaling.firth import maximise as firth
+from analysis.scaling.separation import are_connected
 
 Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]

@@ -12,11 +12,11 @@ from scipy import stats
 from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.replicates import resample
 from analysis.bootstrap.stability import Covariance, class_stability
-from analysis.bradley_terry import fit
-from analysis.classes import classify
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.classes.classes import classify
+from analysis.classes.multiplicity import Adjust
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.multiplicity import Adjust
+from analysis.scaling.bradley_terry import fit
 
 Study = Callable[..., Comparisons]
 STRENGTHS = (-1.2, -0.9, 0.1, 0.5, 1.5)

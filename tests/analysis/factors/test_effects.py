@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis import bradley_terry
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
+from analysis.scaling import bradley_terry
 
 Floats = NDArray[np.float64]
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -252,7 +252,7 @@ def test_a_prior_pulls_effects_towards_zero(grid: Factors, draw: Drawer) -> None
 
 
 def test_the_posterior_is_that_of_the_pair_models_for_free_items(grid: Factors, draw: Drawer) -> None:
-    from analysis.pair_models.fit import fit_model
+    from analysis.scaling.pair_fit import fit_model
 
     answers = draw(strengths(grid))
     named = {name: {"stimulus": name} for name in grid}

@@ -9,14 +9,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.existence import direction, is_separated, separated_effects
 from analysis.factors.figure import effects_svg
 from analysis.factors.terms import Term
-from analysis.pair_models.cells import count_cells
-from analysis.separation import strong_groups
+from analysis.scaling.cells import count_cells
+from analysis.scaling.separation import strong_groups
 
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]

@@ -5,7 +5,7 @@ from xml.etree import ElementTree
 
 import pytest
 
-from analysis.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons
 from analysis.factors.drawn_rows import drawn_rows
 from analysis.factors.effects import factor_effects
 from analysis.factors.figure import effects_svg

@@ -8,11 +8,11 @@ from typing import Any
 
 import pytest
 
+from analysis.comparisons.session_comparisons import from_sessions
 from analysis.errors import ResultsError
 from analysis.observers.catch_answers import CatchAnswers, catch_answers
 from analysis.observers.filters import Filter, keep, screened_well
-from analysis.records import SessionLog, Trial
-from analysis.session_comparisons import from_sessions
+from analysis.records.session_record import SessionLog, Trial
 
 Maker = Callable[..., SessionLog]
 ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]

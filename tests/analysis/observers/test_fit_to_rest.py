@@ -12,11 +12,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 
-from analysis.bradley_terry import fit
-from analysis.comparisons import Answer, Comparisons, from_answers
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import fit_to_rest as module
 from analysis.observers.fit_to_rest import FitToRest, fits_to_rest
 from analysis.observers.tails import lower_tail
+from analysis.scaling.bradley_terry import fit
 
 Study = Callable[..., Comparisons]
 

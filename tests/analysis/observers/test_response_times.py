@@ -10,7 +10,7 @@ import pytest
 from scipy.stats import spearmanr
 
 from analysis.observers.response_times import response_times
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 
 Maker = Callable[..., SessionLog]
 THETA = {"a": -2.0, "b": -0.5, "c": 0.0, "d": 2.5}

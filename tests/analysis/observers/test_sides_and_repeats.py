@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import binom
 
-from analysis.comparisons import Answer, from_answers
+from analysis.comparisons.comparisons import Answer, from_answers
 from analysis.observers.repeats import self_agreements
 from analysis.observers.sides import side_biases
 

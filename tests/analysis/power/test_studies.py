@@ -16,14 +16,14 @@ from analysis.bootstrap.coverage import Design
 from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.intervals import intervals
 from analysis.bootstrap.replicates import resample_counts
-from analysis.bradley_terry import BradleyTerryFit, fit, probabilities
-from analysis.classes import classify
-from analysis.multiplicity import Adjust
+from analysis.classes.classes import classify
+from analysis.classes.multiplicity import Adjust
 from analysis.power import widths as width_module
 from analysis.power.assumed import parted
 from analysis.power.plan import Plan
 from analysis.power.studies import Studies, draw, run
 from analysis.power.widths import widths
+from analysis.scaling.bradley_terry import BradleyTerryFit, fit, probabilities
 
 Floats = NDArray[np.float64]
 MakePlan = Callable[..., Plan]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable
 
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report import summarise
 from analysis.report.class_diagram import classes_svg, runs
 

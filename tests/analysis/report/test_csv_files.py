@@ -11,7 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report import write_report
 from analysis.report.blocks import Column, Table
 from analysis.report.csv_files import csv_text, inert, write_csv_files

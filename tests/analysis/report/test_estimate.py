@@ -12,13 +12,13 @@ import pytest
 from analysis.bootstrap.intervals import intervals
 from analysis.bootstrap.replicates import resample
 from analysis.bootstrap.stability import Covariance
-from analysis.classes import classify
+from analysis.classes.classes import classify
+from analysis.comparisons.session_comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.gaussian_prior import learnt_posterior
-from analysis.pair_models.fit import fit_model
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report import summarise
-from analysis.session_comparisons import from_sessions
+from analysis.scaling.gaussian_prior import learnt_posterior
+from analysis.scaling.pair_fit import fit_model
 
 Maker = Callable[..., SessionLog]
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
-from analysis.records import Note, SessionLog, Trial
+from analysis.records.session_record import Note, SessionLog, Trial
 from analysis.report import write_report
 
 Maker = Callable[..., SessionLog]

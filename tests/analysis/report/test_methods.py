@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from analysis.observers.filters import Filter
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report import describe
 from analysis.report.blocks import Facts, Numbered, Paragraph
 from analysis.report.contents import sections_of

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report import summarise, write_report
 from analysis.report.figure import scores_svg
 from analysis.report.words import plain

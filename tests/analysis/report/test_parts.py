@@ -13,7 +13,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.observers.filters import Filter
-from analysis.records import Note, SessionLog, Trial
+from analysis.records.session_record import Note, SessionLog, Trial
 from analysis.report import Report, describe, write_report
 from analysis.report.contents import sections_of
 from analysis.report.page import render

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from matplotlib.path import Path
 
-from analysis.records import SessionLog
-from analysis.report.drawing import INK, drawing, svg_of
+from analysis.records.session_record import SessionLog
 from analysis.report.figure import scores_svg
 from analysis.report.palette import class_colours
 from analysis.report.summary import Summary, summarise
+from documents.pages.drawing import INK, drawing, svg_of
 
 Maker = Callable[..., SessionLog]
 WIDTH_IN = 7.6

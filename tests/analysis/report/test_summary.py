@@ -12,7 +12,7 @@ import pytest
 from rich.console import Console
 
 from analysis.errors import ResultsError
-from analysis.records import SessionLog
+from analysis.records.session_record import SessionLog
 from analysis.report import print_table, summarise
 from analysis.report.summary import wilson_interval
 

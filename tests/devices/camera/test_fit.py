@@ -15,8 +15,8 @@ from devices.camera.correspondences import Correspondences
 from devices.camera.exposure import Exposure
 from devices.camera.fit import fit_camera
 from devices.camera.solve import Loss, design, left_out_xyz, solve
-from devices.ciede2000 import delta_e_2000
-from devices.colour import XYZ_from_xyY, xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import XYZ_from_xyY, xyz_to_lab
 from devices.errors import DeviceError
 from devices.patches.colorchecker import colorchecker_xyY
 

@@ -11,8 +11,8 @@ import pytest
 from devices.camera import outliers
 from devices.camera.correspondences import Correspondences
 from devices.camera.outliers import find_outliers, why
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
 
 See = Callable[..., Correspondences]
 

@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 from devices.characterise.choose import NAMES, characterise
 from devices.characterise.figures import inversion_error_codes
 from devices.characterise.simulated import THESIS_CURVES, liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
-from devices.display import DisplayModel
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
 from devices.measurements import Measurements, read_csv
-from devices.tone_curve import ToneCurve
 
 CODES = table_c1_codes()
 THESIS = thesis_display().xyz(CODES)

@@ -9,9 +9,9 @@ from devices.characterise.parametric import _Problem, condition_of, fit_parametr
 from devices.characterise.patches import patches
 from devices.characterise.plvc_fit import FUNCTIONS, functions_of, plvc_of
 from devices.characterise.simulated import noisy, table_c1_codes, thesis_display
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.table_curve import TableCurve
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.table_curve import TableCurve
 
 WHITE = np.array([95.0, 100, 108])
 

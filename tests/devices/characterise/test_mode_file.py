@@ -9,10 +9,10 @@ import pytest
 
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import ModeLines, write_mode
-from devices.display import DisplayModel
-from devices.display_file import PanelSpec, read_display
+from devices.display.display_file import PanelSpec, read_display
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
-from devices.tone_curve import ToneCurve
 
 ROOT = Path(__file__).parents[3]
 PANEL = PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.25, refresh_hz=120, bits=10)

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 
 from devices.characterise.yaml_keys import set_keys
 from devices.errors import DeviceError
-from documents.yaml_source import parse_yaml
+from documents.yaml.source import parse_yaml
 
 TEXT = """\
 # above

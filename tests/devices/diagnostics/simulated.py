@@ -7,10 +7,10 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.display import DisplayModel
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.measurements import Measurements, PatchEye
 from devices.patches import find_patches, steps
-from devices.tone_curve import ToneCurve
 
 Floats = NDArray[np.float64]
 Light = Callable[[Floats], Floats]

@@ -22,9 +22,9 @@ from devices.diagnostics.primary_colours import primary_colours, spectral_overla
 from devices.diagnostics.repeatability import repeatability
 from devices.diagnostics.tone_response import headroom, simple_gamma, tone_response
 from devices.diagnostics.warm_up import warm_up
-from devices.display import DisplayModel
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.measurements import Measurements
-from devices.tone_curve import ToneCurve
 from tests.devices.diagnostics.simulated import MODEL, characterisation, one_patch, readings, spectra
 
 Floats = NDArray[np.float64]

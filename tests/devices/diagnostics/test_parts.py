@@ -11,14 +11,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.crosstalk_fit import fit_crosstalk
+from devices.characterise.crosstalk_fit import fit_crosstalk
 from devices.diagnostics.chromaticities import outside
 from devices.diagnostics.examine import MeasuredSet, examine
 from devices.diagnostics.eye_crosstalk import crosstalk, crosstalk_readings
 from devices.diagnostics.tags import plain, tag, tagged
 from devices.diagnostics.uniformity import uniformity
 from devices.diagnostics.warm_up import settle
-from devices.display_file import EyeModels, read_display
+from devices.display.display_file import EyeModels, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye, read_csv
 from tests.devices.diagnostics.simulated import MODEL, characterisation, readings

@@ -7,14 +7,14 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from devices.display import DisplayModel
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
 from devices.instruments import INSTRUMENTS, Reading, Showing, open_instrument
 from devices.instruments.errors import GarbledError, LostError, RangeError
 from devices.instruments.manual import Manual
 from devices.instruments.open import Wiring
 from devices.instruments.simulated import Faults, Simulated, simulated_XYZ
-from devices.tone_curve import ToneCurve
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 CURVE = ToneCurve(1.0, 0.0, 2.2)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from devices.instruments import Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
 from devices.measurements import Measurements

@@ -8,12 +8,12 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Mark, Note, Trial
+from analysis.records.session_record import Mark, Note, Trial
 from runner.blocks.steps import Block
 from runner.observers.plain import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
-from runner.session import Session
+from runner.session.session import Session
 
 Press = Callable[[Ask], str]
 Play = Callable[..., "Played"]

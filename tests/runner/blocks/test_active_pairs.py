@@ -13,16 +13,16 @@ import numpy as np
 import pytest
 from pydantic import ValidationError
 
-from analysis.records import Header, SessionLog
-from analysis.session_comparisons import from_sessions
+from analysis.comparisons.session_comparisons import from_sessions
+from analysis.records.session_record import Header, SessionLog
 from runner.blocks.active_pairs import ActivePairs
 from runner.blocks.layouts import PairLayout
+from runner.blocks.tasks import Compare
 from runner.observers.plain import plain_key
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask
 from runner.protocol.kinds.active_pairs import ActivePairsSpec
 from runner.protocol.setting import Stimuli
-from runner.tasks import Compare
 
 Play = Callable[..., Any]
 NAMES = tuple(f"p{number:02d}" for number in range(12))
@@ -97,7 +97,7 @@ def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
     comparisons = from_sessions([log])
     assert comparisons.items == NAMES
     assert comparisons.wins.sum() == 600
-    from analysis.bradley_terry import fit
+    from analysis.scaling.bradley_terry import fit
 
     fitted = fit(comparisons.wins)
     truth = 0.3 * (np.arange(12) - 5.5)

@@ -17,13 +17,13 @@ from runner.blocks.layouts import PairLayout, SingleLayout
 from runner.blocks.pair_ratings import PairRating, PairRatings
 from runner.blocks.scale import Scale
 from runner.blocks.style import FULL_HD_HALF
+from runner.blocks.tasks import Compare, Rate
 from runner.blocks.ties import Ties
 from runner.observers.plain import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Picture, Text
 from runner.protocol.kinds.all_pairs import AllPairsSpec
 from runner.protocol.setting import Stimuli
-from runner.tasks import Compare, Rate
 
 Play = Callable[..., Any]
 NAMES = ("a", "b", "c", "d", "e")

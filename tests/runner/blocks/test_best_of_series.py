@@ -17,13 +17,13 @@ from runner.blocks.layouts import SingleLayout
 from runner.blocks.scale import Scale
 from runner.blocks.series_face import series_scene, series_targets
 from runner.blocks.style import Style
+from runner.blocks.tasks import Browse, Rate
 from runner.observers.plain import plain_key
 from runner.ports import Ask, Target
 from runner.presenter.scene import Box, Text
 from runner.protocol.experiment import read_experiment
 from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
 from runner.protocol.setting import Stimuli
-from runner.tasks import Browse, Rate
 
 Study = Any  # tests/conftest.py
 Play = Callable[..., Any]  # conftest.py

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.gaussian_prior import Posterior, learnt_posterior, posterior
+from analysis.scaling.gaussian_prior import Posterior, learnt_posterior, posterior
 from runner.blocks.pair_choice import Gain, PairChooser, best_matching, entropy_gain, gains, variance_gain
 
 Floats = NDArray[np.float64]

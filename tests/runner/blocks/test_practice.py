@@ -13,10 +13,10 @@ from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layouts import PairLayout
 from runner.blocks.practice import Passing, Practice, told
 from runner.blocks.steps import Block, Draft, Steps, answer
+from runner.blocks.tasks import Choose
 from runner.observers.plain import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Scene, Text
-from runner.tasks import Choose
 
 Play = Callable[..., Any]
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)

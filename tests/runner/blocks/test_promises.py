@@ -13,8 +13,8 @@ from runner.blocks.best_of_series import BestOfSeries, Series
 from runner.blocks.layouts import SingleLayout
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
+from runner.blocks.tasks import Browse, GoOn, Rate
 from runner.ports import Ask
-from runner.tasks import Browse, GoOn, Rate
 
 Play = Callable[..., Any]  # conftest.py
 LAYOUT = SingleLayout((0, -60), (400, 300), (0, -250), 800, 90)

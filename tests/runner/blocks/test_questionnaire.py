@@ -12,9 +12,9 @@ import pytest
 from runner.blocks.fields import Number, Words
 from runner.blocks.questionnaire import Choice, Questionnaire, Typed
 from runner.blocks.steps import Draft, Response
+from runner.blocks.tasks import Choose, Write
 from runner.ports import Ask
 from runner.presenter.scene import Text
-from runner.tasks import Choose, Write
 
 Play = Callable[..., Any]
 

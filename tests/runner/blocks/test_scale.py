@@ -11,11 +11,11 @@ from runner.blocks.layouts import SingleLayout
 from runner.blocks.scale import Scale, rate, scale_items, scale_targets
 from runner.blocks.steps import Response
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.tasks import Rate
 from runner.observers.plain import plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Box, Text
 from runner.protocol.kinds.scale_spec import ScaleSpec, scale_faults
-from runner.tasks import Rate
 
 TEN = Scale("similarity", "How similar?", low_anchor="not at all", high_anchor="the same")
 SLIDER = Scale("quality", "How good?", 0, 100, "bad", "good", "fair")

@@ -8,14 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.records import Header
+from analysis.records.session_record import Header
 from runner.check import Checked, Wishes, check_file
 from runner.check.screen import NO_DISPLAY
 from runner.presenter.surfaces.monitors import monitors
 from runner.protocol.experiment import read_experiment
-from runner.recorder import Recorder
-from stimuli.exr import write_exr
-from stimuli.stereo_image import StereoImage
+from runner.session.recorder import Recorder
+from stimuli.pictures.exr import write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 Study = Any  # tests/conftest.py
 HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from analysis.records import read_session, session_files
+from analysis.records.session_record import read_session, session_files
 
 
 @pytest.fixture(scope="module")

@@ -12,12 +12,12 @@ import yaml
 from click.testing import CliRunner
 from PIL import Image
 
-from devices.display_file import read_display
+from devices.display.display_file import read_display
 from documents import InputError
 from runner.cli.main import group
-from runner.compensation import Compensation
+from runner.presenter.compensation import Compensation
 from runner.protocol.experiment import read_experiment
-from stimuli.exr import read_exr
+from stimuli.pictures.exr import read_exr
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[3]

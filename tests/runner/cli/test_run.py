@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from analysis.records import read_session, session_files
+from analysis.records.session_record import read_session, session_files
 
 Study = Any  # tests/conftest.py
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.display_file import read_display
+from devices.display.display_file import read_display
 from devices.measurements import read_csv
 from devices.measurements.read import read_measurements
 from devices.patches import find_patches

@@ -10,7 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from devices.diagnostics.examine import MeasuredSet, examine
-from devices.display_file import read_display
+from devices.display.display_file import read_display
 from devices.measurements import read_csv
 from devices.patches import Patch, Place, find_sets, steps
 from documents import InputError

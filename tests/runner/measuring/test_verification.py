@@ -10,23 +10,23 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels, read_display
+from devices.display.display_file import EyeModels, read_display
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from devices.instruments import Reading
 from devices.instruments.simulated import SimulatedDisplay
 from devices.patches import Patch, PatchSet, Step
 from devices.patches.colorchecker import asked_of
-from devices.tone_curve import ToneCurve
 from documents import InputError
 from runner.cli.main import group
-from runner.compensation import Compensation
 from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.errors import MeasuringError
 from runner.measuring.log import Kept, Session, read_session
 from runner.measuring.verification import asked_XYZ, judge, patches_of
+from runner.presenter.compensation import Compensation
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces import open_surface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.presenter.test_plvc_pass import plvc
 

@@ -13,13 +13,13 @@ import pytest
 from click.testing import CliRunner
 from numpy.typing import NDArray
 
-from analysis.records import read_session, session_files
-from devices.display_file import EyeModels, read_display
+from analysis.records.session_record import read_session, session_files
+from devices.display.display_file import EyeModels, read_display
 from runner.cli.run import command
 from runner.errors import SessionError
 from runner.observers.image_distance import mean_delta_e_00
-from stimuli.exr import write_exr
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.exr import write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 Study = Any  # tests/conftest.py
 GREY = np.array([0.95, 1, 1.09], dtype=np.float32)

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import pytest
 
+from runner.blocks.tasks import Rate, Write
 from runner.observers.person import DOUBLE_CLICK_S, Person
 from runner.ports import Ask, KeyPress, Target
 from runner.presenter.scene import Scene
-from runner.tasks import Rate, Write
 
 TWO = Ask(
     Scene(),

@@ -13,21 +13,21 @@ from typing import Any
 
 import pytest
 
-from analysis.records import Header, SessionLog, Trial, read_session
+from analysis.records.session_record import Header, SessionLog, Trial, read_session
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layouts import PairLayout
 from runner.blocks.message import Message
+from runner.blocks.tasks import Compare
 from runner.errors import SessionError
 from runner.observers.replay import Replay, asked_after_their_block, check_replayable, read_recording
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress, Observer, WindowClosed
 from runner.presenter.scene import Scene
 from runner.protocol.experiment import read_experiment
-from runner.recorder import Recorder
-from runner.session import Session
-from runner.station import Station
-from runner.tasks import Compare
-from stimuli.build import build
+from runner.session.recorder import Recorder
+from runner.session.session import Session
+from runner.session.station import Station
+from stimuli.build.build import build
 
 Study = Any  # tests/conftest.py
 SCORES = {"one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0}

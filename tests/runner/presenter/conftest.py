@@ -13,15 +13,15 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
-from devices.tone_curve import ToneCurve
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
 

@@ -11,9 +11,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
-from devices.tone_curve import ToneCurve
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.options import ModeOptions
@@ -22,7 +22,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
 Stereo = Callable[..., StereoImage]

@@ -15,8 +15,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.bands import BAND_PX, InBands, bands
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
@@ -30,7 +30,7 @@ from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer
 from runner.presenter.surfaces.window import WindowSurface
 from runner.presenter.uploading import as_uploaded, upload
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Model = Callable[..., DisplayModel]
 Random = Callable[..., NDArray[np.float32]]

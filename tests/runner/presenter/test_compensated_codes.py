@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.crosstalk import Crosstalk
-from devices.crosstalk_cancel import cancel_crosstalk
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
-from devices.gain_map import GainMap
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.crosstalk_cancel import cancel_crosstalk
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.compensated_codes import PlacedImage
 from runner.presenter.compensated_pass import Correction
 from runner.presenter.dithering import Dithering
@@ -22,7 +22,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Make = Callable[..., DisplayModel]
 Stereo = Callable[..., StereoImage]

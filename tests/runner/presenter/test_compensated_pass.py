@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.crosstalk import Crosstalk
-from devices.crosstalk_cancel import cancel_crosstalk
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
-from devices.dither import dither_tables, dither_thresholds, tabled_dither_codes
-from devices.gain_map import GainMap
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.crosstalk_cancel import cancel_crosstalk
+from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.bands import to_the_end
 from runner.presenter.code_pass import release_codes
 from runner.presenter.compensated_pass import CORNER, CompensatedPass, Correction

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.presenter import Presenter
@@ -18,7 +18,7 @@ from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
 MakeModel = Callable[..., DisplayModel]

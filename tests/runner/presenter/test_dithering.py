@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels, read_display
-from devices.dither import Masks, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.dither import Masks, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.display.display_file import Eye, EyeModels, read_display
+from devices.display.model import DisplayModel
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.dithering import Dithering, light_table
 from runner.presenter.errors import PresentationError

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
@@ -19,7 +19,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces import open_surface
 from runner.presenter.surfaces.egl import EglSurface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Stereo = Callable[..., StereoImage]
 WIDTH, HEIGHT = 320, 240

@@ -14,8 +14,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
@@ -25,7 +25,7 @@ from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.window import WindowSurface
 from runner.presenter.timing import missed_frames
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Stereo = Callable[..., StereoImage]
 SCENE = Scene((Picture("a"),))

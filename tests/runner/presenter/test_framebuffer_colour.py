@@ -8,14 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.modes.registry import available, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.gl_calls import Codes
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 MakeModel = Callable[..., DisplayModel]
 Ramps = Callable[[DisplayModel], NDArray[np.float32]]

@@ -9,13 +9,13 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.characterise.choose import characterise
-from devices.code_table import code_tables, table_codes
-from devices.display import DisplayModel
-from devices.dither import dither_codes, dither_thresholds
-from devices.knot_table import knotted_codes
+from devices.compensation.dither import dither_codes, dither_thresholds
+from devices.display.code_table import code_tables, table_codes
+from devices.display.knot_table import knotted_codes
+from devices.display.model import DisplayModel
+from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import Curve, ToneCurve
 from devices.measurements import read_csv
-from devices.table_curve import TableCurve
-from devices.tone_curve import Curve, ToneCurve
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.dithering import Dithering
 from runner.presenter.mixed_pass import MixedPass

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import MODES, find_mode
@@ -17,7 +17,7 @@ from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 CORNERS = {
     "top-left": (slice(0, 30), slice(0, 30)),

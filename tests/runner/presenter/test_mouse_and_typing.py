@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from runner.ports import KeyPress
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.pointer import Pointer

@@ -8,18 +8,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.code_table import code_tables, table_codes
-from devices.crosstalk import Crosstalk
-from devices.crosstalk_cancel import cancel_crosstalk
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
-from devices.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.crosstalk_cancel import cancel_crosstalk
+from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.gain_map import GainMap
+from devices.display.code_table import code_tables, table_codes
+from devices.display.display_file import EyeModels
+from devices.display.knot_table import knotted_codes
+from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
+from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
-from devices.gain_map import GainMap
-from devices.knot_table import knotted_codes
-from devices.plvc import Plvc
-from devices.table_curve import TableCurve
-from devices.tone_curve import ToneCurve
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.compensated_pass import CompensatedPass, Correction
 from runner.presenter.dithering import Dithering
@@ -29,7 +29,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.undoing import Undoing, undoing
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
 Floats = NDArray[np.float64]

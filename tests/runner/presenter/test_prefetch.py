@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from documents import Finding, InputError
 from runner.presenter.decoder import Decoder
 from runner.presenter.modes.registry import find_mode
@@ -21,7 +21,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.window import WindowSurface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Stereo = Callable[..., StereoImage]
 

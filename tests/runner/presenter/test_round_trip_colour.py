@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display_file import Eye, read_display
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.display_file import Eye, read_display
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
@@ -18,7 +18,7 @@ from runner.presenter.modes.registry import MODES
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import open_surface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"

@@ -15,9 +15,9 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
-from devices.display_file import read_display
-from stimuli.exr import read_exr, write_exr
-from stimuli.stereo_image import StereoImage
+from devices.display.display_file import read_display
+from stimuli.pictures.exr import read_exr, write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 ROOT = Path(__file__).parents[3]
 DATA = ROOT.parent / "shared/data/stereo"
@@ -230,7 +230,7 @@ def test_real_pictures_are_shown(show: Run, tmp_path: Path, name: str, options: 
 
 def test_a_leaking_display_s_crosstalk_is_cancelled(show: Run, tmp_path: Path) -> None:
     """The screenshot's codes, through the display model and the leak, are what was asked."""
-    from devices.crosstalk_cancel import seen_XYZ
+    from devices.compensation.crosstalk_cancel import seen_XYZ
 
     display = tmp_path / "leaky.yaml"
     display.write_text(

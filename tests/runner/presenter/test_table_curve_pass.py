@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from devices.display import DisplayModel
-from devices.table_curve import TableCurve
+from devices.display.model import DisplayModel
+from devices.display.table_curve import TableCurve
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.surfaces.egl import EglSurface
 

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels, read_display
-from devices.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from devices.display.display_file import Eye, EyeModels, read_display
+from devices.display.model import DisplayModel
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions
@@ -26,7 +26,7 @@ from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer
 from runner.presenter.words import ink_codes
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
 MakeModel = Callable[..., DisplayModel]

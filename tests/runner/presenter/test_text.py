@@ -9,13 +9,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
 from runner.presenter.lettering import break_lines, coverage
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Box, Picture, Scene, Text
 from runner.presenter.words import ink_codes
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Make = Callable[..., Presenter]
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display_file import EyeModels
+from devices.display.display_file import EyeModels
 from runner.ports import WindowClosed
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.colour import xyY_from_XYZ
+from devices.colour.spaces import xyY_from_XYZ
 from stimuli.errors import StimulusError
 from stimuli.luminance.greyscale import grey_picture, greyscale
 from stimuli.luminance.scale import (
@@ -21,7 +21,7 @@ from stimuli.luminance.scale import (
     scaled_picture,
     white_luminance_cd_m2,
 )
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 
 def pixels(seed: int, rows: int = 30, columns: int = 40) -> XYZImage:

@@ -11,12 +11,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.display_file import EyeModels, read_display
+from devices.display.display_file import EyeModels, read_display
 from stimuli.luminance.scale import factor_to, scaled_picture
 from stimuli.luminance.statistics import DynamicRange, picture_statistics
-from stimuli.sparkle_measures.find import Threshold
-from stimuli.sparkle_measures.measure import PixelScale
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.sparkle.measures.find import Threshold
+from stimuli.sparkle.measures.measure import PixelScale
 
 DISPLAY = Path(__file__).parents[3] / "configs" / "displays" / "asus_vg248qe.yaml"
 REFERENCE = Path(__file__).parents[4] / "shared" / "reference" / "table_4_3_images.csv"

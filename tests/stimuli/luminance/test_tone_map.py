@@ -12,13 +12,13 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import EyeModels, read_display
-from devices.tone_curve import ToneCurve
+from devices.display.display_file import EyeModels, read_display
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from stimuli.errors import StimulusError
 from stimuli.luminance.saturation import largest_factor, saturation, saturation_factors
 from stimuli.luminance.tone_map import tone_mapping
-from stimuli.stereo_image import StereoImage, XYZImage
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 DISPLAY = Path(__file__).parents[3] / "configs" / "displays" / "asus_vg248qe.yaml"
 CURVES = (ToneCurve(gamma=2.2),) * 3

@@ -14,11 +14,11 @@ import numpy as np
 import yaml
 from numpy.typing import NDArray
 
-from devices.colour import XYZ_from_xyY
+from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
-from stimuli.recipe import SparklePlateRecipe, read_recipe
-from stimuli.stereo_image import StereoImage
-from stimuli.studio import Studio
+from stimuli.build.studio import Studio
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 
 ROOT = Path(__file__).parents[3]

@@ -11,19 +11,19 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-import stimuli.photographs.sources
+import stimuli.build.photographs_sources
 from documents import InputError
-from stimuli.build import build
+from stimuli.build.build import build
+from stimuli.build.photographs_prepare import _within
+from stimuli.build.stimulus_set import StimulusSet
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.exr import read_exr, write_exr
-from stimuli.exr.read import read_exr_counted
-from stimuli.photographs.prepare import _within
-from stimuli.photographs.recipe import DevelopSpec
-from stimuli.recipe import read_recipe
-from stimuli.resample import resample_picture
-from stimuli.stereo_image import StereoImage
-from stimuli.stimulus_set import StimulusSet
+from stimuli.pictures.exr import read_exr, write_exr
+from stimuli.pictures.exr.read import read_exr_counted
+from stimuli.pictures.resample import resample_picture
+from stimuli.pictures.stereo_image import StereoImage
+from stimuli.recipes.photographs import DevelopSpec
+from stimuli.recipes.recipe import read_recipe
 from tests.runner.cli.stimuli.test_wrong_input import exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 from tests.stimuli.spectral.pictures import save_exr

@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from analysis.records import SessionLog, read_session, session_files
-from analysis.screening import outcomes, screened
+from analysis.observers.screening import outcomes, screened
+from analysis.records.session_record import SessionLog, read_session, session_files
 from documents import InputError
 from runner.protocol.experiment import read_experiment
 

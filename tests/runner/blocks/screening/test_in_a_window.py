@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.screening import passed
+from analysis.observers.screening import passed
 from runner.blocks.screening.block import Screening
 from runner.protocol.experiment import read_experiment
 

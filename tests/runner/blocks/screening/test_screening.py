@@ -12,24 +12,24 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.records import Header, SessionLog, Trial
-from analysis.screening import Outcome, outcomes, passed, screened
-from analysis.threshold import threshold_estimate
-from devices.display import DisplayModel
-from devices.display_file import EyeModels
-from devices.tone_curve import ToneCurve
+from analysis.observers.screening import Outcome, outcomes, passed, screened
+from analysis.observers.threshold import threshold_estimate
+from analysis.records.session_record import Header, SessionLog, Trial
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from runner.blocks.screening.block import Screening
 from runner.blocks.screening.colour_vision import colour_vision
 from runner.blocks.screening.near_acuity import finest_logmar, gap_px, near_acuity
 from runner.blocks.screening.screen import Screen
 from runner.blocks.screening.stereo_acuity import finest_arcsec, stereo_acuity
 from runner.blocks.style import Style
+from runner.blocks.tasks import Choose, GoOn
 from runner.errors import SessionError
 from runner.observers.plain import plain_key
 from runner.ports import Ask, Target
 from runner.presenter.scene import Box, Text
-from runner.session import Session
-from runner.tasks import Choose, GoOn
+from runner.session.session import Session
 
 Play = Callable[..., Any]  # conftest.py
 CURVE = ToneCurve(gamma=2.2)

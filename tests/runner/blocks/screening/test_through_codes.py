@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display import DisplayModel
-from devices.display_file import Eye, EyeModels
-from devices.tone_curve import ToneCurve
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
 from runner.blocks.screening.colour_vision import colour_vision
 from runner.blocks.screening.near_acuity import near_acuity
 from runner.blocks.screening.screen import Screen
@@ -23,7 +23,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces import open_surface
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
 CURVE = ToneCurve(gamma=2.2)

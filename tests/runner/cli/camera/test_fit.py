@@ -12,7 +12,7 @@ from click.testing import CliRunner, Result
 
 from devices.camera.camera_file import read_camera
 from devices.camera.exposure import Exposure
-from devices.colour import XYZ_from_xyY
+from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import InputError
 from runner.cli.main import group

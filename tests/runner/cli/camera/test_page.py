@@ -6,7 +6,7 @@ import math
 
 import pytest
 
-from runner.camera_report.page import _with_error
+from runner.reports.camera.page import _with_error
 
 
 @pytest.mark.parametrize(

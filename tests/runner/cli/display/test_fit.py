@@ -12,14 +12,14 @@ import pytest
 from click.testing import CliRunner
 
 from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
-from devices.ciede2000 import delta_e_2000
-from devices.colour import xyz_to_lab
-from devices.display_file import read_display
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.display_file import read_display
+from devices.display.plvc import Plvc
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye, write_csv
 from devices.measurements.read import read_measurements
 from devices.measurements.ti3 import write_ti3
-from devices.plvc import Plvc
 from runner.cli.main import group
 
 CODES = table_c1_codes()

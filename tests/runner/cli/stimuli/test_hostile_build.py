@@ -11,9 +11,9 @@ from click.testing import CliRunner
 
 from documents import InputError
 from runner.cli.main import group
-from stimuli.build import cache_folder
-from stimuli.exr import write_exr
-from stimuli.stereo_image import StereoImage
+from stimuli.build.build import cache_folder
+from stimuli.pictures.exr import write_exr
+from stimuli.pictures.stereo_image import StereoImage
 
 Build = Callable[..., str]
 

@@ -12,9 +12,9 @@ import yaml
 from click.testing import CliRunner
 
 from runner.cli.main import group
-from stimuli.exr import read_exr
-from stimuli.resample import resample_picture
-from stimuli.stereo_image import StereoImage
+from stimuli.pictures.exr import read_exr
+from stimuli.pictures.resample import resample_picture
+from stimuli.pictures.stereo_image import StereoImage
 from tests.stimuli.photographs.raw_pair import (
     LEFT_AT,
     PX_PER_MM,

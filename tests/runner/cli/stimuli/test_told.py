@@ -13,9 +13,9 @@ from click.testing import CliRunner
 
 from runner.cli.main import group
 from runner.cli.stimuli.build_words import notes
-from stimuli.exr import write_exr
-from stimuli.lock import locked
-from stimuli.stereo_image import StereoImage
+from stimuli.build.lock import locked
+from stimuli.pictures.exr import write_exr
+from stimuli.pictures.stereo_image import StereoImage
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 
 RIG = ROOT / "configs/rigs/asus_vg248qe_3dvision.yaml"

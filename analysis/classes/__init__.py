@@ -1,0 +1,1 @@
+"""Perceptual classes: which items the answers do not separate."""

@@ -1,0 +1,193 @@
+"""Perceptual classes: groups of items that the answers do not tell apart, as a compact letter display.
+
+Two items share a class if and only if their difference is not significant. Class 1 holds the best item; an item in
+two classes is labelled such as "3+4", as in the thesis's Table 4.4. The classes are the largest groups of items that
+are all alike, found by insert-and-absorb [Piepho2004], item by item rather than pair by pair: there are then never more
+groups than in the end. A sweep takes out every class, and every membership, that no pair needs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TypeAlias
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.classes.multiplicity import Adjust, adjusted_p
+from analysis.errors import ResultsError
+from analysis.scaling.firth import contrast_variances
+from documents import Finding
+
+Floats = NDArray[np.float64]
+Letters: TypeAlias = tuple[frozenset[int], ...]
+# Largest groups of items that are all alike can be exponentially many; nobody reads as many classes as this.
+MOST_CLASSES = 2000
+
+
+class TooManyClasses(ResultsError):
+    """The items overlap in more classes than can be listed."""
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Classes:
+    """Perceptual classes of ``n`` items.
+
+    Attributes
+    ----------
+    labels
+        For each item its classes, from 1, the best: "1", or "3+4" for an item in two.
+    members
+        For each class the indices of its items, class 1 first.
+    z
+        Shape (n, n): (θ_i − θ_j) / se(θ_i − θ_j).
+    p
+        Shape (n, n): two-sided p values after adjustment; 1 on the diagonal.
+    alpha, adjust
+        Level and adjustment.
+    """
+
+    labels: tuple[str, ...]
+    members: tuple[tuple[int, ...], ...]
+    z: Floats
+    p: Floats
+    alpha: float
+    adjust: Adjust
+
+
+def check_level(alpha: float) -> None:
+    """Raise ResultsError unless ``alpha`` lies between 0 and 1."""
+    if not 0 < alpha < 1:
+        raise ResultsError(Finding(f"alpha is {alpha:g}", remedy="give a level between 0 and 1, such as 0.05"))
+
+
+def classify(
+    theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm", df: float | None = None
+) -> Classes:
+    """Group items into perceptual classes by pairwise tests.
+
+    Parameters
+    ----------
+    theta
+        Shape (n,): strengths, finite.
+    covariance
+        Shape (n, n): their covariance.
+    alpha
+        Level, between 0 and 1: two items differ where p ≤ alpha.
+    adjust
+        ``none``, ``holm``, ``bh`` (Benjamini-Hochberg) or ``maxz`` (single step by the largest z), over all pairs.
+    df
+        Degrees of freedom of ``covariance``: observers − 1 for a sandwich covariance, None for the model's.
+
+    Raises
+    ------
+    ResultsError
+        If ``alpha`` is out of range or ``theta`` is not finite; TooManyClasses as `letter_display`.
+    """
+    check_level(alpha)
+    if not np.isfinite(theta).all():
+        raise ResultsError(Finding("items without a finite strength have no class", remedy="use the method 'firth'"))
+    difference = theta[:, None] - theta[None, :]
+    error = np.sqrt(contrast_variances(covariance))
+    z = np.divide(difference, error, out=np.zeros_like(difference), where=error > 0)
+    p = adjusted_p(z, covariance, adjust, df)
+    members = numbered(letter_display(p <= alpha), theta)
+    return Classes(labelled(members, len(theta)), members, z, p, alpha, adjust)
+
+
+def letter_display(differs: NDArray[np.bool_]) -> Letters:
+    """Return sets of items such that two items share a set if and only if they do not differ.
+
+    Parameters
+    ----------
+    differs
+        Shape (n, n): symmetric, False on the diagonal.
+
+    Raises
+    ------
+    TooManyClasses
+        If on the way there are more than 2000 sets.
+    """
+    n = len(differs)
+    alike = [_bits(np.flatnonzero(~row)) for row in np.asarray(differs)]
+    columns: list[int] = []  # sets as bits
+    for item in np.argsort(differs.sum(axis=0), kind="stable").tolist():  # this order meets the fewest columns
+        met = [column & alike[item] for column in columns] or [0]
+        columns = [column for column in columns if column & ~alike[item]]
+        columns += [group | 1 << item for group in _largest(met)]
+        if len(columns) > MOST_CLASSES:
+            what = f"{n} items overlap in more than {MOST_CLASSES} classes"
+            raise TooManyClasses(Finding(what, remedy="collect more answers, or compare fewer items"))
+    return _swept([_items(column) for column in columns], n)
+
+
+def classes_if_few(
+    theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm", df: float | None = None
+) -> Classes | None:
+    """Return what `classify` does, None where there are too many classes to list."""
+    try:
+        return classify(theta, covariance, alpha=alpha, adjust=adjust, df=df)
+    except TooManyClasses:
+        return None
+
+
+def _largest(groups: list[int]) -> list[int]:
+    """Absorb: drop the groups that lie in another one."""
+    kept: list[int] = []
+    for group in sorted(dict.fromkeys(groups), key=int.bit_count, reverse=True):
+        if all(group & ~other for other in kept):
+            kept.append(group)
+    return kept
+
+
+def _swept(columns: list[list[int]], n: int) -> Letters:
+    """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs.
+
+    ``shared`` counts for any two items the columns that hold both: what is in two is not needed in one of them.
+    """
+    kept = [np.array(column) for column in sorted(columns, key=lambda column: (len(column), column))]
+    shared = np.zeros((n, n), dtype=np.int32)
+    for column in kept:
+        shared[np.ix_(column, column)] += 1
+    for place, column in enumerate(kept):
+        block = np.ix_(column, column)
+        if (shared[block] > 1).all():
+            shared[block] -= 1
+            kept[place] = column[:0]
+    for place, column in enumerate(kept):
+        needs = shared[np.ix_(column, column)] <= 1
+        number = needs.sum(axis=1)
+        stays = np.ones(len(column), dtype=bool)
+        for index, item in enumerate(column.tolist()):
+            if not number[index]:
+                shared[item, column[stays]] -= 1
+                stays[index] = False
+                shared[column[stays], item] -= 1
+                number -= needs[:, index]
+        kept[place] = column[stays]
+    return tuple(frozenset(column.tolist()) for column in kept if len(column))
+
+
+def _bits(items: NDArray[np.intp]) -> int:
+    return sum(1 << item for item in items.tolist())
+
+
+def _items(column: int) -> list[int]:
+    """Return the items of a column, in order."""
+    return [place for place, bit in enumerate(bin(column)[:1:-1]) if bit == "1"]
+
+
+def labelled(members: tuple[tuple[int, ...], ...], n: int) -> tuple[str, ...]:
+    """Return for each of ``n`` items the numbers of its classes, such as "3+4"."""
+    numbers: list[list[str]] = [[] for _ in range(n)]
+    for number, group in enumerate(members, start=1):
+        for item in group:
+            numbers[item].append(str(number))
+    return tuple("+".join(names) for names in numbers)
+
+
+def numbered(letters: Letters, theta: Floats) -> tuple[tuple[int, ...], ...]:
+    """Order classes by their best item, then by their worst, best class first; members best first."""
+    rank = {int(item): place for place, item in enumerate(np.argsort(-theta, kind="stable"))}
+    groups = [tuple(sorted(letter, key=lambda item: rank[item])) for letter in letters]
+    return tuple(sorted(groups, key=lambda group: (rank[group[0]], rank[group[-1]], len(group), group)))

@@ -1,0 +1,1 @@
+"""Tables of paired comparisons: who was preferred over whom, how often, by which observer."""

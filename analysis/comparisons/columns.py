@@ -1,0 +1,66 @@
+"""The columns of a table of comparisons, as its first line names them."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Sequence
+
+from analysis.errors import ResultsError
+from documents import Finding
+from documents.files.separators import other_separator
+
+COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties")
+REQUIRED = ("winner", "loser")
+OUTCOMES = ("win", "tie")
+
+Columns = dict[str, int]
+
+
+def read_header(header: Sequence[str], line: str, file: str) -> Columns:
+    """Return the place of each column in ``header``, from 0; ``line`` is the text that it stands in.
+
+    Raises
+    ------
+    ResultsError
+        If the header is empty, a column is unknown, repeated or missing, or ties are told in two ways.
+    """
+    names = [field.strip() for field in header]
+    if not any(names):
+        raise ResultsError(Finding("the table is empty", file, 1, 1, "start it with 'winner,loser'"))
+    if separated := other_separator(header, file, 1):
+        raise ResultsError(separated)
+    findings = []
+    for field, name in enumerate(names):
+        if name not in COLUMNS:
+            near = difflib.get_close_matches(name.lower(), COLUMNS, n=1)
+            remedy = f"did you mean '{near[0]}'?" if near else f"the columns are {', '.join(COLUMNS)}, parted by commas"
+            findings.append(Finding(f"unknown column '{name}'", file, 1, column_of(field, line), remedy))
+        elif name in names[:field]:
+            findings.append(Finding(f"the column '{name}' stands twice", file, 1, column_of(field, line), "keep one"))
+    if not findings:
+        findings = [
+            Finding(f"the column '{name}' is missing", file, 1, 1, f"name one of the columns '{name}'")
+            for name in REQUIRED
+            if name not in names
+        ]
+    if "outcome" in names and "ties" in names:
+        place = column_of(names.index("ties"), line)
+        findings.append(Finding("both 'outcome' and 'ties' tell of ties", file, 1, place, "keep one of the two"))
+    if findings:
+        raise ResultsError(findings)
+    return {name: field for field, name in enumerate(names)}
+
+
+def column_of(field: int, line: str) -> int:
+    """Return where ``field`` (from 0) starts in ``line``, counted from 1; 1 if it cannot be found."""
+    quoted, passed = False, 0
+    if field == 0:
+        return 1
+    for position, character in enumerate(line, start=1):
+        if character == '"':
+            quoted = not quoted
+        elif character == "," and not quoted:
+            passed += 1
+            if passed == field:
+                return position + 1
+    return 1

@@ -1,0 +1,74 @@
+"""From the records of sessions to comparisons: one experiment at a time, each session once."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence, Set
+
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.errors import ResultsError
+from analysis.records.mixtures import refuse_mixtures
+from analysis.records.session_record import SessionLog, Trial
+from documents import Finding
+
+KINDS = ("all_pairs", "active_pairs")
+TIES = ("no_difference", "not_sure")
+
+
+def is_comparison(trial: Trial) -> bool:
+    """Return whether ``trial`` compares two stimuli for the sake of their scores: catch trials do not."""
+    return trial.kind in KINDS and trial.data.get("catch") is None
+
+
+def is_tie(trial: Trial) -> bool:
+    """Return whether the answer prefers neither."""
+    return trial.data.get("answer") in TIES
+
+
+def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
+    """Gather the paired comparisons of one experiment's sessions.
+
+    Answers that prefer neither stimulus stand apart, as ties; catch trials are left out.
+
+    Raises
+    ------
+    ResultsError
+        If there is no session or no answer, a session stands there twice, the sessions belong to different
+        experiments or show different stimuli, or a trial names no stimulus of its header.
+    """
+    refuse_mixtures(sessions)
+    names = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
+    known = frozenset(names)
+    answers = [
+        _answer(session, trial, known) for session in sessions for trial in session.trials if is_comparison(trial)
+    ]
+    ties = sum(answer.tie for answer in answers)
+    if ties == len(answers):
+        files = ", ".join(str(session.file) for session in sessions[:3])
+        why = f": {'the one answer prefers' if ties == 1 else f'all {ties} answers prefer'} neither" if ties else ""
+        raise ResultsError(
+            Finding(f"the results hold no paired comparison{why}", files, remedy="answer some trials first")
+        )
+    return from_answers(answers, names)
+
+
+def _answer(session: SessionLog, trial: Trial, names: Set[str]) -> Answer:
+    tie = is_tie(trial)
+    try:
+        one, other = (str(trial.data[key]) for key in (("first", "second") if tie else ("chosen", "rejected")))
+    except KeyError as error:
+        raise ResultsError(
+            Finding(f"the {_where(trial)} has no {error}", str(session.file), remedy="restore the file")
+        ) from None
+    for name in (one, other):
+        if names and name not in names:
+            what = f"{_where(trial)} shows '{name}', no stimulus of the session"
+            raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
+    if one == other:
+        what = f"{_where(trial)} compares '{one}' with itself"
+        raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
+    first = trial.data.get("first")
+    return Answer(one, other, 1.0, session.header.observer, None if first is None else str(first), tie)
+
+
+def _where(trial: Trial) -> str:
+    return f"trial {trial.trial} of block {trial.block}"

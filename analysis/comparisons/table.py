@@ -1,0 +1,121 @@
+"""Read a table of comparisons: CSV with the columns ``winner,loser[,count,observer,first][,outcome|ties]``.
+
+Lines are read in blocks, and like answers are counted together as they come, so that a table of any length takes the
+memory of its kinds of answers: winner, loser, observer, which was first, and whether it was a tie. What a block of
+lines means is worked out column by column; only a block with a fault in it is gone through line by line, to name the
+place.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+from collections.abc import Iterable, Iterator
+from itertools import islice
+from pathlib import Path
+from typing import BinaryIO
+
+from analysis.comparisons.columns import read_header
+from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.faults import MOST_FINDINGS, find_faults
+from analysis.comparisons.tally import Tally
+from analysis.errors import ResultsError
+from documents import Finding
+
+BLOCK_ROWS = 1 << 15
+
+
+class _Lines:
+    """Passes lines on to the CSV reader and keeps those of the block at hand, so that a finding can name the place."""
+
+    def __init__(self, lines: Iterable[str]) -> None:
+        self._lines = iter(lines)
+        self.kept: list[str] = []
+
+    def __iter__(self) -> Iterator[str]:
+        return self
+
+    def __next__(self) -> str:
+        line = next(self._lines)
+        self.kept.append(line)
+        return line
+
+
+def read_table(path: Path) -> Comparisons:
+    """Read the comparisons in the CSV file at ``path`` (UTF-8, with or without a byte-order mark).
+
+    Raises
+    ------
+    ResultsError
+        As `parse_table`, or if the file cannot be read.
+    """
+    try:
+        with path.open("rb") as stream:
+            return read_stream(stream, str(path))
+    except FileNotFoundError as error:
+        raise ResultsError(Finding("there is no such file", str(path), remedy="check the path")) from error
+    except IsADirectoryError as error:
+        remedy = f"for a folder of sessions: cyclopean report {path}"
+        raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy)) from error
+    except OSError as error:
+        raise ResultsError(Finding(f"the table cannot be read: {error.strerror}", str(path))) from error
+
+
+def read_stream(stream: BinaryIO, file: str) -> Comparisons:
+    """Read the comparisons in a binary stream of CSV, such as standard input; ``file`` is its name in findings.
+
+    Raises
+    ------
+    ResultsError
+        As `parse_table`, or if the stream is not UTF-8.
+    """
+    text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="")
+    try:
+        return parse_table(text, file)
+    except UnicodeDecodeError as error:
+        raise ResultsError(Finding("the table is not UTF-8 text", file, remedy="save it as UTF-8")) from error
+    finally:
+        text.detach()
+
+
+def parse_table(lines: Iterable[str], file: str) -> Comparisons:
+    """Read the comparisons in ``lines`` of CSV; ``file`` is the name that findings carry.
+
+    ``count`` is 1 where it is not given; it may be a fraction. ``first`` is the item shown first. A line whose
+    ``outcome`` is ``tie`` prefers neither item; or ``ties`` says how many answers preferred neither, beside the
+    ``count`` that preferred the winner. Blanks around a field do not belong to it; empty lines are passed over.
+
+    Raises
+    ------
+    ResultsError
+        With the first twenty faults: an unknown, repeated or missing column, a line too long or too short, an
+        empty name, an item against itself, a count that is no finite number above or at zero, a ``first`` that
+        was not in the pair, or no comparison at all; or more items than fit into memory.
+    """
+    source = _Lines(lines)
+    reader = csv.reader(source, strict=True)
+    findings: list[Finding] = []
+    tally: Tally | None = None
+    try:
+        columns = read_header(next(reader, []), "".join(source.kept), file)
+        tally = Tally(columns)
+        while len(findings) < MOST_FINDINGS:
+            begin, source.kept = reader.line_num, []
+            rows: list[list[str]] = []
+            try:
+                rows.extend(islice(reader, BLOCK_ROWS))
+            finally:
+                if rows and not tally.add(rows):
+                    findings += find_faults(source.kept, columns, file, begin, len(rows))
+            if not rows:
+                break
+    except csv.Error as error:
+        place = max(reader.line_num, 1)
+        findings.append(Finding(f"this is not valid CSV: {error}", file, place, 1, "check the quotes"))
+    if findings:
+        raise ResultsError(findings[:MOST_FINDINGS])
+    comparisons = tally.comparisons() if tally else None
+    if comparisons is None:
+        remedy = "add one line for each comparison, such as 'a,b'"
+        raise ResultsError(Finding("the table holds no comparison", file, max(reader.line_num, 1), 1, remedy))
+    return comparisons

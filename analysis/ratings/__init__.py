@@ -1,0 +1,1 @@
+"""Ratings of single stimuli, and preferences between stereo and flat."""

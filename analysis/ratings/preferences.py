@@ -1,0 +1,79 @@
+"""Stereo or flat: how often each observer chose which version of a picture."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from analysis.errors import ResultsError
+from analysis.records.session_record import SessionLog
+from documents import Finding
+
+KIND = "preference"
+VIEWS = ("stereo", "flat")
+
+
+@dataclass(frozen=True, slots=True)
+class Preferences:
+    """What the trials of the kind ``preference`` came to: by observer, how often stereo and how often flat was chosen.
+
+    Answers of one observer hang together, so that the observers who lean to one side are what counts.
+    """
+
+    by_observer: dict[str, tuple[int, int]]
+
+    @property
+    def stereo(self) -> int:
+        """How often the stereo version was chosen."""
+        return sum(stereo for stereo, _ in self.by_observer.values())
+
+    @property
+    def flat(self) -> int:
+        """How often the flat version was chosen."""
+        return sum(flat for _, flat in self.by_observer.values())
+
+    @property
+    def observers_for_stereo(self) -> int:
+        """How many observers chose stereo more often than flat."""
+        return sum(stereo > flat for stereo, flat in self.by_observer.values())
+
+    @property
+    def observers_for_flat(self) -> int:
+        """How many observers chose flat more often than stereo."""
+        return sum(flat > stereo for stereo, flat in self.by_observer.values())
+
+    @property
+    def sentence(self) -> str:
+        """All of it in words."""
+        total, people = self.stereo + self.flat, len(self.by_observer)
+        return (
+            f"Of {total} preferences between stereo and flat, {self.stereo} are for stereo; of {people} observers, "
+            f"{self.observers_for_stereo} chose stereo more often and {self.observers_for_flat} flat."
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        people = {name: dict(zip(VIEWS, counts, strict=True)) for name, counts in self.by_observer.items()}
+        return {"stereo": self.stereo, "flat": self.flat, "observers": people}
+
+
+def preferences(sessions: Sequence[SessionLog]) -> Preferences:
+    """Count the preferences of ``sessions``, each trial's last attempt.
+
+    Raises
+    ------
+    ResultsError
+        If a trial does not say whether stereo or flat was chosen.
+    """
+    chosen: dict[str, list[str]] = {}
+    for session in sessions:
+        for trial in session.trials:
+            if trial.kind != KIND:
+                continue
+            view = trial.data.get("chosen_view")
+            if view not in VIEWS:
+                what = f"trial {trial.trial} of block {trial.block} chose the view {view!r}, not stereo or flat"
+                raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
+            chosen.setdefault(session.header.observer, []).append(str(view))
+    return Preferences({name: (views.count("stereo"), views.count("flat")) for name, views in chosen.items()})

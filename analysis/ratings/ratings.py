@@ -1,0 +1,258 @@
+"""Ratings of single stimuli: mean opinion scores, the same in each observer's own units, and BT.500's screening.
+
+Recommendation ITU-R BT.500 [ITU500] gives the mean with its interval for each stimulus, and a rule that finds
+observers whose ratings scatter to both sides of the others'. Here the rule is information: nobody is left out.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.errors import ResultsError
+from analysis.records.mixtures import damaged, refuse_mixtures
+from analysis.records.session_record import SessionLog
+from documents import Finding
+
+KIND = "rating"
+MOST_OUTLYING, MOST_ONE_SIDED = 0.05, 0.3
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class OpinionScore:
+    """The ratings of one stimulus, one mean for each of ``observers``.
+
+    ``mean`` in points of the scale and ``z`` in standard deviations of an observer's ratings, each with 95 % limits by
+    Student's t (None with one observer); ``sd`` is that of the observers' means.
+    """
+
+    stimulus: str
+    observers: int
+    mean: float
+    interval: tuple[float, float] | None
+    sd: float | None
+    z: float | None
+    z_interval: tuple[float, float] | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "stimulus": self.stimulus,
+            "observers": self.observers,
+            "mean": self.mean,
+            "interval": None if self.interval is None else list(self.interval),
+            "sd": self.sd,
+            "z": self.z,
+            "z_interval": None if self.z_interval is None else list(self.z_interval),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class RaterScreening:
+    """One observer by BT.500's rule.
+
+    Attributes
+    ----------
+    ratings, mean, sd
+        How many ratings there are, and how the scale was used; ``sd`` None for one rating.
+    above, below
+        How many of them lie far above and far below the others' (P and Q).
+    outlying
+        (P + Q) / ratings.
+    one_sided
+        |P − Q| / (P + Q), None where both are 0.
+    flagged
+        Whether the rule would leave the observer out: more than 5 % outlying, and these to both sides (below 0.3).
+    """
+
+    observer: str
+    ratings: int
+    mean: float
+    sd: float | None
+    above: int
+    below: int
+
+    @property
+    def outlying(self) -> float:
+        """Share of ratings far from the others', 0 to 1."""
+        return (self.above + self.below) / self.ratings
+
+    @property
+    def one_sided(self) -> float | None:
+        """How far these lie to one side, 0 to 1."""
+        far = self.above + self.below
+        return abs(self.above - self.below) / far if far else None
+
+    @property
+    def flagged(self) -> bool:
+        """Whether BT.500 would leave the observer out."""
+        return self.outlying > MOST_OUTLYING and self.one_sided is not None and self.one_sided < MOST_ONE_SIDED
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "observer": self.observer,
+            "ratings": self.ratings,
+            "mean": self.mean,
+            "sd": self.sd,
+            "above": self.above,
+            "below": self.below,
+            "outlying": self.outlying,
+            "one_sided": self.one_sided,
+            "flagged": self.flagged,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class ScaleSummary:
+    """One scale: its stimuli in the header's order, and its observers, sorted."""
+
+    scale: str
+    scores: tuple[OpinionScore, ...]
+    observers: tuple[RaterScreening, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "scale": self.scale,
+            "scores": [one.to_json() for one in self.scores],
+            "observers": [one.to_json() for one in self.observers],
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class RatingSummary:
+    """What blocks of the kind ``rating`` came to, by scale."""
+
+    experiment: str
+    scales: tuple[ScaleSummary, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {"experiment": self.experiment, "scales": [one.to_json() for one in self.scales]}
+
+
+def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
+    """Summarise the ratings of one experiment's sessions, each trial's last attempt.
+
+    Raises
+    ------
+    ResultsError
+        If the sessions do not belong together, hold no rating, or hold one that is not a number or names no stimulus.
+    """
+    refuse_mixtures(sessions)
+    stimuli = [str(one["name"]) for one in sessions[0].header.stimuli]
+    known = frozenset(stimuli)
+    # By scale, observer and stimulus: the ratings in the order in which they were given.
+    found: dict[str, dict[str, dict[str, list[float]]]] = {}
+    for session in sorted(sessions, key=lambda one: (one.header.started_utc, one.header.session)):
+        for trial in session.trials:
+            if trial.kind != KIND:
+                continue
+            stimulus, ratings = str(trial.data.get("stimulus")), trial.data.get("ratings")
+            if stimulus not in known:
+                raise damaged(session, trial, f"shows '{stimulus}', no stimulus of the session")
+            if not isinstance(ratings, Mapping) or not ratings:
+                raise damaged(session, trial, "has no ratings by name")
+            for scale, value in ratings.items():
+                if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
+                    raise damaged(session, trial, f"has {value!r} for '{scale}' in its ratings")
+                people = found.setdefault(str(scale), {}).setdefault(session.header.observer, {})
+                people.setdefault(stimulus, []).append(float(value))
+    if not found:
+        files = ", ".join(str(session.file) for session in sessions[:3])
+        raise ResultsError(
+            Finding("the results hold no rating of a stimulus", files, remedy="answer some trials first")
+        )
+    summaries = tuple(_summary(scale, people, stimuli) for scale, people in found.items())
+    return RatingSummary(sessions[0].header.experiment, summaries)
+
+
+def _summary(scale: str, people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[str]) -> ScaleSummary:
+    observers = sorted(people)
+    rated = [one for one in stimuli if any(one in people[observer] for observer in observers)]
+    repeats = max(len(values) for by_stimulus in people.values() for values in by_stimulus.values())
+    table = np.full((len(observers), len(rated), repeats), np.nan)
+    for row, observer in enumerate(observers):
+        for column, stimulus in enumerate(rated):
+            values = people[observer].get(stimulus, [])
+            table[row, column, : len(values)] = values
+    flat = table.reshape(len(observers), -1)
+    given = np.isfinite(flat).sum(axis=1)
+    means = np.nansum(flat, axis=1) / given
+    sds = [float(np.nanstd(row, ddof=1)) if count > 1 else None for row, count in zip(flat, given, strict=True)]
+    spread = np.array([sd if sd else np.nan for sd in sds])
+    z_table = (table - means[:, None, None]) / spread[:, None, None]
+    above, below = outlying(flat)
+    scores = []
+    for column, stimulus in enumerate(rated):
+        each, z = _observer_means(table[:, column]), _observer_means(z_table[:, column])
+        mean, interval, sd = _mean(each)
+        z_mean, z_interval, _ = _mean(z)
+        assert mean is not None  # someone rated it
+        scores.append(OpinionScore(stimulus, len(each), mean, interval, sd, z_mean, z_interval))
+    return ScaleSummary(
+        scale,
+        tuple(scores),
+        tuple(
+            RaterScreening(observer, int(given[row]), float(means[row]), sds[row], int(above[row]), int(below[row]))
+            for row, observer in enumerate(observers)
+        ),
+    )
+
+
+def outlying(ratings: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Return P and Q of BT.500's rule: how many of each observer's ratings lie far above and far below the others'.
+
+    Far is 2 standard deviations from the mean of a presentation if its kurtosis β₂ = m₄/m₂² lies in 2 to 4, as that of
+    a normal law does, else √20. A presentation that all rate alike has nothing far in it.
+
+    Parameters
+    ----------
+    ratings
+        Shape (observers, presentations), NaN where there is none.
+
+    Returns
+    -------
+    Two arrays of shape (observers,).
+    """
+    above, below = np.zeros(len(ratings), np.intp), np.zeros(len(ratings), np.intp)
+    for column in ratings.T:
+        given = np.flatnonzero(np.isfinite(column))
+        values = column[given]
+        off = values - values.mean() if len(values) else values
+        second = float((off**2).mean()) if len(values) else 0.0
+        if len(values) < 2 or second <= 0:
+            continue
+        kurtosis = float((off**4).mean()) / second**2
+        far = (2.0 if 2 <= kurtosis <= 4 else math.sqrt(20)) * float(values.std(ddof=1))
+        above[given[off >= far]] += 1
+        below[given[off <= -far]] += 1
+    return above, below
+
+
+def _observer_means(values: Floats) -> Floats:
+    """Return the mean of each row that has a number. Shapes (observers, repeats) to (observers with one,)."""
+    said = np.isfinite(values)
+    rows = said.any(axis=1)
+    return np.asarray(np.where(said, values, 0.0).sum(axis=1)[rows] / said.sum(axis=1)[rows])
+
+
+def _mean(values: Floats) -> tuple[float | None, tuple[float, float] | None, float | None]:
+    """Return the mean, its 95 % limits by Student's t, and the standard deviation."""
+    from scipy.special import stdtrit
+
+    if not len(values):
+        return None, None, None
+    mean = float(values.mean())
+    if len(values) < 2:
+        return mean, None, None
+    sd = float(values.std(ddof=1))
+    reach = float(stdtrit(len(values) - 1, 0.975)) * sd / math.sqrt(len(values))
+    return mean, (mean - reach, mean + reach), sd

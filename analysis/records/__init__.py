@@ -1,0 +1,1 @@
+"""The records of sessions: what stands in `session.jsonl`."""

@@ -1,0 +1,1 @@
+"""From paired comparisons to scores: models, maximum likelihood, standard errors."""

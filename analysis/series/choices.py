@@ -1,0 +1,177 @@
+"""From the records of sessions to choices: for each observer and series one, with its ratings and its way there."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.errors import ResultsError
+from analysis.records.mixtures import damaged, refuse_mixtures
+from analysis.records.session_record import SessionLog, Trial
+from analysis.series.design import Design, Factors, design
+from documents import Finding
+
+KIND = "best_of_series"
+
+
+@dataclass(frozen=True, slots=True)
+class Choice:
+    """One series gone through by one observer.
+
+    Attributes
+    ----------
+    observer, series
+        Indices into the observers and the series.
+    index
+        Of the picture chosen, from 0.
+    ratings, rating_times_s
+        By the scale's name.
+    dwell_s, visits
+        For each picture of the series: how long it was seen altogether, and how often it came up.
+    response_time_s
+        From the first picture's onset to the choice.
+    """
+
+    observer: int
+    series: int
+    index: int
+    ratings: Mapping[str, float]
+    rating_times_s: Mapping[str, float]
+    dwell_s: tuple[float, ...]
+    visits: tuple[int, ...]
+    response_time_s: float
+
+    @property
+    def path_length(self) -> int:
+        """How many pictures came up, returns included."""
+        return sum(self.visits)
+
+
+@dataclass(frozen=True, slots=True)
+class Choices:
+    """All choices of one experiment.
+
+    ``observers`` are sorted; ``choices`` stand in the order of observers, series and time; ``scales`` names every
+    scale on which some choice was rated.
+    """
+
+    design: Design
+    observers: tuple[str, ...]
+    scales: tuple[str, ...]
+    choices: tuple[Choice, ...]
+
+    @property
+    def counts(self) -> NDArray[np.intp]:
+        """Shape (observers, series): how often each observer chose from each series."""
+        shape = len(self.observers), len(self.design.series)
+        flat = [one.observer * shape[1] + one.series for one in self.choices]
+        counts = np.bincount(np.array(flat, dtype=np.intp), minlength=shape[0] * shape[1])
+        return np.asarray(counts.reshape(shape), dtype=np.intp)
+
+    @property
+    def complete(self) -> tuple[int, ...]:
+        """Indices of the observers who went through every series at least once."""
+        return tuple(np.flatnonzero((self.counts > 0).all(axis=1)).tolist())
+
+    def rating_matrix(self, scale: str) -> NDArray[np.float64]:
+        """Return each observer's mean rating of each series, shape (observers, series); NaN where there is none."""
+        total, count = np.zeros(self.counts.shape), np.zeros(self.counts.shape)
+        for one in self.choices:
+            if scale in one.ratings:
+                total[one.observer, one.series] += one.ratings[scale]
+                count[one.observer, one.series] += 1
+        return np.asarray(np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0))
+
+
+def gather(
+    sessions: Sequence[SessionLog], *, by: str | None = None, across: str | None = None, along: str | None = None
+) -> Choices:
+    """Gather the choices of one experiment's sessions, each trial's last attempt; those of a practice do not count.
+
+    ``by``, ``across`` and ``along`` are factors of the stimuli, as in `analysis.series.design.design`.
+
+    Raises
+    ------
+    ResultsError
+        If the sessions do not belong together, hold no choice, or hold one that contradicts itself, or if a series of
+        one name has other pictures elsewhere.
+    """
+    refuse_mixtures(sessions)
+    factors: dict[str, Factors] = {str(one["name"]): one.get("factors", {}) for one in sessions[0].header.stimuli}
+    in_time = sorted(sessions, key=lambda session: (session.header.started_utc, session.header.session))
+    found = [(session, trial) for session in in_time for trial in session.trials if trial.kind == KIND]
+    if not found:
+        files = ", ".join(str(session.file) for session in sessions[:3])
+        raise ResultsError(
+            Finding("the results hold no choice from a series", files, remedy="answer some trials first")
+        )
+    series: dict[str, tuple[str, ...]] = {}
+    first: dict[str, SessionLog] = {}
+    for session, trial in found:
+        name, stimuli = _series(session, trial, factors)
+        if series.setdefault(name, stimuli) != stimuli:
+            raise damaged(session, trial, f"shows other pictures as '{name}' than {first[name].file}")
+        first.setdefault(name, session)
+    place = {name: number for number, name in enumerate(factors)}
+    ordered = dict(sorted(series.items(), key=lambda item: (place[item[1][0]], item[0])))
+    observers = tuple(sorted({session.header.observer for session, _ in found}))
+    numbers = {name: number for number, name in enumerate(ordered)}
+    people = {name: number for number, name in enumerate(observers)}
+    choices = [_choice(session, trial, people, numbers) for session, trial in found]
+    choices.sort(key=lambda one: (one.observer, one.series))
+    scales = sorted({scale for one in choices for scale in one.ratings})
+    known = [scale for scale in ("similarity", "difficulty") if scale in scales]
+    scales = known + [scale for scale in scales if scale not in known]
+    whole = design(ordered, factors, by=by, across=across, along=along)
+    return Choices(whole, observers, tuple(scales), tuple(choices))
+
+
+def _series(session: SessionLog, trial: Trial, factors: Mapping[str, Factors]) -> tuple[str, tuple[str, ...]]:
+    name, stimuli = trial.data.get("series"), trial.data.get("stimuli")
+    if not isinstance(name, str) or not isinstance(stimuli, list | tuple) or len(stimuli) < 2:
+        raise damaged(session, trial, "names no series of two pictures or more")
+    names = tuple(str(one) for one in stimuli)
+    unknown = [one for one in names if one not in factors]
+    if unknown:
+        raise damaged(session, trial, f"shows '{unknown[0]}', no stimulus of the session")
+    if len(set(names)) < len(names):
+        raise damaged(session, trial, "shows a picture twice in one series")
+    return name, names
+
+
+def _choice(session: SessionLog, trial: Trial, people: Mapping[str, int], numbers: Mapping[str, int]) -> Choice:
+    data = trial.data
+    count, chosen, index = len(data["stimuli"]), data.get("chosen"), data.get("chosen_index")
+    if isinstance(index, bool) or not isinstance(index, int) or not 0 <= index < count:
+        raise damaged(session, trial, f"chose picture {index!r} of {count}")
+    if data["stimuli"][index] != chosen:
+        raise damaged(session, trial, f"chose '{chosen}', but the picture at its place {index} is another")
+    ratings = _numbers(session, trial, "ratings", -math.inf)
+    times_s = _numbers(session, trial, "rating_times_s", 0.0)
+    visits = [0] * count
+    try:
+        for place, _ in data["path"]:
+            if place < 0:
+                raise IndexError
+            visits[place] += 1
+        dwell_s = tuple(float(seconds) for seconds in data["dwell_s"])
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise damaged(session, trial, "has no sound record of the pictures seen (path, dwell_s)") from None
+    if len(dwell_s) != count or not all(0 <= seconds < math.inf for seconds in dwell_s):
+        raise damaged(session, trial, f"has no time of 0 s or more for each of its {count} pictures")
+    observer, series = people[session.header.observer], numbers[data["series"]]
+    return Choice(observer, series, index, ratings, times_s, dwell_s, tuple(visits), trial.response_time_s)
+
+
+def _numbers(session: SessionLog, trial: Trial, key: str, lowest: float) -> dict[str, float]:
+    values = trial.data.get(key, {})
+    if not isinstance(values, Mapping):
+        raise damaged(session, trial, f"has no {key} by name")
+    for name, value in values.items():
+        if isinstance(value, bool) or not isinstance(value, int | float) or not lowest <= value < math.inf:
+            raise damaged(session, trial, f"has {value!r} for '{name}' in its {key}")
+    return {str(name): float(value) for name, value in values.items()}

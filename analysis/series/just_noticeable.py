@@ -1,0 +1,315 @@
+"""The smallest noticeable step along a series, from how far choices scatter.
+
+Going through a series until one picture matches is the method of adjustment in steps: the standard deviation of the
+matches about their mean is the measure of discrimination [Gescheider1997]. The model: in each choice an observer s has
+a match at x = m + b_s + e on the axis of the series, with b_s ~ N(0, between²) and e ~ N(0, within²), and takes the
+picture nearest to it. A picture at x_i is therefore chosen when x falls between the midpoints to its neighbours, the
+first and the last also for all that lies beyond. The axis is the natural logarithm of the level if all levels are above
+0, so that a step is a ratio, else the level itself.
+
+The step noticeable in 75 % of cases is Φ⁻¹(0.75) · within. The fit maximises the likelihood, the observers' b_s
+integrated out by the trapezoid rule; the interval is that of the profile likelihood, by Student's t with one
+degree of freedom less than observers.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.series.choices import Choices
+
+Floats = NDArray[np.float64]
+PROBABLE_ERROR = 0.6744897501960817
+NODES, REACH = 241, 8.0  # of the rule that integrates over a standard normal law, out to its eighth standard deviation
+_WIDEST_TOLD = 2.0  # in lengths of the series: a scatter beyond it cannot be measured with the series
+_NARROWEST, _WIDEST = 1e-3, 1e2  # of the standard deviations, in lengths of the series
+
+
+@dataclass(frozen=True, slots=True)
+class StepSize:
+    """What the scatter of choices from series of one kind says.
+
+    Attributes
+    ----------
+    axis
+        ``log`` or ``linear``.
+    match
+        Mean match m, on the scale of the levels (exp m if the axis is logarithmic).
+    within, between
+        Standard deviations on the axis; ``between`` is 0 where no observer chose twice.
+    within_interval
+        95 % limits; an upper end of None has no bound, a lower one is then still one.
+    step
+        Smallest noticeable step at 75 %: in units of the axis; as a ``ratio`` of levels (log axis), and as
+        ``step_at``, the step up from each level on the scale of the levels.
+    step_interval
+        95 % limits of ``step``.
+    levels, observed, expected
+        For each level the number of choices and what the model expects.
+    fit_p
+        Chance of a deviance of these two this large if the model holds; choices are taken for independent, so that it
+        is too small rather than too large. None with three levels, where nothing is left to test.
+    reason
+        Why nothing could be estimated; empty where it could.
+    """
+
+    kind: str
+    axis: str
+    choices: int
+    observers: int
+    levels: tuple[float, ...]
+    observed: tuple[int, ...]
+    expected: tuple[float, ...] | None = None
+    match: float | None = None
+    within: float | None = None
+    between: float | None = None
+    within_interval: tuple[float, float | None] | None = None
+    fit_p: float | None = None
+    reason: str = ""
+
+    @property
+    def step(self) -> float | None:
+        """Smallest noticeable step at 75 % on the axis."""
+        return None if self.within is None else PROBABLE_ERROR * self.within
+
+    @property
+    def step_interval(self) -> tuple[float, float | None] | None:
+        """95 % limits of ``step``."""
+        if self.within_interval is None:
+            return None
+        low, high = self.within_interval
+        return PROBABLE_ERROR * low, None if high is None else PROBABLE_ERROR * high
+
+    @property
+    def ratio(self) -> float | None:
+        """By how much a level must be multiplied for the step to be noticed; None on a linear axis."""
+        return None if self.step is None or self.axis != "log" else float(np.exp(self.step))
+
+    @property
+    def step_at(self) -> tuple[float, ...] | None:
+        """The step up from each level, in the level's unit."""
+        if self.step is None:
+            return None
+        return tuple(level * (self.ratio - 1) if self.ratio else self.step for level in self.levels)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "kind": self.kind,
+            "axis": self.axis,
+            "choices": self.choices,
+            "observers": self.observers,
+            "levels": list(self.levels),
+            "observed": list(self.observed),
+            "expected": None if self.expected is None else list(self.expected),
+            "match": self.match,
+            "within": self.within,
+            "within_interval": None if self.within_interval is None else list(self.within_interval),
+            "between": self.between,
+            "step": self.step,
+            "step_interval": None if self.step_interval is None else list(self.step_interval),
+            "ratio": self.ratio,
+            "step_at": None if self.step_at is None else list(self.step_at),
+            "fit_p": self.fit_p,
+            "reason": self.reason,
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Matches:
+    """Choices as intervals on the axis that hold the match.
+
+    ``low`` and ``high``, shape (k,), are the ends of the intervals that occur, infinite at the ends of a series;
+    ``counts``, shape (observers, k), is how often each observer's match fell into each. ``nodes`` and ``log_weights``
+    integrate over a standard normal law.
+    """
+
+    low: Floats
+    high: Floats
+    counts: Floats
+    nodes: Floats
+    log_weights: Floats
+
+    @classmethod
+    def of(cls, low: Floats, high: Floats, observer: NDArray[np.intp]) -> Matches:
+        """Count choices given as columns, shape (m,), with the observers' indices from 0 without gaps."""
+        ends, which = np.unique(np.stack([low, high], axis=1), axis=0, return_inverse=True)
+        counts = np.zeros((int(observer.max()) + 1, len(ends)))
+        np.add.at(counts, (observer, which.ravel()), 1.0)
+        nodes = np.linspace(-REACH, REACH, NODES)
+        log_weights = -(nodes**2) / 2
+        return cls(ends[:, 0], ends[:, 1], counts, nodes, log_weights - np.log(np.exp(log_weights).sum()))
+
+    @property
+    def observers(self) -> int:
+        """How many observers there are."""
+        return len(self.counts)
+
+    @property
+    def repeated(self) -> bool:
+        """Whether some observer chose twice."""
+        return bool(self.counts.sum() > len(self.counts))
+
+    def log_likelihood(self, match: float, within: float, between: float) -> float:
+        """Return the log-likelihood; ``between`` may be 0, its sign does not matter."""
+        centre = match + between * self.nodes if between else np.array([match])
+        each = log_normal_between((self.low[:, None] - centre) / within, (self.high[:, None] - centre) / within)
+        if not between:
+            return float((self.counts @ each).sum())
+        people = self.counts @ each + self.log_weights
+        highest = people.max(axis=1)
+        return float((highest + np.log(np.exp(people - highest[:, None]).sum(axis=1))).sum())
+
+
+def log_normal_between(low: Floats, high: Floats) -> Floats:
+    """Return the logarithm of the standard normal law's chance of lying between ``low`` and ``high``, low < high."""
+    from scipy.special import log_ndtr
+
+    flip = low + high > 0  # into the lower tail, where logarithms keep their digits
+    a, b = np.where(flip, -high, low), np.where(flip, -low, high)
+    above = log_ndtr(b)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        gap = np.where(np.isneginf(above), 0.0, log_ndtr(a) - above)
+        return np.asarray(np.where(np.isneginf(above), -1e300, above + np.log(-np.expm1(gap))))
+
+
+def step_size(choices: Choices, kind: str) -> StepSize:
+    """Estimate the smallest noticeable step from the choices from all series of one kind, whatever their paint."""
+    plan = choices.design
+    chosen = [one for one in choices.choices if plan.series[one.series].kind == kind]
+    levels = plan.levels(kind)
+    axis = "log" if plan.along and levels[0] > 0 else "linear"
+    place = {level: number for number, level in enumerate(levels)}
+    observed = [0] * len(levels)
+    ends: list[tuple[float, float]] = []
+    at: list[float] = []
+    for one in chosen:
+        series = plan.series[one.series]
+        observed[place[series.levels[one.index]]] += 1
+        x = np.log(series.levels) if axis == "log" else np.array(series.levels)
+        cuts = np.concatenate([[-np.inf], (x[1:] + x[:-1]) / 2, [np.inf]])
+        ends.append((float(cuts[one.index]), float(cuts[one.index + 1])))
+        at.append(float(x[one.index]))
+    people = {observer: number for number, observer in enumerate(sorted({one.observer for one in chosen}))}
+    observer = np.array([people[one.observer] for one in chosen], dtype=np.intp)
+    nothing = StepSize(kind, axis, len(chosen), len(people), levels, tuple(observed))
+    low, high = np.array([end for end, _ in ends]), np.array([end for _, end in ends])
+    matches = Matches.of(low, high, observer)
+    length = float(np.log(levels[-1] / levels[0])) if axis == "log" else levels[-1] - levels[0]
+    found = fit(matches, float(np.mean(at)), length)
+    if isinstance(found, str):
+        return replace(nothing, reason=found)
+    match, within, between = found
+    total = float(np.hypot(within, between))
+    expected = np.zeros(len(levels))
+    for one in chosen:
+        series = plan.series[one.series]
+        x = np.log(series.levels) if axis == "log" else np.array(series.levels)
+        cuts = np.concatenate([[-np.inf], (x[1:] + x[:-1]) / 2, [np.inf]])
+        chances = np.exp(log_normal_between((cuts[:-1] - match) / total, (cuts[1:] - match) / total))
+        for level, chance in zip(series.levels, chances, strict=True):
+            expected[place[level]] += chance
+    return replace(
+        nothing,
+        expected=tuple(expected.tolist()),
+        match=float(np.exp(match)) if axis == "log" else match,
+        within=within,
+        between=between,
+        within_interval=interval(matches, found, length),
+        fit_p=_fit_p(np.array(observed, np.float64), expected),
+    )
+
+
+def _fit_p(observed: Floats, expected: Floats) -> float | None:
+    from scipy.special import chdtrc, xlogy
+
+    df = len(observed) - 3
+    if df < 1:
+        return None
+    deviance = 2 * float(xlogy(observed, np.divide(observed, expected, where=expected > 0, out=observed + 0)).sum())
+    return float(chdtrc(df, max(0.0, deviance)))
+
+
+def fit(matches: Matches, start: float, length: float) -> tuple[float, float, float] | str:
+    """Return match, within and between of the highest likelihood, or why there is none.
+
+    ``start`` is a first guess of the match, ``length`` that of the series on the axis.
+    """
+    if len(matches.low) < 3:
+        return "fewer than three different pictures were chosen: how far choices scatter cannot be told from that"
+    if matches.repeated and ((matches.counts > 0).sum(axis=1) == 1).all():
+        return "each observer always chose the same place: the step is finer than the series shows"
+    best = _highest(matches, start, length, None)
+    match, within, between = best[1]
+    between = between if between > 1e-4 * length else 0.0
+    if within <= 1.01 * _NARROWEST * length:
+        return "choices scatter less than the series shows: the step is finer than its pictures"
+    if within > _WIDEST_TOLD * length:
+        return "choices scatter over more than the whole series, or pile up at both ends: their spread cannot be told"
+    return match, within, between
+
+
+def interval(matches: Matches, found: tuple[float, float, float], length: float) -> tuple[float, float | None] | None:
+    """Return the 95 % limits of ``within`` where the profile likelihood falls by half of Student's t squared."""
+    from scipy.optimize import brentq
+    from scipy.special import stdtrit
+
+    people = matches.observers
+    if people < 2:
+        return None
+    allowed = float(stdtrit(people - 1, 0.975)) ** 2 / 2
+    match, within, _ = found
+    highest = matches.log_likelihood(*found)
+
+    def short(log_within: float) -> float:
+        return highest - allowed - _highest(matches, match, length, float(np.exp(log_within)))[0]
+
+    middle, reach = float(np.log(within)), float(np.log(2))
+    limits: list[float | None] = []
+    for way, bound in ((-1, np.log(_NARROWEST * length)), (1, np.log(_WIDEST * length))):
+        inner, outer = middle, middle + way * reach
+        while (outer - bound) * way < 0 and short(outer) < 0:
+            inner, outer = outer, outer + way * reach
+        if (outer - bound) * way >= 0:
+            limits.append(None)
+            continue
+        limits.append(float(np.exp(brentq(short, min(inner, outer), max(inner, outer), xtol=1e-3))))
+    return limits[0] or 0.0, limits[1]
+
+
+def _highest(
+    matches: Matches, start: float, length: float, within: float | None
+) -> tuple[float, tuple[float, float, float]]:
+    """Return the highest log-likelihood and where it is, ``within`` being free or given."""
+    from scipy.optimize import minimize
+
+    low, high = float(np.log(_NARROWEST)), float(np.log(_WIDEST))
+
+    def unpack(x: Floats) -> tuple[float, float, float]:
+        """Return the three from numbers in lengths of the series."""
+        spread = float(np.exp(x[1])) * length if within is None else within
+        return start + float(x[0]) * length, spread, float(x[-1]) * length if matches.repeated else 0.0
+
+    def badness(x: Any, *_: Any, **__: Any) -> float:
+        return -matches.log_likelihood(*unpack(x))
+
+    best = -np.inf, (start, length, 0.0)
+    for width in (0.3, 1.0) if within is None else (0.3,):
+        spread = [float(np.log(width))] if within is None else []
+        x: Any = np.array([0.0, *spread, *([width / 2] * matches.repeated)])
+        limits: Any = [(-1e3, 1e3), *([(low, high)] * len(spread)), *([(0.0, 30.0)] * matches.repeated)]
+        options: Any = {
+            "initial_simplex": np.vstack([x, x + 0.25 * np.eye(len(x))]),
+            "xatol": 1e-5,
+            "fatol": 1e-8,
+            "maxiter": 2000,
+        }
+        # Two or three numbers: not worth gradients.
+        found = minimize(badness, x, method="Nelder-Mead", bounds=limits, options=options)
+        if -found.fun > best[0]:
+            best = float(-found.fun), unpack(found.x)
+    return best

@@ -1,0 +1,205 @@
+"""Everything that choices from series say, gathered once for a page, a terminal and JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.records.session_record import SessionLog
+from analysis.series.agreement import SeriesAgreement, agreement
+from analysis.series.choice_tests import (
+    KindsTest,
+    LevelTest,
+    NeighboursTest,
+    kinds_tests,
+    level_tests,
+    neighbours_tests,
+)
+from analysis.series.choices import Choices, gather
+from analysis.series.just_noticeable import StepSize, step_size
+from analysis.series.picture_scores import WEIGHT, PictureScore, picture_scores
+from analysis.series.rating_means import CellMean, path_lengths, rating_means, response_times_s
+from analysis.series.rating_tests import RatingTest, rating_test
+from documents.text.counting import counted
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class SeriesSummary:
+    """The choices from series of one experiment, and what makes them believable.
+
+    Attributes
+    ----------
+    choices
+        What everything else comes from, with the series and their levels.
+    levels
+        Score and share of each level of each kind of series, paints together: Figure 4.14.
+    pictures
+        The same of each picture.
+    ratings
+        Mean ratings by scale, of each kind and paint: Figures 4.15 (``similarity``) and 4.16 (``difficulty``).
+    response_times_s, path_lengths
+        How long choosing took, and how many pictures came up.
+    steps
+        The smallest noticeable step of each kind of series.
+    neighbours
+        Whether neighbouring levels are chosen equally often.
+    agreement
+        Between observers, of all who went through every series.
+    kind_tests, paint_tests
+        By scale, whether ratings differ between kinds of series and between paints, of the same observers.
+    choice_tests, level_tests
+        Whether choices differ between kinds of series: altogether, and level by level.
+    notes
+        Sentences that a reader must see before the numbers.
+    """
+
+    choices: Choices
+    experiment: str
+    simulated: bool
+    levels: tuple[PictureScore, ...]
+    pictures: tuple[PictureScore, ...]
+    ratings: dict[str, tuple[CellMean, ...]]
+    response_times_s: tuple[CellMean, ...]
+    path_lengths: tuple[CellMean, ...]
+    steps: tuple[StepSize, ...]
+    neighbours: tuple[NeighboursTest, ...]
+    agreement: SeriesAgreement
+    kind_tests: dict[str, RatingTest]
+    paint_tests: dict[str, RatingTest]
+    choice_tests: tuple[KindsTest, ...]
+    level_tests: tuple[LevelTest, ...]
+    notes: tuple[str, ...]
+
+    @property
+    def sentence(self) -> str:
+        """Who chose how often from what."""
+        plan, people = self.choices.design, len(self.choices.observers)
+        who = f"{people} {'simulated ' if self.simulated else ''}observer{'' if people == 1 else 's'}"
+        count, series = len(self.choices.choices), len(plan.series)
+        return f"{who}, {count:,} choices from {series} series."
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        plan = self.choices.design
+        return {
+            "experiment": self.experiment,
+            "simulated": self.simulated,
+            "observers": list(self.choices.observers),
+            "choices": len(self.choices.choices),
+            "by": plan.by,
+            "across": plan.across,
+            "along": plan.along,
+            "series": [
+                {
+                    "name": one.name,
+                    "kind": one.kind,
+                    "paint": one.paint,
+                    "stimuli": list(one.stimuli),
+                    "levels": list(one.levels),
+                }
+                for one in plan.series
+            ],
+            "levels": [one.to_json() for one in self.levels],
+            "pictures": [one.to_json() for one in self.pictures],
+            "ratings": {scale: [cell.to_json() for cell in cells] for scale, cells in self.ratings.items()},
+            "response_times_s": [cell.to_json() for cell in self.response_times_s],
+            "path_lengths": [cell.to_json() for cell in self.path_lengths],
+            "steps": [one.to_json() for one in self.steps],
+            "neighbours": [one.to_json() for one in self.neighbours],
+            "agreement": self.agreement.to_json(),
+            "kind_tests": {scale: test.to_json() for scale, test in self.kind_tests.items()},
+            "paint_tests": {scale: test.to_json() for scale, test in self.paint_tests.items()},
+            "choice_tests": [one.to_json() for one in self.choice_tests],
+            "level_tests": [one.to_json() for one in self.level_tests],
+            "notes": list(self.notes),
+        }
+
+
+def summarise_series(
+    sessions: Sequence[SessionLog],
+    *,
+    by: str | None = None,
+    across: str | None = None,
+    along: str | None = None,
+    weight: str | None = WEIGHT,
+) -> SeriesSummary:
+    """Score, describe and test the choices from series in one experiment's sessions.
+
+    Parameters
+    ----------
+    sessions
+        Of one experiment.
+    by, across, along
+        The stimuli's factors that tell kinds of series and paints apart, and that rise along a series; found where None
+        (`analysis.series.design.design`).
+    weight
+        The scale by which choices count in the scores.
+
+    Raises
+    ------
+    ResultsError
+        As `analysis.series.choices.gather`.
+    """
+    choices = gather(sessions, by=by, across=across, along=along)
+    plan = choices.design
+    levels = picture_scores(choices, pooled=True, weight=weight)
+    matrices = {scale: choices.rating_matrix(scale) for scale in choices.scales}
+    return SeriesSummary(
+        choices=choices,
+        experiment=sessions[0].header.experiment,
+        simulated=any(session.header.simulated for session in sessions),
+        levels=levels,
+        pictures=picture_scores(choices, pooled=False, weight=weight),
+        ratings={scale: rating_means(choices, scale) for scale in choices.scales},
+        response_times_s=response_times_s(choices),
+        path_lengths=path_lengths(choices),
+        steps=tuple(step_size(choices, kind) for kind in plan.kinds),
+        neighbours=neighbours_tests(choices),
+        agreement=agreement(choices),
+        kind_tests=_tests(matrices, [one.kind for one in plan.series], plan.kinds),
+        paint_tests=_tests(matrices, [one.paint for one in plan.series], plan.paints),
+        choice_tests=kinds_tests(choices),
+        level_tests=level_tests(choices),
+        notes=_notes(sessions, choices, levels, weight),
+    )
+
+
+def _tests(matrices: dict[str, Floats], groups: list[str], conditions: tuple[str, ...]) -> dict[str, RatingTest]:
+    """Return the tests between ``conditions`` by scale, over the observers who rated every series."""
+    found: dict[str, RatingTest] = {}
+    for scale, matrix in matrices.items():
+        whole = matrix[np.isfinite(matrix).all(axis=1)]
+        parts = [whole[:, [group == condition for group in groups]].mean(axis=1) for condition in conditions]
+        test = rating_test(scale, conditions, np.stack(parts, axis=1))
+        if test is not None:
+            found[scale] = test
+    return found
+
+
+def _notes(
+    sessions: Sequence[SessionLog], choices: Choices, levels: tuple[PictureScore, ...], weight: str | None
+) -> tuple[str, ...]:
+    notes = []
+    simulated = sum(session.header.simulated for session in sessions)
+    if simulated:
+        were = "is" if simulated == 1 else "are"
+        notes.append(f"{simulated} of {counted(len(sessions), 'session', 'sessions')} {were} by simulated observers.")
+    people, complete = len(choices.observers), len(choices.complete)
+    if complete < people:
+        notes.append(
+            f"{people - complete} of {people} observers did not go through every series: agreement and tests between "
+            "ratings leave them out."
+        )
+    if people < 2:
+        notes.append("One observer says nothing about others: there are no intervals and no tests.")
+    if all(one.score is None for one in levels) and weight is not None:
+        notes.append(f"There are no scores: not every choice has a rating of {weight} of 0 or more to be weighted by.")
+    if choices.design.along is None:
+        notes.append("No factor of the stimuli rises along every series: levels are places from 1 on.")
+    return tuple(notes)

@@ -1,0 +1,1 @@
+"""Crosstalk, gain maps, dithering, and what clipping costs."""

@@ -1,0 +1,93 @@
+"""What the gamut clip costs a picture: how many pixels a display cannot show, and how far off they end up."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.model import GAMUT_TOLERANCE, Clipping, DisplayModel
+
+Floats = NDArray[np.float64]
+_BLOCK = 1 << 13
+
+
+@dataclass(frozen=True, slots=True)
+class ClipCost:
+    """The clip of one picture on one display model.
+
+    ``delta_e_00_mean`` is over all pixels, those shown as asked counting 0; Lab is relative to the display's white.
+    Quantisation to device codes is not part of it.
+    """
+
+    clipping: Clipping
+    delta_e_00_mean: float
+    delta_e_00_max: float
+
+    def to_json(self) -> dict[str, float]:
+        """Return percentages and costs under the names that a session's header carries."""
+        percent = self.clipping.percent
+        return {
+            "percent_red": round(percent(self.clipping.red), 4),
+            "percent_green": round(percent(self.clipping.green), 4),
+            "percent_blue": round(percent(self.clipping.blue), 4),
+            "percent_any": round(percent(self.clipping.any_channel), 4),
+            "percent_above_full": round(percent(self.clipping.above_full), 4),
+            "delta_e_00_mean": round(self.delta_e_00_mean, 5),
+            "delta_e_00_max": round(self.delta_e_00_max, 4),
+        }
+
+
+def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
+    """Return what showing XYZ in cd/m², shape (..., 3), on ``model`` costs; pixels shown as asked are not compared."""
+    asked = np.asarray(xyz_cd_m2).reshape(-1, 3)
+    lowest = np.array([max(0.0, float(curve.linear(0.0))) for curve in model.curves])
+    highest = np.array([min(1.0, float(curve.linear(1.0))) for curve in model.curves])
+    counts = np.zeros(5, dtype=np.int64)
+    total = largest = 0.0
+    for part in blocks(len(asked)):
+        block = asked[part].astype(np.float64)
+        linear = np.ascontiguousarray(model.linear(block).T)
+        # The channels' own limits lie in 0..1, so that a block within them holds nothing to count or to compare.
+        if (linear.min(axis=1) >= lowest).all() and (linear.max(axis=1) <= highest).all():
+            continue
+        counts += _outside(linear)
+        changed = ((linear < lowest[:, None]) | (linear > highest[:, None])).any(axis=0)
+        if changed.any():
+            difference = _difference(model, block[changed], linear[:, changed])
+            total += float(difference.sum())
+            largest = max(largest, float(difference.max()))
+    red, green, blue, any_channel, above_full = (int(count) for count in counts)
+    clipping = Clipping(len(asked), red, green, blue, any_channel, above_full)
+    return ClipCost(clipping, total / max(len(asked), 1), largest)
+
+
+def blocks(pixels: int) -> Iterator[slice]:
+    """Return slices of so many pixels as a processor's cache holds, and as no matrix product splits among threads."""
+    return (slice(at, at + _BLOCK) for at in range(0, pixels, _BLOCK))
+
+
+def counted_together(parts: Sequence[Clipping]) -> Clipping:
+    """Return the counts of a picture from those of its parts."""
+    names = [field.name for field in fields(Clipping)]
+    return Clipping(**{name: sum(getattr(part, name) for part in parts) for name in names})
+
+
+def _outside(linear: Floats) -> NDArray[np.int64]:
+    """Count as `DisplayModel.clipping`, of linear light (3, n): red, green, blue, any channel, above full."""
+    above = linear > 1.0 + GAMUT_TOLERANCE
+    outside = (linear < -GAMUT_TOLERANCE) | above
+    return np.array([*outside.sum(axis=1), outside.any(axis=0).sum(), above.any(axis=0).sum()], dtype=np.int64)
+
+
+def _difference(model: DisplayModel, asked: Floats, linear: Floats) -> Floats:
+    """Return the ΔE00 (n,) of XYZ (n, 3) to what is shown of their linear light (3, n)."""
+    codes = [curve.code(np.clip(channel, 0.0, 1.0)) for curve, channel in zip(model.curves, linear, strict=True)]
+    shown = model.xyz(np.stack(codes, axis=1))
+    white = model.white_XYZ_cd_m2
+    # Lab is defined for light only: what lies below no light at all is as black as black.
+    return delta_e_2000(xyz_to_lab(np.maximum(asked, 0.0), white), xyz_to_lab(shown, white))

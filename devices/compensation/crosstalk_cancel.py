@@ -1,0 +1,224 @@
+"""Cancel crosstalk within what a display can show, and report what was left.
+
+A channel cannot give less light than at code 0, so that a dark place opposite a bright one keeps a ghost. Per pixel:
+
+1. each eye's picture becomes light in units of its own display's primaries, clipped to what the channels can give;
+2. the six equations of `devices.compensation.crosstalk`, written in that light, give what to send to both eyes;
+3. what is sent is clipped to what the channels can give;
+4. each eye's light is computed once more against the *clipped* light of the other eye, and clipped. Without this step
+   an eye would be given light to make up for a negative ghost that never comes. What remains beside the ghost itself
+   is smaller by the square of the leak.
+
+Lifting adds the same share of each eye's white to every pixel of both eyes, so that there is light to subtract from.
+Nothing is scaled down for it: what lay close to white may then be clipped there. Where channels do not add up (see
+`devices.display.plvc`) light is clipped by way of each channel's own, and black cannot be lifted.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.crosstalk import Crosstalk
+from devices.display.display_file import EyeModels
+from devices.display.model import GAMUT_TOLERANCE, DisplayModel
+from devices.errors import DeviceError
+from documents import Finding
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class CancelCost:
+    """What one eye's picture keeps of the other's.
+
+    ``negative``: pixels that would have needed a channel to give less light than it can. ``above_full``: pixels that
+    would have needed more, beyond what the gamut clip took, for the lift or otherwise. ``worst_residual_cd_m2``: the
+    largest difference in X, Y or Z from what the eye would see of the same picture, lifted as asked, without crosstalk.
+    ``delta_e_00_*``: what the eye sees against what was asked, gamut clip and lift included; Lab is relative to the
+    eye's white.
+    """
+
+    pixels: int
+    negative: int
+    above_full: int
+    worst_residual_cd_m2: float
+    delta_e_00_mean: float
+    delta_e_00_max: float
+
+    @property
+    def percent_negative(self) -> float:
+        """``negative`` as a percentage of all pixels."""
+        return 100.0 * self.negative / self.pixels if self.pixels else 0.0
+
+    def to_json(self) -> dict[str, float]:
+        """Return percentages and costs under plain names."""
+        return {
+            "percent_negative": round(self.percent_negative, 4),
+            "percent_above_full": round(100.0 * self.above_full / self.pixels if self.pixels else 0.0, 4),
+            "worst_residual_cd_m2": round(self.worst_residual_cd_m2, 5),
+            "delta_e_00_mean": round(self.delta_e_00_mean, 5),
+            "delta_e_00_max": round(self.delta_e_00_max, 4),
+        }
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Cancelled:
+    """What to send to each eye, light in units of its primaries, shape (..., 3), and what it cost.
+
+    Where channels add up, that is the linear light of each, as a share of full.
+    """
+
+    left_linear: Floats
+    right_linear: Floats
+    lift_share: float
+    left: CancelCost
+    right: CancelCost
+
+
+def channel_crosstalk(models: EyeModels, crosstalk: Crosstalk) -> Crosstalk:
+    """Return ``crosstalk`` between the channels' linear light instead of XYZ: what a shader needs.
+
+    The left matrix takes the right eye's linear RGB to the linear RGB that it adds to the left eye's, and so on.
+    """
+    left, right = models.left, models.right
+    return Crosstalk(
+        left.linear_from_XYZ @ crosstalk.left @ right.primaries_XYZ_cd_m2,
+        right.linear_from_XYZ @ crosstalk.right @ left.primaries_XYZ_cd_m2,
+    )
+
+
+def cancel_crosstalk(
+    models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, right_XYZ: ArrayLike, lift_share: float = 0.0
+) -> Cancelled:
+    """Return what to send so that the eyes see ``left_XYZ`` and ``right_XYZ``, cd/m², same shape (..., 3).
+
+    ``lift_share`` is the share of each eye's white (above black) that is added to every pixel; see `needed_lift`.
+
+    Raises
+    ------
+    DeviceError
+        If the shapes differ, a value is not finite, the lift is not in 0..1, or there is one for channels that do not
+        add up.
+    """
+    if lift_share > 0.0:
+        refuse_lift(models)
+    if not 0.0 <= lift_share <= 1.0:
+        raise DeviceError(f"the lift is {lift_share}; it must be a share of white in 0..1")
+    lifted_left = _in_gamut(models.left, left_XYZ) + lift_share
+    lifted_right = _in_gamut(models.right, right_XYZ) + lift_share
+    wanted_left, wanted_right = _clip(models.left, lifted_left), _clip(models.right, lifted_right)
+    mix = channel_crosstalk(models, crosstalk)
+    left, right = mix.solve(wanted_left, wanted_right)
+    needed_left = wanted_left - _clip(models.right, right) @ mix.left.T
+    needed_right = wanted_right - _clip(models.left, left) @ mix.right.T
+    left, right = _clip(models.left, needed_left), _clip(models.right, needed_right)
+    seen_left, seen_right = mix.seen(left, right)
+    return Cancelled(
+        left,
+        right,
+        lift_share,
+        _cost(models.left, left_XYZ, lifted_left, needed_left, seen_left),
+        _cost(models.right, right_XYZ, lifted_right, needed_right, seen_right),
+    )
+
+
+def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, right_XYZ: ArrayLike) -> float:
+    """Return the smallest share of white which, added to both pictures, leaves nothing of crosstalk to clip.
+
+    Pictures as in `cancel_crosstalk`, with the same errors. Take the largest over all pictures of an experiment, so
+    that all are lifted alike.
+
+    Raises
+    ------
+    DeviceError
+        If a channel leaks more than it gives, so that adding light does not help, or channels do not add up.
+    """
+    refuse_lift(models)
+    mix = channel_crosstalk(models, crosstalk)
+    wanted = _in_gamut(models.left, left_XYZ), _in_gamut(models.right, right_XYZ)
+    lift = 0.0
+    for model, light, gain in zip(
+        (models.left, models.right), mix.solve(*wanted), mix.solve(np.ones(3), np.ones(3)), strict=True
+    ):
+        if np.any(gain <= 0):
+            raise DeviceError("the eyes' white leaks so strongly that lifting the black level takes light away")
+        if light.size:
+            lift = max(lift, float(((_limits(model)[0] - light) / gain).max()))
+    return lift
+
+
+def refuse_lift(models: EyeModels) -> None:
+    """Raise DeviceError where a share of white is not the same share of each channel's light."""
+    if not (models.left.additive and models.right.additive):
+        raise DeviceError(
+            Finding(
+                "the black level cannot be lifted on a display whose channels act on each other (curve of kind 'plvc')",
+                remedy="leave out lift_black, or fit the display again with --model table",
+            )
+        )
+
+
+def seen_XYZ(
+    models: EyeModels, crosstalk: Crosstalk | None, left_code: ArrayLike, right_code: ArrayLike
+) -> tuple[Floats, Floats]:
+    """Return what each eye sees, XYZ in cd/m² (..., 3), of device codes 0..1 in both eyes' pictures: the forward model.
+
+    Raises
+    ------
+    DeviceError
+        If the shapes differ or a code is not finite.
+    """
+    black = models.left.black_XYZ_cd_m2, models.right.black_XYZ_cd_m2
+    sent = models.left.xyz(left_code) - black[0], models.right.xyz(right_code) - black[1]
+    seen = crosstalk.seen(*sent) if crosstalk else sent
+    return seen[0] + black[0], seen[1] + black[1]
+
+
+def _limits(model: DisplayModel) -> tuple[Floats, Floats]:
+    """Return the least and the most light that each channel can give, (3,) each."""
+    lowest = np.array([max(0.0, float(curve.linear(0.0))) for curve in model.curves])
+    highest = np.array([min(1.0, float(curve.linear(1.0))) for curve in model.curves])
+    return lowest, highest
+
+
+def _clip(model: DisplayModel, linear: Floats) -> Floats:
+    """Return light in units of the primaries, clipped to what the channels can give."""
+    return model.light_of(np.clip(model.channels(linear), *_limits(model)))
+
+
+def _in_gamut(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
+    """Return the light that the eye would be shown without crosstalk."""
+    xyz = np.asarray(xyz_cd_m2, dtype=np.float64)
+    if not np.all(np.isfinite(xyz)):
+        raise DeviceError(f"{np.count_nonzero(~np.isfinite(xyz))} values of the picture are not finite numbers")
+    return _clip(model, model.in_primaries(xyz))
+
+
+def _cost(model: DisplayModel, asked_XYZ: ArrayLike, lifted: Floats, needed: Floats, seen: Floats) -> CancelCost:
+    lowest, highest = _limits(model)
+    asked = np.asarray(asked_XYZ, dtype=np.float64).reshape(-1, 3)
+    channels = model.channels(needed)
+    negative = (channels < lowest - GAMUT_TOLERANCE).any(axis=-1)
+    above = (np.maximum(channels, model.channels(lifted)) > highest + GAMUT_TOLERANCE).any(axis=-1)
+    residual = (seen - _clip(model, lifted)) @ model.primaries_XYZ_cd_m2.T
+    white = model.white_XYZ_cd_m2
+    shown = (model.black_XYZ_cd_m2 + seen @ model.primaries_XYZ_cd_m2.T).reshape(-1, 3)
+    changed = np.abs(shown - asked).max(axis=1, initial=0.0) > 1e-9 * white[1]
+    # Lab is defined for light only: what lies below no light at all is as black as black.
+    difference = delta_e_2000(
+        xyz_to_lab(np.maximum(asked[changed], 0.0), white), xyz_to_lab(np.maximum(shown[changed], 0.0), white)
+    )
+    pixels = len(asked)
+    return CancelCost(
+        pixels=pixels,
+        negative=int(negative.sum()),
+        above_full=int(above.sum()),
+        worst_residual_cd_m2=float(np.abs(residual).max(initial=0.0)),
+        delta_e_00_mean=float(difference.sum() / pixels) if pixels else 0.0,
+        delta_e_00_max=float(difference.max(initial=0.0)),
+    )

@@ -1,0 +1,1 @@
+"""A display as a colour device: models, display files, rigs and viewing geometry."""

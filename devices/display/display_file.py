@@ -1,0 +1,258 @@
+"""Display files: `configs/displays/*.yaml` to display models, one per stereo mode and eye.
+
+A mode may also hold what leaks between the eyes and how evenly the panel shines; `same_as` carries both along.
+"""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated, Any, Literal, TypeVar
+
+from pydantic import BaseModel, Discriminator, Field, PositiveFloat, PositiveInt, Tag
+
+from devices.compensation.crosstalk import Crosstalk, check_leakage
+from devices.compensation.gain_map import GainMap
+from devices.display.mode_extras import CrosstalkSpec, GainMapSpec
+from devices.display.model import DisplayModel
+from devices.display.model_spec import ModelSpec, Strict
+from devices.errors import DeviceError
+from documents import Finding, load_document
+from documents.yaml.source import YamlSource
+
+Eye = Literal["left", "right"]
+EYES: tuple[Eye, Eye] = ("left", "right")
+Made = TypeVar("Made")
+
+
+class PanelSpec(Strict):
+    """The panel: how many pixels, how large, how fast, how deep."""
+
+    resolution_px: tuple[PositiveInt, PositiveInt]
+    pixel_pitch_mm: PositiveFloat
+    refresh_hz: PositiveFloat = 60.0
+    bits: Literal[6, 8, 10, 12] = 8
+
+    @property
+    def text(self) -> str:
+        """Return it in a line, such as ``1920x1080,0.2768,120,8``: pixels, pixel pitch in mm, Hz, bits."""
+        across, down = self.resolution_px
+        return f"{across}x{down},{self.pixel_pitch_mm:.12g},{self.refresh_hz:.12g},{self.bits}"
+
+    @classmethod
+    def parse(cls, text: str) -> PanelSpec:
+        """Read what `text` returns; without Hz they are 60, without bits 8. ValueError if it is none."""
+        size, *rest = text.split(",")
+        across, down = (int(part) for part in size.lower().split("x"))
+        if not 1 <= len(rest) <= 3:
+            raise ValueError(text)
+        refresh = float(rest[1]) if len(rest) > 1 else 60.0
+        bits = int(rest[2]) if len(rest) > 2 else 8
+        # As a file would say it: pydantic's ValidationError is a ValueError.
+        told = {"resolution_px": (across, down), "pixel_pitch_mm": float(rest[0]), "refresh_hz": refresh, "bits": bits}
+        return cls.model_validate(told)
+
+    @property
+    def code_bits(self) -> Literal[8, 10]:
+        """How many bits a channel to ask the graphics driver for: 10 for a panel that has them."""
+        return 10 if self.bits >= 10 else 8
+
+
+class SameAsSpec(Strict):
+    """A mode whose light is that of another mode: same panel state and glasses, other signal."""
+
+    same_as: str
+
+
+class _ExtrasSpec(Strict):
+    """What a mode holds of both eyes at once."""
+
+    crosstalk: CrosstalkSpec | None = None
+    gain_map: GainMapSpec | None = None
+
+
+class BothEyesSpec(ModelSpec, _ExtrasSpec):
+    """A mode with one characterisation for both eyes."""
+
+    def eye_models(self) -> EyeModels:
+        """Return the model, the same object for both eyes."""
+        model = self.model()
+        return EyeModels(model, model)
+
+
+class PerEyeSpec(_ExtrasSpec):
+    """A mode characterised through each lens, or through one so far: then no session can use it yet."""
+
+    left: ModelSpec | None = None
+    right: ModelSpec | None = None
+
+    @property
+    def source(self) -> str:
+        """Where the numbers come from."""
+        return next((spec.source for spec in (self.left, self.right) if spec), "")
+
+    def lacking(self) -> tuple[Eye, ...]:
+        """Return the eyes without a model; each that has one is tried."""
+        made = {"left": self.left and self.left.model(), "right": self.right and self.right.model()}
+        return tuple(eye for eye in EYES if made[eye] is None)
+
+    def eye_models(self) -> EyeModels:
+        """Return each eye's model; DeviceError if one is lacking."""
+        if self.left is None or self.right is None:
+            raise DeviceError(f"the {' and '.join(self.lacking())} eye has no characterisation")
+        return EyeModels(self.left.model(), self.right.model())
+
+
+def _shape(value: Any) -> str:
+    keys = value if isinstance(value, dict) else {}
+    if isinstance(value, BaseModel):
+        keys = dict.fromkeys(type(value).model_fields)
+    return "same" if "same_as" in keys else "eyes" if "left" in keys or "right" in keys else "model"
+
+
+ModeSpec = Annotated[
+    Annotated[SameAsSpec, Tag("same")] | Annotated[PerEyeSpec, Tag("eyes")] | Annotated[BothEyesSpec, Tag("model")],
+    Discriminator(_shape),
+]
+
+
+class DisplaySpec(Strict):
+    """A display file."""
+
+    schema_version: Literal[1]
+    panel: PanelSpec
+    modes: dict[str, ModeSpec] = Field(min_length=1)
+
+
+@dataclass(frozen=True, slots=True)
+class EyeModels:
+    """What each eye sees of the display in one stereo mode; the same object where one model serves both."""
+
+    left: DisplayModel
+    right: DisplayModel
+
+    def eye(self, eye: Eye) -> DisplayModel:
+        """Return the model for ``eye``."""
+        return self.left if eye == "left" else self.right
+
+
+@dataclass(frozen=True, slots=True)
+class Display:
+    """A display file, read: its panel and its characterised modes; ``lacking`` holds modes that want an eye still."""
+
+    file: str
+    panel: PanelSpec
+    modes: dict[str, EyeModels]
+    sources: dict[str, str]
+    crosstalks: dict[str, Crosstalk] = field(default_factory=dict)
+    gain_maps: dict[str, GainMap] = field(default_factory=dict)
+    lacking: dict[str, tuple[Eye, ...]] = field(default_factory=dict)
+
+    def crosstalk(self, mode: str) -> Crosstalk | None:
+        """Return what leaks between the eyes in ``mode``, None if it was not measured; errors as `models`."""
+        self.models(mode)
+        return self.crosstalks.get(mode)
+
+    def gain_map(self, mode: str) -> GainMap | None:
+        """Return how evenly the panel shines in ``mode``, None if it was not measured; errors as `models`."""
+        self.models(mode)
+        return self.gain_maps.get(mode)
+
+    def models(self, mode: str) -> EyeModels:
+        """Return the characterisation of stereo mode ``mode``; raise DeviceError if it was not characterised."""
+        if mode in self.modes:
+            return self.modes[mode]
+        if mode in self.lacking:
+            raise DeviceError(self.unfinished(mode))
+        near = difflib.get_close_matches(mode, self.modes, n=1)
+        known = ", ".join(sorted(self.modes))
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        raise DeviceError(
+            Finding(
+                f"the display was not characterised in the mode '{mode}'",
+                self.file,
+                remedy=f"{hint}characterised here: {known}; measure the mode through the glasses and add it",
+            )
+        )
+
+    def unfinished(self, mode: str) -> Finding:
+        """Return what is to be said of a mode in ``lacking``."""
+        eyes = " and ".join(self.lacking[mode])
+        return Finding(
+            f"the mode '{mode}' has no characterisation of the {eyes} eye yet, and cannot be used",
+            self.file,
+            remedy=f"measure it and add it with display fit --mode {mode} --eye {self.lacking[mode][0]}",
+        )
+
+
+def read_display(path: Path) -> Display:
+    """Read the display file at ``path``.
+
+    Raises
+    ------
+    InputError
+        With every fault's file, line, column and remedy.
+    """
+    spec, source = load_document(path, DisplaySpec, "display")
+    display = Display(str(path), spec.panel, {}, {})
+    findings: list[Finding] = []
+    for name in spec.modes:
+        try:
+            _add_mode(name, spec, source, display)
+        except DeviceError as error:
+            findings += [finding for finding in error.findings if finding not in findings]
+    if findings:
+        raise DeviceError(findings)
+    return display
+
+
+def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display) -> None:
+    measured, mode = _measured(name, spec, source)
+    if isinstance(mode, PerEyeSpec) and (lacking := _located(mode.lacking, source, ("modes", measured))):
+        display.lacking[name] = lacking
+        return
+    models = _located(mode.eye_models, source, ("modes", measured))
+    display.modes[name], display.sources[name] = models, mode.source
+    if crosstalk_spec := mode.crosstalk:
+
+        def crosstalk() -> Crosstalk:
+            found = crosstalk_spec.crosstalk()
+            check_leakage(found, models.left.primaries_XYZ_cd_m2, models.right.primaries_XYZ_cd_m2)
+            return found
+
+        display.crosstalks[name] = _located(crosstalk, source, ("modes", measured, "crosstalk"))
+    if gain_map_spec := mode.gain_map:
+        resolution_px = spec.panel.resolution_px
+        display.gain_maps[name] = _located(
+            lambda: gain_map_spec.gain_map(resolution_px), source, ("modes", measured, "gain_map")
+        )
+
+
+def _measured(name: str, spec: DisplaySpec, source: YamlSource) -> tuple[str, BothEyesSpec | PerEyeSpec]:
+    """Follow ``same_as`` from the mode ``name`` to the mode that was measured."""
+    seen = [name]
+    mode = spec.modes[name]
+    while isinstance(mode, SameAsSpec):
+        place = source.place(("modes", seen[-1], "same_as"))
+        where = (source.file, place.line if place else None, place.column if place else None)
+        if mode.same_as in seen:
+            raise DeviceError(Finding(f"the mode '{seen[-1]}' is the same as itself", *where, "name a measured mode"))
+        if mode.same_as not in spec.modes:
+            near = difflib.get_close_matches(mode.same_as, spec.modes, n=1)
+            remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(sorted(spec.modes))
+            raise DeviceError(Finding(f"there is no mode '{mode.same_as}'", *where, remedy))
+        seen.append(mode.same_as)
+        mode = spec.modes[mode.same_as]
+    return seen[-1], mode
+
+
+def _located(make: Callable[[], Made], source: YamlSource, key: tuple[str, ...]) -> Made:
+    """Return ``make()``; what it finds wrong is said of the key at ``key``."""
+    try:
+        return make()
+    except DeviceError as error:
+        place = source.place(key, key=True)
+        line, column = (place.line, place.column) if place else (None, None)
+        raise DeviceError([Finding(f.message, source.file, line, column, f.remedy) for f in error.findings]) from error

@@ -1,0 +1,167 @@
+"""What a display file says of one display model: black, primaries and the curves of its channels."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+
+from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
+from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import Curve, ToneCurve
+from devices.errors import DeviceError
+from documents import Finding
+
+Triple = tuple[float, float, float]
+
+
+class Strict(BaseModel):
+    """What is read from a file: every key known, every number finite, nothing changed later."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class PrimariesSpec(Strict):
+    """XYZ of each channel at full drive minus black, in cd/m²."""
+
+    red: Triple
+    green: Triple
+    blue: Triple
+
+
+class ChannelSpec(Strict):
+    """One channel's curve: linear = max(0, gain · code + offset) ^ gamma + lift, code in 0..1."""
+
+    gain: PositiveFloat = 1.0
+    offset: float = 0.0
+    gamma: PositiveFloat
+    lift: float = 0.0
+
+
+# What each kind of curve leaves fixed.
+_FIXED = {"gog": ("lift",), "ggo": ("offset",), "gogo": (), "gamma": ("gain", "offset", "lift")}
+
+
+class CurveSpec(Strict):
+    """The tone curves of the three channels."""
+
+    kind: Literal["gog", "gogo", "ggo", "gamma"]
+    red: ChannelSpec
+    green: ChannelSpec
+    blue: ChannelSpec
+
+    def curves(self) -> tuple[Curve, Curve, Curve]:
+        """Return the curves of red, green and blue."""
+        channels = (self.red, self.green, self.blue)
+        for channel in channels:
+            for name in _FIXED[self.kind]:
+                if name in channel.model_fields_set:
+                    raise DeviceError(f"a curve of kind '{self.kind}' has no '{name}'")
+        red, green, blue = (ToneCurve(c.gain, c.offset, c.gamma, c.lift) for c in channels)
+        return red, green, blue
+
+
+class TableSpec(Strict):
+    """One channel's curve as a table: the share of full light at each code; both rise from 0 to 1."""
+
+    codes: Annotated[tuple[float, ...], Field(min_length=3)]
+    light: Annotated[tuple[float, ...], Field(min_length=3)]
+
+
+class TableCurveSpec(Strict):
+    """The tone curves of the three channels as tables, joined by monotone cubics."""
+
+    kind: Literal["table"]
+    red: TableSpec
+    green: TableSpec
+    blue: TableSpec
+
+    def curves(self) -> tuple[Curve, Curve, Curve]:
+        """Return the curves of red, green and blue."""
+        red, green, blue = (TableCurve(c.codes, c.light) for c in (self.red, self.green, self.blue))
+        return red, green, blue
+
+
+class PlvcChannelSpec(TableSpec):
+    """One channel's table, and its XYZ per share of light where √light is 0, 1/4, 1/2 and 3/4; at 1 the primary."""
+
+    codes: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
+    light: Annotated[tuple[float, ...], Field(min_length=3, max_length=4096)]
+    XYZ_per_light_cd_m2: tuple[Triple, Triple, Triple, Triple]
+
+
+class MixturesSpec(Strict):
+    """XYZ that channels at full drive make of each other, and that the first's middle levels do while the other shines.
+
+    The names' order is that of `devices.display.plvc.Plvc.mixtures_XYZ_cd_m2`.
+    """
+
+    red_green: Triple = (0.0, 0.0, 0.0)
+    red_blue: Triple = (0.0, 0.0, 0.0)
+    green_blue: Triple = (0.0, 0.0, 0.0)
+    red_green_blue: Triple = (0.0, 0.0, 0.0)
+    red_while_green: Triple = (0.0, 0.0, 0.0)
+    red_while_blue: Triple = (0.0, 0.0, 0.0)
+    green_while_red: Triple = (0.0, 0.0, 0.0)
+    green_while_blue: Triple = (0.0, 0.0, 0.0)
+    blue_while_red: Triple = (0.0, 0.0, 0.0)
+    blue_while_green: Triple = (0.0, 0.0, 0.0)
+
+
+class PlvcSpec(Strict):
+    """Channels whose chromaticity varies with their level and that act on each other; see `devices.display.plvc`."""
+
+    kind: Literal["plvc"]
+    red: PlvcChannelSpec
+    green: PlvcChannelSpec
+    blue: PlvcChannelSpec
+    mixtures_XYZ_cd_m2: MixturesSpec = MixturesSpec()
+
+    def curves(self) -> tuple[Curve, Curve, Curve]:
+        """Return the curves of red, green and blue."""
+        red, green, blue = (TableCurve(c.codes, c.light) for c in (self.red, self.green, self.blue))
+        return red, green, blue
+
+    def model(self, additive: DisplayModel) -> Plvc:
+        """Return the model whose black, primaries and curves are those of ``additive``.
+
+        Raises
+        ------
+        DeviceError
+            If it cannot be undone.
+        """
+        model = Plvc(
+            additive.black_XYZ_cd_m2,
+            additive.primaries_XYZ_cd_m2,
+            additive.curves,
+            np.array([channel.XYZ_per_light_cd_m2 for channel in (self.red, self.green, self.blue)]),
+            np.array([getattr(self.mixtures_XYZ_cd_m2, name) for name in MixturesSpec.model_fields]),
+        )
+        try:
+            assert model.steps
+        except DeviceError as error:
+            raise DeviceError(
+                Finding(str(error), remedy="check the numbers, or fit again with --model table")
+            ) from error
+        return model
+
+
+class ModelSpec(Strict):
+    """One characterisation, measured through the glasses in its stereo mode."""
+
+    black_XYZ_cd_m2: Triple
+    primaries_XYZ_cd_m2: PrimariesSpec
+    curve: Annotated[CurveSpec | TableCurveSpec | PlvcSpec, Field(discriminator="kind")]
+    source: str = ""
+
+    def model(self) -> DisplayModel:
+        """Return the display model."""
+        primaries = self.primaries_XYZ_cd_m2
+        additive = DisplayModel(
+            np.array(self.black_XYZ_cd_m2),
+            np.array([primaries.red, primaries.green, primaries.blue]).T,
+            self.curve.curves(),
+        )
+        return self.curve.model(additive) if isinstance(self.curve, PlvcSpec) else additive

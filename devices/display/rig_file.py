@@ -1,0 +1,156 @@
+"""Rig files: `configs/rigs/*.yaml`: which display, in which stereo mode, seen from where."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, Literal, TypeVar
+
+from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.crosstalk_cancel import refuse_lift
+from devices.compensation.gain_map import GainMap
+from devices.display.display_file import Display, EyeModels, read_display
+from devices.display.verification_file import Verification, read_verification
+from devices.errors import DeviceError
+from documents import Finding, InputError, load_document
+from documents.files.tidy_path import beside
+
+Read = TypeVar("Read")
+
+
+class RigSpec(BaseModel):
+    """A rig file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+    schema_version: Literal[1]
+    display: str
+    mode: str
+    distance_mm: PositiveFloat
+    interpupillary_distance_mm: PositiveFloat = 65.0
+    glasses: str = ""
+    mode_options: dict[str, Any] = Field(default_factory=dict)
+    lift_black: bool = False
+    dither: Literal["none", "shared", "independent"] = "none"
+    photodiode_verification: str | None = Field(default=None, min_length=1)
+
+
+@dataclass(frozen=True, slots=True)
+class Rig:
+    """A display in a stereo mode at a viewing distance.
+
+    ``characterised_as`` is the mode whose measurements serve: ``mode`` itself, unless an uncharacterised mode was
+    allowed. ``mode_options`` are as the file has them; the presenter's modes know which there are. ``lift_black`` asks
+    for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
+    dithered, and whether the eyes share the mask; ``photodiode_verification`` is the record of onsets checked with a
+    photodiode, or None.
+    """
+
+    file: str
+    display: Display
+    mode: str
+    models: EyeModels
+    distance_mm: float
+    interpupillary_distance_mm: float
+    glasses: str
+    characterised_as: str
+    mode_options: Mapping[str, Any]
+    lift_black: bool
+    dither: Literal["none", "shared", "independent"]
+    photodiode_verification: Verification | None
+
+    @property
+    def output_bits(self) -> Literal[8, 10]:
+        """How many bits a channel to ask the graphics driver for: 10 for a panel that has them."""
+        return self.display.panel.code_bits
+
+    @property
+    def crosstalk(self) -> Crosstalk | None:
+        """The crosstalk that was measured in this mode, or None."""
+        return self.display.crosstalk(self.characterised_as)
+
+    @property
+    def gain_map(self) -> GainMap | None:
+        """How evenly the panel was measured to shine in this mode, or None."""
+        return self.display.gain_map(self.characterised_as)
+
+    @property
+    def is_characterised(self) -> bool:
+        """Whether the display was measured in this very mode."""
+        return self.characterised_as == self.mode
+
+
+def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Rig:
+    """Read the rig file at ``path``, with ``mode`` in place of the file's own if given.
+
+    With ``allow_uncharacterised``, a mode that was not characterised borrows the measurements of the display file's
+    first mode; the rig says so.
+
+    Raises
+    ------
+    InputError
+        If the rig, its display file or its verification record is wrong or missing, or the display was not
+        characterised in the mode.
+    """
+    spec, source = load_document(path, RigSpec, "rig")
+
+    def located(error: InputError, key: str) -> InputError:
+        place = source.place((key,))
+        line, column = (place.line, place.column) if place else (None, None)
+        return InputError(
+            [
+                Finding(f"{f.message}: {f.file}" if f.file else f.message, source.file, line, column, f.remedy)
+                for f in error.findings
+            ]
+        )
+
+    def named(key: str, name: str, what: str, read: Callable[[Path], Read]) -> Read | None:
+        """Read the file that the rig names, and keep what is wrong with it."""
+        try:
+            if not (path.parent / name).is_file():
+                remedy = f"check the path; it is relative to {path.parent}"
+                raise located(InputError(Finding(f"there is no such {what}", name, remedy=remedy)), key)
+            return read(beside(path, name))
+        except InputError as error:
+            findings.extend(error.findings)
+            return None
+
+    findings: list[Finding] = []
+    display = named("display", spec.display, "display file", read_display)
+    verification: Verification | None = None
+    if spec.photodiode_verification is not None:
+        what = "record of a photodiode's verification"
+        verification = named("photodiode_verification", spec.photodiode_verification, what, read_verification)
+    if display is None or findings:
+        raise DeviceError(findings)
+    wanted = mode or spec.mode
+    characterised_as = wanted
+    if allow_uncharacterised and wanted not in display.modes:
+        characterised_as = next(iter(display.modes))
+    try:
+        models = display.models(characterised_as)
+    except InputError as error:
+        raise error if mode else located(error, "mode") from None
+    if spec.lift_black and display.crosstalk(characterised_as):
+        try:
+            refuse_lift(models)
+        except DeviceError as error:
+            raise located(error, "lift_black") from None
+    return Rig(
+        str(path),
+        display,
+        wanted,
+        models,
+        spec.distance_mm,
+        spec.interpupillary_distance_mm,
+        spec.glasses,
+        characterised_as,
+        MappingProxyType(spec.mode_options),
+        spec.lift_black,
+        spec.dither,
+        verification,
+    )

@@ -1,0 +1,58 @@
+"""Tone curves of a display channel: the GOGO family, from device code to linear light and back.
+
+y = max(0, gain·x + offset)^gamma + lift, with x the device code in 0..1 and y the share of the channel's
+full light (Day, Taplin & Berns 2004; thesis Section 3.2.2). GOG has lift 0, GGO offset 0, and the simple
+gamma gain 1, offset 0, lift 0.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.display.table_curve import TableCurve
+from devices.errors import DeviceError
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class ToneCurve:
+    """One channel's curve. ``gain``, ``offset`` and ``lift`` are shares of full drive or full light.
+
+    Raises DeviceError if the curve does not rise with the code (gain or gamma not above 0) or holds a
+    number that is not finite.
+    """
+
+    gain: float = 1.0
+    offset: float = 0.0
+    gamma: float = 1.0
+    lift: float = 0.0
+
+    def __post_init__(self) -> None:
+        numbers = (self.gain, self.offset, self.gamma, self.lift)
+        if not np.all(np.isfinite(numbers)) or self.gain <= 0 or self.gamma <= 0:
+            raise DeviceError(f"a tone curve needs finite numbers and a gain and gamma above 0, not {self}")
+        if self.gain + self.offset <= 0:
+            raise DeviceError(f"a tone curve must give light at full drive; gain + offset is not above 0 in {self}")
+
+    def linear(self, code: ArrayLike) -> Floats:
+        """Return linear light (share of full) for device codes in 0..1, of any shape."""
+        drive = self.gain * np.asarray(code, dtype=np.float64) + self.offset
+        return np.asarray(np.maximum(drive, 0.0) ** self.gamma + self.lift)
+
+    def code(self, linear: ArrayLike) -> Floats:
+        """Return device codes in 0..1 for linear light of any shape; what lies beyond the drive is clipped."""
+        light = np.maximum(np.asarray(linear, dtype=np.float64) - self.lift, 0.0)
+        return np.clip((light ** (1.0 / self.gamma) - self.offset) / self.gain, 0.0, 1.0)
+
+    def unclipped_code(self, light_above_lift: ArrayLike) -> Floats:
+        """Return device codes for light above ``lift``, at or above 0, also where no code of 0..1 gives it."""
+        light = np.asarray(light_above_lift, dtype=np.float64)
+        return np.asarray((light ** (1.0 / self.gamma) - self.offset) / self.gain)
+
+
+# What a display model asks of a channel's curve: `lift`, `linear`, `code` and `unclipped_code`.
+Curve = ToneCurve | TableCurve

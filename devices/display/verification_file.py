@@ -1,0 +1,135 @@
+"""Records of a photodiode's verification: how far light changed from when the program said that it did.
+
+A small YAML file that a rig names. It holds for the stereo mode, refresh rate and, where named, display server and
+renderer that it was measured with, and for no other.
+"""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeFloat, PositiveFloat, model_validator
+
+from devices.display.display_file import Eye
+from documents import load_document
+
+# Window systems tell the refresh in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
+REFRESH_TOLERANCE = 0.02
+
+
+def _day(value: Any) -> datetime.date:
+    if not isinstance(value, str):
+        raise ValueError("expected a day such as 2026-03-14")
+    try:
+        return datetime.date.fromisoformat(value)
+    except ValueError:
+        raise ValueError("expected a day such as 2026-03-14") from None
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
+
+
+class OnsetErrorSpec(_Strict):
+    """The photodiode's onset minus the recorded onset, in ms: positive where light came later than recorded.
+
+    ``worst`` is the error of the largest magnitude, with its sign.
+    """
+
+    mean: float
+    standard_deviation: NonNegativeFloat
+    worst: float
+
+    @model_validator(mode="after")
+    def _worst_is_no_better_than_the_mean(self) -> OnsetErrorSpec:
+        if abs(self.worst) < abs(self.mean):
+            raise ValueError("'worst' is the error furthest from 0, and cannot be nearer to it than 'mean'")
+        return self
+
+
+class VerificationSpec(_Strict):
+    """A record of a photodiode's verification."""
+
+    schema_version: Literal[1]
+    date: Annotated[datetime.date, BeforeValidator(_day)]
+    instrument: Annotated[str, Field(min_length=1)]
+    mode: Annotated[str, Field(min_length=1)]
+    refresh_hz: PositiveFloat
+    display_server: str = ""
+    renderer: str = ""
+    onsets: Annotated[int, Field(ge=2)]
+    onset_error_ms: OnsetErrorSpec
+    left_onset_error_ms: OnsetErrorSpec | None = None
+    right_onset_error_ms: OnsetErrorSpec | None = None
+    notes: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Verification:
+    """A record, where it stands, and the SHA-256 of its file."""
+
+    file: str
+    spec: VerificationSpec
+    sha256: str
+
+    def eye_error_ms(self, eye: Eye) -> OnsetErrorSpec:
+        """Return the errors of ``eye``: its own where they were measured."""
+        own = self.spec.left_onset_error_ms if eye == "left" else self.spec.right_onset_error_ms
+        return own or self.spec.onset_error_ms
+
+    def mismatches(
+        self,
+        *,
+        mode: str,
+        refresh_hz: float | None = None,
+        display_server: str | None = None,
+        renderer: str | None = None,
+    ) -> tuple[str, ...]:
+        """Return in what the record differs from what is given, a phrase each; empty where it holds.
+
+        What is None is not known yet and is not compared; nor are display server and renderer where the record names
+        none. Refresh rates are the same within 2 %.
+        """
+        spec = self.spec
+        found = []
+        if mode != spec.mode:
+            found.append(f"measured in the mode '{spec.mode}', not '{mode}'")
+        if refresh_hz is not None and abs(refresh_hz / spec.refresh_hz - 1.0) > REFRESH_TOLERANCE:
+            found.append(f"measured at {spec.refresh_hz:g} Hz, not {refresh_hz:.4g} Hz")
+        for what, measured, here in (
+            ("display server", spec.display_server, display_server),
+            ("renderer", spec.renderer, renderer),
+        ):
+            if measured and here is not None and measured != here:
+                found.append(f"measured with the {what} '{measured}', not '{here}'")
+        return tuple(found)
+
+    def sentence(self) -> str:
+        """Return what was verified, in a sentence without its full stop."""
+        spec, error = self.spec, self.spec.onset_error_ms
+        return (
+            f"verified with a photodiode on {spec.date.isoformat()}: in {spec.onsets} onsets light came "
+            f"{error.mean:g} ms after the recorded onset on average (standard deviation "
+            f"{error.standard_deviation:g} ms, worst {error.worst:g} ms)"
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the contents with the file's name and SHA-256, for a session's header."""
+        contents = self.spec.model_dump(mode="json", exclude_none=True)
+        return {"file": Path(self.file).name, "sha256": self.sha256, **contents}
+
+
+def read_verification(path: Path) -> Verification:
+    """Read the record at ``path``.
+
+    Raises
+    ------
+    InputError
+        With every fault's file, line, column and remedy.
+    """
+    spec, source = load_document(path, VerificationSpec, "verification")
+    return Verification(source.file, spec, hashlib.sha256(path.read_bytes()).hexdigest())

@@ -1,0 +1,219 @@
+"""YAML 1.2 scalars on PyYAML's safe loader, keeping the place of every key and value.
+
+PyYAML reads YAML 1.1, in which ``NO`` is false, ``12:30`` is 750 and ``1e-3`` is a string. The resolvers
+here are those of the YAML 1.2 core schema (https://yaml.org/spec/1.2.2/#103-core-schema).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Hashable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from documents.findings import Finding, InputError
+from documents.text.characters import hidden_character
+from documents.yaml.remedy import remedy_of
+
+MAX_BYTES = 1_000_000
+MAX_NODES = 100_000
+MAX_DEPTH = 100
+_SHOWN = 60
+
+Path_ = tuple[str | int, ...]
+
+_CORE_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "seq", "map")}
+
+
+@dataclass(frozen=True, slots=True)
+class Place:
+    """Line and column, counted from 1."""
+
+    line: int
+    column: int
+
+
+@dataclass(frozen=True, slots=True)
+class YamlSource:
+    """A parsed document: plain Python data, and where each key and value of it stands."""
+
+    file: str
+    data: Any
+    keys: dict[Path_, Place] = field(repr=False)
+    values: dict[Path_, Place] = field(repr=False)
+
+    def place(self, path: Path_, *, key: bool = False) -> Place | None:
+        """Return the place of the value at ``path`` (of its key if asked), else of its nearest ancestor."""
+        for length in range(len(path), -1, -1):
+            ancestor = path[:length]
+            found = self.keys.get(ancestor) if key or length < len(path) else None
+            found = found or self.values.get(ancestor)
+            if found:
+                return found
+        return None
+
+
+class _Loader(yaml.SafeLoader):
+    yaml_implicit_resolvers: dict[str, list[tuple[str, re.Pattern[str]]]] = {}  # noqa: RUF012 - PyYAML's own design
+    composed = 0
+
+    def compose_node(self, parent: yaml.Node | None, index: Any) -> yaml.Node | None:
+        """Compose a node, of so many at most: composing is what takes long in a large file."""
+        self.composed += 1
+        if self.composed > 2 * MAX_NODES:  # keys are nodes too
+            mark = self.peek_event().start_mark  # type: ignore[no-untyped-call]  # PyYAML has no types there
+            raise yaml.MarkedYAMLError(problem=f"it holds more than {MAX_NODES} values", problem_mark=mark)
+        return super().compose_node(parent, index)
+
+
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:bool", re.compile(r"^(?:true|True|TRUE|false|False|FALSE)$"), list("tTfF")
+)
+_Loader.add_implicit_resolver("tag:yaml.org,2002:null", re.compile(r"^(?:~|null|Null|NULL|)$"), ["~", "n", "N", ""])
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:int", re.compile(r"^(?:[-+]?[0-9]+|0o[0-7]+|0x[0-9a-fA-F]+)$"), list("-+0123456789")
+)
+_Loader.add_implicit_resolver(
+    "tag:yaml.org,2002:float",
+    re.compile(
+        r"^(?:[-+]?(?:\.[0-9]+|[0-9]+(?:\.[0-9]*)?)(?:[eE][-+]?[0-9]+)?|[-+]?\.(?:inf|Inf|INF)|\.(?:nan|NaN|NAN))$"
+    ),
+    list("-+0123456789."),
+)
+
+
+def _construct_int(loader: _Loader, node: yaml.ScalarNode) -> int:
+    text = str(loader.construct_scalar(node))
+    base = {"0o": 8, "0x": 16}.get(text[:2], 10)
+    return int(text[2:] if base != 10 else text, base)
+
+
+def _construct_float(loader: _Loader, node: yaml.ScalarNode) -> float:
+    return float(str(loader.construct_scalar(node)).lower().replace(".inf", "inf").replace(".nan", "nan"))
+
+
+_Loader.add_constructor("tag:yaml.org,2002:int", _construct_int)
+_Loader.add_constructor("tag:yaml.org,2002:float", _construct_float)
+
+
+def _walk(file: str, loader: _Loader, root: yaml.Node) -> YamlSource:
+    """Turn the node graph into data and places, refusing duplicate keys, cycles and exploding aliases."""
+    keys: dict[Path_, Place] = {}
+    values: dict[Path_, Place] = {}
+    budget = MAX_NODES
+
+    def fail(node: yaml.Node, message: str, remedy: str | None = None) -> InputError:
+        mark = node.start_mark
+        return InputError(Finding(message, file, mark.line + 1, mark.column + 1, remedy))
+
+    def refuse_hidden(node: yaml.ScalarNode) -> None:
+        hidden = hidden_character(str(node.value))
+        if hidden is not None:
+            what = f"a control character or a mark of direction (U+{ord(hidden):04X}) stands in the text"
+            raise fail(node, what, "remove it; it would hide or turn round what is read")
+
+    def visit(node: yaml.Node, path: Path_, ancestors: frozenset[int]) -> Any:
+        nonlocal budget
+        budget -= 1
+        if budget < 0:
+            raise fail(node, f"the file expands to more than {MAX_NODES} values", "write out fewer aliases")
+        if id(node) in ancestors:
+            raise fail(node, "an alias refers to the value that contains it", "remove the recursive anchor")
+        if len(ancestors) >= MAX_DEPTH:
+            raise fail(node, f"values are nested more than {MAX_DEPTH} deep")
+        if node.tag not in _CORE_TAGS:
+            raise fail(node, f"the tag '{node.tag}' is not allowed", "write a plain value")
+        if isinstance(node, yaml.ScalarNode):
+            refuse_hidden(node)
+        inner = ancestors | {id(node)}
+        values[path] = Place(node.start_mark.line + 1, node.start_mark.column + 1)
+        if isinstance(node, yaml.MappingNode):
+            mapping: dict[Hashable, Any] = {}
+            for key_node, value_node in node.value:
+                if not isinstance(key_node, yaml.ScalarNode):
+                    raise fail(key_node, "a key must be a plain word")
+                refuse_hidden(key_node)
+                key = str(key_node.value)
+                if key in mapping:
+                    raise fail(key_node, f"the key '{_short(key)}' stands twice", "keep one of them")
+                keys[(*path, key)] = Place(key_node.start_mark.line + 1, key_node.start_mark.column + 1)
+                mapping[key] = visit(value_node, (*path, key), inner)
+            return mapping
+        if isinstance(node, yaml.SequenceNode):
+            return [visit(child, (*path, index), inner) for index, child in enumerate(node.value)]
+        try:
+            return loader.construct_object(node)
+        except (yaml.YAMLError, ValueError) as error:
+            problem = getattr(error, "problem", None) or str(error)
+            raise fail(node, f"cannot read '{_short(str(node.value))}': {_short(problem)}") from error
+
+    return YamlSource(file, visit(root, (), frozenset()), keys, values)
+
+
+def _short(text: str) -> str:
+    return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
+
+
+def _documents(loader: _Loader) -> Iterator[yaml.Node]:
+    while loader.check_node():
+        node = loader.get_node()
+        if node is not None:
+            yield node
+
+
+def parse_yaml(text: str, file: str) -> YamlSource:
+    """Parse one YAML document; ``file`` is the name that findings carry.
+
+    Raises
+    ------
+    InputError
+        If the text is no single YAML document, repeats a key, recurses, or expands beyond the limits.
+    """
+    loader: _Loader | None = None
+    try:
+        loader = _Loader(text)
+        nodes = list(_documents(loader))
+        if len(nodes) != 1:
+            remedy = "take out the '---' between them" if nodes else "it is empty, or has nothing but comments"
+            raise InputError(Finding(f"the file holds {len(nodes)} YAML documents instead of one", file, 1, 1, remedy))
+        return _walk(file, loader, nodes[0])
+    except yaml.MarkedYAMLError as error:
+        mark = error.problem_mark or error.context_mark
+        line, column = (mark.line + 1, mark.column + 1) if mark else (1, 1)
+        raise InputError(
+            Finding(f"this is not valid YAML: {error.problem or error.context}", file, line, column, remedy_of(error))
+        ) from error
+    except RecursionError as error:
+        raise InputError(Finding("this is not valid YAML: values are nested too deep", file, 1, 1)) from error
+    except yaml.YAMLError as error:
+        raise InputError(Finding(f"this is not valid YAML: {' '.join(str(error).split())}", file, 1, 1)) from error
+    finally:
+        if loader:
+            loader.dispose()
+
+
+def read_yaml(path: Path) -> YamlSource:
+    """Read and parse the YAML file at ``path`` (UTF-8, at most 1 MB).
+
+    Raises
+    ------
+    InputError
+        If the file is missing, unreadable, too large, not UTF-8 or not valid YAML.
+    """
+    file = str(path)
+    try:
+        with path.open("rb") as stream:  # of some files, nobody knows the size before
+            content = stream.read(MAX_BYTES + 1)
+        if len(content) > MAX_BYTES:
+            raise InputError(Finding(f"the file is larger than {MAX_BYTES // 1000} kB", file))
+        text = content.decode("utf-8")
+    except FileNotFoundError as error:
+        raise InputError(Finding("there is no such file", file, remedy="check the path")) from error
+    except OSError as error:
+        raise InputError(Finding(f"the file cannot be read: {error.strerror}", file)) from error
+    except UnicodeDecodeError as error:
+        raise InputError(Finding("the file is not UTF-8 text", file)) from error
+    return parse_yaml(text, file)

@@ -1,0 +1,1 @@
+"""Pages and pictures that the program writes for people."""

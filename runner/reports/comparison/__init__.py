@@ -1,0 +1,1 @@
+"""The page and the experiment that a comparison of two pictures ends in."""

@@ -1,0 +1,180 @@
+"""From a comparison to an experiment: the two pictures before observers, so that people judge what numbers did."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import tempfile
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from documents import Finding, InputError
+from documents.text.characters import visible
+from stimuli.comparison.results import Comparison
+from stimuli.comparison.row_source import RowSource
+from stimuli.pictures.exr.write import write_exr
+from stimuli.pictures.stereo_image import StereoImage
+
+PICTURES = ("photograph", "rendering")
+_NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
+# Names that Windows keeps for its devices, whatever follows the dot.
+_DEVICES = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]")
+_GAP_MM = 10.0
+# The band of the question above the pictures (`runner.protocol.layout`), in units of Style; the share of room used.
+_QUESTION_UNITS, _SHARE = 80.0, 0.98
+
+
+def checked_name(name: str, root: Path) -> None:
+    """Refuse a name that no experiment can have, or one that is taken in ``root``. Raises InputError."""
+    remedy = "1 to 60 small letters, digits, hyphens and underscores, first a letter or digit"
+    if _DEVICES.fullmatch(name):
+        remedy = "Windows keeps the name for a device"
+    elif _NAME.fullmatch(name):
+        remedy = ""
+    if remedy:
+        raise InputError(Finding(f"an experiment cannot be called '{visible(name)}'", remedy=remedy))
+    # A link that leads nowhere is there too: through it, something would be written elsewhere.
+    taken = [place for place in _places(name, root).values() if os.path.lexists(place)]
+    if taken:
+        raise InputError(
+            [Finding("it is there already", str(place), remedy="name another experiment") for place in taken]
+        )
+
+
+def _places(name: str, root: Path) -> Mapping[str, Path]:
+    stimuli = root / "configs" / "stimuli"
+    return {
+        "experiment": root / "experiments" / f"{name}.yaml",
+        "recipe": stimuli / f"{name}.yaml",
+        "pictures": stimuli / name,
+    }
+
+
+def write_experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> tuple[Path, ...]:
+    """Write experiment, recipe and both pictures below ``root``, all or nothing, and return their places.
+
+    The rendering is as it was compared: on the photograph's pixels, and times the luminance factor if one was undone.
+    A pair for two eyes is shown in stereo and flat, by its left eye.
+
+    Raises
+    ------
+    InputError
+        If the name cannot be, or is taken, or a picture holds what a half float cannot.
+    OSError
+        If a file cannot be written.
+    """
+    checked_name(name, root)
+    places = _places(name, root)
+    for place in places.values():
+        place.parent.mkdir(parents=True, exist_ok=True)
+    draft = Path(tempfile.mkdtemp(prefix=f".{name}-", dir=places["pictures"].parent))
+    made: list[Path] = []
+    try:
+        for picture in PICTURES:
+            write_exr(draft / f"{picture}.exr", _image(found, picture))
+        draft.chmod(0o755)
+        for what, text in (("recipe", _recipe(found, name)), ("experiment", _experiment(found, name, rig_file, root))):
+            with places[what].open("x", encoding="utf-8") as file:
+                made.append(places[what])
+                file.write(text)
+        draft.replace(places["pictures"])
+    except BaseException:
+        for one in made:
+            one.unlink(missing_ok=True)
+        shutil.rmtree(draft, ignore_errors=True)
+        raise
+    return places["experiment"], places["recipe"], *(places["pictures"] / f"{picture}.exr" for picture in PICTURES)
+
+
+def _image(found: Comparison, picture: str) -> StereoImage:
+    def whole(rows: RowSource) -> np.ndarray:
+        return np.asarray(rows[0 : rows.shape[0]], dtype=np.float32)
+
+    sides = [one.photo if picture == "photograph" else one.rendering for one in found.eyes.values()]
+    if len(sides) == 1:
+        return StereoImage.flat(whole(sides[0]))
+    return StereoImage(whole(sides[0]), whole(sides[1]))
+
+
+def _recipe(found: Comparison, name: str) -> str:
+    stereo = len(found.eyes) == 2
+    lines = [
+        f"# The two pictures that `cyclopean compare` held beside each other: {visible(found.photo.file.name)} and",
+        f"# {visible(found.rendering.file.name)}, in absolute XYZ on the photograph's pixels.",
+        "schema_version: 1",
+        "kind: pictures",
+    ]
+    if stereo:
+        lines.append("views: [stereo, flat]")
+    lines.append("stimuli:")
+    for picture in PICTURES:
+        lines.append(f"  - {{name: {picture}, file: {name}/{picture}.exr{', flat_eye: left' if stereo else ''}}}")
+    return "\n".join(lines) + "\n"
+
+
+def _experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> str:
+    import yaml
+
+    from devices.display.rig_file import read_rig
+    from runner.presenter.modes.options import ModeOptions
+    from runner.presenter.modes.registry import find_mode
+
+    rig = read_rig(rig_file)
+    panel = rig.display.panel
+    view_px = find_mode(rig.mode, ModeOptions.parse(rig.mode_options)).areas(panel.resolution_px)[0].view_px
+    arrangement, size_mm = _layout(found.photo.size_px, view_px, panel.pixel_pitch_mm)
+    rig_path = Path(os.path.relpath(rig_file.resolve(), (root / "experiments").resolve())).as_posix()
+    vertical = arrangement == "vertical"
+    (first, one), (second, other) = (
+        (("Up", "upper"), ("Down", "lower")) if vertical else (("Left", "left"), ("Right", "right"))
+    )
+    where = "one above the other" if vertical else "side by side"
+    return "\n".join(
+        [
+            "# Written by `cyclopean compare`: does the rendering pass for the photograph before people? Its objective",
+            f"# verdict was: {found.verdict.decision}. Change what you like; the question is the study's own.",
+            f"# Check this file with:  cyclopean check experiments/{name}.yaml",
+            "schema_version: 1",
+            f"name: {name}",
+            f"rig: {yaml.safe_dump(rig_path, allow_unicode=True).splitlines()[0]}",
+            f"stimuli: ../configs/stimuli/{name}.yaml",
+            "question: Which image is closer to the real thing?",
+            f"layout: {{arrangement: {arrangement}, size_mm: [{size_mm[0]:.1f}, {size_mm[1]:.1f}], "
+            f"gap_mm: {_GAP_MM:g}, reference: physical}}",
+            "blocks:",
+            "  - kind: instructions",
+            "    text: |",
+            f"      Two images appear, {where}.",
+            "      Compare each pair with the real thing beside the screen.",
+            "",
+            f"      {first} arrow: the {one} image is closer.",
+            f"      {second} arrow: the {other} image is closer.",
+            "  - {kind: all_pairs, stimuli: all, sides: counterbalanced, repeats: 10, break_every: 20}",
+            "",
+        ]
+    )
+
+
+def _layout(size_px: tuple[int, int], view_px: tuple[int, int], pitch_mm: float) -> tuple[str, tuple[float, float]]:
+    """Return how two pictures stand in an eye's view, and each one's aperture: what shows most of them."""
+    from runner.blocks.style import Style
+
+    words_mm = 2 * Style(view_px).px(_QUESTION_UNITS) * pitch_mm
+    width_mm, height_mm = (side * pitch_mm for side in view_px)
+    rooms = {
+        "vertical": (width_mm, (height_mm - words_mm - _GAP_MM) / 2),
+        "horizontal": ((width_mm - _GAP_MM) / 2, height_mm - words_mm),
+    }
+    shown = {
+        # At most the picture, so that no black line surrounds it.
+        name: (
+            float(np.floor(10 * min(_SHARE * room[0], size_px[0] * pitch_mm)) / 10),
+            float(np.floor(10 * min(_SHARE * room[1], size_px[1] * pitch_mm)) / 10),
+        )
+        for name, room in rooms.items()
+    }
+    best = max(shown, key=lambda name: shown[name][0] * shown[name][1])
+    return best, shown[best]

@@ -1,0 +1,94 @@
+"""The verdict in words: in a sentence, what decides and what is noted line by line, and what is kept in few."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from stimuli.comparison.reason import Outcome, Reason, decimals
+from stimuli.comparison.verdict import Verdict
+
+# So many regions that fail are told one by one.
+MOST_REGIONS = 3
+# As `together` begins the reasons of either eye.
+_EYES = ("left eye: ", "right eye: ")
+
+
+def decision_sentence(verdict: Verdict) -> str:
+    """Return the verdict in a sentence or two."""
+    fails, unsaid = len(verdict.having("fails")), len(verdict.having("cannot say"))
+    if verdict.decision == "validated":
+        return "Validated: within the limits, the rendering is the photograph."
+    if verdict.decision == "not validated":
+        return f"Not validated: {fails} {'limit is' if fails == 1 else 'limits are'} not kept."
+    return f"It cannot be said: {unsaid} {'thing is' if unsaid == 1 else 'things are'} not known well enough."
+
+
+def told(verdict: Verdict, outcome: Outcome) -> list[str]:
+    """Return the sentences of one outcome; what holds for either eye alike is said once, many regions in one line."""
+    lines = _gathered(verdict.having(outcome)) if outcome == "fails" else [one.said for one in verdict.having(outcome)]
+    found: dict[str, None] = {}
+    for line in lines:
+        eye, text = _split(line)
+        alike = eye and all(f"{one}{text}" in lines for one in _EYES)
+        found[f"both eyes: {text}" if alike else line] = None
+    return list(found)
+
+
+def _gathered(reasons: Sequence[Reason]) -> list[str]:
+    """Return the sentences, those on more regions than `MOST_REGIONS` of one eye in one; the worst are named."""
+    regions: dict[str, list[Reason]] = {}
+    for reason in reasons:
+        eye, subject = _split(reason.subject)
+        if subject.startswith("region ") and reason.measure == "ΔE00":
+            regions.setdefault(eye, []).append(reason)
+    lines: dict[str, None] = {}
+    for reason in reasons:
+        eye, _ = _split(reason.subject)
+        group = regions.get(eye, [])
+        if len(group) <= MOST_REGIONS or reason not in group:
+            lines[reason.said] = None
+            continue
+        worst = sorted(group, key=lambda one: -(one.value or 0.0))[:MOST_REGIONS]
+        names = ", ".join(f"'{_split(one.subject)[1].removeprefix('region ')}' by {one.value:.2f}" for one in worst)
+        limit = f"{reason.limit:g}" if reason.limit is not None else "allowed"
+        lines[f"{eye}{len(group)} regions differ by more than ΔE00 {limit}, most of all {names}"] = None
+    return list(lines)
+
+
+def kept(verdict: Verdict) -> list[str]:
+    """Return what passes, a line for each subject: numbers, of the left and right eye if there are two, and limits."""
+    subjects: dict[str, dict[str, list[Reason]]] = {}
+    for reason in verdict.having("passes"):
+        eye, subject = _split(reason.subject)
+        # Where one eye alone passes, its number must not be taken for both eyes'.
+        other = next((one for one in _EYES if one != eye), "")
+        alone = eye and not any(
+            each.subject == f"{other}{subject}" and each.measure == reason.measure for each in verdict.having("passes")
+        )
+        subjects.setdefault(reason.subject if alone else subject, {}).setdefault(reason.measure, []).append(reason)
+    return [
+        f"{subject}: " + ", ".join(_numbers(measure, reasons) for measure, reasons in measures.items())
+        for subject, measures in subjects.items()
+    ]
+
+
+def kept_heading(verdict: Verdict) -> str:
+    """Return what stands above the lines of `kept`."""
+    pair = any(reason.subject.startswith(_EYES) for reason in verdict.reasons)
+    return "Within their limits" + (", left eye / right eye" if pair else "") + ":"
+
+
+def _split(text: str) -> tuple[str, str]:
+    return next(((eye, text.removeprefix(eye)) for eye in _EYES if text.startswith(eye)), ("", text))
+
+
+def _numbers(measure: str, reasons: Sequence[Reason]) -> str:
+    one = reasons[0]
+    unit = f" {one.unit}" if one.unit else ""
+    values = " / ".join(_number(reason) for reason in reasons)
+    return f"{measure} {values}{unit}" + ("" if one.limit is None else f" (limit {one.limit:g}{unit})")
+
+
+def _number(reason: Reason) -> str:
+    value = 0.0 if reason.value is None else reason.value
+    return decimals(value, 2) if "ΔE00" in reason.measure or reason.unit == "px" else f"{abs(value):.2g}"

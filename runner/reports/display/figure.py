@@ -1,0 +1,100 @@
+"""A diagnosis's panel as SVG, to be put into a page."""
+
+from __future__ import annotations
+
+import io
+import re
+import warnings
+from collections.abc import Mapping
+from typing import TYPE_CHECKING
+
+from devices.diagnostics.diagnosis import Line, Panel
+from documents.text.characters import visible
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+WIDTH_IN, HEIGHT_IN, EQUAL_HEIGHT_IN = 4.8, 3.1, 4.3
+COLOURS: Mapping[str, str] = {
+    "red": "#c8322b",
+    "green": "#2a8c4a",
+    "blue": "#2f62c4",
+    "grey": "#7b858d",
+    "ink": "#23282d",
+    "soft": "#9aa3ab",
+    "accent": "#165466",
+}
+FAINT = "#d8dde1"
+LIMIT = "#b06a00"
+_MOST_NAMES = 8
+_LONGEST_NAME = 24
+
+
+def panel_svg(panel: Panel, key: str, description: str) -> str:
+    """Return an ``<svg>`` element of ``panel``; ``key`` makes its inner names its own within the page."""
+    from matplotlib import rc_context
+    from matplotlib.figure import Figure
+
+    style = {"svg.fonttype": "none", "svg.hashsalt": key, "text.parse_math": False, "font.size": 10.0}
+    with rc_context(style), warnings.catch_warnings():  # type: ignore[arg-type]  # known names to the stubs
+        # The browser has its own fonts: a letter that matplotlib's lacks is no fault of the page.
+        warnings.filterwarnings("ignore", message="Glyph .* missing from")
+        height_in = EQUAL_HEIGHT_IN if panel.equal else HEIGHT_IN
+        figure = Figure(figsize=(WIDTH_IN, height_in), layout="constrained")
+        figure.patch.set_alpha(0)
+        axes = figure.subplots()
+        axes.patch.set_alpha(0)
+        for line in panel.lines:
+            _draw(axes, line)
+        for level in panel.levels:
+            axes.axhline(level, color=LIMIT, linewidth=1.1, linestyle=(0, (4, 3)), zorder=1)
+        if panel.equal:
+            axes.set_aspect("equal", adjustable="datalim")
+        if panel.x_names:
+            axes.set_xticks(range(1, len(panel.x_names) + 1), [_short(name) for name in panel.x_names])
+            axes.set_xlim(0.5, len(panel.x_names) + 0.5)
+        axes.set_title(panel.title, fontsize=10, loc="left", color=COLOURS["ink"])
+        axes.set_xlabel(panel.x_label, color=COLOURS["ink"])
+        axes.set_ylabel(panel.y_label, color=COLOURS["ink"])
+        axes.grid(color=FAINT, linewidth=0.6)
+        axes.set_axisbelow(True)
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.tick_params(colors=COLOURS["ink"])
+        names = [line.name for line in panel.lines if line.name]
+        if 1 < len(names) <= _MOST_NAMES:
+            axes.legend(frameon=False, fontsize=9)
+        out = io.StringIO()
+        figure.savefig(out, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
+    return _for_a_page(out.getvalue(), key, description)
+
+
+def _draw(axes: Axes, line: Line) -> None:
+    label = _short(line.name) or "_"
+    colour = COLOURS[line.colour]
+    x, y = list(line.x), list(line.y)
+    if line.style == "outline":
+        x, y = [*x, *x[:1]], [*y, *y[:1]]
+    if line.style == "points":
+        axes.plot(x, y, "o", color=colour, markersize=4.5, markeredgewidth=0, alpha=0.85, label=label, zorder=3)
+    else:
+        dashes = (0, (5, 3)) if line.style == "dashed" else "-"
+        axes.plot(x, y, color=colour, linewidth=1.5, linestyle=dashes, label=label, zorder=2)
+
+
+def _short(name: str) -> str:
+    seen = visible(name)
+    return seen if len(seen) <= _LONGEST_NAME else seen[: _LONGEST_NAME - 1] + "…"
+
+
+def _for_a_page(svg: str, key: str, description: str) -> str:
+    """Drop what only a file of its own needs, and make the names inside the drawing this drawing's own."""
+    from markupsafe import escape
+
+    body = svg[svg.index("<svg") :]
+    body = re.sub(r"<metadata>.*?</metadata>", "", body, flags=re.DOTALL)
+    body = re.sub(r'(?<=[ "])id="([^"]+)"', rf'id="{key}-\1"', body)
+    body = re.sub(r'(url\(|xlink:href=")#', rf"\1#{key}-", body)
+    head, rest = body.split(">", 1)
+    view = re.search(r'viewBox="[^"]*"', head)
+    box = view.group(0) if view else ""
+    return f'<svg {box} xmlns:xlink="http://www.w3.org/1999/xlink" role="img" aria-label="{escape(description)}">{rest}'

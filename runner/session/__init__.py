@@ -1,0 +1,1 @@
+"""Running a session: the engine, the record it writes, and the station where observers sit down."""

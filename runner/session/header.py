@@ -1,0 +1,193 @@
+"""How a session was made: the header of its log, and what must not change before it is resumed."""
+
+from __future__ import annotations
+
+import hashlib
+import importlib.metadata
+import json
+import platform
+import subprocess
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+from analysis.records.session_record import Header
+from devices.compensation.clip_cost import clip_cost
+from devices.display.display_file import Eye
+from devices.display.plvc import Plvc
+from devices.display.rig_file import Rig
+from documents import Finding
+from runner.errors import SessionError
+from runner.presenter.compensation import Compensation
+from runner.presenter.scene import Offset
+from runner.protocol.experiment import Experiment
+from runner.session.mixed_cost import mixed_costs
+from stimuli.build.build import StimulusSet
+from stimuli.pictures.stereo_image import StereoImage
+
+_NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
+
+
+def _digest(value: object) -> str:
+    return hashlib.sha256(json.dumps(value, sort_keys=True).encode()).hexdigest()
+
+
+def _display_digest(rig: Rig) -> str:
+    models = rig.models
+    numbers: list[object] = [
+        [model.black_XYZ_cd_m2.tolist(), model.primaries_XYZ_cd_m2.tolist(), [asdict(c) for c in model.curves]]
+        + (
+            []
+            if not isinstance(model, Plvc)
+            else [model.XYZ_per_light_cd_m2.tolist(), model.mixtures_XYZ_cd_m2.tolist()]
+        )
+        for model in (models.left, models.right)
+    ]
+    if rig.crosstalk:
+        numbers += [rig.crosstalk.left.tolist(), rig.crosstalk.right.tolist()]
+    if rig.gain_map:
+        numbers += [rig.gain_map.luminance.tolist(), rig.gain_map.positions, rig.gain_map.normalise]
+    return _digest(numbers)
+
+
+def _rig_digest(rig: Rig) -> str:
+    panel = rig.display.panel.model_dump(mode="json")
+    viewing = [rig.distance_mm, rig.interpupillary_distance_mm, rig.glasses]
+    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, *viewing, panel])
+
+
+def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
+    """Return the SHA-256 of everything that decides what an observer is asked."""
+    return {
+        "experiment": experiment.digest,
+        "stimuli": stimuli.digest,
+        "display": _display_digest(experiment.rig),
+        "rig": _rig_digest(experiment.rig),
+    }
+
+
+def software() -> dict[str, str]:
+    """Return the versions of the program and of what it stands on."""
+    versions = {name: importlib.metadata.version(name) for name in _NOTABLE}
+    versions["python"] = platform.python_version()
+    versions["system"] = platform.platform()
+    commit = _commit()
+    return versions | ({"commit": commit} if commit else {})
+
+
+def _commit() -> str | None:
+    command = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--abbrev=12"]
+    try:
+        told = subprocess.run(command, capture_output=True, text=True, timeout=5)
+    except (OSError, subprocess.TimeoutExpired):
+        return None
+    return told.stdout.strip() if told.returncode == 0 else None
+
+
+def describe_stimulus(
+    name: str,
+    image: StereoImage,
+    factors: Mapping[str, str | float],
+    compensation: Compensation,
+    places_px: Sequence[Offset],
+) -> dict[str, Any]:
+    """Return a stimulus's name and factors, and what the gamut clip and uncancelled crosstalk cost each eye.
+
+    Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``. Where a mode mixes
+    both views into one picture, that picture is what is clipped, and each eye's costs are those seen through its filter
+    (see `runner.session.mixed_cost`).
+    """
+    costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
+    places_px = places_px or ((0, 0),)  # of a session that shows none
+    for place in places_px if compensation.depends_on_place else places_px[:1]:
+        for eye, cost in clip_costs(compensation.evened(image, place), compensation).items():
+            costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
+    clipping: dict[str, Any] = dict(costs)
+    if compensation.crosstalk is not None:
+        clipping["crosstalk"] = compensation.uncancelled(image)
+    return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
+
+
+def clip_costs(evened: StereoImage, compensation: Compensation) -> Mapping[Eye, dict[str, float]]:
+    """Return what the gamut clip costs each eye of a picture as it is asked of the display."""
+    models = compensation.models
+    mixture = compensation.mode.mixture(models)
+    if mixture is not None:
+        return mixed_costs(mixture, models, evened)
+    left = clip_cost(models.left, evened.left).to_json()
+    same = evened.is_flat and models.left is models.right
+    return {"left": left, "right": left if same else clip_cost(models.right, evened.right).to_json()}
+
+
+def make_header(
+    experiment: Experiment,
+    stimuli: StimulusSet,
+    observer: str,
+    session: str,
+    descriptions: tuple[Mapping[str, Any], ...],
+    presentation: Mapping[str, Any],
+    *,
+    simulated: bool,
+    remarks: tuple[str, ...] = (),
+) -> Header:
+    """Return the header of a session that begins now."""
+    rig = experiment.rig
+    panel = rig.display.panel
+    return Header(
+        experiment=experiment.spec.name,
+        observer=observer,
+        session=session,
+        started_utc=datetime.now(UTC).isoformat(timespec="milliseconds"),
+        seed=experiment.spec.seed,
+        question=experiment.spec.question,
+        simulated=simulated,
+        stimuli=descriptions,
+        display={
+            "file": Path(rig.display.file).name,
+            "mode": rig.mode,
+            "characterised_as": rig.characterised_as,
+            "source": rig.display.sources[rig.characterised_as],
+            "panel": panel.model_dump(mode="json"),
+            "white_XYZ_cd_m2": {
+                "left": [round(float(v), 6) for v in rig.models.left.white_XYZ_cd_m2],
+                "right": [round(float(v), 6) for v in rig.models.right.white_XYZ_cd_m2],
+            },
+            "distance_mm": rig.distance_mm,
+            "glasses": rig.glasses,
+            "mode_options": dict(rig.mode_options),
+            "crosstalk_cancelled": rig.crosstalk is not None,
+            "lift_black": rig.lift_black,
+            "dither": rig.dither,
+            "gain_map_delivers": rig.gain_map.delivered_share if rig.gain_map else None,
+        },
+        analysis=experiment.spec.analysis.model_dump(mode="json"),
+        hashes=hashes(experiment, stimuli),
+        software=software(),
+        presentation=dict(presentation),
+        remarks=remarks,
+    )
+
+
+def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str | None]]:
+    """Return what differs from when a session began: SHA-256 ``before`` and ``now``, by name."""
+    return {
+        name: {"before": header.hashes.get(name), "now": digest}
+        for name, digest in now.items()
+        if header.hashes.get(name) != digest
+    }
+
+
+def check_unchanged(header: Header, now: Mapping[str, str], file: Path) -> None:
+    """Raise SessionError, naming what changed, if a session cannot go on as it began."""
+    changed = changes(header, now)
+    if changed:
+        raise SessionError(
+            Finding(
+                f"the {' and the '.join(changed)} changed since this session began",
+                str(file),
+                remedy="restore what it began with, or leave out --resume to begin a new session, or go on with "
+                "--accept-changes, which the record will say",
+            )
+        )

@@ -1,0 +1,102 @@
+"""What one picture for both eyes costs each of them, through the filter before it.
+
+Three parts of the way from what an eye was asked to show to what it sees are told apart: the mixture, which has three
+channels for two eyes' six numbers and would cost this much on a display without limits (``projection_*``); the clip of
+its light to what the channels have (``delta_e_00_*``); and the rounding to codes, which is not part of it. Percentages
+of pixels out of the gamut are of the one picture, and so alike for both eyes; how many pixels' clip an eye can tell
+through its filter is told for each.
+
+An eye behind a filter F sees F · XYZ of the display. Lab is relative to the white that the eye is given: the display's
+for what was asked, the display's through the filter for what is seen, as if the eye had wholly adapted to its filter.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.clip_cost import ClipCost, blocks, counted_together
+from devices.display.display_file import Eye, EyeModels
+from devices.display.model import Clipping
+from runner.presenter.modes.mixture import Mixture
+from stimuli.pictures.stereo_image import StereoImage
+
+Floats = NDArray[np.float64]
+EYES: tuple[Eye, Eye] = ("left", "right")
+# About the least difference between two colours side by side that is seen.
+NOTICED_DELTA_E_00 = 1.0
+
+
+def mixed_costs(mixture: Mixture, models: EyeModels, image: StereoImage) -> Mapping[Eye, dict[str, float]]:
+    """Return, for each eye, the keys of `ClipCost.to_json` with the clip's cost through that eye's filter, and more.
+
+    ``percent_noticed``: pixels that the clip changes by ΔE00 of 1 or more; ``projection_delta_e_00_mean`` and
+    ``projection_delta_e_00_max``: what was asked of the eye against what it would see if nothing were clipped.
+    """
+    views = {eye: image.eye(eye).reshape(-1, 3) for eye in EYES}
+    clippings = []
+    sums = {eye: _Sums() for eye in EYES}
+    pixels = len(views["left"])
+    for part in blocks(pixels):
+        asked = {eye: views[eye][part].astype(np.float64) for eye in EYES}
+        light = mixture.light(asked["left"], asked["right"])
+        clipped = np.clip(light, 0.0, 1.0)
+        shown = np.stack([curve.linear(curve.code(clipped[:, i])) for i, curve in enumerate(mixture.curves)], axis=1)
+        # A display whose curves fall short of full light shows less than the clip leaves; a difference by rounding
+        # is none.
+        changed = (np.abs(shown - light) > 1e-12).any(axis=1)
+        # Whichever eye's model: the light of its channels is what was put in.
+        clippings.append(models.left.clipping(_display(models, "left", light)))
+        for eye in EYES:
+            through = mixture.through(eye)
+            white = _display(models, eye, np.ones(3)) @ through.T
+            # A component that the filter stops wholly is the same in all that is seen: any white tells no difference.
+            white = np.where(white > 0.0, white, models.eye(eye).white_XYZ_cd_m2)
+            seen = _lab(_display(models, eye, light) @ through.T, white)
+            clip = delta_e_2000(seen[changed], _lab(_display(models, eye, shown[changed]) @ through.T, white))
+            projection = delta_e_2000(_lab(asked[eye], models.eye(eye).white_XYZ_cd_m2), seen)
+            sums[eye].add(clip, projection)
+    counted = counted_together(clippings)
+    return {eye: sums[eye].to_json(counted) for eye in EYES}
+
+
+@dataclass(slots=True)
+class _Sums:
+    """What the blocks of a picture came to so far."""
+
+    noticed: int = 0
+    clip: float = 0.0
+    clip_max: float = 0.0
+    projection: float = 0.0
+    projection_max: float = 0.0
+
+    def add(self, clip: Floats, projection: Floats) -> None:
+        self.noticed += int((clip >= NOTICED_DELTA_E_00).sum())
+        self.clip += float(clip.sum())
+        self.clip_max = max(self.clip_max, float(clip.max(initial=0.0)))
+        self.projection += float(projection.sum())
+        self.projection_max = max(self.projection_max, float(projection.max(initial=0.0)))
+
+    def to_json(self, counted: Clipping) -> dict[str, float]:
+        pixels = max(counted.pixels, 1)
+        return ClipCost(counted, self.clip / pixels, self.clip_max).to_json() | {
+            "percent_noticed": round(100.0 * self.noticed / pixels, 4),
+            "projection_delta_e_00_mean": round(self.projection / pixels, 5),
+            "projection_delta_e_00_max": round(self.projection_max, 4),
+        }
+
+
+def _display(models: EyeModels, eye: Eye, light: Floats) -> Floats:
+    """Return the XYZ of channels' linear ``light``, (..., 3), clipped or not, before the eye's filter."""
+    model = models.eye(eye)
+    return np.asarray(model.black_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T)
+
+
+def _lab(xyz_cd_m2: NDArray[np.floating], white: Floats) -> Floats:
+    # Lab is defined for light only: what lies below no light at all is as black as black.
+    return xyz_to_lab(np.maximum(xyz_cd_m2, 0.0), white)

@@ -1,0 +1,309 @@
+"""The session engine: it drives the blocks, shows what they ask, and records what they draft.
+
+A session that was stopped is resumed by replay: the same blocks are started under the same seed, and what the log
+already holds is answered from it, without drawing, until the first trial that is not in the log. If a block drafts
+another trial than the log holds, the session is refused rather than bent.
+
+A trial is asked once more in the same way: its block is started again beside the first, replayed up to the trial, and
+left after it. The answers that followed the first time stay what they were.
+"""
+
+from __future__ import annotations
+
+from collections import deque
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any, Protocol
+
+from analysis.records.session_record import Mark, Note, Trial
+from documents import Finding
+from runner.blocks.steps import Block, Draft, Ended, Hold, Response
+from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.typing import typed
+from runner.errors import SessionError
+from runner.ports import Ask, Holding, KeyPress, Observer, Presenter
+from runner.session.pause import pause_menu
+from runner.session.steady_clock import SteadyClock
+
+Place = tuple[int, int]
+
+
+class Sink(Protocol):
+    """Where answers go; the recorder in earnest. Each is permanent before the call returns."""
+
+    def append(self, trial: Trial) -> None:
+        """Keep an answer."""
+
+    def note(self, note: Note) -> None:
+        """Keep a note."""
+
+    def mark(self, mark: Mark) -> None:
+        """Keep the wish that a trial be asked once more."""
+
+    def answers(self) -> Sequence[Trial]:
+        """Return every attempt kept so far."""
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        """Note that the session is complete, and ``facts`` of how it went."""
+
+
+class Left(Exception):
+    """The observer asked to leave."""
+
+
+@dataclass(slots=True)
+class _Course:
+    """A way through blocks: what of it is still answered from the log, and what was done since the last record."""
+
+    past: deque[Trial] = field(default_factory=deque)
+    past_events: deque[tuple[str, float]] = field(default_factory=deque)
+    events: list[tuple[str, float]] = field(default_factory=list)
+    timed: list[dict[str, Any]] = field(default_factory=list)
+    holding: tuple[str, Holding] | None = None
+    interruptions: int = 0
+    attempt: int = 0
+
+    def load_events(self) -> None:
+        self.past_events = deque(self.past[0].events if self.past else ())
+
+
+@dataclass(slots=True)
+class Session:
+    """One observer's way through the blocks.
+
+    ``clip_costs`` gives, per stimulus, what the trial's record says of the gamut clip; ``stamps`` stand in every
+    trial's record; ``logged`` are the first attempts that an interrupted session already holds, ``pending`` the places
+    of trials that are to be asked once more; ``on_trial`` hears of each trial, also if replayed; ``closing_facts`` is
+    asked at the end for what the record should say of the whole.
+    """
+
+    blocks: Sequence[Block]
+    presenter: Presenter
+    observer: Observer
+    sink: Sink
+    clip_costs: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    stamps: Mapping[str, Any] = field(default_factory=dict)
+    logged: Sequence[Trial] = ()
+    pending: Sequence[Place] = ()
+    on_trial: Callable[[Trial], None] = lambda trial: None
+    closing_facts: Callable[[], Mapping[str, Any]] = dict
+    utc: Callable[[], str] = field(default_factory=SteadyClock)
+    style: Style = FULL_HD_HALF
+    _course: _Course = field(init=False)
+    _marked: list[Place] = field(init=False)
+    _latest: Place | None = field(init=False, default=None)
+    _place: Place = field(init=False, default=(0, 0))
+
+    def __post_init__(self) -> None:
+        self._course = _Course(deque(self.logged))
+        self._marked = list(self.pending)
+
+    def run(self) -> None:
+        """Run to the end, or to where a block ends the session, and say so in the record.
+
+        Raises
+        ------
+        Left
+            If the observer left; everything answered is recorded.
+        WindowClosed
+            If the window was closed.
+        SessionError
+            If the log does not fit the blocks.
+        """
+        self._course.load_events()
+        ended: dict[str, Any] = {}
+        try:
+            for number, block in enumerate(self.blocks):
+                self._run_block(number, block)
+                self._repeat_marked(number)
+        except Ended as end:
+            ended = end.facts
+        if self._course.past:
+            raise SessionError(f"the log holds {len(self._course.past)} more trials than the experiment has")
+        while self._marked and not ended:  # marked when their block was over
+            self._repeat(self._marked[0])
+        self.sink.end({**self.closing_facts(), **ended})
+
+    def note(self, words: str, by: str) -> None:
+        """Record what someone has to say now; from any thread."""
+        self.sink.note(Note(words, by, *self._place, self.utc()))
+
+    def mark(self, by: str) -> Place | None:
+        """Mark the last answered trial to be asked once more after its block, or at the end if that is over.
+
+        Return its place; None if no trial was answered that could be, or it is marked already. From any thread.
+        """
+        place = self._latest
+        if place is None or place in self._marked:
+            return None
+        self.sink.mark(Mark(*place, by, self.utc()))
+        self._marked.append(place)
+        return place
+
+    def _run_block(self, number: int, block: Block, only: int | None = None) -> None:
+        """Run ``block``, or of it until the trial ``only`` is recorded."""
+        steps = block.steps()
+        response: Response | None = None
+        trial = 0
+        while True:
+            self._place = number, trial
+            try:
+                step = steps.send(response)
+            except StopIteration:
+                return
+            response = None
+            if isinstance(step, Draft):
+                self._record(number, trial, step)
+                if trial == only:
+                    steps.close()
+                    return
+                trial += 1
+            elif isinstance(step, Hold):
+                self._hold(step)
+            else:
+                response = self._respond(step)
+
+    def _respond(self, ask: Ask) -> Response:
+        course = self._course
+        if course.past_events:
+            key, time_s = course.past_events.popleft()
+        else:
+            key, time_s = self._live(ask)
+        meaning = ask.meaning(key)
+        if meaning is None:
+            raise SessionError(f"the log holds the key '{key}' where only {sorted(ask.keys)} can be pressed")
+        course.events.append((key, time_s))
+        return Response(key, meaning, time_s)
+
+    def _hold(self, step: Hold) -> None:
+        if self._course.past:
+            return  # the log holds the trial: nobody need look at it again
+        holding = self.presenter.hold(step.scene, step.seconds)
+        self._end_holding(holding.onset_s)
+        self._course.holding = step.what, holding
+
+    def _end_holding(self, next_onset_s: float) -> None:
+        if self._course.holding is None:
+            return
+        what, holding = self._course.holding
+        self._course.holding = None
+        self._course.timed.append(
+            {
+                "what": what,
+                "frames": holding.frames,
+                "asked_ms": round(1000 * holding.frames * holding.period_s, 3),
+                "shown_ms": round(1000 * (next_onset_s - holding.onset_s), 3),
+                "missed_frames": holding.missed(next_onset_s),
+            }
+        )
+
+    def _live(self, ask: Ask) -> tuple[str, float]:
+        while True:
+            press, onset_s = self._show_and_wait(ask)
+            if ask.meaning(press.key) is not None:
+                return press.key, round(press.time_s - onset_s, 6)
+            if press.key == "escape":
+                self._course.interruptions += 1
+                self._pause()
+
+    def _show_and_wait(self, ask: Ask) -> tuple[KeyPress, float]:
+        onset_s = self.presenter.show(ask.scene)
+        self._end_holding(onset_s)
+        if ask.upcoming:
+            self.presenter.prefetch(ask.upcoming)
+        return self.observer.respond(ask, onset_s), onset_s
+
+    def _pause(self) -> None:
+        while True:
+            menu = pause_menu(self.style, can_repeat=self._latest is not None and self._course.attempt == 0)
+            meaning = menu.meaning(self._show_and_wait(menu)[0].key)
+            if meaning == "stop":
+                raise Left
+            if meaning == "note":
+                self._take_note()
+            elif meaning == "repeat":
+                self.mark("observer")
+                if self._latest is not None:
+                    self._repeat(self._latest)
+                return
+            else:
+                return
+
+    def _take_note(self) -> None:
+        """Let a note be typed; Escape gives it up."""
+        page = typed("A note on the session", self.style, name="note", required=False)
+        response: Response | None = None
+        while True:
+            try:
+                ask = page.send(response)
+            except StopIteration as written:
+                words, _ = written.value
+                if words:
+                    self.note(words, "observer")
+                return
+            press, onset_s = self._show_and_wait(ask)
+            meaning = ask.meaning(press.key)
+            if meaning is None:
+                return
+            response = Response(press.key, meaning, press.time_s - onset_s)
+
+    def _repeat_marked(self, block: int) -> None:
+        while places := [place for place in self._marked if place[0] == block]:
+            self._repeat(places[0])
+
+    def _repeat(self, place: Place) -> None:
+        """Ask the trial at ``place`` once more."""
+        block, trial = place
+        answers = self.sink.answers()
+        first = [answer for answer in answers if answer.block == block and answer.attempt == 0]
+        kept, kept_place = self._course, self._place
+        attempt = sum(answer.place == place for answer in answers)
+        self._course = _Course(deque(first[:trial]), attempt=attempt)
+        self._course.load_events()
+        try:
+            self._run_block(block, self.blocks[block], only=trial)
+        finally:
+            self._course, self._place = kept, kept_place
+        if place in self._marked:
+            self._marked.remove(place)
+
+    def _record(self, block: int, number: int, draft: Draft) -> None:
+        course = self._course
+        data = {**draft.data, **self.stamps}
+        if draft.stimuli and self.clip_costs:
+            data["clipping"] = {name: self.clip_costs[name] for name in draft.stimuli if name in self.clip_costs}
+        if course.timed:
+            data["timed"] = course.timed
+        if course.interruptions:
+            data["interruptions"] = course.interruptions
+        events = tuple(course.events)
+        trial = Trial(block, number, draft.kind, events, draft.response_time_s, self.utc(), data)
+        course.events, course.timed, course.interruptions = [], [], 0
+        if course.past:
+            self._compare(course.past.popleft(), trial)
+            course.load_events()
+            if course.attempt:
+                return
+        else:
+            trial = replace(trial, attempt=course.attempt)
+            self.sink.append(trial)
+        if draft.repeatable:
+            self._latest = trial.place
+        self.on_trial(trial)
+
+    def _compare(self, logged: Trial, replayed: Trial) -> None:
+        if _identity(logged) != _identity(replayed):
+            raise SessionError(
+                Finding(
+                    f"the log's trial {logged.trial} of block {logged.block} is not the one the experiment now asks",
+                    remedy="the experiment was changed: start a new session",
+                )
+            )
+
+
+_CIRCUMSTANCES = ("clipping", "timed", "interruptions")
+
+
+def _identity(trial: Trial) -> tuple[Any, ...]:
+    """Return what a replay must find again."""
+    return trial.block, trial.trial, trial.kind, {k: v for k, v in trial.data.items() if k not in _CIRCUMSTANCES}

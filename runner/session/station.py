@@ -1,0 +1,236 @@
+"""A station: an experiment with its stimuli built and its presenter open, where observers sit down one by one."""
+
+from __future__ import annotations
+
+import functools
+import random
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from types import TracebackType
+from typing import Any
+
+from analysis.records.session_record import Header, Resumption, SessionLog, Trial
+from runner.errors import SessionError
+from runner.observers.image_distance import mean_delta_e_00
+from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
+from runner.observers.replay import Replay, asked_after_their_block, check_replayable
+from runner.observers.simulated import BradleyTerryObserver
+from runner.ports import Observer
+from runner.presenter.errors import GraphicsError
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene
+from runner.presenter.surfaces import Surface, open_surface
+from runner.protocol.experiment import Experiment, check_observer
+from runner.session.folders import new_label, observer_folder, to_resume
+from runner.session.header import changes, check_unchanged, hashes, make_header
+from runner.session.ledger import Ledger, LedgerWork
+from runner.session.pace import Pace
+from runner.session.placed_presenter import PlacedPresenter, ReadyPictures
+from runner.session.recorder import Recorder
+from runner.session.session import Place, Session
+from runner.session.timing_record import timing_facts
+from stimuli.build.build import StimulusSet
+
+_TIMED_S = 1.0  # how long swaps are timed before a session
+_UNCHARACTERISED = (
+    "the display was not characterised in the mode '{mode}': colours are those of '{other}' and not to be trusted"
+)
+
+
+@dataclass(slots=True)
+class Station:
+    """Use as a context manager; ``presenter`` and ``surface`` are closed with it."""
+
+    experiment: Experiment
+    stimuli: StimulusSet
+    results: Path
+    surface: Surface
+    presenter: Presenter
+    pictures: ReadyPictures
+    descriptions: tuple[dict[str, Any], ...]
+    remarks: tuple[str, ...]
+    timing: dict[str, Any]
+    ledger_work: LedgerWork
+
+    @classmethod
+    def open(
+        cls, experiment: Experiment, stimuli: StimulusSet, results: Path, backend: str, *, windowed: bool = False
+    ) -> Station:
+        """Open the surface and the presenter in the rig's stereo mode.
+
+        Raises
+        ------
+        InputError
+            If the surface cannot be opened or cannot do the mode.
+        """
+        rig = experiment.rig
+        mode = experiment.mode
+        load = functools.lru_cache(maxsize=4)(experiment.shown(stimuli.load))
+        ledger = Ledger.of(experiment, stimuli, load)
+        pictures = ReadyPictures(load, ledger.compensation, in_pass=True)
+        surface = open_surface(
+            backend,
+            rig.display.panel.resolution_px,
+            stereo=mode.needs_stereo,
+            windowed=windowed,
+            windows=mode.windows,
+            bits=rig.output_bits,
+        )
+        try:
+            presenter = Presenter(
+                surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=pictures.correction
+            )
+            descriptions = []
+            for name in stimuli.names:
+                # Decoded once: described, unless its description is found, then made ready to be shown.
+                descriptions.append(ledger.description(name))
+                for place in experiment.places_px if ledger.compensation.depends_on_place else ((0, 0),):
+                    if not presenter.counters.evictions:  # more than fits is made ready when its trial comes near
+                        presenter.prefetch(pictures.placed(Scene((Picture(name, place),))))
+        except BaseException:
+            surface.close()
+            raise
+        timing, timing_remarks = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
+        remarks = surface.facts.remarks + timing_remarks
+        if not rig.is_characterised:
+            remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
+        told = tuple(descriptions)
+        return cls(experiment, stimuli, results, surface, presenter, pictures, told, remarks, timing, ledger.work)
+
+    def __enter__(self) -> Station:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.presenter.close()
+        self.surface.close()
+
+    def simulated(self, spec: ObserverSpec, observer: str) -> Observer:
+        """Return a simulated observer whose answers are drawn from the experiment's seed and its own name."""
+        rng = random.Random(f"{self.experiment.spec.seed}/{self.experiment.spec.name}/simulated/{observer}")
+        if isinstance(spec, ImageBasedObserverSpec):
+            reference = spec.reference or self.experiment.stimuli.reference
+            if reference is None:
+                raise SessionError("an image-based observer needs a reference picture")
+            load = self.experiment.shown(self.stimuli.load)
+            far = mean_delta_e_00(load, self.stimuli.names, reference, self.experiment.rig.models)
+            log_scores = {name: -spec.slope_per_delta_e_00 * distance for name, distance in far.items()}
+            return BradleyTerryObserver.by_log_scores(log_scores, rng, spec)
+        return BradleyTerryObserver(spec.scores, rng, spec.median_response_time_s, spec)
+
+    def replay(
+        self,
+        log: SessionLog,
+        observer: str,
+        *,
+        accept_changes: bool = False,
+        on_trial: Callable[[Trial], None] = lambda trial: None,
+    ) -> Path:
+        """Run ``observer``'s recorded session again as it went, without waiting, and return the new session's folder.
+
+        Raises
+        ------
+        WindowClosed
+            If the recorded session was never finished, where it stopped.
+        InputError
+            If it was of another experiment or observer, or, unless ``accept_changes``, something changed since.
+        """
+        now = hashes(self.experiment, self.stimuli)
+        remarks = check_replayable(log, self.experiment.spec.name, observer, now, accept_changes=accept_changes)
+        pending = asked_after_their_block(log)
+        return self.run(observer, Replay.of(log), simulated=True, on_trial=on_trial, remarks=remarks, pending=pending)
+
+    def run(
+        self,
+        observer: str,
+        answers: Observer,
+        *,
+        simulated: bool = False,
+        resume: bool = False,
+        accept_changes: bool = False,
+        on_trial: Callable[[Trial], None] = lambda trial: None,
+        on_session: Callable[[Session], None] = lambda session: None,
+        remarks: tuple[str, ...] = (),
+        pending: Sequence[Place] = (),
+    ) -> Path:
+        """Run one observer's session to its end and return its folder.
+
+        ``on_session`` is handed the session before it begins, for notes and marks from elsewhere.
+        A new session's record has ``remarks`` beside the station's own; ``pending`` are trials that are to be asked
+        once more after their block.
+
+        Raises
+        ------
+        Left, WindowClosed
+            If the observer left; what was answered is on disk.
+        GraphicsError
+            If the driver failed or lost the context; what was answered is on disk, and a note says why it stopped.
+        InputError
+            If the session cannot begin or be resumed: with ``accept_changes`` it is resumed although the experiment,
+            the stimuli or the display changed, as long as the trials answered so far are still those asked.
+        """
+        check_observer(observer)
+        log: SessionLog | None = None
+        if resume:
+            recorder, log = self._resume(observer, accept_changes=accept_changes)
+        else:
+            recorder = self._begin(observer, simulated, remarks)
+        blocks = self.experiment.blocks(observer)
+        for block in blocks:
+            self.pictures.add(block.pictures)
+        costs = {description["name"]: description["clipping"] for description in self.descriptions}
+        with recorder:
+            session = Session(
+                blocks,
+                PlacedPresenter(self.presenter, self.pictures, self._pace(instantly=simulated)),
+                answers,
+                recorder,
+                clip_costs=costs,
+                stamps={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
+                logged=log.first_attempts if log else (),
+                pending=log.pending if log else pending,
+                on_trial=on_trial,
+                style=self.experiment.style,
+                closing_facts=lambda: {"work": asdict(self.presenter.counters) | asdict(self.ledger_work)},
+            )
+            on_session(session)
+            try:
+                session.run()
+            except GraphicsError as error:
+                session.note(f"the session stopped: {error}", "program")
+                raise GraphicsError(f"{error}; every answer before this is saved: go on with --resume") from error
+        return recorder.folder
+
+    def _pace(self, *, instantly: bool) -> Pace:
+        refresh_hz = self.surface.facts.refresh_hz or self.experiment.rig.display.panel.refresh_hz
+        measured_ms = self.timing.get("swap_intervals", {}).get("median_ms", 0.0)
+        return Pace(1.0 / refresh_hz, swaps_wait=measured_ms > 500.0 / refresh_hz, instantly=instantly)
+
+    def _begin(self, observer: str, simulated: bool, remarks: tuple[str, ...]) -> Recorder:
+        parent = observer_folder(self.results, self.experiment.spec.name, observer)
+        header = self._header(observer, new_label(parent), simulated, remarks)
+        return Recorder.create(parent / f"ses-{header.session}", header)
+
+    def _resume(self, observer: str, *, accept_changes: bool) -> tuple[Recorder, SessionLog]:
+        stopped = to_resume(self.results, self.experiment.spec.name, observer)
+        now = hashes(self.experiment, self.stimuli)
+        if not accept_changes:
+            check_unchanged(stopped.header, now, stopped.file)
+        utc = datetime.now(UTC).isoformat(timespec="milliseconds")
+        return Recorder.reopen(stopped.file.parent, Resumption(utc, changes(stopped.header, now)))
+
+    def _header(self, observer: str, session: str, simulated: bool, remarks: tuple[str, ...]) -> Header:
+        facts = asdict(self.surface.facts) | {"timing": self.timing}
+        return make_header(
+            self.experiment,
+            self.stimuli,
+            observer,
+            session,
+            self.descriptions,
+            facts,
+            simulated=simulated,
+            remarks=self.remarks + remarks,
+        )

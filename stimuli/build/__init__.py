@@ -1,0 +1,1 @@
+"""Building a recipe into a set of pictures on disk, each picture once."""

@@ -1,0 +1,130 @@
+"""From a recipe to a stimulus set, built once: the cache is keyed by everything that the pictures depend on.
+
+A set is found by the key of all its pictures together. Where there is none, each picture whose own key another set has
+is taken from there, so that changing one stimulus makes one picture. A build works in a folder of its own, whose name
+begins with a dot, and the set appears as a whole when all is there. What a killed build had finished stays in that
+folder, and the next one goes on from it; what a build had finished before it met wrong input is removed.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from dataclasses import replace
+from pathlib import Path
+
+from documents import Finding, InputError
+from documents.yaml.source import YamlSource
+from stimuli.build.display_setup import DisplaySetup
+from stimuli.build.known_hashes import KnownHashes
+from stimuli.build.progress import Progress, silent
+from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set, sha256_of_json
+from stimuli.errors import StimulusError
+from stimuli.recipes.needs import input_files, needed_setup, unreadable
+from stimuli.recipes.recipe import AnyRecipe, read_recipe
+
+__all__ = ["Progress", "StimulusSet", "build", "cache_folder"]
+
+# Raise it when the same recipe makes other pictures than before, or a manifest holds other things.
+GENERATOR_VERSION = 2
+
+
+def cache_folder() -> Path:
+    """Return where stimulus sets are kept: ``CYCLOPEAN_CACHE``, else ``cyclopean/stimuli`` in the user's cache."""
+    own = os.environ.get("CYCLOPEAN_CACHE")
+    if own:
+        return Path(own)
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "cyclopean" / "stimuli"
+
+
+def build(
+    recipe_path: Path,
+    pixel_pitch_mm: float,
+    progress: Progress | None = None,
+    *,
+    setup: DisplaySetup | None = None,
+    jobs: int = 1,
+    force: bool = False,
+    verify: bool = False,
+) -> StimulusSet:
+    """Build the stimuli of the recipe at ``recipe_path`` for a display, or find them built.
+
+    Parameters
+    ----------
+    progress
+        Called with what is being done, and how many pictures of how many are done; by one thread at a time.
+    setup
+        What the display can show, and from where it is seen: needed by recipes that fit pictures to a display's range,
+        and used by those that align or resample, to say what their steps mean to an eye.
+    jobs
+        How many threads make pictures.
+    force
+        Whether to make all pictures anew.
+    verify
+        Whether to read all pictures of a set that is found, instead of those that were touched since they were hashed.
+
+    Raises
+    ------
+    InputError
+        If the recipe or a picture is wrong, or the cache cannot be written.
+    """
+    recipe_path = Path(recipe_path)
+    if not (math.isfinite(pixel_pitch_mm) and pixel_pitch_mm > 0):
+        raise StimulusError(f"pixel_pitch_mm is {pixel_pitch_mm}; it must be a finite number above 0")
+    recipe, source = read_recipe(recipe_path)
+    cache = cache_folder()
+    hashes = KnownHashes(cache / f".inputs-{sha256_of_json(str(recipe_path.absolute()))[:16]}.json", verify=verify)
+    inputs = _inputs(recipe, source, recipe_path, hashes)
+    resolved = {
+        "generator_version": GENERATOR_VERSION,
+        "recipe": recipe.model_dump(mode="json"),
+        "pixel_pitch_mm": float(pixel_pitch_mm),
+        "inputs": inputs,
+        **needed_setup(recipe, setup),
+    }
+    folder = cache / sha256_of_json(resolved)[:32]
+    found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
+    if found is not None:
+        hashes.keep()
+        return found
+    # Only to make pictures: who finds them made needs none of it.
+    from stimuli.build.builder import Builder, publish
+    from stimuli.build.lock import locked
+    from stimuli.build.plan import Surroundings, plan
+
+    around = Surroundings(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION, recipe.sparkles)
+    try:
+        cache.mkdir(parents=True, exist_ok=True)
+        with locked(folder):
+            found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
+            if found is None:
+                builder = Builder(recipe, plan(recipe, around), folder, progress or silent, force)
+                entries = builder.build(jobs)
+                publish(entries, resolved, folder, builder.workshop)
+                found = read_stimulus_set(folder, recipe_path)
+                if found is None:
+                    raise StimulusError(Finding("the stimuli were written but read back otherwise", str(folder)))
+                found = replace(found, rendered=builder.made)
+            hashes.keep()
+            return found
+    except InputError as error:
+        # What is wrong with no one file is wrong with what the recipe asks for.
+        findings = (one if one.file else replace(one, file=str(recipe_path)) for one in error.findings)
+        raise StimulusError(tuple(findings)) from error
+    except OSError as error:
+        raise StimulusError(Finding(f"the stimuli cannot be kept: {error.strerror or error}", str(cache))) from error
+
+
+def _inputs(recipe: AnyRecipe, source: YamlSource, recipe_path: Path, hashes: KnownHashes) -> dict[str, str]:
+    """Return the SHA-256 of each file that the recipe names, refusing those that are not there."""
+    contents: dict[str, str] = {}
+    findings = []
+    for file, where in input_files(recipe).items():
+        try:
+            contents[file] = hashes.sha256(recipe_path.parent / file)
+        except OSError as error:
+            findings.append(unreadable(file, where, source, str(error.strerror)))
+    if findings:
+        raise StimulusError(findings)
+    return contents

@@ -1,0 +1,181 @@
+"""Makes the pictures of a set that are not there yet, and lets the set appear when all are."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+import threading
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from documents import Finding, InputError
+from stimuli.build.made import Made
+from stimuli.build.pictures_kept import Entry, Workshop, link_or_copy, pictures_of_sets
+from stimuli.build.plan import Task
+from stimuli.build.progress import Progress
+from stimuli.build.stimulus_set import MANIFEST, digest_of, sha256_of_file
+from stimuli.build.versions import versions
+from stimuli.errors import StimulusError
+from stimuli.luminance.statistics import picture_statistics
+from stimuli.pictures.exr import write_exr
+from stimuli.recipes.names import stimulus_factors
+from stimuli.recipes.recipe import AnyRecipe
+from stimuli.sparkle.measures.find import Threshold
+
+_EXPOSED = ("expose", "exposure")
+
+
+class Builder:
+    """Makes what is not there yet of the pictures of ``tasks``, in a workshop beside ``folder``."""
+
+    def __init__(
+        self, recipe: AnyRecipe, tasks: tuple[Task, ...], folder: Path, progress: Progress, force: bool
+    ) -> None:
+        self._factors = stimulus_factors(recipe)
+        self._keys = {name: key for task in tasks for name, key in task.keys.items()}
+        self._tasks, self._folder, self._progress, self._force = tasks, folder, progress, force
+        self._threshold = recipe.sparkles.threshold() if recipe.sparkles else None
+        self.workshop = Workshop(folder.with_name(f".{folder.name}"))
+        self._entries: dict[str, Entry] = {}
+        # Of an earlier build that was killed.
+        self._left: frozenset[str] = frozenset()
+        self.made = 0
+        self._turn = threading.Lock()
+        self._stop = threading.Event()
+
+    def build(self, jobs: int) -> list[Entry]:
+        """Return the set's entries, in the recipe's order, once all their pictures lie in the workshop."""
+        if self._force:
+            shutil.rmtree(self.workshop.folder, ignore_errors=True)
+        self.workshop.folder.mkdir(exist_ok=True)
+        try:
+            if not self._force:
+                self._reuse()
+            tasks = self._missing()
+            if jobs <= 1 or len(tasks) <= 1:
+                for task, names in tasks:
+                    self._make(task, names)
+            else:
+                self._make_in_threads(tasks, jobs)
+        except InputError:
+            self.workshop.forget(set(self._keys.values()) - self._left)
+            raise
+        self._progress("done", len(self._keys), len(self._keys))
+        return [self._entry(name, key) for name, key in self._keys.items()]
+
+    def _reuse(self) -> None:
+        wanted = set(self._keys.values())
+        self._entries = self.workshop.kept(wanted)
+        self._left = frozenset(self._entries)
+        for key, picture, entry in pictures_of_sets(self._folder.parent, wanted - self._left):
+            self.workshop.take(key, picture, entry)
+            self._entries[key] = entry
+
+    def _missing(self) -> list[tuple[Task, frozenset[str]]]:
+        """Return the tasks, each with the names that it is to make: one name for each key."""
+        first: dict[str, str] = {}
+        for name, key in self._keys.items():
+            if key not in self._entries:
+                first.setdefault(key, name)
+        names = set(first.values())
+        tasks = [(task, frozenset(names & task.keys.keys())) for task in self._tasks]
+        return [(task, mine) for task, mine in tasks if mine]
+
+    def _make(self, task: Task, names: frozenset[str]) -> None:
+        for made in task.make(self._report, names):
+            key = task.keys[made.name]
+            entry = _write(made, key, self.workshop, self._threshold)
+            with self._turn:
+                self._entries[key] = entry
+                self.made += 1
+            if self._stop.is_set():
+                return
+
+    def _make_in_threads(self, tasks: list[tuple[Task, frozenset[str]]], jobs: int) -> None:
+        from concurrent.futures import ThreadPoolExecutor, as_completed
+
+        with ThreadPoolExecutor(jobs, thread_name_prefix="stimuli") as pool:
+            futures = [pool.submit(self._make, task, names) for task, names in tasks]
+            try:
+                for future in as_completed(futures):
+                    future.result()
+            except BaseException:
+                # What one thread could not do, or Ctrl-C, ends the others after the picture that they are at.
+                self._stop.set()
+                for future in futures:
+                    future.cancel()
+                raise
+
+    def _report(self, doing: str, done: int, total: int) -> None:
+        """Tell the progress of all tasks, in place of that of one."""
+        if done < total:
+            with self._turn:
+                whole = sum(key in self._entries for key in self._keys.values())
+                self._progress(doing, whole, len(self._keys))
+
+    def _entry(self, name: str, key: str) -> Entry:
+        entry = self._entries[key]
+        factors = {**self._factors[name]}
+        factors.setdefault("view", "flat" if entry["flat"] else "stereo")
+        return {"name": name, "file": f"{name}.exr", "factors": factors, **entry}
+
+
+def _write(made: Made, key: str, workshop: Workshop, threshold: Threshold | None) -> Entry:
+    write_exr(workshop.picture(key), made.image)
+    entry = {
+        "key": key,
+        "sha256": sha256_of_file(workshop.picture(key)),
+        "flat": made.image.is_flat,
+        "size_px": [made.image.width_px, made.image.height_px],
+        "statistics": _statistics(made, threshold),
+        "steps": [dict(step) for step in made.steps],
+    }
+    workshop.keep(key, entry)
+    return entry
+
+
+def _statistics(made: Made, threshold: Threshold | None) -> dict[str, Any]:
+    """Return the columns of Table 4.3 that the picture and its steps hold."""
+    exposures = [step.get("exposure_s", step.get("time_s")) for step in made.steps if step["step"] in _EXPOSED]
+    scales = [float(step["luminance_scale"]) for step in made.steps if "luminance_scale" in step]
+    exposure_s = float(exposures[0]) if exposures and exposures[0] is not None else None
+    scale = math.prod(scales)
+    if threshold is not None:
+        try:
+            return picture_statistics(
+                made.image, exposure_s=exposure_s, luminance_scale=scale, threshold=threshold
+            ).to_json()
+        except StimulusError as error:
+            raise StimulusError([_of_stimulus(one, made.name) for one in error.findings]) from error
+    return picture_statistics(made.image, exposure_s=exposure_s, luminance_scale=scale).to_json()
+
+
+def _of_stimulus(finding: Finding, name: str) -> Finding:
+    return replace(finding, message=f"the stimulus '{name}': {finding.message}")
+
+
+def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, workshop: Workshop) -> None:
+    """Let the set appear in ``folder``, in one step, in place of what may be broken there."""
+    draft, old = folder.with_name(f".{folder.name}-new"), folder.with_name(f".{folder.name}-old")
+    for left in (draft, old):
+        shutil.rmtree(left, ignore_errors=True)
+    draft.mkdir()
+    for entry in entries:
+        link_or_copy(workshop.picture(entry["key"]), draft / entry["file"])
+    manifest = {
+        "schema_version": 2,
+        **resolved,
+        "versions": versions(),
+        "stimuli": entries,
+        "digest": digest_of(entries),
+    }
+    (draft / MANIFEST).write_text(json.dumps(manifest, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    if folder.exists():
+        # Who reads pictures of it meanwhile finds them there all but for the moment between these two.
+        folder.rename(old)
+    draft.rename(folder)
+    shutil.rmtree(old, ignore_errors=True)
+    shutil.rmtree(workshop.folder)

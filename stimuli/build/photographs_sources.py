@@ -1,0 +1,207 @@
+"""Where views come from: an OpenEXR file of several views, or a file for each, photographed, spectral or in XYZ."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any, Protocol
+
+from devices.camera.camera_model import CameraModel
+from devices.camera.exposure import Exposure
+from documents import Finding, InputError
+from stimuli.errors import StimulusError
+from stimuli.pictures.exr.read import read_exr_counted
+from stimuli.pictures.exr.to_xyz import ColourSpace, Negative
+from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
+from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
+
+Step = Mapping[str, Any]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Read:
+    """A picture as it was read; ``centre`` says whether there is a centre view, which a flat one is then."""
+
+    image: StereoImage
+    steps: tuple[Step, ...]
+    centre: bool
+
+
+class Source(Protocol):
+    """What reads a stimulus's views."""
+
+    def stored(self) -> Read:
+        """Read the picture as it is stored."""
+
+    def stereo(self) -> Read:
+        """Read left and right."""
+
+    def flat(self) -> Read:
+        """Read the centre view, or the eye that stands for it."""
+
+
+@dataclass(frozen=True, slots=True)
+class OneFile:
+    """An OpenEXR file of one view or several, in XYZ or any RGB that it declares."""
+
+    path: Path
+    name: str
+    flat_eye: Eye | None = None
+    colour_space: ColourSpace = "declared"
+    white_luminance_cd_m2: float | None = None
+    negative: Negative = "refuse"
+
+    def stored(self) -> Read:
+        """Read the picture as it is stored."""
+        return self._read(flat=False)
+
+    def stereo(self) -> Read:
+        """Read left and right."""
+        read = self._read(flat=False)
+        if read.image.is_flat:
+            raise StimulusError(
+                Finding("the picture has one view", str(self.path), remedy="stereo needs the views left and right")
+            )
+        return read
+
+    def flat(self) -> Read:
+        """Read the centre view, or the eye that stands for it."""
+        return self._read(flat=True)
+
+    def _read(self, *, flat: bool) -> Read:
+        reading = read_exr_counted(
+            self.path,
+            self.colour_space,
+            flat=flat,
+            flat_eye=self.flat_eye,
+            white_luminance_cd_m2=self.white_luminance_cd_m2,
+            negative=self.negative,
+        )
+        step = {
+            "step": "read",
+            "file": self.name,
+            "flat_eye": self.flat_eye,
+            "colour_space": self.colour_space,
+            "white_luminance_cd_m2": self.white_luminance_cd_m2,
+            "negative": self.negative,
+            "views": list(reading.views),
+            "clipped_pixels": reading.clipped_pixels,
+        }
+        return Read(reading.image, (step,), reading.centre)
+
+
+class ViewReader(Protocol):
+    """What reads one view's file to XYZ, and says how."""
+
+    def __call__(self, path: Path) -> tuple[XYZImage, tuple[Step, ...]]:
+        """Return XYZ in cd/m², float32 (height, width, 3), and the steps that led to it."""
+
+
+def photograph_reader(camera: CameraModel, develop: DevelopSpec, exposure: Exposure | None) -> ViewReader:
+    """Return what develops a photograph: raw, or linear camera RGB."""
+    return partial(_photograph, camera=camera, develop=develop, exposure=exposure)
+
+
+def spectral_reader(spectral: SpectralSpec, folder: Path) -> ViewReader:
+    """Return what reads a spectral picture; a CSV of the illuminant lies in or below ``folder``."""
+    return partial(_spectral, spectral=spectral, folder=folder)
+
+
+def _photograph(
+    path: Path, *, camera: CameraModel, develop: DevelopSpec, exposure: Exposure | None
+) -> tuple[XYZImage, tuple[Step, ...]]:
+    from stimuli.develop.levels import Levels
+    from stimuli.develop.read import read_camera_image
+    from stimuli.develop.to_xyz import to_xyz
+
+    image = read_camera_image(
+        path,
+        demosaic=develop.demosaic,
+        levels=Levels(develop.black, develop.white, develop.saturated),
+        rotate=develop.rotate,
+        exposure=exposure,
+        assume_linear=develop.assume_linear,
+    )
+    developed = to_xyz(image, camera, negative=develop.negative)
+    return developed.xyz, developed.steps
+
+
+def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZImage, tuple[Step, ...]]:
+    from stimuli.spectral.light import Light
+    from stimuli.spectral.read import read_spectral
+    from stimuli.spectral.to_xyz import spectral_to_xyz
+
+    illuminant = spectral.illuminant
+    if illuminant is not None and illuminant.lower().endswith(".csv"):
+        illuminant = str(folder / illuminant)
+    light = Light(illuminant, spectral.white_luminance_cd_m2, spectral.scale)
+    observed = spectral_to_xyz(read_spectral(path, spectral.quantity), light, negative=spectral.negative)
+    # The recipe's own words, not a path of this machine.
+    steps = tuple(
+        {**step, "illuminant": spectral.illuminant} if "illuminant" in step else step for step in observed.steps
+    )
+    return observed.xyz, steps
+
+
+def exr_reader(path: Path) -> tuple[XYZImage, tuple[Step, ...]]:
+    """Read one view from an OpenEXR picture that declares its colours."""
+    if path.suffix.lower() != ".exr":
+        message = "this is no OpenEXR picture, and the recipe names no camera"
+        remedy = "name the file that `cyclopean camera fit` wrote as 'camera:' in the recipe"
+        raise StimulusError(Finding(message, str(path), remedy=remedy))
+    read = OneFile(path, path.name).flat()
+    return read.image.left, read.steps
+
+
+@dataclass(frozen=True, slots=True)
+class ViewFiles:
+    """A file for each view: ``paths`` by view, left, right or center."""
+
+    paths: Mapping[str, Path]
+    reader: ViewReader
+    flat_eye: Eye | None = None
+
+    def stored(self) -> Read:
+        """Read left and right where both are there, else the flat view."""
+        return self.stereo() if {"left", "right"} <= self.paths.keys() else self.flat()
+
+    def stereo(self) -> Read:
+        """Read left and right."""
+        left, left_steps = self._view("left")
+        right, right_steps = self._view("right")
+        if left.shape != right.shape:
+            sizes = [f"{one.shape[1]} × {one.shape[0]}" for one in (left, right)]
+            raise StimulusError(
+                Finding(
+                    f"the views differ in size: 'left' is {sizes[0]}, 'right' is {sizes[1]}",
+                    str(self.paths["right"]),
+                    remedy="crop them alike",
+                )
+            )
+        steps = [
+            *({**step, "view": "left"} for step in left_steps),
+            *({**step, "view": "right"} for step in right_steps),
+        ]
+        return Read(StereoImage(left, right), tuple(steps), "center" in self.paths)
+
+    def flat(self) -> Read:
+        """Read the centre view, or the eye that stands for it."""
+        view = "center" if "center" in self.paths else str(self.flat_eye)
+        xyz, steps = self._view(view)
+        return Read(StereoImage.flat(xyz), tuple({**step, "view": view} for step in steps), view == "center")
+
+    def _view(self, view: str) -> tuple[XYZImage, tuple[Step, ...]]:
+        path = self.paths[view]
+        try:
+            return self.reader(path)
+        except InputError as error:
+            # Some findings come from a camera model, which knows no photograph.
+            raise StimulusError([_of(one, path) for one in error.findings]) from error
+
+
+def _of(finding: Finding, path: Path) -> Finding:
+    if finding.file is not None:
+        return finding
+    return Finding(finding.message, str(path), finding.line, finding.column, finding.remedy)

@@ -1,0 +1,123 @@
+"""A built set of stimuli: pictures on disk, and what each of them is."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from documents import Finding
+from stimuli.build.known_hashes import KnownHashes, sha256_of_file
+from stimuli.errors import StimulusError
+from stimuli.pictures.exr import Part, read_exr
+from stimuli.pictures.stereo_image import StereoImage
+
+__all__ = [
+    "MANIFEST",
+    "Factors",
+    "StimulusSet",
+    "digest_of",
+    "known_hashes",
+    "read_stimulus_set",
+    "sha256_of_file",
+    "sha256_of_json",
+]
+
+MANIFEST = "manifest.json"
+Factors = Mapping[str, str | float]
+
+
+@dataclass(frozen=True, slots=True)
+class StimulusSet:
+    """Stimuli in the recipe's order, read from a folder of the cache.
+
+    ``digest`` is the SHA-256 of names, factors and the files' own SHA-256: equal digests show equal pictures.
+    ``rendered`` counts the pictures that this build made; 0 if all of them were there.
+    """
+
+    recipe_path: Path
+    folder: Path
+    names: tuple[str, ...]
+    digest: str
+    manifest: Mapping[str, Any]
+    rendered: int = 0
+
+    @property
+    def manifest_path(self) -> Path:
+        """The manifest: every step, its parameters and statistics, and the SHA-256 of each file."""
+        return self.folder / MANIFEST
+
+    def entry(self, name: str) -> Mapping[str, Any]:
+        """Return what the manifest says of the stimulus ``name``.
+
+        Raises
+        ------
+        StimulusError
+            If there is no such stimulus.
+        """
+        for entry in self.manifest["stimuli"]:
+            if entry["name"] == name:
+                found: Mapping[str, Any] = entry
+                return found
+        import difflib
+
+        near = difflib.get_close_matches(name, self.names, n=1)
+        remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(self.names)
+        raise StimulusError(Finding(f"there is no stimulus '{name}'", str(self.recipe_path), remedy=remedy))
+
+    def factors(self, name: str) -> Factors:
+        """Return the stimulus's factors, such as ``image``, ``view``, ``exposure_s`` and ``luminance_scale``."""
+        factors: Factors = self.entry(name)["factors"]
+        return factors
+
+    def path(self, name: str) -> Path:
+        """Return the stimulus's OpenEXR file."""
+        return self.folder / str(self.entry(name)["file"])
+
+    def size_px(self, name: str) -> tuple[int, int]:
+        """Return the stimulus's width and height."""
+        width, height = self.entry(name)["size_px"]
+        return int(width), int(height)
+
+    def load(self, name: str, part: Part | None = None) -> StereoImage:
+        """Read the stimulus, in absolute XYZ: whole, or the ``part`` that is chosen by its size."""
+        region = None if part is None else part(self.size_px(name))
+        return read_exr(self.path(name), region=region)
+
+
+def digest_of(entries: list[dict[str, Any]]) -> str:
+    """Return the SHA-256 over names, factors and file contents of manifest entries."""
+    return sha256_of_json([{key: entry[key] for key in ("name", "factors", "sha256")} for entry in entries])
+
+
+def sha256_of_json(data: object) -> str:
+    """Return the SHA-256 of ``data`` as canonical JSON: sorted keys, no spaces, no NaN."""
+    text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def known_hashes(folder: Path, *, verify: bool = False) -> KnownHashes:
+    """Return the hashes of the set in ``folder``; their record lies beside it, so that a set never changes."""
+    return KnownHashes(folder.with_name(f".{folder.name}-hashes.json"), verify=verify)
+
+
+def read_stimulus_set(folder: Path, recipe_path: Path, *, verify: bool = False) -> StimulusSet | None:
+    """Return the set in ``folder``, built of the recipe at ``recipe_path``, or None if it is not as it was built.
+
+    Pictures that lie untouched since they were last hashed are not read again, unless ``verify`` asks for it: see
+    `stimuli.build.known_hashes`.
+    """
+    try:
+        manifest = json.loads((folder / MANIFEST).read_text(encoding="utf-8"))
+        entries = manifest["stimuli"]
+        hashes = known_hashes(folder, verify=verify)
+        whole = all(hashes.sha256(folder / entry["file"]) == entry["sha256"] for entry in entries)
+        if not whole or manifest["digest"] != digest_of(entries):
+            return None
+        hashes.keep()
+        return StimulusSet(recipe_path, folder, tuple(entry["name"] for entry in entries), manifest["digest"], manifest)
+    except (OSError, ValueError, KeyError, TypeError):
+        return None

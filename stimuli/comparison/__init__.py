@@ -1,0 +1,1 @@
+"""Comparing a photograph with its rendering: colour, place, sparkle, depth, and the verdict."""

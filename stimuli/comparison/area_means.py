@@ -1,0 +1,164 @@
+"""Mean colours of areas of a picture that is read a few rows at a time; sums in float64.
+
+The standard error of a mean comes from the scatter of means over small cells of the area, a plane through them taken
+off: neighbouring pixels are not independent (demosaicing, blur, texture), means over cells nearly are, and light that
+falls off evenly is no noise. Where an area has too few whole cells, none is given.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding
+from stimuli.comparison.errors import PictureError
+from stimuli.comparison.regions import Floats, inside, window
+from stimuli.comparison.row_source import RowSource, bands
+
+RowsDone = Callable[[int, int], None]
+
+# Cells along the longer side of an area, and their least side in pixels.
+CELLS_ACROSS, LEAST_CELL_PX = 8, 4
+# A plane takes three; of fewer cells than this the scatter tells little.
+LEAST_CELLS = 12
+# Nobody reads more.
+_MOST_FINDINGS = 20
+
+
+class FlagSource(Protocol):
+    """Flags of pixels, such as saturated ones: rows, by slicing, of shape (rows, width) or (rows, width, channels)."""
+
+    def __getitem__(self, rows: slice, /) -> NDArray[np.bool_]:
+        """Return those rows."""
+        ...
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class AreaMean:
+    """One area of one picture: mean and standard deviation of its pixels' ``XYZ``, (3,) each, in the picture's unit.
+
+    ``covariance_XYZ``, (3, 3), is that of the mean; None where it cannot be told.
+    """
+
+    pixels: int
+    XYZ: Floats
+    sd_XYZ: Floats
+    covariance_XYZ: Floats | None
+    saturated_share: float
+
+
+class _Sums:
+    """What is gathered of one area while the picture goes by."""
+
+    def __init__(self, outline_px: Floats, shape: tuple[int, ...]) -> None:
+        self.outline_px = outline_px
+        self.rows, self.columns = window(outline_px, shape)
+        height, width = self.rows.stop - self.rows.start, self.columns.stop - self.columns.start
+        self.cell_px = max(LEAST_CELL_PX, max(height, width) // CELLS_ACROSS)
+        self.cells = (-(-height // self.cell_px), -(-width // self.cell_px))
+        self.cell_sums = np.zeros((3, *self.cells))
+        self.cell_pixels = np.zeros(self.cells, dtype=np.int64)
+        self.squares = np.zeros(3)
+        self.mean = np.zeros(3)
+        self.pixels = self.saturated = self.bad = 0
+
+    def add(self, band: slice, picture: NDArray[np.floating], flags: NDArray[np.bool_] | None) -> None:
+        """Take in the rows of ``band``, whose pixels are ``picture`` (rows, width, 3)."""
+        rows = slice(max(band.start, self.rows.start), min(band.stop, self.rows.stop))
+        own = slice(rows.start - band.start, rows.stop - band.start)
+        mask = inside(self.outline_px, rows, self.columns)
+        count = int(np.count_nonzero(mask))
+        if not count:
+            return
+        # Planes, so that NumPy's sums run pairwise along them.
+        planes = np.ascontiguousarray(picture[own, self.columns][mask].T, dtype=np.float64)
+        finite = np.isfinite(planes).all(axis=0)
+        if not finite.all():  # told at the end, of all regions at once
+            self.bad += count - int(np.count_nonzero(finite))
+            planes[:, ~finite] = 0.0
+        if flags is not None:
+            full = flags[own, self.columns][mask]
+            self.saturated += int(np.count_nonzero(full.any(axis=1) if full.ndim == 2 else full))
+        row = np.arange(rows.start - self.rows.start, rows.stop - self.rows.start) // self.cell_px
+        column = np.arange(self.columns.stop - self.columns.start) // self.cell_px
+        cell = (row[:, None] * self.cells[1] + column)[mask]
+        size = self.cells[0] * self.cells[1]
+        self.cell_pixels += np.bincount(cell, minlength=size).reshape(self.cells)
+        for channel in range(3):
+            self.cell_sums[channel] += np.bincount(cell, planes[channel], size).reshape(self.cells)
+        # Parts are joined as in [Chan1983], so that nothing cancels.
+        mean = planes.mean(axis=1)
+        apart = mean - self.mean
+        total = self.pixels + count
+        planes -= mean[:, None]
+        planes *= planes
+        self.squares += planes.sum(axis=1) + apart**2 * (self.pixels * count / total)
+        self.mean += apart * (count / total)
+        self.pixels = total
+
+    def result(self) -> AreaMean:
+        sd = np.sqrt(self.squares / (self.pixels - 1)) if self.pixels > 1 else np.zeros(3)
+        return AreaMean(self.pixels, self.mean, sd, self._covariance(), self.saturated / self.pixels)
+
+    def _covariance(self) -> Floats | None:
+        whole = self.cell_pixels == self.cell_px**2
+        count = int(np.count_nonzero(whole))
+        if count < LEAST_CELLS:
+            return None
+        row, column = np.nonzero(whole)
+        plane = np.column_stack([np.ones(count), row, column]).astype(np.float64)
+        means = self.cell_sums[:, whole].T / self.cell_px**2
+        left = means - plane @ np.linalg.lstsq(plane, means, rcond=None)[0]
+        return np.asarray(left.T @ left / (count - 3) * (self.cell_px**2 / self.pixels))
+
+
+def area_means(
+    picture: RowSource,
+    outlines: Sequence[tuple[str, Floats]],
+    saturated: FlagSource | None = None,
+    *,
+    least_pixels: int = 1,
+    what: str = "picture",
+    rows_done: RowsDone | None = None,
+) -> tuple[AreaMean, ...]:
+    """Return the mean colour of each area of a picture, (height, width, 3), in one pass over the rows that are needed.
+
+    ``outlines`` are names and outlines (n, 2) in pixels as `Region` has them; ``what`` is what messages call the
+    picture. ``rows_done`` is called with how many rows of how many are done.
+
+    Raises
+    ------
+    PictureError
+        For every area that holds fewer than ``least_pixels`` pixels, or values that are no finite numbers.
+    """
+    gathered = [_Sums(outline, picture.shape) for _, outline in outlines]
+    for band in bands(picture.shape):
+        here = [one for one in gathered if one.rows.start < band.stop and one.rows.stop > band.start]
+        if here:
+            low, high = min(one.rows.start for one in here), max(one.rows.stop for one in here)
+            part = slice(max(low, band.start), min(high, band.stop))
+            rows, flags = picture[part], None if saturated is None else saturated[part]
+            for one in here:
+                one.add(part, rows, flags)
+        if rows_done is not None:
+            rows_done(band.stop, picture.shape[0])
+    faults = []
+    for (name, _), one in zip(outlines, gathered, strict=True):
+        if one.pixels < max(1, least_pixels):
+            faults.append(
+                Finding(
+                    f"the region '{name}' holds {one.pixels} pixels of the {what}, fewer than {max(1, least_pixels)}",
+                    remedy="make it larger, or set 'least_pixels'",
+                )
+            )
+        elif one.bad:
+            faults.append(Finding(f"the region '{name}' holds {one.bad} pixels of the {what} that are no numbers"))
+    if len(faults) > _MOST_FINDINGS:
+        faults[_MOST_FINDINGS:] = [Finding(f"{len(faults) - _MOST_FINDINGS} more regions have such faults")]
+    if faults:
+        raise PictureError(faults)
+    return tuple(one.result() for one in gathered)

@@ -1,0 +1,309 @@
+"""The pictures to compare: what a file holds, brought to absolute XYZ, for one eye or two."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding, InputError
+from stimuli.comparison.row_file import RowFile, bands
+from stimuli.errors import StimulusError
+from stimuli.pictures.picture_input import opened
+
+if TYPE_CHECKING:
+    from devices.camera.camera_model import CameraModel
+    from devices.camera.exposure import Exposure
+    from stimuli.pictures.exr.to_xyz import ColourSpace
+    from stimuli.spectral.light import Light
+    from stimuli.spectral.picture import Quantity
+
+Holds = Literal["xyz", "rec709", "camera-rgb", "spectral"]
+HOLDS: tuple[Holds, ...] = ("xyz", "rec709", "camera-rgb", "spectral")
+Eye = Literal["both", "left", "right"]
+# Called with how many rows of how many are read.
+RowsDone = Callable[[int, int], None]
+
+_TIFF = (".tif", ".tiff")
+_FOR_SCREENS = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".tif", ".tiff")
+_ENVI = (".hdr", ".img", ".bsq", ".bil", ".bip", ".dat")
+_MOST_MISTAKEN = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Reading:
+    """How files are read: ``camera`` takes camera RGB to XYZ, ``exposure`` is of pictures that do not tell theirs.
+
+    With ``sensitivities`` a spectral picture is taken by the camera's own sensor, whose channels
+    ``full_scale_cd_m2`` of equal-energy light just fills, and goes through ``camera`` like a photograph.
+    """
+
+    camera: CameraModel | None = None
+    exposure: Exposure | None = None
+    assume_linear: bool = False
+    sensitivities: Path | None = None
+    full_scale_cd_m2: float | None = None
+    light: Light | None = None
+    quantity: Quantity | None = None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """What one eye sees: XYZ in cd/m², and where a sensor was full, bool (height, width), or None if none was asked."""
+
+    xyz: RowFile
+    saturated: NDArray[np.bool_] | None
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Picture:
+    """A file's views: ``both``, or ``left`` and ``right``.
+
+    ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``said`` what there is to know of the
+    reading, ``steps`` how the file became XYZ.
+    """
+
+    file: Path
+    sha256: str
+    holds: Holds
+    views: Mapping[Eye, View]
+    safe_cd_m2: tuple[float, float] | None
+    said: tuple[str, ...]
+    steps: tuple[Mapping[str, Any], ...]
+
+    @property
+    def size_px(self) -> tuple[int, int]:
+        """Width and height."""
+        height, width = next(iter(self.views.values())).xyz.shape[:2]
+        return width, height
+
+    def to_json(self) -> dict[str, Any]:
+        """Return what the file is, without its pixels."""
+        width, height = self.size_px
+        return {
+            "file": str(self.file),
+            "sha256": self.sha256,
+            "holds": self.holds,
+            "eyes": list(self.views),
+            "width_px": width,
+            "height_px": height,
+            "safe_luminance_cd_m2": None if self.safe_cd_m2 is None else list(self.safe_cd_m2),
+            "said": list(self.said),
+            "steps": [dict(step) for step in self.steps],
+        }
+
+
+def read_picture(path: Path, reading: Reading, told: Holds | None, what: str, done: RowsDone) -> Picture:
+    """Return the picture at ``path``; ``told`` says what it holds where the file does not, ``what`` it is called.
+
+    Raises
+    ------
+    StimulusError, DeviceError
+        If the file cannot be read, or is camera RGB and there is no camera file, or was taken at an exposure that the
+        camera file does not serve, or holds NaN or infinity.
+    """
+    from stimuli.develop.metadata import sha256
+
+    if not path.is_file() and path.suffix.lower() != ".hdr":
+        raise _wrong(path, f"there is no such {what}", "check the path")
+    holds = told or what_it_holds(path)
+    digest = sha256(path) if path.is_file() else ""
+    if holds != "spectral":
+        _refuse_bytes(path, what)
+    if holds == "spectral":
+        return _spectral(path, digest, reading, what, done)
+    if holds == "camera-rgb":
+        return _camera_rgb(path, digest, reading, what, done)
+    if path.suffix.lower() in _TIFF:
+        return _tiff_xyz(path, digest, holds, done)
+    return _exr(path, digest, holds if told else None, done)
+
+
+def what_it_holds(path: Path) -> Holds:
+    """Return what a file holds, by its kind and, of OpenEXR, by its channels and what it declares."""
+    suffix = path.suffix.lower()
+    if suffix in _ENVI:
+        return "spectral"
+    if suffix != ".exr":
+        return "camera-rgb"
+    picture = opened(path)
+    try:
+        spec = picture.spec()
+        names = {name.rpartition(".")[2] for name in spec.channelnames}
+        if {"X", "Y", "Z"} <= names:
+            return "xyz"
+        if not {"R", "G", "B"} <= names:
+            return "spectral"
+        return "camera-rgb" if spec.getattribute("chromaticities") is None else "xyz"
+    except UnicodeDecodeError as error:
+        raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "write it again") from error
+    finally:
+        picture.close()
+
+
+def _exr(path: Path, digest: str, told: Holds | None, done: RowsDone) -> Picture:
+    """Read a picture of light a band of rows at a time; negative XYZ is set to 0 and counted."""
+    from stimuli.pictures.exr.read import read_exr_counted
+    from stimuli.pictures.exr.region import Region
+
+    space: ColourSpace | None = "xyz" if told == "xyz" else "rec709" if told == "rec709" else None
+    width, height = _exr_size(path)
+    views: dict[Eye, RowFile] = {}
+    clipped = 0
+    for first, last in bands((height, width)):
+        part = Region(0, first, width, last - first)
+        try:
+            read = read_exr_counted(path, space, negative="clip", region=part)
+        except StimulusError as error:
+            raise _in_rows(error, first, last, height) from error
+        clipped += read.clipped_pixels
+        eyes: tuple[Eye, ...] = ("both",) if read.image.is_flat else ("left", "right")
+        for eye in eyes:
+            if eye not in views:
+                views[eye] = RowFile((height, width, 3))
+            views[eye].write(first, read.image.left if eye != "right" else read.image.right)
+        done(last, height)
+    said = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
+    step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
+    found: dict[Eye, View] = {eye: View(rows, None) for eye, rows in views.items()}
+    return Picture(path, digest, told or "xyz", found, None, said, (step,))
+
+
+def _in_rows(error: StimulusError, first: int, last: int, height: int) -> StimulusError:
+    """Say which rows a finding is about, where the rest of the picture was not looked at."""
+    if (first, last) == (0, height):
+        return error
+    return StimulusError(
+        [
+            Finding(f"{one.message}, in rows {first} to {last - 1}", one.file, remedy=one.remedy)
+            for one in error.findings
+        ]
+    )
+
+
+def _exr_size(path: Path) -> tuple[int, int]:
+    from stimuli.pictures.exr.views import MAX_PIXELS
+
+    picture = opened(path)
+    try:
+        spec = picture.spec()
+        size = int(spec.full_width), int(spec.full_height)
+    finally:
+        picture.close()
+    if not 0 < size[0] * size[1] <= MAX_PIXELS:
+        raise _wrong(path, f"a picture of {size[0]} × {size[1]} pixels is beyond {MAX_PIXELS}", "crop it")
+    return size
+
+
+def _refuse_bytes(path: Path, what: str) -> None:
+    """Refuse a picture of 8 bits, such as a PNG: it is coded for a screen, whatever is said of it."""
+    if path.suffix.lower() not in _FOR_SCREENS:
+        return
+    import OpenImageIO as oiio
+
+    picture = oiio.ImageInput.open(str(path))
+    if picture is None:
+        return  # the reader of its kind says what is wrong
+    bits = picture.spec().format
+    picture.close()
+    if bits == oiio.UINT8:
+        raise _wrong(
+            path,
+            f"the {what} has 8 bits a channel, which are gamma-coded for a screen and are no light",
+            "render or export it linear: OpenEXR in XYZ or with its colour space, or float TIFF",
+        )
+
+
+def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
+    """Read a TIFF of floats whose numbers are XYZ in cd/m², or linear Rec. 709 of white 1 cd/m²."""
+    from devices.colour.spaces import rgb_to_xyz_matrix
+    from stimuli.develop.read_linear import read_linear
+    from stimuli.pictures.exr.to_xyz import REC709
+
+    image = read_linear(path, assume_linear=True)
+    if any(step.get("kind", "").startswith("tiff uint") for step in image.steps):
+        raise _wrong(path, "its whole numbers are no light in cd/m²", "write XYZ in cd/m² as floating point")
+    matrix = np.eye(3) if holds == "xyz" else rgb_to_xyz_matrix(*REC709)
+    height, width, _ = image.rgb.shape
+    rows = RowFile((height, width, 3))
+    below = 0
+    for first, last in rows.bands():
+        xyz = (image.rgb[first:last].astype(np.float64) @ matrix.T).astype(np.float32)
+        below += int((xyz < 0).any(axis=-1).sum())
+        rows.write(first, np.maximum(xyz, np.float32(0)))
+        done(last, height)
+    said = (f"{below} pixels with negative XYZ were set to 0",) if below else ()
+    return Picture(path, digest, holds, {"both": View(rows, None)}, None, said, image.steps)
+
+
+def _camera_rgb(path: Path, digest: str, reading: Reading, what: str, done: RowsDone) -> Picture:
+    from stimuli.develop.read import read_camera_image
+
+    if reading.camera is None:
+        raise _wrong(
+            path,
+            f"the {what} is camera RGB, and no camera file says what XYZ that is",
+            "give --camera CAMERA.yaml; if its numbers are XYZ, say --photo-holds or --rendering-holds xyz",
+        )
+    image = read_camera_image(path, exposure=reading.exposure, assume_linear=reading.assume_linear)
+    return _developed(path, digest, "camera-rgb", image, reading.camera, what, done)
+
+
+def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDone) -> Picture:
+    from stimuli.spectral import read_spectral, spectral_to_camera, spectral_to_xyz
+
+    picture = read_spectral(path, reading.quantity)
+    if reading.sensitivities is None or reading.full_scale_cd_m2 is None:
+        seen = spectral_to_xyz(picture, reading.light, negative="clip")
+        said = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
+        rows = RowFile.of(seen.xyz)
+        done(rows.shape[0], rows.shape[0])
+        return Picture(path, digest, "spectral", {"both": View(rows, None)}, None, picture.said + said, seen.steps)
+    if reading.camera is None:
+        raise _wrong(
+            path,
+            f"the {what} is to be taken by the sensor, and no camera file says what XYZ its RGB is",
+            "give --camera CAMERA.yaml, or leave --sensitivities out",
+        )
+    exposure = reading.exposure or reading.camera.exposure
+    image = spectral_to_camera(
+        picture, reading.sensitivities, reading.full_scale_cd_m2, reading.light, exposure=exposure
+    )
+    found = _developed(path, digest, "spectral", image, reading.camera, what, done)
+    return Picture(path, digest, "spectral", found.views, found.safe_cd_m2, picture.said + found.said, found.steps)
+
+
+def _developed(
+    path: Path, digest: str, holds: Holds, image: Any, camera: CameraModel, what: str, done: RowsDone
+) -> Picture:
+    from stimuli.develop.to_xyz import to_xyz
+
+    try:
+        developed = to_xyz(image, camera)
+    except InputError as error:
+        # What a camera model says of exposures names no file.
+        raise type(error)(
+            [
+                one if one.file else Finding(f"the {what}: {one.message}", str(path), remedy=one.remedy)
+                for one in error.findings
+            ]
+        ) from error
+    height, width, _ = developed.xyz.shape
+    said = []
+    if developed.clipped:
+        said.append(f"{developed.clipped} pixels with negative XYZ were set to 0")
+    if developed.clipped > _MOST_MISTAKEN * height * width:
+        said.append("most pixels lie outside the camera's gamut: is it this camera's file?")
+    if image.exposure is not None and not camera.tried_at(image.exposure):
+        said.append(f"the camera file was not tried at this exposure, {image.exposure}")
+    done(height, height)
+    views: dict[Eye, View] = {"both": View(RowFile.of(developed.xyz), developed.saturated)}
+    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(said), developed.steps)
+
+
+def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, str(path), remedy=remedy))

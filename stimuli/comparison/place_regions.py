@@ -1,0 +1,185 @@
+"""From a regions file to areas of two pictures of known size, with every fault found."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from devices.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
+from devices.patches.colorchecker import colorchecker_xyY
+from documents import Finding
+from stimuli.comparison.errors import PictureError
+from stimuli.comparison.regions import Chart, Floats, Kind, PlacedRegions, Region, crosses_itself
+from stimuli.comparison.regions_file import (
+    ColorCheckerSpec,
+    GridSpec,
+    PlateSpec,
+    PolygonSpec,
+    RectangleSpec,
+    RegionsFile,
+)
+
+Spec = ColorCheckerSpec | RectangleSpec | PolygonSpec | PlateSpec | GridSpec
+Shape = tuple[int, ...]
+
+# What a file calls the outline, and the picture, of each side.
+_SIDES = (("", "photograph"), ("rendering_", "rendering"))
+_WHOLE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
+
+
+def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = None) -> PlacedRegions:
+    """Return the regions at their places in a photograph of shape (height, width, ...) and in its rendering.
+
+    Without the ``rendering``'s shape the two lie on one grid, and outlines that are given for the rendering alone are
+    not used. With it, a region without such an outline has the photograph's numbers there.
+
+    Raises
+    ------
+    PictureError
+        For every region that reaches out of its picture, crosses itself, or has another's name.
+    """
+    placer = _Placer(regions, photo, rendering)
+    found = [area for number, spec in enumerate(regions.spec.regions) for area in placer.areas(number, spec)]
+    first: dict[str, Region] = {}
+    for region in found:
+        if first.setdefault(region.name, region) is not region:
+            placer.fault(placer.number_of(region.entry), "name", f"there are two regions '{region.name}'", "rename one")
+    wanted = regions.spec.white_region
+    if wanted is not None and wanted not in first:
+        place = regions.source.place(("white_region",))
+        line, column = (place.line, place.column) if place else (None, None)
+        remedy = "expected one of: " + ", ".join(list(first)[:30])
+        placer.findings.append(Finding(f"there is no region '{wanted}'", regions.file, line, column, remedy))
+    if placer.findings:
+        raise PictureError(placer.findings)
+    return PlacedRegions(tuple(found), tuple(placer.charts))
+
+
+def corner_pairs(regions: RegionsFile, photo: Shape, rendering: Shape) -> tuple[Floats, Floats] | None:
+    """Return the places (n, 2) that a file gives in both pictures, in pixels as `Region` has them; None without any.
+
+    The homography through them brings one picture onto the other.
+    """
+    here: list[Floats] = []
+    there: list[Floats] = []
+    for spec in regions.spec.regions:
+        one, two = (_given(spec, prefix) for prefix, _ in _SIDES)
+        if one is not None and two is not None and len(one) == len(two):
+            here.append(one * _unit(regions, photo))
+            there.append(two * _unit(regions, rendering))
+    return (np.concatenate(here), np.concatenate(there)) if here else None
+
+
+def _key(spec: Spec) -> str:
+    """Return what an entry calls its outline."""
+    return "box" if isinstance(spec, RectangleSpec) else "points" if isinstance(spec, PolygonSpec) else "corners"
+
+
+def _given(spec: Spec, prefix: str) -> Floats | None:
+    """Return the outline (n, 2) that an entry gives for one picture, in the file's unit."""
+    if isinstance(spec, RectangleSpec):
+        box = getattr(spec, f"{prefix}box")
+        if box is None:
+            return None
+        left, top, width, height = box
+        return np.asarray(np.array([left, top]) + _WHOLE * np.array([width, height]))
+    points = getattr(spec, prefix + _key(spec))
+    return None if points is None else np.array(points, dtype=np.float64)
+
+
+def _unit(regions: RegionsFile, shape: Shape) -> Floats:
+    return np.array([shape[1], shape[0]], dtype=np.float64) if regions.spec.units == "share" else np.ones(2)
+
+
+class _Placer:
+    """Gathers areas, charts and faults."""
+
+    def __init__(self, regions: RegionsFile, photo: Shape, rendering: Shape | None) -> None:
+        self.regions = regions
+        self.shapes = (photo, rendering)
+        self.findings: list[Finding] = []
+        self.charts: list[Chart] = []
+        self._numbers: dict[str, int] = {}
+
+    def number_of(self, entry: str) -> int:
+        return self._numbers[entry]
+
+    def fault(self, number: int, key: str, message: str, remedy: str | None = None) -> None:
+        place = self.regions.source.place(("regions", number, key))
+        line, column = (place.line, place.column) if place else (None, None)
+        self.findings.append(Finding(message, self.regions.file, line, column, remedy))
+
+    def areas(self, number: int, spec: Spec) -> Iterator[Region]:
+        """Yield the areas of an entry, none if there is a fault in its outline."""
+        self._numbers[spec.name] = number
+        photo = self._outline(number, spec, 0)
+        rendering = photo if self.shapes[1] is None else self._outline(number, spec, 1)
+        if photo is None or rendering is None:
+            return
+        if isinstance(spec, RectangleSpec | PolygonSpec):
+            kind: Kind = "rectangle" if isinstance(spec, RectangleSpec) else "polygon"
+            yield Region(spec.name, kind, photo, rendering, spec.name, sparkle=spec.sparkle)
+            return
+        layout, names = _parts(spec)
+        one, two = (patch_quadrangles(outline, layout, spec.inner) for outline in (photo, rendering))
+        if isinstance(spec, PlateSpec):
+            yield Region(spec.name, "plate", one[0], two[0], spec.name, sparkle=spec.sparkle)
+            return
+        if isinstance(spec, ColorCheckerSpec) and spec.colours == "published":
+            self.charts.append(Chart(spec.name, photo, rendering, spec.inner))
+        kind = "patch" if isinstance(spec, ColorCheckerSpec) else "cell"
+        for place, name in enumerate(names):
+            yield Region(name, kind, one[place], two[place], spec.name, place + 1)
+
+    def _outline(self, number: int, spec: Spec, side: int) -> Floats | None:
+        """Return the outline of an entry in one picture, in pixels; None, and a fault told, if it is none."""
+        shape = self.shapes[side] or self.shapes[0]
+        prefix, picture = _SIDES[side]
+        given = _given(spec, prefix)
+        if given is None and side:
+            prefix, given = "", _given(spec, "")
+        height, width = shape[:2]
+        if given is None:
+            return np.asarray(_WHOLE * np.array([width, height]))
+        outline = given * _unit(self.regions, shape)
+        key = prefix + (_key(spec))
+        slack = 1e-9 * max(width, height)
+        if np.any(outline < -slack) or np.any(outline > np.array([width, height]) + slack):
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            unit = "shares of the picture" if self.regions.spec.units == "share" else "pixels from the top left"
+            self.fault(
+                number,
+                key,
+                f"the region '{spec.name}' reaches from ({low[0]:.6g}, {low[1]:.6g}) to "
+                f"({high[0]:.6g}, {high[1]:.6g}) px and the {picture} has {width} × {height}",
+                f"coordinates are in {unit}",
+            )
+            return None
+        if crosses_itself(outline):
+            remedy = "give the points around it in order"
+            if len(outline) == 4:
+                remedy = "give them around it: top left, top right, bottom right, bottom left"
+            self.fault(number, key, f"the outline of the region '{spec.name}' crosses itself", remedy)
+            return None
+        if not isinstance(spec, RectangleSpec | PolygonSpec) and not _convex(outline):
+            self.fault(number, key, f"the corners of '{spec.name}' are no convex quadrangle", "check each corner")
+            return None
+        return outline
+
+
+def _parts(spec: ColorCheckerSpec | PlateSpec | GridSpec) -> tuple[ChartLayout, tuple[str, ...]]:
+    if isinstance(spec, ColorCheckerSpec):
+        names, _ = colorchecker_xyY()
+        return COLORCHECKER, tuple(f"{spec.name} {place} {name}" for place, name in enumerate(names, 1))
+    if isinstance(spec, PlateSpec):
+        return ChartLayout(1, 1, 0.0), (spec.name,)
+    cells = [(row, column) for row in range(1, spec.rows + 1) for column in range(1, spec.columns + 1)]
+    return ChartLayout(spec.rows, spec.columns, 0.0), tuple(f"{spec.name} row {r} column {c}" for r, c in cells)
+
+
+def _convex(corners: Floats) -> bool:
+    sides = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(sides, -1, axis=0)
+    turns = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
+    return bool(np.all(turns > 0) or np.all(turns < 0))

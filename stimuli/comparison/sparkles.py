@@ -1,0 +1,127 @@
+"""The sparkles of one area in both pictures, as pairs of numbers with their standard errors.
+
+Two plates of one paint have flakes at random places, and their counts the errors of Poisson's law. Two pictures of one
+plate have the same flakes: where most sparkles of either lie on one of the other, what both have is no chance, and the
+error is that of those alone that one of them has [McNemar1947].
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stimuli.comparison.evidence import SparklePair
+from stimuli.comparison.placing import Placing
+from stimuli.comparison.regions import Region, inside, window
+from stimuli.comparison.row_file import RowFile
+from stimuli.sparkle.measures.find import Peaks, Threshold
+from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles
+
+Floats32 = NDArray[np.float32]
+
+# Less is no turn and no growth.
+_TURNED_DEG, _GROWN = 1e-6, 1e-6
+# Sparkles are one if they lie nearer, and pictures of one plate if this share of them are.
+SAME_PX, SAME_SHARE = 1.5, 0.5
+# With fewer sparkles there is no saying whose they are.
+_SPARKLING = 20
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SparkleArea:
+    """What was measured of one region in both; ``pixels`` lie inside it. ``matched`` is how many sparkles both
+    have, None where the plates are not one and the same.
+
+    ``own_pixels`` says that the rendering was measured on its own pixels. It is where it was only shifted, by whole
+    pixels then, so that nothing that interpolation does to a sparkle is held against it.
+    """
+
+    name: str
+    pixels: int
+    own_pixels: bool
+    matched: int | None
+    photo: SparkleMeasures
+    rendering: SparkleMeasures
+    pairs: tuple[SparklePair, ...]
+
+    @property
+    def other_flakes(self) -> bool:
+        """Whether both sparkle, and elsewhere."""
+        return self.matched is None and min(len(self.photo.peaks), len(self.rendering.peaks)) >= _SPARKLING
+
+
+def sparkle_area(
+    region: Region,
+    photo: RowFile,
+    rendering: RowFile,
+    brought: RowFile,
+    placing: Placing,
+    pixels_per_degree: float | None = None,
+) -> SparkleArea | None:
+    """Return the sparkles of a region of the photograph, and of the same of the rendering; None if it is too small."""
+    rows, columns = window(region.photo_px, photo.shape)
+    shifted = (abs(placing.rotation_deg) < _TURNED_DEG and abs(placing.scale - 1) < _GROWN) or not placing.moved
+    across, down = (round(one) for one in placing.shift_px) if placing.moved else (0, 0)
+    source = brought
+    if shifted:
+        # What a shift carries out of the rendering is left out of both.
+        left, top = max(columns.start, -across), max(rows.start, -down)
+        right, bottom = min(columns.stop, rendering.shape[1] - across), min(rows.stop, rendering.shape[0] - down)
+        rows, columns = slice(top, max(top, bottom)), slice(left, max(left, right))
+        source = rendering
+    else:
+        across = down = 0
+    if min(rows.stop - rows.start, columns.stop - columns.start) < 8:
+        return None
+    mask = inside(region.photo_px, rows, columns)
+    pixels = int(np.count_nonzero(mask))
+    if pixels < 64:
+        return None
+    one = _filled(photo, rows, columns, mask)
+    two = _filled(
+        source, slice(rows.start + down, rows.stop + down), slice(columns.start + across, columns.stop + across), mask
+    )
+    threshold = Threshold()
+    measured = measure_sparkles(one, threshold), measure_sparkles(two, threshold)
+    unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
+    left = (placing.shift_px[0] - across, placing.shift_px[1] - down) if placing.moved and shifted else (0.0, 0.0)
+    matched = _matched(measured[0].peaks, measured[1].peaks, left)
+    # Of flakes that both have there is no chance in the difference.
+    beside = [max(one.count.value - matched, 1.0) for one in measured] if matched is not None else None
+    apart = None if beside is None else per * float(np.sqrt(sum(beside)))
+    pairs = (
+        _pair("density", measured[0].count.times(per), measured[1].count.times(per), unit, region.name, apart),
+        _pair("width", measured[0].width_px, measured[1].width_px, "px", region.name),
+        _pair("contrast", measured[0].contrast, measured[1].contrast, "", region.name),
+    )
+    return SparkleArea(region.name, pixels, shifted, matched, *measured, pairs)
+
+
+def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> int | None:
+    """Return how many sparkles are each other's nearest and near, or None if they are too few of either."""
+    from scipy.spatial import KDTree
+
+    if not (len(photo) and len(rendering)):
+        return None
+    one = np.column_stack([photo.column, photo.row]).astype(np.float64)
+    two = np.column_stack([rendering.column, rendering.row]) - np.asarray(shift_px)
+    apart, there = KDTree(two).query(one)
+    _, back = KDTree(one).query(two)
+    both = int(np.count_nonzero((np.asarray(back)[there] == np.arange(len(one))) & (apart < SAME_PX)))
+    return both if both >= SAME_SHARE * max(len(one), len(two)) else None
+
+
+def _filled(picture: RowFile, rows: slice, columns: slice, mask: NDArray[np.bool_]) -> Floats32:
+    """Return the luminance of a window; outside of the area it is the area's median, which has no sparkles."""
+    plane = np.ascontiguousarray(picture[rows][:, columns, 1])
+    if not mask.all():
+        plane[~mask] = np.median(plane[mask])
+    return plane
+
+
+def _pair(
+    measure: str, photo: Estimate, rendering: Estimate, unit: str, where: str, difference_se: float | None = None
+) -> SparklePair:
+    return SparklePair(measure, photo.value, photo.se, rendering.value, rendering.se, unit, where, difference_se)

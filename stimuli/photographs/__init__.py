@@ -1,1 +1,0 @@
-"""Stimuli from photographs and other people's pictures: files of views, and what is done until they are shown."""

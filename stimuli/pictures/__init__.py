@@ -1,0 +1,1 @@
+"""Pictures for two eyes in absolute XYZ: reading, writing and resampling them."""

@@ -1,0 +1,247 @@
+"""The views in an OpenEXR file, as they stand: which channels belong to which eye, and what the file declares.
+
+Two layouts exist (OpenEXR's "Storing multi-view images"): one part whose ``multiView`` attribute lists the views,
+its unprefixed channels belonging to the first of them; and several parts, each naming its own ``view``.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from documents import Finding
+from stimuli.errors import StimulusError
+from stimuli.pictures.exr.region import Region
+from stimuli.pictures.picture_input import opened, reason
+
+if TYPE_CHECKING:
+    import OpenImageIO
+
+MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
+MAX_PARTS = 64
+MAX_CHANNELS = 256
+
+_COLOURS = (("R", "G", "B"), ("X", "Y", "Z"))
+_SPELLINGS = {"centre": "center"}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class View:
+    """One view as stored: three channels in the file's own units.
+
+    ``name`` is ``left``, ``right``, ``center`` or whatever the file says, in lower case; empty if it says nothing.
+    ``pixels`` is float32, (height, width, 3), on the display window of ``size_px`` (width, height) or the region of it
+    that was read; the file stores the rectangle ``data_window_px`` (x, y, width, height) of it. ``chromaticities`` are
+    x, y of red, green, blue and white, shape (4, 2), or None if the file declares none; ``is_xyz`` says that the
+    channels are named X, Y, Z.
+    ``white_luminance_cd_m2`` is the luminance of the value 1, or None.
+    """
+
+    name: str
+    pixels: NDArray[np.float32]
+    chromaticities: NDArray[np.float64] | None
+    is_xyz: bool
+    white_luminance_cd_m2: float | None
+    data_window_px: tuple[int, int, int, int]
+    size_px: tuple[int, int]
+
+
+def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
+    """Return the file's views by name, in file order, whole or the ``region`` of them.
+
+    Of a region, only the rows are read from the file, or the rows of tiles that it touches: a fault elsewhere in the
+    file is not seen.
+
+    Alpha, depth, and channels of named layers are left out. A data window that differs from the display window is
+    placed on it: what lies outside is black, as OpenEXR defines.
+
+    Raises
+    ------
+    StimulusError
+        If the file is missing, unreadable, cut short, no OpenEXR file, deep, too large, or holds no colour view, or
+        one view twice; if the region is not within a view.
+    """
+    if not path.is_file():
+        raise _wrong(path, "there is no such picture", "check the path")
+    try:
+        return _read_views(path, region)
+    except UnicodeDecodeError as error:
+        # OpenImageIO hands over names and messages as they stand in the file.
+        raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "copy or write it again") from error
+
+
+def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
+
+    picture = opened(path)
+    views: dict[str, View] = {}
+    try:
+        if picture.format_name() != "openexr":
+            raise _wrong(path, f"the picture is {picture.format_name()}, not OpenEXR", "convert it to OpenEXR")
+        for view in _parts(picture, path, region):
+            if view.name in views:
+                raise _wrong(path, f"the view '{view.name}' stands twice", "keep one")
+            views[view.name] = view
+    finally:
+        picture.close()
+    if not views:
+        raise _wrong(path, "no view has the channels R, G, B or X, Y, Z", "write the picture with them")
+    return views
+
+
+def _parts(picture: OpenImageIO.ImageInput, path: Path, region: Region | None) -> Iterator[View]:
+    part = 0
+    while picture.seek_subimage(part, 0):
+        if part == MAX_PARTS:
+            raise _wrong(path, f"the file has more than {MAX_PARTS} parts", "keep only the views that are shown")
+        spec = picture.spec()
+        _refuse_size(path, spec)
+        groups = _groups(spec, path)
+        if groups:
+            wanted = region or Region(0, 0, spec.full_width, spec.full_height)
+            if not wanted.is_within(spec.full_width, spec.full_height):
+                size = f"{spec.full_width} × {spec.full_height} px"
+                raise _wrong(path, f"the picture is {size} and holds no {wanted}", "build the stimuli again")
+            first, last = _rows(spec, region)
+            stored = _read(picture, part, spec, first, last) if first < last else _nothing(spec)
+            if stored is None:
+                raise _wrong(path, f"the picture is damaged: {reason(picture.geterror())}", "copy or write it again")
+            window = Region(spec.x - spec.full_x, first - spec.full_y, spec.width, last - first)
+            for name, indices in groups.items():
+                yield _view(name, indices, stored, window, wanted, spec, path)
+        part += 1
+    problem = picture.geterror()
+    if problem:
+        raise _wrong(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
+
+
+def _rows(spec: OpenImageIO.ImageSpec, region: Region | None) -> tuple[int, int]:
+    """Return the first row of the file to read for ``region`` and the first not to read, counted as the file does.
+
+    Of a tiled file, they are those of whole tiles.
+    """
+    bottom = spec.y + spec.height
+    if region is None:
+        return spec.y, bottom
+    tile = spec.tile_height or 1
+    first = max(spec.full_y + region.top, spec.y)
+    last = min(spec.full_y + region.bottom, bottom)
+    return first - (first - spec.y) % tile, min(last + (spec.y - last) % tile, bottom)
+
+
+def _read(
+    picture: OpenImageIO.ImageInput, part: int, spec: OpenImageIO.ImageSpec, first: int, last: int
+) -> NDArray[Any] | None:
+    """Return rows ``first`` to ``last`` of all channels, or None if they cannot be read."""
+    channels = spec.nchannels
+    if (first, last) == (spec.y, spec.y + spec.height):
+        return picture.read_image(part, 0, 0, channels, "float")
+    if spec.tile_width:
+        columns = spec.x, spec.x + spec.width
+        return picture.read_tiles(part, 0, *columns, first, last, 0, 1, 0, channels, "float")
+    return picture.read_scanlines(part, 0, first, last, 0, 0, channels, "float")
+
+
+def _nothing(spec: OpenImageIO.ImageSpec) -> NDArray[np.float32]:
+    return np.zeros((0, spec.width, spec.nchannels), dtype=np.float32)
+
+
+def _refuse_size(path: Path, spec: OpenImageIO.ImageSpec) -> None:
+    if spec.deep:
+        raise _wrong(path, "the picture is deep", "flatten it")
+    for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
+        if not 0 < width * height <= MAX_PIXELS:
+            raise _wrong(path, f"a view of {width} × {height} pixels is beyond {MAX_PIXELS}", "crop it")
+    if spec.nchannels > MAX_CHANNELS:
+        raise _wrong(path, f"the picture has {spec.nchannels} channels, more than {MAX_CHANNELS}", "keep R, G and B")
+
+
+def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int, int]]:
+    """Return, per view of one part, the indices of its three colour channels."""
+    listed = [_spelling(name) for name in _strings(spec.getattribute("multiView"))]
+    if len(set(listed)) != len(listed):
+        raise _wrong(path, f"multiView lists a view twice: {', '.join(listed)}", "name each view once")
+    unprefixed = listed[0] if listed else _spelling(str(spec.getattribute("view") or ""))
+    found: dict[str, dict[str, int]] = {}
+    for index, channel in enumerate(spec.channelnames):
+        prefix, _, base = channel.rpartition(".")
+        view = _spelling(prefix) if prefix else unprefixed
+        if not prefix or view in listed:
+            found.setdefault(view, {}).setdefault(base, index)
+    groups = {}
+    for view, channels in found.items():
+        for colours in _COLOURS:
+            if all(colour in channels for colour in colours):
+                groups[view] = (channels[colours[0]], channels[colours[1]], channels[colours[2]])
+                break
+    for view in listed:
+        if view not in groups:
+            raise _wrong(path, f"the view '{view}' lacks a channel of R, G, B", "write all three")
+    return groups
+
+
+def _view(
+    name: str,
+    indices: Sequence[int],
+    stored: NDArray[Any],
+    window: Region,
+    wanted: Region,
+    spec: OpenImageIO.ImageSpec,
+    path: Path,
+) -> View:
+    """Return the ``wanted`` region of a view, of which ``stored`` holds what is in ``window``; the rest is black."""
+    left, top = spec.x - spec.full_x, spec.y - spec.full_y
+    right, bottom = min(left + spec.width, spec.full_width), min(top + spec.height, spec.full_height)
+    if right <= max(left, 0) or bottom <= max(top, 0):
+        raise _wrong(path, f"the view '{name}' stores nothing of its display window", "crop or pad it")
+    pixels = np.zeros((wanted.height, wanted.width, 3), dtype=np.float32)
+    columns = max(window.left, wanted.left), min(window.right, wanted.right)
+    rows = max(window.top, wanted.top), min(window.bottom, wanted.bottom)
+    if columns[0] < columns[1] and rows[0] < rows[1]:
+        there = slice(*(row - wanted.top for row in rows)), slice(*(column - wanted.left for column in columns))
+        here = slice(*(row - window.top for row in rows)), slice(*(column - window.left for column in columns))
+        for place, index in enumerate(indices):
+            pixels[(*there, place)] = stored[(*here, index)]
+    chromaticities = _numbers(spec, "chromaticities", 8, path)
+    white = _numbers(spec, "whiteLuminance", 1, path)
+    return View(
+        name=name,
+        pixels=pixels,
+        chromaticities=None if chromaticities is None else chromaticities.reshape(4, 2),
+        is_xyz=spec.channelnames[indices[0]].rpartition(".")[2] == "X",
+        white_luminance_cd_m2=None if white is None else float(white[0]),
+        data_window_px=(left, top, spec.width, spec.height),
+        size_px=(spec.full_width, spec.full_height),
+    )
+
+
+def _numbers(spec: OpenImageIO.ImageSpec, attribute: str, count: int, path: Path) -> NDArray[np.float64] | None:
+    value = spec.getattribute(attribute)
+    if value is None:
+        return None
+    try:
+        numbers = np.atleast_1d(np.array(value, dtype=np.float64))
+    except (ValueError, TypeError):
+        numbers = np.empty(0)
+    if numbers.shape != (count,):
+        raise _wrong(path, f"its attribute '{attribute}' does not hold {count} numbers", "mend the picture's header")
+    return numbers
+
+
+def _strings(value: Any) -> list[str]:
+    if value is None:
+        return []
+    return [value] if isinstance(value, str) else [str(part) for part in value]
+
+
+def _spelling(name: str) -> str:
+    name = name.lower()
+    return _SPELLINGS.get(name, name)
+
+
+def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
+    return StimulusError(Finding(message, str(path), remedy=remedy))

@@ -1,0 +1,110 @@
+"""What a display's pixels keep of a picture's detail, and of what eyes could see.
+
+Thesis Section 2.4.1: eyes resolve 60 cycles per degree, and a picture should have MR = FOV · 60 pixels (Expression
+2.12). A cycle takes two pixels: FOV · 120 are needed. Both are told.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from devices.display.viewing import (
+    CYCLES_PER_DEGREE,
+    minimum_resolution,
+    nyquist_resolution,
+    pixels_per_degree,
+    visual_angle_deg,
+)
+from stimuli.errors import StimulusError
+from stimuli.pictures.resample import display_pixels
+
+
+@dataclass(frozen=True, slots=True)
+class Resolution:
+    """A picture ``size_mm`` wide and high of ``picture_px`` pixels, on ``display_px`` pixels of a display.
+
+    ``needed_px`` are the thesis's MR, ``nyquist_px`` twice that. Frequencies are in cycles per degree straight ahead.
+    """
+
+    size_mm: tuple[float, float]
+    distance_mm: float
+    picture_px: tuple[int, int]
+    display_px: tuple[int, int]
+    needed_px: tuple[float, float]
+    nyquist_px: tuple[float, float]
+    picture_cycles_per_degree: float
+    display_cycles_per_degree: float
+
+    @property
+    def lost_cycles_per_degree(self) -> tuple[float, float] | None:
+        """Frequencies that the picture holds and the display's pixels cannot, from and to; None if there are none."""
+        low, high = self.display_cycles_per_degree, self.picture_cycles_per_degree
+        return (low, high) if low < high * (1 - 1e-9) else None
+
+    @property
+    def seen_and_lost(self) -> tuple[float, float] | None:
+        """Those of them that eyes would resolve, or None."""
+        lost = self.lost_cycles_per_degree
+        if lost is None or lost[0] >= CYCLES_PER_DEGREE:
+            return None
+        return lost[0], min(lost[1], CYCLES_PER_DEGREE)
+
+    def sentences(self) -> tuple[str, ...]:
+        """Say what is lost."""
+        wide, display = self.display_px[0], self.display_cycles_per_degree
+        needed = f"the {CYCLES_PER_DEGREE:g} that eyes resolve need {self.nyquist_px[0]:.0f}"
+        if wide >= self.nyquist_px[0]:
+            grid = "eyes cannot see the display's pixels"
+        elif wide >= self.needed_px[0]:
+            grid = f"{needed}; there is the one pixel per cycle that is also asked for ({self.needed_px[0]:.0f})"
+        else:
+            grid = f"{needed}, at two pixels per cycle ({self.needed_px[0]:.0f} at the one that is also asked for)"
+        said = [f"{wide} pixels across carry {display:.1f} cycles per degree: {grid}"]
+        if self.lost_cycles_per_degree:
+            low, high = self.lost_cycles_per_degree
+            seen = f"; eyes would resolve up to {self.seen_and_lost[1]:.1f}" if self.seen_and_lost else ""
+            said.append(f"the picture's detail from {low:.1f} to {high:.1f} cycles per degree is lost{seen}")
+        return tuple(said)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers for a manifest."""
+        lost = self.lost_cycles_per_degree
+        return {
+            "size_mm": list(self.size_mm),
+            "distance_mm": self.distance_mm,
+            "picture_px": list(self.picture_px),
+            "display_px": list(self.display_px),
+            "pixels_per_degree": 2 * self.display_cycles_per_degree,
+            "needed_px": list(self.needed_px),
+            "nyquist_px": list(self.nyquist_px),
+            "picture_cycles_per_degree": self.picture_cycles_per_degree,
+            "display_cycles_per_degree": self.display_cycles_per_degree,
+            "lost_cycles_per_degree": list(lost) if lost else None,
+        }
+
+
+def resolution(
+    picture_px: tuple[int, int], size_mm: tuple[float, float], pixel_pitch_mm: float, distance_mm: float
+) -> Resolution:
+    """Return what a display of ``pixel_pitch_mm`` at ``distance_mm`` keeps of a picture; width comes before height.
+
+    Raises
+    ------
+    InputError
+        If a size, the pitch or the distance is not a finite number above 0.
+    """
+    if min(picture_px) < 1:
+        raise StimulusError(f"a picture has {picture_px[0]} × {picture_px[1]} pixels; expected at least 1")
+    fov = [float(visual_angle_deg(size, distance_mm)) for size in size_mm]
+    coarser_mm = max(size / count for size, count in zip(size_mm, picture_px, strict=True))
+    return Resolution(
+        size_mm,
+        distance_mm,
+        picture_px,
+        (display_pixels(size_mm[0], pixel_pitch_mm), display_pixels(size_mm[1], pixel_pitch_mm)),
+        (float(minimum_resolution(fov[0])), float(minimum_resolution(fov[1]))),
+        (float(nyquist_resolution(fov[0])), float(nyquist_resolution(fov[1]))),
+        0.5 * pixels_per_degree(coarser_mm, distance_mm),
+        0.5 * pixels_per_degree(pixel_pitch_mm, distance_mm),
+    )

@@ -1,0 +1,1 @@
+"""Recipes: YAML files that say which pictures there are and how they are made."""

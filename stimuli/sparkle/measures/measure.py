@@ -1,0 +1,184 @@
+"""The sparkles of one picture in a few numbers, each with its standard error.
+
+Two pictures, such as a photograph and a rendering, have the same sparkle if these numbers agree within their errors.
+Counts have the error of Poisson's law, as flakes at random places have; means that of the scatter between sparkles.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stimuli.errors import StimulusError
+from stimuli.sparkle.measures.background import Floats, Luminance
+from stimuli.sparkle.measures.find import Peaks, Threshold, find_peaks
+from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, moments
+from stimuli.sparkle.measures.profile import Profile, radial_profile
+
+# Two equal Gaussians have one top up to two standard deviations apart, unequal ones up to more: so many in the mean.
+_ONE_TOP_SD = 2.7
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A number and its standard error; NaN where there is too little to tell."""
+
+    value: float
+    se: float
+
+    def times(self, factor: float) -> Estimate:
+        """Return it in another unit."""
+        return Estimate(self.value * factor, self.se * factor)
+
+    def to_json(self) -> dict[str, float | None]:
+        """Return value and standard error, None for what cannot be told."""
+        return {
+            "value": self.value if math.isfinite(self.value) else None,
+            "se": self.se if math.isfinite(self.se) else None,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class PixelScale:
+    """How large a pixel is, on the plate and for the eye; None for what is not known."""
+
+    pixels_per_mm: float | None = None
+    pixels_per_degree: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("pixels_per_mm", "pixels_per_degree"):
+            value = getattr(self, name)
+            if value is not None and not (math.isfinite(value) and value > 0):
+                raise StimulusError(f"{name} is {value}; it must be a finite number above 0")
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SparkleMeasures:
+    """What `measure_sparkles` found.
+
+    ``contrast`` is the mean Weber contrast of each sparkle's brightest pixel (Expression 2.13), of those whose
+    background is above 0. ``area_px`` and ``width_px``, the mean area above the threshold and full width at half
+    maximum, are of sparkles that overlap with no other; ``overlapping`` do. ``merged_expected`` are further sparkles
+    that lie so near another that one was seen, if places are random. ``unfit`` have no Gaussian's form.
+    """
+
+    threshold: Threshold
+    scale: PixelScale
+    pixels: int
+    peaks: Peaks
+    moments: Moments
+    profile: Profile
+    contrast: Estimate
+    area_px: Estimate
+    width_px: Estimate
+    merged_expected: float
+
+    @property
+    def count(self) -> Estimate:
+        """How many; of none, the standard error is that of one."""
+        return Estimate(float(len(self.peaks)), math.sqrt(max(len(self.peaks), 1)))
+
+    @property
+    def overlapping(self) -> int:
+        """How many share their area above the threshold with others."""
+        return int((self.peaks.peaks_in_area > 1).sum())
+
+    @property
+    def unfit(self) -> int:
+        """How many have no Gaussian's form, so that neither width nor place within their pixel is known."""
+        return int((~self.moments.fits).sum())
+
+    @property
+    def density_per_cm2(self) -> Estimate | None:
+        """Sparkles per square centimetre of the plate."""
+        per_mm = self.scale.pixels_per_mm
+        return None if per_mm is None else self.count.times(100.0 * per_mm**2 / self.pixels)
+
+    @property
+    def density_per_deg2(self) -> Estimate | None:
+        """Sparkles per square degree of the visual field."""
+        per_degree = self.scale.pixels_per_degree
+        return None if per_degree is None else self.count.times(per_degree**2 / self.pixels)
+
+    @property
+    def half_width_px(self) -> Estimate:
+        """Half width at half maximum of the mean profile."""
+        return Estimate(self.profile.half_width_px, self.profile.half_width_se_px)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers for a manifest, without lists of sparkles."""
+        per_mm, per_degree = self.scale.pixels_per_mm, self.scale.pixels_per_degree
+        result: dict[str, Any] = {
+            "threshold": {"times": self.threshold.times, "above_cd_m2": self.threshold.above_cd_m2},
+            "count": self.count.to_json(),
+            "overlapping": self.overlapping,
+            "merged_expected": self.merged_expected,
+            "unfit": self.unfit,
+            "weber_contrast": self.contrast.to_json(),
+            "area_px": self.area_px.to_json(),
+            "full_width_px": self.width_px.to_json(),
+            "half_width_px": self.half_width_px.to_json(),
+        }
+        for name, density in (("per_cm2", self.density_per_cm2), ("per_deg2", self.density_per_deg2)):
+            if density is not None:
+                result[name] = density.to_json()
+        if per_mm is not None:
+            result["half_width_um"] = self.half_width_px.times(1000.0 / per_mm).to_json()
+            result["full_width_um"] = self.width_px.times(1000.0 / per_mm).to_json()
+            result["area_um2"] = self.area_px.times(1e6 / per_mm**2).to_json()
+        if per_degree is not None:
+            result["half_width_arcmin"] = self.half_width_px.times(60.0 / per_degree).to_json()
+        return result
+
+
+def measure_sparkles(
+    luminance_cd_m2: Luminance,
+    threshold: Threshold | None = None,
+    scale: PixelScale | None = None,
+    *,
+    window_px: int = 64,
+    separation_px: int = 2,
+) -> SparkleMeasures:
+    """Return the sparkles of a picture's luminance, float32 (rows, columns), in cd/m².
+
+    Without a ``threshold``, a sparkle is twice as bright as its background. ``window_px`` is the size of the windows
+    whose medians are the background: several times as large as a sparkle, smaller than how the light falls off.
+
+    Raises
+    ------
+    StimulusError
+        As `find_peaks` does.
+    """
+    threshold = threshold or Threshold()
+    peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px, separation_px=separation_px)
+    found = moments(luminance_cd_m2, peaks)
+    alone = peaks.peaks_in_area == 1
+    lit = peaks.background_cd_m2 > 0
+    excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
+    # Two random places are nearer than a radius with the chance of a disc of it.
+    widths = found.sd_px[alone & found.fits]
+    radius_px = max(separation_px, _ONE_TOP_SD * float(np.median(widths)) if len(widths) else 0.0)
+    chance = math.pi * radius_px**2 / luminance_cd_m2.size
+    merged = len(peaks) ** 2 / 2 * chance * (1 + len(peaks) * chance)
+    return SparkleMeasures(
+        threshold,
+        scale or PixelScale(),
+        luminance_cd_m2.size,
+        peaks,
+        found,
+        radial_profile(luminance_cd_m2, peaks, found),
+        mean_of(excess[lit] / peaks.background_cd_m2[lit]),
+        mean_of(peaks.area_px[alone].astype(np.float64)),
+        mean_of(FWHM_PER_SD * widths),
+        merged,
+    )
+
+
+def mean_of(values: Floats) -> Estimate:
+    """Return the mean of values (n,) and its standard error."""
+    if len(values) < 2:
+        return Estimate(float(values[0]) if len(values) else math.nan, math.nan)
+    return Estimate(float(values.mean()), float(values.std(ddof=1) / math.sqrt(len(values))))

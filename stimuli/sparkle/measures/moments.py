@@ -1,0 +1,209 @@
+"""Where a sparkle lies to a fraction of a pixel, how wide it is, and how much light it adds.
+
+Adaptive moments [Bernstein2002]: a round Gaussian weight is moved and widened until it fits the light that it weighs.
+For a Gaussian sparkle this is unbiased, as a centroid and a second moment over a fixed window are not, and noise far
+from the peak does not count. The weight is never narrower than pixels can sample. Width is that on the pixels, which
+includes the pixel's own: 1/12 px² of variance. Sparkles with others near them are fitted again without the light of
+those.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stimuli.sparkle.measures.background import Floats, Luminance
+from stimuli.sparkle.measures.find import Peaks
+
+# Full width at half maximum of a Gaussian, in standard deviations.
+FWHM_PER_SD = 2.0 * np.sqrt(2.0 * np.log(2.0))
+_REACH = 6  # px around a peak that are weighed
+_BLOCK = 8192  # peaks at a time
+_ROUNDS = 40
+_WIDEST = 2.5  # px: wider does not fit into the reach
+# A narrower weight would fall between the pixels that it is to weigh.
+_LEAST_WEIGHT = 1.2
+# How far, in px, a sparkle may lie from its brightest pixel: a neighbour draws farther.
+_FARTHEST = 1.0
+# Sparkles this near take part in one another's light, and how often it is taken away and they are fitted again.
+_NEIGHBOURS_PX = 9.0
+_NEIGHBOUR_ROUNDS = 3
+# How far, in px, a round may move or widen the weight of a sparkle that has come to rest.
+_REST = 1e-4
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Moments:
+    """Shape (n,) each: position in px (pixel centres are whole numbers), width, and light above the background.
+
+    ``sd_px`` is the standard deviation of a round Gaussian; ``flux_cd_m2_px`` its light, luminance times pixels. Where
+    no Gaussian fits (``fits`` False), position is the top of a parabola through the brightest pixel and its neighbours,
+    and width and light are NaN.
+    """
+
+    row_px: Floats
+    column_px: Floats
+    sd_px: Floats
+    flux_cd_m2_px: Floats
+    fits: NDArray[np.bool_]
+
+
+def moments(luminance_cd_m2: Luminance, peaks: Peaks) -> Moments:
+    """Return the adaptive moments about ``peaks`` of the luminance, float32 (rows, columns), in which they were found.
+
+    What reaches beyond the picture is left out of both the light and the weight's own moments, so that the background
+    subtracted there is none.
+    """
+    found = np.empty((4, len(peaks)))
+    fits = np.zeros(len(peaks), dtype=np.bool_)
+    for part in _parts(len(peaks)):
+        found[:, part], fits[part] = _fit(_light(luminance_cd_m2, peaks, part))
+    found[0] += peaks.row
+    found[1] += peaks.column
+    for _ in range(_NEIGHBOUR_ROUNDS):
+        _again_without_neighbours(luminance_cd_m2, peaks, found, fits)
+    return Moments(found[0], found[1], found[2], found[3], fits)
+
+
+def _parts(count: int) -> Iterator[slice]:
+    yield from (slice(start, min(start + _BLOCK, count)) for start in range(0, count, _BLOCK))
+
+
+def _again_without_neighbours(luminance: Luminance, peaks: Peaks, found: Floats, fits: NDArray[np.bool_]) -> None:
+    """Fit again, in place, each sparkle that has others near it, without their light as it was found before."""
+    from scipy.spatial import cKDTree
+
+    if len(peaks) < 2:
+        return
+    pairs = np.asarray(cKDTree(found[:2].T).query_pairs(_NEIGHBOURS_PX, output_type="ndarray"), dtype=np.int64)
+    if len(pairs) == 0:
+        return
+    pairs = np.concatenate([pairs, pairs[:, ::-1]])
+    pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
+    row, column, sd, flux = found.copy()
+    # What fits no Gaussian has, for its neighbours, the usual width.
+    usual = float(np.median(sd[fits])) if fits.any() else 1.0
+    excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
+    sd = np.where(fits, sd, usual)
+    flux = np.where(fits, flux, 2 * np.pi * (usual**2 + 1 / 12) * excess)
+    chosen, first = np.unique(pairs[:, 0], return_index=True)
+    ends = np.append(first, len(pairs))
+    for part in _parts(len(chosen)):
+        here = chosen[part]
+        near = pairs[ends[part.start] : ends[part.stop]]
+        light = _light(luminance, peaks, here)
+        _take_away(light, near, np.searchsorted(here, near[:, 0]), peaks, row, column, sd, flux)
+        found[:, here], fits[here] = _fit(light)
+        found[0, here] += peaks.row[here]
+        found[1, here] += peaks.column[here]
+
+
+def _take_away(
+    light: Floats,
+    pairs: NDArray[np.int64],
+    patch: NDArray[np.int64],
+    peaks: Peaks,
+    row: Floats,
+    column: Floats,
+    sd: Floats,
+    flux: Floats,
+) -> None:
+    """Take from each patch of ``light`` (n, k, k), in place, the Gaussians of the second of each of its pairs."""
+    from scipy.special import ndtr
+
+    edges = np.arange(-_REACH, _REACH + 2) - 0.5
+    for part in _parts(len(pairs)):
+        mine, other = pairs[part].T
+        # Integrated over each pixel, whose own width the moments hold.
+        width = np.sqrt(np.maximum(sd[other] ** 2 - 1 / 12, 0.01))[:, None]
+        down = np.diff(ndtr((edges + (peaks.row[mine] - row[other])[:, None]) / width), axis=1)
+        across = np.diff(ndtr((edges + (peaks.column[mine] - column[other])[:, None]) / width), axis=1)
+        down *= flux[other][:, None]
+        # Pairs stand in the order of their patches: one sum for each.
+        first = np.flatnonzero(np.diff(patch[part], prepend=-1))
+        light[patch[part][first]] -= np.add.reduceat(down[:, :, None] * across[:, None, :], first, axis=0)
+
+
+def patches(luminance_cd_m2: Luminance, row: NDArray[np.int64], column: NDArray[np.int64], reach: int) -> Floats:
+    """Return the luminance around places, shape (n, 2·reach + 1, 2·reach + 1); NaN beyond the picture."""
+    height, width = luminance_cd_m2.shape
+    offsets = np.arange(-reach, reach + 1)
+    rows = (row[:, None] + offsets)[:, :, None]
+    columns = (column[:, None] + offsets)[:, None, :]
+    light = luminance_cd_m2[np.clip(rows, 0, height - 1), np.clip(columns, 0, width - 1)].astype(np.float64)
+    light[np.broadcast_to((rows < 0) | (rows >= height) | (columns < 0) | (columns >= width), light.shape)] = np.nan
+    return np.asarray(light)
+
+
+def _light(luminance: Luminance, peaks: Peaks, part: slice | NDArray[np.int64]) -> Floats:
+    """Return the light above the background around peaks, shape (n, k, k); 0 beyond the picture."""
+    light = patches(luminance, peaks.row[part], peaks.column[part], _REACH)
+    light -= peaks.background_cd_m2[part][:, None, None]
+    return np.nan_to_num(light, copy=False, nan=0.0)
+
+
+def _fit(light: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+    """Return offsets down and across from the middle, width and light, (4, n), of patches, and which of them fit."""
+    offsets = np.arange(-_REACH, _REACH + 1.0)
+    n = len(light)
+    down, across, sd, flux = np.zeros(n), np.zeros(n), np.ones(n), np.zeros(n)
+    fits = np.zeros(n, dtype=np.bool_)
+    moving = np.arange(n)
+    for _ in range(_ROUNDS):
+        weighed = light[moving]
+        vertical = offsets - down[moving, None]
+        horizontal = offsets - across[moving, None]
+        weight = np.maximum(sd[moving], _LEAST_WEIGHT)
+        variance = weight**2
+        along = np.exp(-(vertical**2) / (2 * variance[:, None]))
+        beside = np.exp(-(horizontal**2) / (2 * variance[:, None]))
+        # Separable: first over the rows of each patch, then over its columns.
+        by_column = np.einsum("nij,ni->nj", weighed, along)
+        total = np.einsum("nj,nj->n", by_column, beside)
+        first_down = np.einsum("nij,ni,nj->n", weighed, along * vertical, beside)
+        first_across = np.einsum("nj,nj->n", by_column, beside * horizontal)
+        second = np.einsum("nj,nj->n", by_column, beside * horizontal**2)
+        second += np.einsum("nij,ni,nj->n", weighed, along * vertical**2, beside)
+        good = total > 0
+        safe = np.where(good, total, 1.0)
+        middle_down, middle_across = first_down / safe, first_across / safe
+        spread = np.maximum(second / (2 * safe) - 0.5 * (middle_down**2 + middle_across**2), 0.0)
+        # Two Gaussians multiply to one of variance 1 / (1/σ² + 1/weight²): what is left without the weight is σ².
+        bare = spread * variance / np.maximum(variance - spread, 0.25 * variance)
+        new_sd = np.sqrt(np.where(good, bare, sd[moving] ** 2))
+        # And its middle lies short of the light's by the same shares.
+        share = 1.0 + bare / variance
+        step_down = np.where(good, middle_down * share, 0.0)
+        step_across = np.where(good, middle_across * share, 0.0)
+        down[moving] += step_down
+        across[moving] += step_across
+        moved = np.abs(step_down) + np.abs(step_across) + np.abs(new_sd - sd[moving])
+        sd[moving] = new_sd
+        flux[moving] = total * share
+        near = good & (np.hypot(down[moving], across[moving]) < _FARTHEST) & (new_sd < _WIDEST)
+        at_rest = near & (moved < _REST)
+        fits[moving[at_rest]] = True
+        moving = moving[near & ~at_rest]
+        if len(moving) == 0:
+            break
+    unfit = ~fits
+    down[unfit], across[unfit] = _vertices(light[unfit])
+    sd[unfit] = flux[unfit] = np.nan
+    return np.stack([down, across, sd, flux]), fits
+
+
+def _vertices(light: Floats) -> tuple[Floats, Floats]:
+    """Return where parabolas through the middle pixels of patches (n, k, k) are highest, from the middle, (n,) each."""
+    middle = light[:, _REACH, _REACH]
+    tops = []
+    for before, after in (
+        (light[:, _REACH - 1, _REACH], light[:, _REACH + 1, _REACH]),
+        (light[:, _REACH, _REACH - 1], light[:, _REACH, _REACH + 1]),
+    ):
+        bend = 2 * (2 * middle - before - after)
+        top = np.divide(after - before, bend, out=np.zeros_like(bend), where=bend > 0)
+        tops.append(np.clip(top, -0.5, 0.5))
+    return tops[0], tops[1]

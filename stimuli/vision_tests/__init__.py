@@ -1,0 +1,1 @@
+"""Pictures of vision tests: random-dot stereograms, Landolt rings, pseudoisochromatic plates."""

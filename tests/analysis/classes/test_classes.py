@@ -1,0 +1,119 @@
+"""Perceptual classes against the thesis, a published display, and the definition."""
+
+from __future__ import annotations
+
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from analysis.classes.classes import classify, letter_display, numbered
+from analysis.classes.multiplicity import Adjust
+from analysis.errors import ResultsError
+from analysis.scaling.bradley_terry import fit, probabilities
+
+# Medina 2016, Table 4.4: samples 8 2 7 1 5 9 3 10 4 6.
+PRINTED = np.array([0.0296, 0.0432, 0.0543, 0.0718, 0.0740, 0.0751, 0.0762, 0.1149, 0.2036, 0.2574])
+PRINTED_CLASSES = ("5", "4", "3+4", "3", "3", "3", "3", "2", "1", "1")
+
+
+def differing(n: int, same: list[tuple[int, int]]) -> NDArray[np.bool_]:
+    differs = ~np.eye(n, dtype=bool)
+    for first, second in same:
+        differs[first, second] = differs[second, first] = False
+    return differs
+
+
+def graphs(n: int = 7) -> st.SearchStrategy[NDArray[np.bool_]]:
+    pairs = list(combinations(range(n), 2))
+    return st.lists(st.booleans(), min_size=len(pairs), max_size=len(pairs)).map(
+        lambda same: differing(n, [pair for pair, is_same in zip(pairs, same, strict=True) if is_same])
+    )
+
+
+def expected_counts() -> NDArray[np.float64]:
+    wins = 30 * probabilities(np.log(PRINTED))
+    np.fill_diagonal(wins, 0)
+    return wins
+
+
+def test_table_4_4_gives_back_its_classes() -> None:
+    fitted = fit(expected_counts())
+    classes = classify(fitted.theta, fitted.covariance, alpha=0.045, adjust="none")
+    assert classes.labels == PRINTED_CLASSES
+    assert classes.p[0, 1] == pytest.approx(0.038, abs=5e-4)
+    assert classes.p[2, 6] == pytest.approx(0.049, abs=5e-4)
+
+
+def test_table_4_4_under_benjamini_hochberg_puts_sample_2_in_two_classes() -> None:
+    fitted = fit(expected_counts())
+    classes = classify(fitted.theta, fitted.covariance, alpha=0.05, adjust="bh")
+    assert len(classes.members) == 5
+    assert classes.labels[1] == "4+5"
+
+
+def test_a_chain_of_three_pairs_has_the_published_letters() -> None:
+    letters = letter_display(differing(5, [(0, 1), (1, 2), (2, 3)]))
+    members = numbered(letters, np.array([5.0, 4, 3, 2, 1]))
+    assert members == ((0, 1), (1, 2), (2, 3), (4,))
+
+
+@given(graphs())
+def test_items_share_a_class_if_and_only_if_they_do_not_differ(differs: NDArray[np.bool_]) -> None:
+    letters = letter_display(differs)
+    for first, second in combinations(range(len(differs)), 2):
+        shared = any(first in letter and second in letter for letter in letters)
+        assert shared == (not differs[first, second])
+    assert set().union(*letters) == set(range(len(differs)))
+
+
+@given(graphs())
+def test_no_class_and_no_membership_can_be_spared(differs: NDArray[np.bool_]) -> None:
+    letters = letter_display(differs)
+    for index, letter in enumerate(letters):
+        for item in letter:
+            thinner = [*letters[:index], letter - {item}, *letters[index + 1 :]]
+            lonely = not any(item in other for other in thinner)
+            split = any(
+                not differs[item, mate] and not any({item, mate} <= other for other in thinner)
+                for mate in range(len(differs))
+                if mate != item
+            )
+            assert lonely or split
+
+
+def test_a_redundant_letter_is_swept() -> None:
+    """The outer triangles of a triangulated hexagon cover the inner one, which insert-and-absorb keeps."""
+    same = [(0, 1), (0, 3), (1, 3), (1, 2), (1, 4), (2, 4), (3, 4), (3, 5), (4, 5)]
+    letters = letter_display(differing(6, same))
+    assert sorted(sorted(letter) for letter in letters) == [[0, 1, 3], [1, 2, 4], [3, 4, 5]]
+
+
+@settings(max_examples=25)
+@given(st.permutations(range(10)), st.sampled_from(["none", "holm", "bh"]))
+def test_the_order_of_the_items_does_not_matter(order: list[int], adjust: Adjust) -> None:
+    wins = expected_counts()
+    straight, shuffled = fit(wins), fit(wins[np.ix_(order, order)])
+    known = classify(straight.theta, straight.covariance, alpha=0.045, adjust=adjust)
+    found = classify(shuffled.theta, shuffled.covariance, alpha=0.045, adjust=adjust)
+    assert found.labels == tuple(known.labels[item] for item in order)
+
+
+def test_class_1_holds_the_best_item_and_equal_items_share_one() -> None:
+    assert classify(np.zeros(4), np.eye(4) - 0.25).labels == ("1", "1", "1", "1")
+    apart = classify(np.array([-50.0, 50.0, 0.0]), np.eye(3) - 1 / 3)
+    assert apart.labels == ("3", "1", "2")
+
+
+@pytest.mark.parametrize("alpha", [0.0, 1.0, -1.0, float("nan")])
+def test_a_level_out_of_range_is_refused(alpha: float) -> None:
+    with pytest.raises(ResultsError, match="alpha"):
+        classify(np.zeros(2), np.eye(2), alpha=alpha)
+
+
+def test_items_without_strengths_are_refused() -> None:
+    with pytest.raises(ResultsError, match="finite"):
+        classify(np.full(2, np.nan), np.eye(2))

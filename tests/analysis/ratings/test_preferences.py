@@ -1,0 +1,51 @@
+"""How often stereo was chosen, by observer."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.ratings.preferences import preferences
+from analysis.records.session_record import SessionLog, Trial
+from analysis.report.summary import summarise
+
+Maker = Callable[..., SessionLog]
+ANSWERS = [("a", "b"), ("b", "a"), ("a", "b")]
+
+
+def _session(make_session: Maker, observer: str, *views: str) -> SessionLog:
+    session = make_session(observer, names="ab", answers=ANSWERS)
+    trials = [Trial(3, n, "preference", (), 1.0, "2026", {"chosen_view": view}) for n, view in enumerate(views)]
+    return replace(session, answers=(*session.answers, *trials))
+
+
+def test_they_are_counted_by_observer(make_session: Maker) -> None:
+    sessions = [
+        _session(make_session, "01", "stereo", "stereo", "flat"),
+        _session(make_session, "02", "flat"),
+        _session(make_session, "03", "stereo", "flat"),
+        _session(make_session, "04"),
+    ]
+    counted = preferences(sessions)
+    assert counted.by_observer == {"01": (2, 1), "02": (0, 1), "03": (1, 1)}
+    assert (counted.stereo, counted.flat) == (3, 3)
+    assert (counted.observers_for_stereo, counted.observers_for_flat) == (1, 1)
+    summary = summarise(sessions)
+    assert summary.to_json()["preferences"]["observers"]["01"] == {"stereo": 2, "flat": 1}
+    said = "Of 6 preferences between stereo and flat, 3 are for stereo; of 3 observers, 1 chose stereo more often"
+    assert any(note.startswith(said) for note in summary.notes)
+    assert summary.trials == 12
+
+
+def test_the_last_attempt_counts(make_session: Maker) -> None:
+    session = _session(make_session, "01", "flat")
+    again = replace(session.answers[-1], attempt=1, data={"chosen_view": "stereo"})
+    assert preferences([replace(session, answers=(*session.answers, again))]).by_observer == {"01": (1, 0)}
+
+
+def test_a_damaged_answer_is_refused(make_session: Maker) -> None:
+    with pytest.raises(ResultsError, match="chose the view 'both'"):
+        preferences([_session(make_session, "01", "both")])

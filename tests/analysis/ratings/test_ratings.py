@@ -1,0 +1,158 @@
+"""Ratings of single stimuli: means, standardisation, and BT.500's rule by hand."""
+
+from __future__ import annotations
+
+import json
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis.errors import ResultsError
+from analysis.ratings.ratings import RaterScreening, outlying, summarise_ratings
+from analysis.records.session_record import SessionLog, Trial
+
+Maker = Callable[..., SessionLog]
+NAMES = ("a", "b", "c")
+
+
+@pytest.fixture
+def make_ratings(make_session: Maker) -> Maker:
+    def make(
+        observer: str, ratings: Mapping[str, Sequence[float]], scale: str = "quality", **header: Any
+    ) -> SessionLog:
+        session = make_session(observer, names=NAMES, answers=[], **header)
+        trials = [
+            Trial(1, number, "rating", (), 1.0, "2026", {"stimulus": name, "ratings": {"quality": value}})
+            for number, (name, value) in enumerate(
+                (name, value) for name, values in ratings.items() for value in values
+            )
+        ]
+        return replace(session, answers=tuple(trials))
+
+    return make
+
+
+def test_means_are_over_observers_with_student_s_limits(make_ratings: Maker) -> None:
+    sessions = [
+        make_ratings("01", {"a": [1, 3], "b": [5]}),
+        make_ratings("02", {"a": [4], "b": [5]}),
+        make_ratings("03", {"a": [6], "b": [2], "c": [3]}),
+    ]
+    (scale,) = summarise_ratings(sessions).scales
+    a, b, c = scale.scores
+    assert (a.stimulus, a.observers, a.mean, a.sd) == ("a", 3, 4.0, 2.0)
+    # Student's t with two degrees of freedom: 4.3027.
+    assert a.interval == pytest.approx((4 - 4.30265 * 2 / 3**0.5, 4 + 4.30265 * 2 / 3**0.5), abs=1e-4)
+    assert b.mean == 4.0
+    assert (c.observers, c.mean, c.interval, c.sd) == (1, 3.0, None, None)
+    json.dumps(summarise_ratings(sessions).to_json(), allow_nan=False)
+
+
+def test_how_an_observer_uses_the_scale_drops_out_of_z(make_ratings: Maker) -> None:
+    plain = {"a": [1.0], "b": [2.0], "c": [6.0]}
+    wide = {name: [10 * values[0] + 7] for name, values in plain.items()}
+    (scale,) = summarise_ratings([make_ratings("01", plain), make_ratings("02", wide)]).scales
+    values = np.array([1.0, 2.0, 6.0])
+    z = (values - 3) / values.std(ddof=1)
+    for score, expected in zip(scale.scores, z, strict=True):
+        assert score.z == pytest.approx(expected)
+        assert score.z_interval == pytest.approx((expected, expected))
+    assert [one.sd for one in scale.observers] == pytest.approx([values.std(ddof=1), 10 * values.std(ddof=1)])
+
+
+def test_an_observer_without_spread_has_no_z(make_ratings: Maker) -> None:
+    flat, plain = {name: [4.0] for name in NAMES}, {"a": [1.0], "b": [2.0], "c": [6.0]}
+    (scale,) = summarise_ratings([make_ratings("01", flat), make_ratings("02", plain)]).scales
+    assert scale.scores[0].z == pytest.approx(-2 / np.std([1, 2, 6], ddof=1))
+    assert scale.scores[0].z_interval is None
+    (alone,) = summarise_ratings([make_ratings("01", flat)]).scales
+    assert [score.z for score in alone.scores] == [None, None, None]
+
+
+def _slow(ratings: np.ndarray) -> tuple[list[int], list[int]]:
+    """The rule, step by step, as the Recommendation has it (Annex 1, Section 2.3.1)."""
+    above, below = [0] * len(ratings), [0] * len(ratings)
+    for j in range(ratings.shape[1]):
+        known = [i for i in range(len(ratings)) if not math.isnan(ratings[i, j])]
+        n = len(known)
+        if n < 2:
+            continue
+        mean = sum(ratings[i, j] for i in known) / n
+        m2 = sum((ratings[i, j] - mean) ** 2 for i in known) / n
+        m4 = sum((ratings[i, j] - mean) ** 4 for i in known) / n
+        if m2 == 0:
+            continue
+        s = math.sqrt(m2 * n / (n - 1))
+        factor = 2 if 2 <= m4 / m2**2 <= 4 else math.sqrt(20)
+        for i in known:
+            above[i] += ratings[i, j] >= mean + factor * s
+            below[i] += ratings[i, j] <= mean - factor * s
+    return above, below
+
+
+@settings(max_examples=60, deadline=None)
+@given(st.integers(0, 10_000))
+def test_outlying_ratings_are_those_of_the_rule(seed: int) -> None:
+    random = np.random.default_rng(seed)
+    ratings = np.round(random.standard_t(2, (60, 6)), 3)
+    ratings[random.random(ratings.shape) < 0.1] = np.nan
+    above, below = outlying(ratings)
+    assert (above.tolist(), below.tolist()) == _slow(ratings)
+
+
+def test_far_is_the_root_of_twenty_where_the_law_is_not_normal() -> None:
+    """Of n ratings, n − 1 alike, the other lies (n − 1)/√n standard deviations off: 4.38 of 21, 4.48 of 22."""
+    for people, far in ((21, 0), (22, 1)):
+        above, below = outlying(np.array([[5.0]] * (people - 1) + [[9.0]]))
+        assert (above[-1], above.sum(), below.sum()) == (far, far, 0)
+
+
+def test_only_who_scatters_to_both_sides_is_flagged(make_ratings: Maker) -> None:
+    """Nineteen observers who rate alike, one who is far off to both sides in turn, and one who is always too high."""
+    sessions = []
+    for number in range(19):
+        random = np.random.default_rng(number)
+        sessions.append(make_ratings(f"{number:02d}", {name: random.normal(5, 1.2, 8).tolist() for name in NAMES}))
+    both = make_ratings("wild", {name: [9.0, 1.0] * 4 for name in NAMES})
+    one = make_ratings("high", {name: [9.0] * 8 for name in NAMES})
+    by = {rater.observer: rater for rater in summarise_ratings([*sessions, both, one]).scales[0].observers}
+    assert by["wild"].outlying > 0.5
+    assert by["wild"].flagged
+    assert by["high"].one_sided == 1.0
+    assert not by["high"].flagged
+    assert sum(rater.flagged for rater in by.values()) <= 2
+
+
+def test_limits_of_the_rule() -> None:
+    assert not RaterScreening("x", 100, 5.0, 1.0, 3, 2).flagged  # 5 % is not more than 5 %
+    assert RaterScreening("x", 99, 5.0, 1.0, 3, 2).flagged
+    assert not RaterScreening("x", 20, 5.0, 1.0, 13, 7).flagged  # 0.3 is not below 0.3
+    assert RaterScreening("x", 20, 5.0, 1.0, 0, 0).one_sided is None
+
+
+@pytest.mark.parametrize(
+    ("data", "what"),
+    [
+        ({"stimulus": "x", "ratings": {"quality": 3}}, "'x', no stimulus"),
+        ({"stimulus": "a"}, "no ratings by name"),
+        ({"stimulus": "a", "ratings": {"quality": float("inf")}}, "inf for 'quality'"),
+        ({"stimulus": "a", "ratings": {"quality": None}}, "None for 'quality'"),
+    ],
+)
+def test_a_damaged_record_is_refused(make_ratings: Maker, data: dict[str, Any], what: str) -> None:
+    session = make_ratings("01", {"a": [3]})
+    with pytest.raises(ResultsError, match=what):
+        summarise_ratings([replace(session, answers=(replace(session.answers[0], data=data),))])
+
+
+def test_no_rating_and_mixtures_are_refused(make_ratings: Maker) -> None:
+    with pytest.raises(ResultsError, match="no rating of a stimulus"):
+        summarise_ratings([make_ratings("01", {})])
+    with pytest.raises(ResultsError, match="'gloss'"):
+        summarise_ratings([make_ratings("01", {"a": [1]}), make_ratings("02", {"a": [1]}, experiment="gloss")])

@@ -1,0 +1,77 @@
+"""Conjugate gradients against the dense fit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.sparse import csr_array
+
+from analysis.errors import ResultsError
+from analysis.scaling.bradley_terry import fit, probabilities
+from analysis.scaling.bradley_terry_sparse import fit_sparse
+
+
+def ring_with_chords(n: int, chords: int, seed: int, *, losses: bool = True) -> NDArray[np.float64]:
+    """Counts whose graph of wins is strongly connected through a ring; without ``losses`` it is won one way round."""
+    random = np.random.default_rng(seed)
+    wins = np.zeros((n, n))
+    ring = np.arange(n)
+    wins[ring, (ring + 1) % n] = random.integers(1, 9, n)
+    if losses:
+        wins[(ring + 1) % n, ring] = random.integers(1, 9, n)
+    first, step = random.integers(n, size=chords), random.integers(1, n, size=chords)
+    np.add.at(wins, (first, (first + step) % n), random.integers(1, 9, chords))
+    return wins
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(3, 60), st.integers(0, 200), st.integers(0, 2**32))
+def test_the_sparse_fit_is_the_dense_fit(n: int, chords: int, seed: int) -> None:
+    wins = ring_with_chords(n, chords, seed)
+    dense, sparse = fit(wins), fit_sparse(csr_array(wins))
+    assert sparse.converged
+    assert sparse.theta == pytest.approx(dense.theta, abs=1e-10)
+    assert sparse.log_likelihood == pytest.approx(dense.log_likelihood, rel=1e-10)
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.integers(3, 60), st.integers(0, 3), st.integers(0, 2**32))
+def test_a_ring_won_one_way_round_fulfils_the_likelihood_equations(n: int, chords: int, seed: int) -> None:
+    """Some item then wins against one stronger by far: its θ is only as certain as the last digit of its flow."""
+    wins = ring_with_chords(n, chords, seed, losses=False)
+    for fitted in (fit(wins), fit_sparse(csr_array(wins))):
+        assert fitted.converged
+        flow = wins * probabilities(fitted.theta).T
+        assert np.abs((flow - flow.T).sum(axis=1)).max() <= 1e-13 * wins.sum()
+
+
+def test_a_thousand_items_of_which_few_were_compared() -> None:
+    wins = ring_with_chords(1000, 10_000, 1)
+    sparse = fit_sparse(csr_array(wins))
+    assert sparse.converged
+    assert np.abs(sparse.theta - fit(wins).theta).max() < 1e-10
+    assert sparse.products < 200
+
+
+def test_separated_items_are_reported_and_not_fitted() -> None:
+    fitted = fit_sparse(csr_array(np.array([[0.0, 1, 1], [0, 0, 1], [0, 1, 0]])))
+    assert fitted.separated
+    assert not fitted.converged
+    assert np.isnan(fitted.theta).all()
+
+
+@pytest.mark.parametrize(
+    ("wins", "what"),
+    [
+        ([[0.0, 1.0]], "shape"),
+        ([[0, -1], [1, 0]], "negative"),
+        ([[1, 1], [1, 0]], "diagonal"),
+        ([[0, np.nan], [1, 0]], "NaN"),
+    ],
+)
+def test_counts_that_are_no_counts_are_refused(wins: list[list[float]], what: str) -> None:
+    with pytest.raises(ResultsError, match=what):
+        fit_sparse(csr_array(np.array(wins, dtype=float)))

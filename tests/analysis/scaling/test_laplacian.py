@@ -1,0 +1,75 @@
+"""Elimination against LAPACK and against exact fractions."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from analysis.scaling import laplacian
+
+Floats = NDArray[np.float64]
+
+
+def graphs(n: int, batch: int, low: float, high: float) -> st.SearchStrategy[Floats]:
+    """Symmetric weights, their exponents spread evenly."""
+
+    def build(seed: int) -> Floats:
+        random = np.random.default_rng(seed)
+        weights = np.exp(random.uniform(np.log(low), np.log(high), (n, n, batch)))
+        upper = np.triu(np.ones((n, n)), 1)[:, :, None] * weights
+        return upper + upper.transpose(1, 0, 2)
+
+    return st.integers(0, 2**32).map(build)
+
+
+@given(graphs(6, 3, 0.1, 10))
+def test_both_ways_of_solving_agree(weights: Floats) -> None:
+    right = np.random.default_rng(1).normal(size=(6, 2, 3))
+    right -= right.mean(axis=0)
+    slow, fast = laplacian.by_elimination(weights, right), laplacian.by_lapack(weights, right)
+    assert slow == pytest.approx(fast, abs=1e-12)
+    assert slow.sum(axis=0) == pytest.approx(0, abs=1e-13)
+
+
+@given(graphs(5, 1, 0.1, 10))
+def test_the_pseudo_inverse_is_that_of_numpy(weights: Floats) -> None:
+    plain = weights[:, :, 0]
+    matrix = np.diag(plain.sum(axis=1)) - plain
+    assert laplacian.pseudo_inverse(plain) == pytest.approx(np.linalg.pinv(matrix), abs=1e-12)
+
+
+@settings(max_examples=30, deadline=None)
+@given(graphs(5, 1, 1e-12, 1e12))
+def test_elimination_is_exact_to_rounding_however_far_the_weights_span(weights: Floats) -> None:
+    right = np.array([1.0, 0, 0, 0, -1.0])
+    found = laplacian.by_elimination(weights, right[:, None, None])[:, 0, 0]
+    exact = _exact(weights[:, :, 0], right)
+    span = float(exact.max() - exact.min())
+    assert found - found[0] == pytest.approx(exact, rel=1e-13, abs=1e-13 * span)
+
+
+def _exact(weights: Floats, right: Floats) -> Floats:
+    """Solve with fractions, item 0 held at zero."""
+    n = len(weights)
+    weight = [[Fraction(float(value)) for value in row] for row in weights]
+    rows = [
+        [sum(weight[i], Fraction()) if i == j else -weight[i][j] for j in range(1, n)] + [Fraction(float(right[i]))]
+        for i in range(1, n)
+    ]
+    for k in range(n - 1):
+        for other in range(n - 1):
+            if other != k:
+                factor = rows[other][k] / rows[k][k]
+                rows[other] = [a - factor * b for a, b in zip(rows[other], rows[k], strict=True)]
+    return np.array([0.0] + [float(rows[k][-1] / rows[k][k]) for k in range(n - 1)])
+
+
+def test_strong_flows_cancel_and_the_weak_one_survives() -> None:
+    first, second = np.array([0, 0, 1, 2]), np.array([1, 2, 2, 3])
+    flow = np.array([1e16 / 3, -1e16 / 3, 1e16 / 3, 1.0])[:, None]
+    assert laplacian.net_flows(flow, first, second, 4, exact=True)[:, 0].tolist() == [0, 0, 1, -1]

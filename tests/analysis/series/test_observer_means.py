@@ -1,0 +1,97 @@
+"""Intervals over observers, against slow ways to the same and against the truth."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from analysis.bootstrap import tails
+from analysis.report.summary import wilson_interval
+from analysis.series.observer_means import means, shares
+
+
+def test_means_are_those_of_all_answers() -> None:
+    total, count = np.array([[4.0, 0.0], [9.0, 3.0], [1.0, 0.0]]), np.array([[2.0, 0.0], [3.0, 1.0], [1.0, 0.0]])
+    one, other = means(total, count)
+    assert one.value == pytest.approx(14 / 6)
+    assert (one.answers, one.observers) == (6, 3)
+    assert one.low is not None
+    assert one.high is not None
+    assert one.low < 14 / 6 < one.high
+    assert (other.value, other.low, other.high, other.observers) == (3.0, None, None, 1)
+
+
+def test_an_interval_is_that_of_observers_drawn_one_by_one() -> None:
+    random = np.random.default_rng(3)
+    values = random.normal(5, 2, 12)
+    (found,) = means(values[:, None], np.ones((12, 1)), replicates=20_000)
+    draws = np.sort([values[random.integers(0, 12, 12)].mean() for _ in range(20_000)])
+    tail = tails.widened(0.025, 12)
+    assert found.low == pytest.approx(draws[int(tail * 20_000)], abs=0.06)
+    assert found.high == pytest.approx(draws[int((1 - tail) * 20_000)], abs=0.06)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    st.lists(st.tuples(st.integers(0, 5), st.integers(1, 5)), min_size=2, max_size=8),
+    st.sampled_from([1e-3, 1.0, 1e9]),
+    st.randoms(use_true_random=False),
+)
+def test_the_order_of_observers_changes_no_digit(rows: list[tuple[int, int]], scale: float, random: object) -> None:
+    total = np.array([[scale * a] for a, _ in rows])
+    count = np.array([[float(b)] for _, b in rows])
+    order = np.arange(len(rows))
+    random.shuffle(order)  # type: ignore[attr-defined]  # the test knows its kind
+    assert means(total, count, replicates=200) == means(total[order], count[order], replicates=200)
+    assert shares(np.minimum(total / scale, count), count) == shares(
+        np.minimum(total[order] / scale, count[order]), count[order]
+    )
+
+
+def test_a_share_of_independent_answers_has_wilson_s_interval() -> None:
+    (found,) = shares(np.array([[1.0]] * 4 + [[0.0]] * 11), np.ones((15, 1)))
+    assert (found.low, found.high) == pytest.approx(wilson_interval(4 / 15, 15))
+
+
+def test_answers_that_only_repeat_an_observer_s_first_add_nothing() -> None:
+    once = shares(np.array([[1.0]] * 4 + [[0.0]] * 11), np.ones((15, 1)))[0]
+    (five,) = shares(np.array([[5.0]] * 4 + [[0.0]] * 11), np.full((15, 1), 5.0))
+    assert once.low is not None
+    assert once.high is not None
+    assert five.low == pytest.approx(once.low, abs=0.01)
+    assert five.high == pytest.approx(once.high, abs=0.02)
+    (none,) = shares(np.zeros((15, 1)), np.full((15, 1), 5.0))
+    assert (none.low, none.high) == pytest.approx(wilson_interval(0.0, 15))
+
+
+def test_answers_are_worth_what_their_scatter_among_observers_says() -> None:
+    chosen, of = np.array([0.0, 1.0, 2.0, 5.0, 4.0, 0.0]), np.full(6, 5.0)
+    (found,) = shares(chosen[:, None], of[:, None])
+    # Of equal numbers of answers: the variance of the observers' own shares over that of a share of 30.
+    effect = (chosen / 5).var(ddof=1) / 6 / (0.4 * 0.6 / 30)
+    assert effect > 1
+    assert (found.low, found.high) == pytest.approx(wilson_interval(0.4, 30 / effect))
+
+
+def test_nothing_comes_of_nothing() -> None:
+    assert shares(np.zeros((3, 1)), np.zeros((3, 1)))[0].value is None
+    assert means(np.zeros((3, 1)), np.zeros((3, 1)))[0].value is None
+
+
+@pytest.mark.parametrize("cluster", [False, True])
+def test_intervals_hold_the_truth(cluster: bool) -> None:
+    """15 observers, five answers each, with observers of their own leaning: 400 studies, at least 92 %."""
+    random = np.random.default_rng(11)
+    held_mean = held_share = 0
+    for _ in range(400):
+        lean = random.beta(1.5, 3.5, 15) if cluster else np.full(15, 0.3)
+        chosen = random.binomial(5, lean)[:, None].astype(float)
+        (share,) = shares(chosen, np.full((15, 1), 5.0))
+        held_share += share.low is not None and share.high is not None and share.low <= 0.3 <= share.high
+        (mean,) = means(chosen, np.full((15, 1), 5.0), replicates=400)
+        held_mean += mean.low is not None and mean.high is not None and mean.low <= 0.3 <= mean.high
+    # 92 % of 400 less two standard errors.
+    assert held_share >= 357
+    assert held_mean >= 357

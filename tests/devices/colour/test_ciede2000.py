@@ -1,0 +1,191 @@
+"""CIEDE2000 against every pair that its authors published, colour-science, and a slow twin; its terms likewise."""
+
+from __future__ import annotations
+
+import colour
+import numpy as np
+import pytest
+from colour.difference.delta_e import intermediate_attributes_CIE2000
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from numpy.typing import NDArray
+
+from devices.colour.ciede2000 import delta_e_2000, delta_e_2000_parts
+from devices.errors import DeviceError
+
+# Sharma, Wu & Dalal 2005, Table 1: L, a, b of the pair, and ΔE00 to four decimals.
+SHARMA = np.array(
+    [
+        [50, 2.6772, -79.7751, 50, 0, -82.7485, 2.0425],
+        [50, 3.1571, -77.2803, 50, 0, -82.7485, 2.8615],
+        [50, 2.8361, -74.0200, 50, 0, -82.7485, 3.4412],
+        [50, -1.3802, -84.2814, 50, 0, -82.7485, 1.0000],
+        [50, -1.1848, -84.8006, 50, 0, -82.7485, 1.0000],
+        [50, -0.9009, -85.5211, 50, 0, -82.7485, 1.0000],
+        [50, 0, 0, 50, -1, 2, 2.3669],
+        [50, -1, 2, 50, 0, 0, 2.3669],
+        [50, 2.4900, -0.0010, 50, -2.4900, 0.0009, 7.1792],
+        [50, 2.4900, -0.0010, 50, -2.4900, 0.0010, 7.1792],
+        [50, 2.4900, -0.0010, 50, -2.4900, 0.0011, 7.2195],
+        [50, 2.4900, -0.0010, 50, -2.4900, 0.0012, 7.2195],
+        [50, -0.0010, 2.4900, 50, 0.0009, -2.4900, 4.8045],
+        [50, -0.0010, 2.4900, 50, 0.0010, -2.4900, 4.8045],
+        [50, -0.0010, 2.4900, 50, 0.0011, -2.4900, 4.7461],
+        [50, 2.5, 0, 50, 0, -2.5, 4.3065],
+        [50, 2.5, 0, 73, 25, -18, 27.1492],
+        [50, 2.5, 0, 61, -5, 29, 22.8977],
+        [50, 2.5, 0, 56, -27, -3, 31.9030],
+        [50, 2.5, 0, 58, 24, 15, 19.4535],
+        [50, 2.5, 0, 50, 3.1736, 0.5854, 1.0000],
+        [50, 2.5, 0, 50, 3.2972, 0, 1.0000],
+        [50, 2.5, 0, 50, 1.8634, 0.5757, 1.0000],
+        [50, 2.5, 0, 50, 3.2592, 0.3350, 1.0000],
+        [60.2574, -34.0099, 36.2677, 60.4626, -34.1751, 39.4387, 1.2644],
+        [63.0109, -31.0961, -5.8663, 62.8187, -29.7946, -4.0864, 1.2630],
+        [61.2901, 3.7196, -5.3901, 61.4292, 2.2480, -4.9620, 1.8731],
+        [35.0831, -44.1164, 3.7933, 35.0232, -40.0716, 1.5901, 1.8645],
+        [22.7233, 20.0904, -46.6940, 23.0331, 14.9730, -42.5619, 2.0373],
+        [36.4612, 47.8580, 18.3852, 36.2715, 50.5065, 21.2231, 1.4146],
+        [90.8027, -2.0831, 1.4410, 91.1528, -1.6435, 0.0447, 1.4441],
+        [90.9257, -0.5406, -0.9208, 88.6381, -0.8985, -0.7239, 1.5381],
+        [6.7747, -0.2908, -2.4247, 5.8714, -0.0985, -2.2286, 0.6377],
+        [2.0776, 0.0795, -1.1350, 0.9033, -0.0636, -0.5514, 0.9082],
+    ]
+)
+
+finite = st.floats(-128, 128)
+lab_pairs = hnp.arrays(np.float64, st.tuples(st.integers(1, 20), st.just(6)), elements=finite)
+
+
+def delta_e_2000_plain(lab1: NDArray[np.float64], lab2: NDArray[np.float64]) -> float:
+    """The slow obvious twin: the paper's equations in degrees, one pair at a time."""
+    L1, a1, b1 = lab1
+    L2, a2, b2 = lab2
+    C_bar = (np.hypot(a1, b1) + np.hypot(a2, b2)) / 2
+    G = 0.5 * (1 - np.sqrt(C_bar**7 / (C_bar**7 + 25**7)))
+    a1p, a2p = (1 + G) * a1, (1 + G) * a2
+    C1, C2 = np.hypot(a1p, b1), np.hypot(a2p, b2)
+    h1 = np.degrees(np.arctan2(b1, a1p)) % 360 if C1 else 0.0
+    h2 = np.degrees(np.arctan2(b2, a2p)) % 360 if C2 else 0.0
+    gap = h2 - h1
+    if C1 * C2 == 0:
+        turn, h_bar = 0.0, h1 + h2
+    elif abs(gap) <= 180 + 1e-9:
+        turn, h_bar = gap, (h1 + h2) / 2
+    else:
+        turn = gap - 360 if gap > 180 else gap + 360
+        h_bar = (h1 + h2 + 360) / 2 if h1 + h2 < 360 - 1e-9 else (h1 + h2 - 360) / 2
+    dH = 2 * np.sqrt(C1 * C2) * np.sin(np.radians(turn / 2))
+    L_bar, C_bar = (L1 + L2) / 2, (C1 + C2) / 2
+
+    def cosine(degrees: float) -> float:
+        return float(np.cos(np.radians(degrees)))
+
+    T = 1 - 0.17 * cosine(h_bar - 30) + 0.24 * cosine(2 * h_bar) + 0.32 * cosine(3 * h_bar + 6)
+    T -= 0.20 * cosine(4 * h_bar - 63)
+    theta = 30 * np.exp(-(((h_bar - 275) / 25) ** 2))
+    R_C = 2 * np.sqrt(C_bar**7 / (C_bar**7 + 25**7))
+    S_L = 1 + 0.015 * (L_bar - 50) ** 2 / np.sqrt(20 + (L_bar - 50) ** 2)
+    L, C, H = (L2 - L1) / S_L, (C2 - C1) / (1 + 0.045 * C_bar), dH / (1 + 0.015 * C_bar * T)
+    return float(np.sqrt(L**2 + C**2 + H**2 - np.sin(np.radians(2 * theta)) * R_C * C * H))
+
+
+def test_all_pairs_of_sharma_wu_and_dalal() -> None:
+    np.testing.assert_allclose(delta_e_2000(SHARMA[:, :3], SHARMA[:, 3:6]), SHARMA[:, 6], rtol=0, atol=1e-4)
+    np.testing.assert_allclose(delta_e_2000(SHARMA[:, 3:6], SHARMA[:, :3]), SHARMA[:, 6], rtol=0, atol=1e-4)
+
+
+def test_against_colour_science_in_more_than_a_block() -> None:
+    random = np.random.default_rng(3)
+    low, high = [0, -120, -120], [100, 120, 120]
+    first, second = random.uniform(low, high, (2, 50_001, 3))
+    second[::2] = first[::2] + random.normal(0, 1, first[::2].shape)
+    expected = colour.delta_E(first, second, method="CIE 2000")
+    np.testing.assert_allclose(delta_e_2000(first, second), expected, rtol=0, atol=1e-9)
+
+
+def test_hues_exactly_opposite() -> None:
+    random = np.random.default_rng(4)
+    chroma = random.uniform(-100, 100, (2000, 2))
+    scale = -random.choice([0.125, 0.5, 1.0, 2.0, 3.0], (2000, 1))
+    first = np.column_stack([np.full(2000, 50.0), chroma])
+    second = np.column_stack([np.full(2000, 40.0), chroma * scale])
+    twin = [delta_e_2000_plain(one, other) for one, other in zip(first, second, strict=True)]
+    np.testing.assert_allclose(delta_e_2000(first, second), twin, rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("second", [[50.0, 0.0, 0.0], [50.0, 30.0, -40.0], [50.0, -0.0, 0.0], [0.0, 0.0, 0.0]])
+def test_neutral_colours_have_no_hue(second: list[float]) -> None:
+    for neutral in ([50.0, 0.0, 0.0], [50.0, -0.0, -0.0], [70.0, 0.0, -0.0]):
+        got = float(delta_e_2000(neutral, second))
+        assert got == pytest.approx(delta_e_2000_plain(np.array(neutral), np.array(second)), abs=1e-9)
+        assert got == pytest.approx(float(colour.delta_E(neutral, second, method="CIE 2000")), abs=1e-9)
+
+
+@given(lab_pairs)
+def test_any_pair_equals_the_plain_twin_and_is_symmetric(pairs: NDArray[np.float64]) -> None:
+    pairs = np.round(pairs, 6)
+    got = delta_e_2000(pairs[:, :3], pairs[:, 3:])
+    np.testing.assert_allclose(got, delta_e_2000(pairs[:, 3:], pairs[:, :3]), rtol=0, atol=1e-9)
+    twin = [delta_e_2000_plain(pair[:3], pair[3:]) for pair in pairs]
+    np.testing.assert_allclose(got, twin, rtol=0, atol=1e-9)
+
+
+@given(lab_pairs)
+def test_equal_colours_do_not_differ(pairs: NDArray[np.float64]) -> None:
+    assert np.all(delta_e_2000(pairs[:, :3], pairs[:, :3]) == 0)
+
+
+def test_shapes_broadcast_and_nan_stays_nan() -> None:
+    assert delta_e_2000(np.zeros((4, 5, 3)), [50, 0, 0]).shape == (4, 5)
+    assert delta_e_2000([1, 2, 3], [3, 2, 1]).shape == ()
+    assert delta_e_2000(np.zeros((0, 3)), np.zeros((0, 3))).shape == (0,)
+    assert np.isnan(delta_e_2000([np.nan, 0, 0], [50, 0, 0]))
+    with pytest.raises(DeviceError, match="three numbers"):
+        delta_e_2000(np.zeros((2, 4)), np.zeros((2, 4)))
+
+
+def test_terms_equal_those_of_colour_science() -> None:
+    random = np.random.default_rng(5)
+    first, second = random.uniform([0, -120, -120], [100, 120, 120], (2, 20_001, 3))
+    second[::2] = first[::2] + random.normal(0, 1, first[::2].shape)
+    parts = delta_e_2000_parts(first, second)
+    theirs = intermediate_attributes_CIE2000(first, second)
+    # Their hue difference has the sign of the second hue minus the first, ours too.
+    for ours, name in (
+        (parts.delta_L, "delta_L_p"),
+        (parts.delta_C, "delta_C_p"),
+        (parts.delta_H, "delta_H_p"),
+        (parts.S_L, "S_L"),
+        (parts.S_C, "S_C"),
+        (parts.S_H, "S_H"),
+        (parts.R_T, "R_T"),
+    ):
+        np.testing.assert_allclose(ours, getattr(theirs, name), rtol=0, atol=1e-9, err_msg=name)
+
+
+@given(lab_pairs)
+def test_terms_make_up_the_difference(pairs: NDArray[np.float64]) -> None:
+    parts = delta_e_2000_parts(pairs[:, :3], pairs[:, 3:])
+    lightness, chroma, hue = parts.delta_L / parts.S_L, parts.delta_C / parts.S_C, parts.delta_H / parts.S_H
+    square = lightness**2 + chroma**2 + hue**2 + parts.R_T * chroma * hue
+    np.testing.assert_allclose(parts.delta_e, np.sqrt(np.maximum(square, 0.0)), rtol=0, atol=1e-12)
+    np.testing.assert_array_equal(parts.delta_e, delta_e_2000(pairs[:, :3], pairs[:, 3:]))
+
+
+@given(lab_pairs)
+def test_terms_change_sign_with_the_order(pairs: NDArray[np.float64]) -> None:
+    forth = delta_e_2000_parts(pairs[:, :3], pairs[:, 3:])
+    back = delta_e_2000_parts(pairs[:, 3:], pairs[:, :3])
+    np.testing.assert_allclose(forth.delta_L, -back.delta_L, rtol=0, atol=0)
+    np.testing.assert_allclose(forth.delta_C, -back.delta_C, rtol=0, atol=1e-12)
+    np.testing.assert_allclose(np.abs(forth.delta_H), np.abs(back.delta_H), rtol=0, atol=1e-9)
+    np.testing.assert_allclose(forth.S_L, back.S_L, rtol=1e-12)
+
+
+def test_colours_stored_as_float32_are_reckoned_in_float64() -> None:
+    first, second = np.random.default_rng(6).uniform([0, -90, -90], [100, 90, 90], (2, 500, 3)).astype(np.float32)
+    exact = delta_e_2000(first.astype(np.float64), second.astype(np.float64))
+    np.testing.assert_array_equal(delta_e_2000(first, second), exact)
+    assert delta_e_2000_parts(first[0], second[0]).delta_e.shape == ()

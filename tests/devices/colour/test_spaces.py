@@ -1,0 +1,83 @@
+"""Colour spaces against colour-science."""
+
+from __future__ import annotations
+
+import colour
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra import numpy as hnp
+from numpy.typing import NDArray
+
+from devices.colour.spaces import (
+    XYZ_from_xyY,
+    lab_to_xyz,
+    rgb_to_xyz_matrix,
+    xyY_from_XYZ,
+    xyz_to_lab,
+)
+from devices.errors import DeviceError
+
+D65 = np.array([95.047, 100.0, 108.883])
+
+
+@given(hnp.arrays(np.float64, (6, 3), elements=st.floats(0, 500)))
+def test_lab_equals_colour_science_and_comes_back(xyz: NDArray[np.float64]) -> None:
+    lab = xyz_to_lab(xyz, D65)
+    expected = colour.XYZ_to_Lab(xyz / 100, colour.XYZ_to_xy(D65 / 100))
+    np.testing.assert_allclose(lab, expected, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(lab_to_xyz(lab, D65), xyz, rtol=1e-9, atol=1e-9)
+
+
+def test_lab_is_continuous_where_the_cube_root_begins() -> None:
+    edge = (6 / 29) ** 3 * D65
+    below, above = xyz_to_lab(edge * (1 - 1e-12), D65), xyz_to_lab(edge * (1 + 1e-12), D65)
+    np.testing.assert_allclose(below, above, atol=1e-9)
+
+
+@given(hnp.arrays(np.float64, (6, 3), elements=st.floats(1e-6, 1e6)))
+def test_chromaticity_and_luminance_come_back(xyz: NDArray[np.float64]) -> None:
+    xyY = xyY_from_XYZ(xyz)
+    np.testing.assert_allclose(xyY, colour.XYZ_to_xyY(xyz), rtol=1e-9, atol=1e-12)
+    # The third component is 1 - x - y: what cancels there is bounded by the largest of the three.
+    np.testing.assert_allclose(
+        XYZ_from_xyY(xyY) / xyz.max(), xyz / xyz.max(), rtol=0, atol=1e-8 * (1 + xyz.max() / xyz[:, 1].min())
+    )
+
+
+def test_black_has_no_chromaticity() -> None:
+    np.testing.assert_array_equal(xyY_from_XYZ([0, 0, 0]), [0, 0, 0])
+    np.testing.assert_array_equal(XYZ_from_xyY([0, 0, 0]), [0, 0, 0])
+    with pytest.raises(DeviceError, match="y = 0"):
+        XYZ_from_xyY([0.5, 0, 1])
+
+
+def test_the_matrix_of_srgb_and_of_xyz_itself() -> None:
+    matrix = rgb_to_xyz_matrix((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.3290))
+    srgb = colour.RGB_COLOURSPACES["sRGB"]
+    np.testing.assert_allclose(
+        matrix, colour.normalised_primary_matrix(srgb.primaries, srgb.whitepoint), rtol=0, atol=1e-12
+    )
+    np.testing.assert_allclose(rgb_to_xyz_matrix((1, 0), (0, 1), (0, 0), (1 / 3, 1 / 3)), np.eye(3), atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    "chromaticities",
+    [
+        ((0.1, 0.1), (0.2, 0.2), (0.3, 0.3), (0.3127, 0.329)),
+        ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3, 0.0)),
+        ((np.nan, 0.33), (0.30, 0.60), (0.15, 0.06), (0.3127, 0.329)),
+    ],
+)
+def test_primaries_that_make_no_colours_are_refused(chromaticities: tuple[tuple[float, float], ...]) -> None:
+    with pytest.raises(DeviceError):
+        rgb_to_xyz_matrix(*chromaticities)
+
+
+@pytest.mark.parametrize("white", [[0, 1, 1], [np.nan, 1, 1], [1, 1], [-1, 1, 1]])
+def test_a_white_that_cannot_be_is_refused(white: list[float]) -> None:
+    with pytest.raises(DeviceError, match="white"):
+        xyz_to_lab([1, 1, 1], white)
+    with pytest.raises(DeviceError, match="white"):
+        lab_to_xyz([1, 1, 1], white)

@@ -1,0 +1,115 @@
+"""What the gamut clip costs, against colour-science and by counting."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.clip_cost import clip_cost
+from devices.display.display_file import read_display
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
+
+ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
+
+
+def _plain() -> DisplayModel:
+    curve = ToneCurve(gamma=2.2)
+    return DisplayModel(np.zeros(3), np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]]), (curve, curve, curve))
+
+
+def test_a_picture_inside_the_gamut_costs_nothing() -> None:
+    model = _plain()
+    linear = np.random.default_rng(0).uniform(0.01, 0.99, (50, 40, 3))
+    cost = clip_cost(model, linear @ model.primaries_XYZ_cd_m2.T)
+    assert (cost.delta_e_00_mean, cost.delta_e_00_max, cost.clipping.any_channel) == (0.0, 0.0, 0)
+    assert cost.clipping.pixels == 2000
+
+
+def test_the_cost_is_the_ciede2000_of_asked_and_shown() -> None:
+    colour = pytest.importorskip("colour", reason="colour-science is the oracle")
+    model = _plain()
+    linear = np.random.default_rng(1).uniform(-0.05, 1.4, (300, 3))
+    asked = np.maximum(linear @ model.primaries_XYZ_cd_m2.T, 0.0)
+    shown = np.clip(model.linear(asked), 0, 1) @ model.primaries_XYZ_cd_m2.T
+    white = model.white_XYZ_cd_m2
+
+    def lab(xyz: np.ndarray) -> np.ndarray:
+        return np.asarray(colour.XYZ_to_Lab(xyz / white[1], colour.XYZ_to_xy(white)))
+
+    expected = np.asarray(colour.delta_E(lab(asked), lab(shown), method="CIE 2000"))
+    cost = clip_cost(model, asked)
+    assert cost.delta_e_00_mean == pytest.approx(expected.mean(), abs=1e-6)
+    assert cost.delta_e_00_max == pytest.approx(expected.max(), abs=1e-6)
+    assert cost.clipping.any_channel == np.count_nonzero(
+        ((model.linear(asked) < -1e-6) | (model.linear(asked) > 1 + 1e-6)).any(axis=1)
+    )
+
+
+def test_light_that_a_channel_s_full_drive_does_not_reach_is_a_cost() -> None:
+    """Table 3.6's red gives 0.98 of its light at full drive; asked for 1 it is not out of gamut but falls short."""
+    model = read_display(ASUS).models("side-by-side").left
+    cost = clip_cost(model, model.primaries_XYZ_cd_m2[:, 0])
+    assert cost.clipping.any_channel == 0
+    assert cost.delta_e_00_max > 0.1
+
+
+def test_leaving_out_the_pixels_shown_as_asked_changes_nothing() -> None:
+    model = read_display(ASUS).models("side-by-side").left
+    linear = np.random.default_rng(2).uniform(-0.02, 1.1, (2000, 3)) ** 3
+    asked = np.maximum(linear @ model.primaries_XYZ_cd_m2.T, 0.0)
+    white = model.white_XYZ_cd_m2
+    everywhere = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(model.xyz(model.code(asked)), white))
+    cost = clip_cost(model, asked)
+    assert cost.delta_e_00_mean == pytest.approx(everywhere.mean(), abs=1e-9)
+    assert cost.delta_e_00_max == pytest.approx(everywhere.max(), abs=1e-9)
+
+
+def _slow(model: DisplayModel, xyz_cd_m2: np.ndarray) -> tuple[float, float, tuple[int, ...]]:
+    """Mean and maximum ΔE00 and the counts, of all pixels at once."""
+    asked = np.asarray(xyz_cd_m2, dtype=np.float64).reshape(-1, 3)
+    linear = model.linear(asked)
+    lowest = [max(0.0, float(curve.linear(0.0))) for curve in model.curves]
+    highest = [min(1.0, float(curve.linear(1.0))) for curve in model.curves]
+    changed = ((linear < lowest) | (linear > highest)).any(axis=1)
+    white = model.white_XYZ_cd_m2
+    difference = delta_e_2000(
+        xyz_to_lab(np.maximum(asked, 0.0), white), xyz_to_lab(model.xyz(model.code(asked)), white)
+    )
+    counted = model.clipping(asked)
+    counts = counted.pixels, counted.red, counted.green, counted.blue, counted.any_channel, counted.above_full
+    cost = np.where(changed, difference, 0.0)
+    return float(cost.mean()), float(cost.max()), counts
+
+
+def _lifted() -> DisplayModel:
+    """A display whose red has light at code 0, and whose blue does not reach full."""
+    curves = ToneCurve(0.98, 0.0, 2.2, 0.01), ToneCurve(gamma=2.2), ToneCurve(0.96, 0.02, 1.8)
+    return DisplayModel(np.full(3, 0.03), _plain().primaries_XYZ_cd_m2, curves)
+
+
+@pytest.mark.parametrize("model", [_plain(), _lifted(), read_display(ASUS).models("side-by-side").left])
+@pytest.mark.parametrize("spread", [0.0, 0.02, 0.7])
+def test_blocks_come_to_what_all_pixels_at_once_do(model: DisplayModel, spread: float) -> None:
+    rng = np.random.default_rng(int(100 * spread))
+    # Three blocks: too little light is asked for in two, too much in the last, and the rest of each is within limits.
+    linear = rng.uniform(0.02, 0.9, (20_000, 3))
+    linear[8_000:9_000] = rng.uniform(-0.05 - spread, 0.5, (1_000, 3))
+    linear[17_000:] = rng.uniform(0.5, 1.02 + spread, (3_000, 3))
+    asked = (model.black_XYZ_cd_m2 + linear @ model.primaries_XYZ_cd_m2.T).astype(np.float32).reshape(100, 200, 3)
+    cost = clip_cost(model, asked)
+    mean, most, counts = _slow(model, asked)
+    clipping = cost.clipping
+    found = clipping.pixels, clipping.red, clipping.green, clipping.blue, clipping.any_channel, clipping.above_full
+    assert found == counts
+    # Sums in another order.
+    assert cost.delta_e_00_mean == pytest.approx(mean, rel=1e-12)
+    assert cost.delta_e_00_max == pytest.approx(most, rel=1e-9)
+    assert mean > 0.0
+
+
+def test_no_pixels_cost_nothing() -> None:
+    cost = clip_cost(_plain(), np.zeros((0, 3)))
+    assert (cost.clipping.pixels, cost.delta_e_00_mean, cost.delta_e_00_max) == (0, 0.0, 0.0)

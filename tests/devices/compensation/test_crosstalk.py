@@ -1,0 +1,418 @@
+"""Crosstalk: fitted from readings, undone by the six equations, cancelled within what a display can show."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from devices.characterise.crosstalk_fit import CrosstalkReading, fit_crosstalk
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.crosstalk import Crosstalk, check_leakage
+from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk, needed_lift, seen_XYZ
+from devices.compensation.dither import dither_codes, dither_thresholds
+from devices.compensation.gain_map import GainMap, Normalise
+from devices.display.display_file import Eye, EyeModels, read_display
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
+from devices.errors import DeviceError
+
+ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
+Floats = NDArray[np.float64]
+
+LEFT_PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
+RIGHT_PRIMARIES = LEFT_PRIMARIES * np.array([0.95, 1.02, 0.9]) + 0.1
+BLACKS: dict[Eye, Floats] = {"left": np.array([0.021, 0.022, 0.031]), "right": np.array([0.019, 0.02, 0.034])}
+# A shutter that leaks each channel by its own share, more blue than red; as K = M · diag(share) · M⁻¹.
+LEAK = Crosstalk(
+    LEFT_PRIMARIES @ np.diag([0.02, 0.03, 0.06]) @ np.linalg.inv(RIGHT_PRIMARIES),
+    RIGHT_PRIMARIES @ np.diag([0.025, 0.03, 0.05]) @ np.linalg.inv(LEFT_PRIMARIES),
+)
+NONE = Crosstalk(np.zeros((3, 3)), np.zeros((3, 3)))
+COLOURS = {"black": [0, 0, 0], "red": [1, 0, 0], "green": [0, 1, 0], "blue": [0, 0, 1], "white": [1, 1, 1]}
+
+matrices = st.lists(st.floats(-0.02, 0.12), min_size=9, max_size=9).map(lambda v: np.array(v).reshape(3, 3))
+crosstalks = st.builds(Crosstalk, matrices, matrices)
+
+
+def _models() -> EyeModels:
+    curves = (ToneCurve(gamma=2.1), ToneCurve(gamma=2.2), ToneCurve(gamma=2.3))
+    return EyeModels(
+        DisplayModel(BLACKS["left"], LEFT_PRIMARIES, curves), DisplayModel(BLACKS["right"], RIGHT_PRIMARIES, curves)
+    )
+
+
+def _reading(eye: Eye, left: str, right: str, noise: Floats | None = None) -> CrosstalkReading:
+    seen = LEAK.seen(LEFT_PRIMARIES @ COLOURS[left], RIGHT_PRIMARIES @ COLOURS[right])[0 if eye == "left" else 1]
+    x, y, z = (seen + BLACKS[eye] + (0 if noise is None else noise)).tolist()
+    return CrosstalkReading(eye, left, right, (x, y, z))
+
+
+def _readings(*colours: str) -> list[CrosstalkReading]:
+    """Black, and for each eye every colour alone and every colour leaking into its black."""
+    found = [_reading("left", "black", "black"), _reading("right", "black", "black")]
+    for colour in colours:
+        found += [_reading("left", colour, "black"), _reading("right", "black", colour)]
+        found += [_reading("left", "black", colour), _reading("right", colour, "black")]
+    return found
+
+
+# The six equations
+
+
+@given(crosstalks, st.integers(0, 2**32 - 1))
+def test_solving_undoes_the_forward_model(crosstalk: Crosstalk, seed: int) -> None:
+    left, right = np.random.default_rng(seed).uniform(0, 100, (2, 5, 4, 3))
+    back = crosstalk.solve(*crosstalk.seen(left, right))
+    assert np.abs(back[0] - left).max() < 1e-10
+    assert np.abs(back[1] - right).max() < 1e-10
+
+
+@given(crosstalks, st.integers(0, 2**32 - 1))
+def test_the_fast_way_is_the_plain_one(crosstalk: Crosstalk, seed: int) -> None:
+    left, right = np.random.default_rng(seed).uniform(0, 100, (2, 6, 3))
+    seen, sent = crosstalk.seen(left, right), crosstalk.solve(left, right)
+    for i in range(6):
+        assert seen[0][i] == pytest.approx(left[i] + crosstalk.left @ right[i], rel=1e-12)
+        assert seen[1][i] == pytest.approx(right[i] + crosstalk.right @ left[i], rel=1e-12)
+        system = np.block([[np.eye(3), crosstalk.left], [crosstalk.right, np.eye(3)]])
+        both = np.linalg.solve(system, np.concatenate([left[i], right[i]]))
+        assert np.concatenate([sent[0][i], sent[1][i]]) == pytest.approx(both, abs=1e-10)
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_without_crosstalk_everything_stays_as_it_is(seed: int) -> None:
+    left, right = np.random.default_rng(seed).uniform(-5, 100, (2, 3, 3))
+    for found in (NONE.seen(left, right), NONE.solve(left, right)):
+        assert np.array_equal(found[0], left)
+        assert np.array_equal(found[1], right)
+
+
+@given(crosstalks, st.integers(0, 2**32 - 1))
+def test_exchanging_the_eyes_exchanges_the_answers(crosstalk: Crosstalk, seed: int) -> None:
+    left, right = np.random.default_rng(seed).uniform(0, 26, (2, 4, 3))
+    sent = crosstalk.solve(left, right)
+    swapped = crosstalk.swapped().solve(right, left)
+    assert np.abs(swapped[1] - sent[0]).max() < 1e-10
+    assert np.abs(swapped[0] - sent[1]).max() < 1e-10
+    models = _models()
+    ours = cancel_crosstalk(models, LEAK, left, right)
+    theirs = cancel_crosstalk(EyeModels(models.right, models.left), LEAK.swapped(), right, left)
+    assert ours.left_linear == pytest.approx(theirs.right_linear, abs=1e-12)
+    assert ours.right.delta_e_00_mean == pytest.approx(theirs.left.delta_e_00_mean, abs=1e-9)
+    assert (ours.left.negative, ours.right.negative) == (theirs.right.negative, theirs.left.negative)
+
+
+@pytest.mark.parametrize("bad", [np.zeros((2, 3)), np.full((3, 3), np.nan), np.eye(3)])
+def test_matrices_that_cannot_be_undone_are_refused(bad: Floats) -> None:
+    with pytest.raises(DeviceError, match=r"3 × 3 finite numbers|cannot be undone"):
+        Crosstalk(bad, bad if bad.shape == (3, 3) else np.zeros((3, 3)))
+
+
+def test_light_that_is_not_finite_or_of_other_shape_is_refused() -> None:
+    with pytest.raises(DeviceError, match="2 values of the right eye's light are not finite"):
+        LEAK.solve(np.zeros((2, 3)), [[0, np.nan, 0], [np.inf, 0, 0]])
+    with pytest.raises(DeviceError, match="expected one"):
+        LEAK.seen(np.zeros((2, 3)), np.zeros((3, 3)))
+    with pytest.raises(DeviceError, match="expected one"):
+        LEAK.seen(np.zeros((2, 4)), np.zeros((2, 4)))
+
+
+# The fit
+
+
+def test_coloured_readings_give_the_matrices_back() -> None:
+    for colours in (("red", "green", "blue"), ("red", "green", "blue", "white")):
+        fit = fit_crosstalk(_readings(*colours))
+        assert (fit.left.kind, fit.right.kind) == ("full", "full")
+        assert fit.left.readings == len(colours)
+        assert np.abs(fit.crosstalk.left - LEAK.left).max() < 1e-12
+        assert np.abs(fit.crosstalk.right - LEAK.right).max() < 1e-12
+        assert fit.left.residual_max_cd_m2 < 1e-12
+
+
+def test_white_alone_gives_a_diagonal_that_explains_white() -> None:
+    fit = fit_crosstalk(_readings("white"))
+    assert (fit.left.kind, fit.right.kind) == ("diagonal", "diagonal")
+    for found, true, white in (
+        (fit.crosstalk.left, LEAK.left, RIGHT_PRIMARIES.sum(axis=1)),
+        (fit.crosstalk.right, LEAK.right, LEFT_PRIMARIES.sum(axis=1)),
+    ):
+        assert np.count_nonzero(found - np.diag(np.diag(found))) == 0
+        assert found @ white == pytest.approx(true @ white, rel=1e-12)
+    assert fit.left.residual_max_cd_m2 < 1e-12
+
+
+def test_a_diagonal_is_nearer_the_truth_than_the_smallest_norm() -> None:
+    """The smallest norm that explains white has rank one; on the primaries its leak is several times as wrong."""
+    white = RIGHT_PRIMARIES.sum(axis=1)
+    leak = LEAK.left @ white
+    smallest = np.outer(leak, white) / (white @ white)
+    diagonal = fit_crosstalk(_readings("white")).crosstalk.left
+    error = [np.abs((found - LEAK.left) @ RIGHT_PRIMARIES).max() for found in (smallest, diagonal)]
+    assert error[1] < error[0] / 3
+
+
+def test_two_colours_do_not_determine_a_matrix_and_leave_a_residual() -> None:
+    fit = fit_crosstalk(_readings("red", "white"))
+    assert fit.left.kind == "diagonal"
+    assert fit.left.residual_max_cd_m2 > 0.01
+
+
+def test_the_least_squares_fit_is_that_of_the_normal_equations() -> None:
+    rng = np.random.default_rng(3)
+    readings = [
+        replace(r, XYZ_cd_m2=tuple((np.array(r.XYZ_cd_m2) + rng.normal(0, 0.003, 3)).tolist()))
+        for r in _readings("red", "green", "blue", "white")
+    ]
+    fit = fit_crosstalk(readings)
+    value = {(r.eye, r.left, r.right): np.array(r.XYZ_cd_m2) for r in readings}
+    black = {eye: value[eye, "black", "black"] for eye in ("left", "right")}
+    names = ("red", "green", "blue", "white")
+    sent = np.array([value["right", "black", name] - black["right"] for name in names])
+    leaked = np.array([value["left", "black", name] - black["left"] for name in names])
+    expected = np.linalg.inv(sent.T @ sent) @ sent.T @ leaked
+    assert fit.crosstalk.left == pytest.approx(expected.T, abs=1e-12)
+    assert fit.left.residual_rms_cd_m2 == pytest.approx(np.sqrt(np.mean((leaked - sent @ expected) ** 2)))
+    assert 0 < fit.left.residual_max_cd_m2 < 0.02
+
+
+def test_a_leak_over_a_lit_picture_counts_as_well() -> None:
+    readings = _readings("red", "green", "blue")
+    mixed = [_reading("left", "red", "green"), _reading("right", "blue", "red")]
+    fit = fit_crosstalk([*readings, *mixed])
+    assert (fit.left.readings, fit.right.readings) == (4, 4)
+    assert np.abs(fit.crosstalk.left - LEAK.left).max() < 1e-12
+
+
+def test_four_readings_suffice_where_black_is_given() -> None:
+    readings = [r for r in _readings("white") if (r.left, r.right) != ("black", "black")]
+    assert len(readings) == 4
+    given_black = fit_crosstalk(readings, BLACKS)
+    assert given_black.crosstalk.left == pytest.approx(fit_crosstalk(_readings("white")).crosstalk.left, abs=1e-12)
+    above_black = [replace(r, XYZ_cd_m2=tuple((np.array(r.XYZ_cd_m2) - BLACKS[r.eye]).tolist())) for r in readings]
+    subtracted = fit_crosstalk(above_black, {"left": np.zeros(3), "right": np.zeros(3)})
+    assert subtracted.crosstalk.left == pytest.approx(given_black.crosstalk.left, abs=1e-12)
+
+
+def test_equal_readings_are_averaged() -> None:
+    noise = np.array([0.01, -0.02, 0.03])
+    readings = [*_readings("red", "green", "blue")]
+    twice = [r for r in readings if (r.eye, r.right) != ("left", "red")]
+    twice += [_reading("left", "black", "red", noise), _reading("left", "black", "red", -noise)]
+    assert np.abs(fit_crosstalk(twice).crosstalk.left - LEAK.left).max() < 1e-12
+
+
+@pytest.mark.parametrize(
+    ("drop", "part"),
+    [
+        (("left", "black", "black"), "the left eye's black was not measured"),
+        (("right", "white", "black"), "nothing was measured of what leaks into the right eye"),
+        (("right", "black", "white"), "a leak into the left eye needs a reading of the right eye's white alone"),
+    ],
+)
+def test_a_missing_reading_is_named(drop: tuple[str, str, str], part: str) -> None:
+    readings = [r for r in _readings("white") if (r.eye, r.left, r.right) != drop]
+    with pytest.raises(DeviceError, match=part):
+        fit_crosstalk(readings)
+
+
+@pytest.mark.parametrize(
+    ("xyz", "part"),
+    [
+        ((0.0, -0.5, 0.0), "less than none of it"),
+        ((60.0, 60.0, 60.0), "more than all of it"),
+        ((float("nan"), 1.0, 1.0), "needs three finite numbers"),
+    ],
+)
+def test_impossible_leaks_are_refused(xyz: tuple[float, float, float], part: str) -> None:
+    readings = [r for r in _readings("white") if (r.eye, r.left, r.right) != ("left", "black", "white")]
+    with pytest.raises(DeviceError, match=part):
+        fit_crosstalk([*readings, CrosstalkReading("left", "black", "white", xyz)])
+
+
+def test_leaks_are_judged_on_the_display_s_colours() -> None:
+    check_leakage(LEAK, LEFT_PRIMARIES, RIGHT_PRIMARIES)
+    with pytest.raises(DeviceError, match=r"the left eye sees -.* of the right eye's red .*less than none"):
+        check_leakage(Crosstalk(-0.05 * np.eye(3), LEAK.right), LEFT_PRIMARIES, RIGHT_PRIMARIES)
+    with pytest.raises(DeviceError, match=r"the right eye sees .* of the left eye's red .*more than all"):
+        check_leakage(Crosstalk(LEAK.left, 1.5 * np.eye(3)), LEFT_PRIMARIES, RIGHT_PRIMARIES)
+
+
+# Cancelling
+
+
+def _pictures(models: EyeModels, low: float, high: float) -> tuple[Floats, Floats]:
+    """Random colours in gamut, channels' linear light in low..high."""
+    linear = np.random.default_rng(8).uniform(low, high, (2, 40, 30, 3))
+    left, right = (
+        model.black_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T
+        for model, light in zip((models.left, models.right), linear, strict=True)
+    )
+    return left, right
+
+
+def _codes(models: EyeModels, linear: tuple[Floats, Floats]) -> list[Floats]:
+    pairs = zip((models.left, models.right), linear, strict=True)
+    return [
+        np.stack([curve.code(light[..., i]) for i, curve in enumerate(model.curves)], axis=-1) for model, light in pairs
+    ]
+
+
+def _delta_e(model: DisplayModel, asked: Floats, seen: Floats) -> Floats:
+    white = model.white_XYZ_cd_m2
+    return delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(seen, white))
+
+
+def test_the_loop_closes_where_there_is_light_to_subtract_from() -> None:
+    """Asked, solved, as codes, sent, leaked, seen: exact without rounding, within rounding with it."""
+    models = _models()
+    asked = _pictures(models, 0.08, 0.9)
+    cancelled = cancel_crosstalk(models, LEAK, *asked)
+    for cost in (cancelled.left, cancelled.right):
+        assert (cost.negative, cost.above_full) == (0, 0)
+        assert cost.worst_residual_cd_m2 < 1e-12
+        assert cost.delta_e_00_max < 1e-6
+    exact = _codes(models, (cancelled.left_linear, cancelled.right_linear))
+    rounded = [np.round(codes * 255) / 255 for codes in exact]
+    plain = [
+        np.round(model.code(xyz) * 255) / 255 for model, xyz in zip((models.left, models.right), asked, strict=True)
+    ]
+    for eye in (0, 1):
+        model = (models.left, models.right)[eye]
+        assert _delta_e(model, asked[eye], seen_XYZ(models, LEAK, *exact)[eye]).max() < 1e-6
+        with_rounding = _delta_e(model, asked[eye], seen_XYZ(models, LEAK, *rounded)[eye])
+        assert with_rounding.mean() < 0.15
+        assert with_rounding.max() < 1.0
+        assert _delta_e(model, asked[eye], seen_XYZ(models, LEAK, *plain)[eye]).mean() > 5 * with_rounding.mean()
+
+
+def test_the_loop_closes_in_the_mean_with_dithering() -> None:
+    """Uniform patches of both eyes, dithered codes, leaked light: means over one mask period."""
+    models = _models()
+    left, right = _pictures(models, 0.08, 0.9)
+    left, right = left[0, :12], right[0, :12]
+    cancelled = cancel_crosstalk(models, LEAK, left, right)
+    thresholds = [dither_thresholds(64, 64, eye, "independent") for eye in ("left", "right")]
+    for i in range(12):
+        codes = []
+        for model, linear, threshold in (
+            (models.left, cancelled.left_linear[i], thresholds[0]),
+            (models.right, cancelled.right_linear[i], thresholds[1]),
+        ):
+            sent = model.black_XYZ_cd_m2 + linear @ model.primaries_XYZ_cd_m2.T
+            codes.append(dither_codes(model, np.broadcast_to(sent, (64, 64, 3)), threshold) / 255)
+        seen = [light.reshape(-1, 3).mean(axis=0) for light in seen_XYZ(models, LEAK, *codes)]
+        assert _delta_e(models.left, left[i], seen[0]) <= 0.05
+        assert _delta_e(models.right, right[i], seen[1]) <= 0.05
+
+
+@pytest.mark.parametrize("normalise", ["minimum", "centre"])
+def test_the_loop_closes_on_an_uneven_panel(normalise: Normalise) -> None:
+    """Divide by the gain, cancel, send: the panel dims what both eyes get, black included."""
+    models = _models()
+    gain_map = GainMap(np.array([[0.7, 0.9], [0.8, 1.1]]), (30, 40), "corners", normalise)
+    gain = gain_map.over(np.arange(30) + 0.5, np.arange(40) + 0.5)
+    asked = _pictures(models, 0.2, 0.5)
+    left, right = (gain_map.corrected(xyz, gain) for xyz in asked)
+    cancelled = cancel_crosstalk(models, LEAK, left, right)
+    assert (cancelled.left.negative, cancelled.right.above_full) == (0, 0)
+    seen = seen_XYZ(models, LEAK, *_codes(models, (cancelled.left_linear, cancelled.right_linear)))
+    for xyz, found in zip(asked, seen, strict=True):
+        assert np.abs(gain[..., None] * found - gain_map.delivered_share * xyz).max() < 1e-9
+
+
+def test_a_ghost_on_black_is_clipped_counted_and_costed() -> None:
+    models = _models()
+    black, white = models.left.black_XYZ_cd_m2, models.right.white_XYZ_cd_m2
+    left = np.broadcast_to(black, (10, 3)).copy()
+    right = np.broadcast_to(models.right.black_XYZ_cd_m2, (10, 3)).copy()
+    right[:3] = white
+    cancelled = cancel_crosstalk(models, LEAK, left, right)
+    assert (cancelled.left.pixels, cancelled.left.negative, cancelled.right.negative) == (10, 3, 0)
+    assert cancelled.left.percent_negative == pytest.approx(30.0)
+    # Nothing can be taken away, so the whole leak of white stays; the right eye gets exactly its white.
+    ghost = LEAK.left @ RIGHT_PRIMARIES.sum(axis=1)
+    assert cancelled.left.worst_residual_cd_m2 == pytest.approx(ghost.max(), rel=1e-9)
+    expected = float(_delta_e(models.left, black, black + ghost))
+    assert cancelled.left.delta_e_00_max == pytest.approx(expected, rel=1e-9)
+    assert cancelled.left.delta_e_00_mean == pytest.approx(0.3 * expected, rel=1e-9)
+    assert cancelled.right_linear[:3] == pytest.approx(1.0, abs=1e-12)
+    assert cancelled.right.worst_residual_cd_m2 < 1e-12
+    assert cancelled.left.to_json()["percent_negative"] == 30.0
+
+
+def test_the_second_look_at_the_clipped_eye_leaves_less() -> None:
+    models = _models()
+    left, right = _pictures(models, -0.2, 1.0)
+    cancelled = cancel_crosstalk(models, LEAK, left, right)
+    mix = channel_crosstalk(models, LEAK)
+    wanted = [np.clip(m.linear(xyz), 0, 1) for m, xyz in ((models.left, left), (models.right, right))]
+    once = [np.clip(light, 0, 1) for light in mix.solve(*wanted)]
+    seen_once, seen_twice = mix.seen(*once), mix.seen(cancelled.left_linear, cancelled.right_linear)
+    for eye in (0, 1):
+        error = [np.abs(seen[eye] - wanted[eye]) for seen in (seen_once, seen_twice)]
+        untouched = (cancelled.left_linear, cancelled.right_linear)[eye] > 0
+        assert error[1].mean() < error[0].mean()
+        assert error[1][untouched].max() < 0.06**2 * 0.2
+        assert error[0][untouched].max() > 0.06**2 * 0.2
+
+
+def test_lifting_by_just_what_is_needed_leaves_nothing_to_clip() -> None:
+    models = _models()
+    left, right = _pictures(models, -0.05, 0.8)
+    lift = needed_lift(models, LEAK, left, right)
+    assert 0 < lift < 0.08
+    lifted = cancel_crosstalk(models, LEAK, left, right, lift)
+    assert (lifted.left.negative, lifted.right.negative, lifted.left.above_full) == (0, 0, 0)
+    assert max(lifted.left.worst_residual_cd_m2, lifted.right.worst_residual_cd_m2) < 1e-12
+    less = cancel_crosstalk(models, LEAK, left, right, 0.999 * lift)
+    assert less.left.negative + less.right.negative >= 1
+    # What is seen is what was asked, in gamut, plus that share of each eye's white.
+    seen = seen_XYZ(models, LEAK, *_codes(models, (lifted.left_linear, lifted.right_linear)))
+    for model, asked, found in ((models.left, left, seen[0]), (models.right, right, seen[1])):
+        in_gamut = np.clip(model.linear(asked), 0, 1) + lift
+        assert found == pytest.approx(model.black_XYZ_cd_m2 + in_gamut @ model.primaries_XYZ_cd_m2.T, abs=1e-9)
+
+
+def test_what_the_lift_pushes_beyond_white_is_counted() -> None:
+    models = _models()
+    left = np.linspace(0.5, 1.0, 11)[:, None] * (models.left.white_XYZ_cd_m2 - BLACKS["left"]) + BLACKS["left"]
+    right = np.linspace(0.5, 1.0, 11)[:, None] * (models.right.white_XYZ_cd_m2 - BLACKS["right"]) + BLACKS["right"]
+    assert cancel_crosstalk(models, LEAK, left, right).left.above_full == 0
+    lifted = cancel_crosstalk(models, LEAK, left, right, 0.12)
+    assert (lifted.left.above_full, lifted.right.above_full) == (3, 3)  # 0.9, 0.95 and 1
+    assert lifted.left.to_json()["percent_above_full"] == pytest.approx(27.2727)
+
+
+def test_pictures_that_need_no_lift_get_none() -> None:
+    models = _models()
+    assert needed_lift(models, LEAK, *_pictures(models, 0.1, 0.9)) == 0.0
+    assert needed_lift(models, NONE, *_pictures(models, -0.1, 0.9)) == 0.0
+
+
+def test_without_crosstalk_cancelling_is_the_plain_model() -> None:
+    model = read_display(ASUS).models("side-by-side").left
+    models = EyeModels(model, model)
+    left, right = _pictures(models, -0.1, 1.1)
+    cancelled = cancel_crosstalk(models, NONE, left, right)
+    for xyz, linear in ((left, cancelled.left_linear), (right, cancelled.right_linear)):
+        assert np.abs(_codes(models, (linear, linear))[0] - model.code(xyz)).max() < 1e-12
+    assert (cancelled.left.negative, cancelled.left.worst_residual_cd_m2) == (0, 0.0)
+
+
+def test_what_is_wrong_with_the_pictures_or_the_lift_is_said() -> None:
+    models = _models()
+    good = np.ones((2, 3))
+    with pytest.raises(DeviceError, match="1 values of the picture are not finite"):
+        cancel_crosstalk(models, LEAK, good, np.array([[np.nan, 1, 1], [1, 1, 1]]))
+    with pytest.raises(DeviceError, match="expected one"):
+        cancel_crosstalk(models, LEAK, good, np.ones((3, 3)))
+    with pytest.raises(DeviceError, match=r"the lift is 1.5"):
+        cancel_crosstalk(models, LEAK, good, good, 1.5)

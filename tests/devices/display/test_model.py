@@ -1,0 +1,111 @@
+"""The display model and its file."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from devices.display.display_file import read_display
+from devices.display.model import DisplayModel
+from devices.display.rig_file import read_rig
+from devices.display.tone_curve import ToneCurve
+from devices.errors import DeviceError
+from documents import InputError
+
+ROOT = Path(__file__).parents[3]
+ASUS = ROOT / "configs/displays/asus_vg248qe.yaml"
+
+
+def test_the_shipped_display_is_the_thesis_s() -> None:
+    model = read_display(ASUS).models("side-by-side").left
+    assert np.array_equal(model.primaries_XYZ_cd_m2, [[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
+    white = model.white_XYZ_cd_m2
+    assert white[1] == pytest.approx(26.47)
+    assert np.round(white[:2] / white.sum(), 4) == pytest.approx([0.3117, 0.3151])
+    # Expression 3.13, the printed inverse, to its digits.
+    printed = [[0.12645, -0.06383, -0.01980], [-0.03808, 0.07320, 0.00189], [-0.00021, -0.00291, 0.03453]]
+    assert np.abs(model.linear_from_XYZ - printed).max() < 5e-5
+
+
+@given(st.lists(st.floats(0.05, 0.95), min_size=3, max_size=3))
+def test_code_undoes_xyz(code: list[float]) -> None:
+    model = DisplayModel(
+        np.array([0.05, 0.06, 0.08]),
+        np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]]),
+        (ToneCurve(0.98, 0.02, 2.1), ToneCurve(1.0, 0.0, 2.3), ToneCurve(0.95, 0.05, 1.9)),
+    )
+    assert np.abs(model.code(model.xyz(code)) - code).max() < 1e-9
+
+
+def test_clipping_counts_pixels_and_channels() -> None:
+    model = read_display(ASUS).models("quad-buffered").left
+    linear = np.array([[0.5, 0.5, 0.5], [1.2, 0.5, 0.5], [0.5, -0.1, 0.5], [1.5, 1.5, -0.5], [0.0, 1.0, 0.0]])
+    found = model.clipping(linear @ model.primaries_XYZ_cd_m2.T)
+    assert (found.pixels, found.red, found.green, found.blue) == (5, 2, 2, 1)
+    assert (found.any_channel, found.above_full) == (3, 2)
+    assert found.percent(found.any_channel) == pytest.approx(60.0)
+
+
+def test_primaries_that_cannot_be_told_apart_are_refused() -> None:
+    curve = ToneCurve()
+    with pytest.raises(DeviceError, match="nearly alike"):
+        DisplayModel(np.zeros(3), np.ones((3, 3)), (curve, curve, curve))
+
+
+def _file(tmp_path: Path, modes: str) -> Path:
+    path = tmp_path / "d.yaml"
+    path.write_text(f"schema_version: 1\npanel: {{resolution_px: [640, 480], pixel_pitch_mm: 0.3}}\nmodes:\n{modes}")
+    return path
+
+
+MODEL = (
+    "{black_XYZ_cd_m2: [0, 0, 0], primaries_XYZ_cd_m2: {red: [4, 2, 0], green: [3, 7, 1], blue: [2, 1, 9]}, "
+    "curve: {kind: gog, red: {gain: 1, offset: 0, gamma: 2}, green: {gamma: 2}, blue: {gamma: %s}}}"
+)
+
+
+def test_modes_per_eye_and_same_as(tmp_path: Path) -> None:
+    path = _file(
+        tmp_path, f"  flat: {{left: {MODEL % 2}, right: {MODEL % '2.5'}}}\n  side-by-side: {{same_as: flat}}\n"
+    )
+    display = read_display(path)
+    models = display.models("side-by-side")
+    found = [models.eye("left"), models.eye("right"), display.models("flat").left]
+    curves = [model.curves[2] for model in found]
+    assert [curve.gamma for curve in curves if isinstance(curve, ToneCurve)] == [2, 2.5, 2]
+
+
+@pytest.mark.parametrize(
+    ("modes", "part"),
+    [
+        ("  flat: {same_as: quad}\n", ":4:19: there is no mode 'quad'"),
+        ("  flat: {same_as: flat}\n", ":4:19: the mode 'flat' is the same as itself"),
+        ("  flat: " + MODEL % 0 + "\n", "'modes.flat.curve.blue.gamma' is 0"),
+        ("  flat: " + (MODEL % "2, lift: 0.1") + "\n", "a curve of kind 'gog' has no 'lift'"),
+        ("  flat: " + (MODEL % 2).replace("kind: gog", "kind: gogg") + "\n", "did you mean 'gog'?"),
+        ("  flat: " + (MODEL % 2).replace("[4, 2, 0]", "[3, 7, 1]") + "\n", ":4:3: the primaries are so nearly alike"),
+        ("  flat: {}\n", "black_XYZ_cd_m2' is missing"),
+        ("  flat: " + (MODEL % 2).replace("[4, 2, 0]", "[4, 2, .nan]") + "\n", "red.2"),
+    ],
+)
+def test_faults_in_a_display_file_are_placed(tmp_path: Path, modes: str, part: str) -> None:
+    with pytest.raises(InputError) as caught:
+        read_display(_file(tmp_path, modes))
+    assert part in str(caught.value)
+
+
+def test_a_mode_that_was_not_characterised_is_refused() -> None:
+    with pytest.raises(DeviceError, match=r"not characterised in the mode 'side-by-sid'.*did you mean 'side-by-side'"):
+        read_display(ASUS).models("side-by-sid")
+
+
+def test_the_rig_names_its_own_line_when_the_mode_is_absent(tmp_path: Path) -> None:
+    rig = tmp_path / "rig.yaml"
+    rig.write_text(f"schema_version: 1\ndisplay: {ASUS}\nmode: anaglyph\ndistance_mm: 700\n")
+    with pytest.raises(InputError, match=r"rig.yaml:3:7: .*not characterised in the mode 'anaglyph'"):
+        read_rig(rig)
+    rig.write_text("schema_version: 1\ndisplay: none.yaml\nmode: flat\ndistance_mm: 700\n")
+    with pytest.raises(InputError, match=r"rig.yaml:2:10: there is no such display file"):
+        read_rig(rig)

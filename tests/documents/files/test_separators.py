@@ -1,0 +1,55 @@
+"""Tables parted by something else than commas: every reader says so."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.comparisons.table import read_table
+from devices.camera.correspondence_file import read_correspondences, read_reference
+from devices.measurements.read import read_measurements
+from devices.patches.patch_file import read_patches
+from documents import InputError
+from documents.files.separators import other_separator
+from runner.cli.display.colour_table import read_colours
+from stimuli.spectral.curves import read_illuminant
+
+MEASURED = "name;red;green;blue;X;Y;Z\na;0;0;255;1,5;2;3\nb;0;0;0;0;0;0\n"
+CHART = "R;G;B;X;Y;Z\n0,1;0,2;0,3;4;5;6\n0,1;0,2;0,4;4;5;6\n"
+
+
+@pytest.mark.parametrize(
+    ("read", "text"),
+    [
+        (read_measurements, MEASURED),
+        (read_correspondences, CHART),
+        (read_reference, "X;Y;Z\n1,5;2;3\n1;2;3\n"),
+        (read_patches, "name;red;green;blue\na;0;0;255\n"),
+        (lambda path: read_colours(str(path), "xyz", 255.0), "X;Y;Z\n1,5;2;3\n"),
+        (lambda path: read_colours(str(path), "code", 255.0), "red;green;blue\n1;2;3\n"),
+        (lambda path: read_illuminant(str(path), None), "wavelength_nm;value\n380;1\n"),  # type: ignore[arg-type]  # luminance does not matter here
+        (read_table, "winner;loser\na;b\n"),
+    ],
+)
+@pytest.mark.parametrize(("mark", "word"), [(";", "semicolons"), ("\t", "tabs")])
+def test_every_reader_names_the_separator(
+    tmp_path: Path, read: Callable[[Path], Any], text: str, mark: str, word: str
+) -> None:
+    file = tmp_path / "table.csv"
+    file.write_text("\ufeff" + text.replace(";", mark), encoding="utf-8")
+    with pytest.raises(InputError) as caught:
+        read(file)
+    (finding,) = caught.value.findings
+    assert finding.message == f"the table is separated by {word}"
+    assert (finding.file, finding.line) == (str(file), 1)
+    assert finding.remedy
+    assert "comma between columns and a point in numbers" in finding.remedy
+
+
+def test_tables_with_commas_are_none_of_it() -> None:
+    assert other_separator(["name", "a;b"], "t.csv", 1) is None
+    assert other_separator(["winner"], "t.csv", 1) is None
+    assert other_separator([], "t.csv", 1) is None

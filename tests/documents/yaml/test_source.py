@@ -1,0 +1,95 @@
+"""YAML 1.2 scalars, places, and hostile files."""
+
+import math
+from pathlib import Path
+
+import pytest
+
+from documents import InputError
+from documents.yaml.source import parse_yaml, read_yaml
+
+
+@pytest.mark.parametrize(
+    ("text", "value"),
+    [
+        ("NO", "NO"),
+        ("yes", "yes"),
+        ("on", "on"),
+        ("true", True),
+        ("12:30", "12:30"),
+        ("1e-3", 1e-3),
+        ("1E3", 1e3),
+        ("017", 17),
+        ("0o17", 15),
+        ("0x1F", 31),
+        ("2024-01-01", "2024-01-01"),
+        ("~", None),
+        ("", None),
+        (".5", 0.5),
+        ("-.inf", -math.inf),
+        ("1_000", "1_000"),
+        ("'1.1'", "1.1"),
+    ],
+)
+def test_scalars_are_read_as_yaml_1_2(text: str, value: object) -> None:
+    read = parse_yaml(f"key: {text}\n", "f.yaml").data["key"]
+    assert read == value
+    assert type(read) is type(value)
+
+
+def test_places_count_from_one() -> None:
+    source = parse_yaml("a: 1\nblocks:\n  - {kind: x, text: y}\n", "f.yaml")
+    place = source.place(("blocks", 0, "text"))
+    key = source.place(("blocks", 0, "text"), key=True)
+    assert place is not None
+    assert key is not None
+    assert (place.line, place.column) == (3, 21)
+    assert (key.line, key.column) == (3, 15)
+    nearest = source.place(("blocks", 0, "missing"))
+    assert nearest is not None
+    assert nearest.line == 3
+
+
+@pytest.mark.parametrize(
+    ("text", "part"),
+    [
+        ("a: 1\na: 2\n", "stands twice"),
+        ("a: [1, 2\n", "not valid YAML"),
+        ("a: !!python/object/apply:os.system [ls]\n", "is not allowed"),
+        ("a: !!python/name:os.system ''\n", "is not allowed"),
+        ("a: !!timestamp 2024-01-01\n", "is not allowed"),
+        ("a: &x [*x]\n", "alias refers to the value that contains it"),
+        ("", "0 YAML documents"),
+        ("a: 1\n---\nb: 2\n", "2 YAML documents"),
+        ("[a]: 1\n", "a key must be a plain word"),
+        ("a: \x00\n", "not valid YAML"),
+        ("[" * 5000 + "]" * 5000, "nested"),
+    ],
+)
+def test_hostile_text_is_one_located_finding(text: str, part: str) -> None:
+    with pytest.raises(InputError) as caught:
+        parse_yaml(text, "f.yaml")
+    assert len(caught.value.findings) == 1
+    assert part in str(caught.value)
+    assert str(caught.value).startswith("f.yaml:")
+
+
+def test_exploding_aliases_are_refused_quickly() -> None:
+    text = "a: &a [x, x, x, x, x, x, x, x, x]\n"
+    for name, previous in zip("bcdefghi", "abcdefgh", strict=True):
+        text += f"{name}: &{name} [{', '.join([f'*{previous}'] * 9)}]\n"
+    with pytest.raises(InputError, match="expands to more than"):
+        parse_yaml(text, "bomb.yaml")
+
+
+def test_missing_large_and_binary_files(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="no such file"):
+        read_yaml(tmp_path / "none.yaml")
+    large = tmp_path / "large.yaml"
+    large.write_bytes(b"a: " + b"x" * 10_000_000)
+    with pytest.raises(InputError, match="larger than"):
+        read_yaml(large)
+    binary = tmp_path / "binary.yaml"
+    binary.write_bytes(b"a: \xff\xfe")
+    with pytest.raises(InputError, match="not UTF-8"):
+        read_yaml(binary)

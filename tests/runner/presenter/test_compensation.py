@@ -1,0 +1,272 @@
+"""Crosstalk is cancelled through the whole path: file, compensation, shader, framebuffer, and the eyes' own mixture."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+from PIL import Image
+
+from analysis.records.session_record import read_session, session_files
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.compensation.crosstalk_cancel import seen_XYZ
+from devices.display.rig_file import read_rig
+from runner.cli.main import group
+from runner.protocol.experiment import read_experiment
+from stimuli.pictures.exr import read_exr
+
+Study = Any  # tests/conftest.py
+CROSSTALK = """    crosstalk:
+      left: [[0.05, 0, 0], [0, 0.04, 0], [0, 0, 0.06]]
+      right: [[0.03, 0, 0], [0, 0.05, 0], [0, 0, 0.02]]
+"""
+
+
+def _leaky(study: Study) -> None:
+    study.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{CROSSTALK}")
+
+
+def _mean_delta_e(study: Study) -> list[float]:
+    """Preview the first pair and return, per eye, how far what it sees of the upper picture is from what was asked."""
+    output = study.folder / "preview"
+    result = CliRunner().invoke(group, ["preview", str(study.experiment), "-o", str(output)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    rig = read_rig(study.folder / "rig.yaml")
+    steps = read_experiment(study.experiment).blocks("01")[1].steps()
+    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
+    image = read_exr(study.folder / f"{first}.exr")
+    codes = {}
+    for eye in ("left", "right"):
+        png = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png"))
+        codes[eye] = png[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40] / 255
+    seen = seen_XYZ(rig.models, rig.crosstalk, codes["left"], codes["right"])
+    differences = []
+    for eye, light in zip(("left", "right"), seen, strict=True):
+        white = rig.models.eye(eye).white_XYZ_cd_m2  # type: ignore[arg-type]  # an eye
+        asked = xyz_to_lab(image.eye(eye), white)  # type: ignore[arg-type]  # an eye
+        differences.append(float(np.mean(delta_e_2000(asked, xyz_to_lab(light, white)))))
+    return differences
+
+
+@pytest.fixture
+def inside(study: Study) -> Study:
+    """The study with pictures well inside the gamut, so that nothing but crosstalk moves a colour."""
+    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.stereo_image import StereoImage
+
+    white = read_rig(study.folder / "rig.yaml").models.left.white_XYZ_cd_m2
+    rng = np.random.default_rng(1)
+    for name in ("one", "two", "three", "four"):
+        left, right = ((rng.uniform(0.2, 0.8, (40, 80, 1)) * white).astype(np.float32) for _ in range(2))
+        write_exr(study.folder / f"{name}.exr", StereoImage(left, right))
+    return study
+
+
+def test_each_eye_sees_what_was_asked_of_leaking_glasses(inside: Study) -> None:
+    plain = _mean_delta_e(inside)
+    _leaky(inside)
+    cancelled = _mean_delta_e(inside)
+    # Only the rounding to 8 bits is left, with crosstalk as without.
+    assert max(plain) < 0.4
+    assert max(cancelled) < 1.1 * max(plain)
+
+
+def test_without_cancelling_the_leak_would_be_seen(inside: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    from runner.presenter.compensation import Compensation
+
+    _leaky(inside)
+    monkeypatch.setattr(Compensation, "apply", lambda self, image, offset_px=(0, 0): (image, {}))
+    monkeypatch.setattr(Compensation, "correction", None)
+    assert min(_mean_delta_e(inside)) > 1.0
+
+
+def _report(study: Study) -> dict[str, Any]:
+    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results]
+    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    (file,) = session_files(study.results)
+    log = read_session(file)
+    assert log.header.display["crosstalk_cancelled"] is True
+    trial = next(trial for trial in log.trials if trial.kind == "all_pairs")
+    assert set(trial.data["clipping"][trial.data["first"]]) == {"left", "right", "crosstalk"}
+    json.dumps(log.header.to_json())
+    return {stimulus["name"]: stimulus["clipping"]["crosstalk"] for stimulus in log.header.stimuli}
+
+
+def _dark_against_bright(folder: Path) -> None:
+    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.stereo_image import StereoImage
+
+    white = read_rig(folder / "rig.yaml").models.left.white_XYZ_cd_m2
+    dark, bright = (np.full((40, 80, 3), share * white, dtype=np.float32) for share in (0.002, 0.9))
+    write_exr(folder / "one.exr", StereoImage(dark, bright))
+
+
+def test_what_cannot_be_cancelled_is_told_per_eye(study: Study) -> None:
+    _leaky(study)
+    _dark_against_bright(study.folder)
+    told = _report(study)["one"]
+    assert told["left"]["percent_negative"] == 100.0
+    assert told["left"]["delta_e_00_mean"] > 1.0
+    assert told["right"]["percent_negative"] == 0.0
+
+
+def test_lifting_the_black_level_leaves_nothing_to_clip(study: Study) -> None:
+    _leaky(study)
+    _dark_against_bright(study.folder)
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\nlift_black: true\n")
+    told = _report(study)
+    assert told["one"]["lift_share"] > 0.01
+    assert all(picture[eye]["percent_negative"] == 0.0 for picture in told.values() for eye in ("left", "right"))
+
+
+def test_mode_options_of_the_rig_reach_the_screen(study: Study) -> None:
+    before = study.folder / "before"
+    after = study.folder / "after"
+    runner = CliRunner()
+    runner.invoke(group, ["preview", str(study.experiment), "-o", str(before)], catch_exceptions=False)
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\nmode_options: {left_mirror: horizontal}\n")
+    runner.invoke(group, ["preview", str(study.experiment), "-o", str(after)], catch_exceptions=False)
+    name = "block-02_screen-001_{}.png"
+    left = [np.asarray(Image.open(folder / name.format("left"))) for folder in (before, after)]
+    right = [np.asarray(Image.open(folder / name.format("right"))) for folder in (before, after)]
+    assert np.array_equal(left[0][:, ::-1], left[1])
+    assert np.array_equal(right[0], right[1])
+
+
+def test_an_unknown_mode_option_is_refused_with_the_nearest(study: Study) -> None:
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\nmode_options: {swap_eye: true}\n")
+    result = CliRunner().invoke(group, ["check", str(study.experiment)])
+    assert result.exit_code == 2
+    assert "swap_eyes" in result.output
+
+
+GAIN = """    gain_map:
+      luminance: [[0.7, 0.8, 0.75], [0.9, 1.0, 0.95], [0.8, 0.9, 0.85]]
+      positions: cells
+      normalise: centre
+"""
+
+
+def _panel_gain(study: Study) -> np.ndarray:
+    gain_map = read_rig(study.folder / "rig.yaml").gain_map
+    assert gain_map is not None
+    x, y = np.meshgrid(np.arange(640) + 0.5, np.arange(480) + 0.5)
+    return gain_map.gain(x, y)
+
+
+@pytest.mark.parametrize("crosstalk", [False, True])
+def test_an_uneven_panel_is_evened_out_where_each_picture_stands(inside: Study, crosstalk: bool) -> None:
+    inside.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{GAIN}")
+    if crosstalk:
+        _leaky(inside)
+    output = inside.folder / "preview"
+    result = CliRunner().invoke(group, ["preview", str(inside.experiment), "-o", str(output)], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    rig = read_rig(inside.folder / "rig.yaml")
+    steps = read_experiment(inside.experiment).blocks("01")[1].steps()
+    shown = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
+    gain = _panel_gain(inside)
+    sent = {}
+    for eye, left in (("left", 0), ("right", 320)):
+        codes = np.asarray(Image.open(output / f"block-02_screen-001_{eye}.png")) / 255
+        model = rig.models.eye(eye)  # type: ignore[arg-type]  # an eye
+        sent[eye] = model.xyz(codes) * gain[:, left : left + 320, None]
+    black = rig.models.left.black_XYZ_cd_m2
+    if rig.crosstalk:
+        lights = rig.crosstalk.seen(sent["left"] - black, sent["right"] - black)
+        sent = {"left": lights[0] + black, "right": lights[1] + black}
+    white = rig.models.left.white_XYZ_cd_m2
+    for name, middle in zip(shown, (240 - 30, 240 + 30), strict=True):
+        image = read_exr(inside.folder / f"{name}.exr")
+        for eye in ("left", "right"):
+            seen = sent[eye][middle - 20 : middle + 20, 160 - 40 : 160 + 40]
+            asked = image.eye(eye)  # type: ignore[arg-type]  # an eye
+            fits = (asked[..., 1] < 0.6 * white[1])[..., None]  # where the dimmest part of the panel reaches it
+            difference = delta_e_2000(xyz_to_lab(asked, white), xyz_to_lab(seen, white))
+            assert float(difference[fits[..., 0]].mean()) < 0.35
+    plain = sent["left"] / gain[:, :320, None]
+    assert np.ptp(plain) > 0
+
+
+def test_the_ledger_counts_where_the_panel_is_too_dim(inside: Study) -> None:
+    def clipped() -> float:
+        result = CliRunner().invoke(group, ["check", str(inside.experiment), "--json"], catch_exceptions=False)
+        return float(json.loads(result.output)[0]["clipped_percent"]["one"][0])
+
+    assert clipped() == 0.0
+    dim = GAIN.replace("[0.9, 1.0, 0.95]", "[0.4, 1.0, 0.5]")
+    inside.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{dim}")
+    assert clipped() > 0.0
+
+
+def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
+    import OpenImageIO as oiio
+
+    study.edit("display.yaml", "pixel_pitch_mm: 0.25}", "pixel_pitch_mm: 0.25, bits: 10}")
+    output = study.folder / "preview"
+    words = ["preview", str(study.experiment), "-o", str(output)]
+    result = CliRunner().invoke(group, words, catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    png = oiio.ImageBuf(str(output / "block-02_screen-001_left.png"))
+    codes = np.asarray(png.get_pixels("uint16")) >> 6
+    shown = codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
+    steps = read_experiment(study.experiment).blocks("01")[1].steps()
+    (first, _second) = next(iter(steps)).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
+    model = read_rig(study.folder / "rig.yaml").models.left
+    reference = model.code(read_exr(study.folder / f"{first}.exr").left) * 1023
+    assert np.abs(shown - reference).max() <= 0.501
+    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results]
+    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    (file,) = session_files(study.results)
+    assert read_session(file).header.presentation["bits"] == 10
+
+
+def test_the_ledger_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:
+    from runner.presenter.modes.registry import find_mode
+
+    study.edit("display.yaml", "  quad-buffered: {same_as", "  anaglyph-red-cyan: {same_as")
+    study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
+    result = CliRunner().invoke(group, ["check", str(study.experiment), "--json"], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    told = json.loads(result.output)[0]["clipped_percent"]["one"]
+    rig = read_rig(study.folder / "rig.yaml")
+    mixture = find_mode("anaglyph-red-cyan").mixture(rig.models)
+    assert mixture is not None
+    image = read_exr(study.folder / "one.exr")
+    light = mixture.light(image.left, image.right)
+    outside = ((light < -1e-6) | (light > 1 + 1e-6)).any(axis=-1)
+    assert told == [pytest.approx(100 * outside.mean(), abs=1e-3)] * 2
+    assert 0 < outside.mean() < 1
+
+
+def test_dithering_of_the_rig_reaches_the_screen_and_keeps_the_mean_light(study: Study) -> None:
+    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.stereo_image import StereoImage
+
+    model = read_rig(study.folder / "rig.yaml").models.left
+    between = model.xyz(np.full(3, 20.4 / 255))  # between two codes
+    for name in ("one", "two", "three", "four"):
+        flat = np.broadcast_to(between, (40, 80, 3)).astype(np.float32)
+        write_exr(study.folder / f"{name}.exr", StereoImage.flat(np.ascontiguousarray(flat)))
+
+    def shown(folder: str) -> np.ndarray:
+        output = study.folder / folder
+        words = ["preview", str(study.experiment), "-o", str(output)]
+        result = CliRunner().invoke(group, words, catch_exceptions=False)
+        assert result.exit_code == 0, result.output
+        codes = np.asarray(Image.open(output / "block-02_screen-001_left.png"))
+        return codes[240 - 30 - 20 : 240 - 30 + 20, 160 - 40 : 160 + 40]
+
+    assert set(np.unique(shown("rounded"))) == {20}
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ndither: shared\n")
+    dithered = shown("dithered")
+    assert set(np.unique(dithered)) == {20, 21}
+    mean = model.xyz(dithered / 255).mean(axis=(0, 1))
+    assert np.abs(mean / between - 1).max() < 0.002

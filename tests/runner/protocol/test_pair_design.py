@@ -1,0 +1,94 @@
+"""How often each observer meets each pair, from experiment files; and which scores are assumed."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from documents import InputError
+from runner.observers.assumed_scores import assume
+from runner.protocol.experiment import read_experiment
+from runner.protocol.pair_design import PairDesign, pair_design
+
+Study = Any  # tests/conftest.py
+
+
+def design_of(study: Study, *blocks: str) -> PairDesign:
+    """Return the design of an experiment with these blocks."""
+    head, _ = study.experiment.read_text().split("blocks:\n")
+    study.experiment.write_text(head + "blocks:\n" + "".join(f"  - {block}\n" for block in blocks))
+    return pair_design(read_experiment(study.experiment))
+
+
+def test_blocks_and_repeats_add_up(study: Study) -> None:
+    found = design_of(
+        study,
+        "{kind: instructions, text: Look.}",
+        "{kind: all_pairs, stimuli: [three, one], repeats: 2}",
+        "{kind: all_pairs, stimuli: [one, two, three], ties: no_difference}",
+        "{kind: practice, trials: 2, block: {kind: all_pairs}}",
+    )
+    assert found.items == ("one", "two", "three")
+    assert found.times.tolist() == [1, 3, 1]  # one-two, one-three, two-three
+    assert found.ties
+
+
+def test_observers_meet_every_pair_as_often_as_the_session_asks(study: Study) -> None:
+    found = design_of(study, "{kind: all_pairs, repeats: 3}")
+    (block,) = read_experiment(study.experiment).blocks("01")
+    assert found.times.sum() == block.trials
+    assert found.items == ("one", "two", "three", "four")
+    assert not found.ties
+
+
+@pytest.mark.parametrize(
+    ("block", "finding"),
+    [
+        ("{kind: instructions, text: Look.}", "no block compares all pairs"),
+        ("{kind: active_pairs, trials: 12}", "'active_pairs' chooses pairs by the answers"),
+    ],
+)
+def test_experiments_without_a_fixed_design_are_refused(study: Study, block: str, finding: str) -> None:
+    with pytest.raises(InputError, match=finding):
+        design_of(study, block)
+
+
+def test_classes_of_a_file_count_only_where_every_stimulus_has_one(study: Study) -> None:
+    design = design_of(study, "{kind: all_pairs}")
+    scores = ["one: {score: 1, perceptual_class: '2'}", "two: {score: 1.1, perceptual_class: '2'}"]
+    scores += ["three: {score: 8, perceptual_class: '1'}", "four: {score: 8, perceptual_class: '1+2'}"]
+    head = "schema_version: 1\nkind: bradley_terry\nlapse_rate: 0.1\nstimuli:\n"
+    study.observers.write_text(head + "".join(f"  {line}\n" for line in scores))
+    found = assume(design, scores=study.observers, simulate=None, spread_nats=None)
+    assert found.differs.tolist() == [False, True, False, True, False, False]
+    assert found.lapse_rate == 0
+    np.testing.assert_allclose(np.exp(found.theta - found.theta[0]), [1, 1.1, 8, 8])
+    study.edit("observers.yaml", "perceptual_class: '1+2'", "perceptual_class: ''")
+    found = assume(design, scores=None, simulate=study.observers, spread_nats=None)
+    assert found.differs.tolist() == [True, True, True, True, True, False]
+    assert found.lapse_rate == 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "finding"),
+    [
+        ("winner,loser", "this is no JSON"),
+        ("[]", "no list of items"),
+        ('{"items": [{"name": "one", "score": null}]}', "'one' has no score"),
+        ('{"items": [{"name": "one", "score": 1}]}', "no score is assumed for two, three, four"),
+        (
+            json.dumps({"items": [{"name": n, "score": -1} for n in ("one", "two", "three", "four")]}),
+            "score of one is -1",
+        ),
+    ],
+)
+def test_printed_scores_that_do_not_fit_are_refused(study: Study, tmp_path: Path, text: str, finding: str) -> None:
+    design = design_of(study, "{kind: all_pairs}")
+    file = tmp_path / "printed.json"
+    file.write_text(text)
+    with pytest.raises(InputError, match=finding):
+        assume(design, scores=file, simulate=None, spread_nats=None)

@@ -1,0 +1,233 @@
+"""A picture's costs are reckoned once, found as they were, and reckoned anew where what they rest on changed."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from dataclasses import astuple
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+import runner.session.ledger
+from analysis.records.session_record import read_session, session_files
+from runner.check import Wishes, check_file
+from runner.cli.main import group
+from runner.presenter.compensation import Compensation
+from runner.protocol.experiment import read_experiment
+from runner.session.header import describe_stimulus
+from runner.session.ledger import Ledger
+from stimuli.build.build import build
+from stimuli.pictures.exr import write_exr
+from stimuli.pictures.stereo_image import StereoImage
+
+Study = Any  # tests/conftest.py
+CROSSTALK = """    crosstalk:
+      left: [[0.05, 0, 0], [0, 0.04, 0], [0, 0, 0.06]]
+      right: [[0.03, 0, 0], [0, 0.05, 0], [0, 0, 0.02]]
+"""
+GAIN = "    gain_map: {luminance: [[0.7, 0.8], [0.9, 1.0]], positions: cells, normalise: centre}\n"
+SOURCE = "    source: made up for tests\n"
+
+
+def _opened(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]:
+    """Return each picture's description, and how many costs were reckoned and found."""
+    design = read_experiment(study.experiment)
+    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    ledger = Ledger.of(design, stimuli, design.shown(stimuli.load))
+    return [ledger.description(name) for name in stimuli.names], astuple(ledger.work)
+
+
+def _slow(study: Study) -> list[dict[str, Any]]:
+    """Return the same by reckoning it all."""
+    design = read_experiment(study.experiment)
+    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    load = design.shown(stimuli.load)
+    compensation = Compensation.of(design.rig, design.mode, (load(name) for name in stimuli.names))
+    return [
+        describe_stimulus(name, load(name), stimuli.factors(name), compensation, design.places_px)
+        for name in stimuli.names
+    ]
+
+
+def _leaky(study: Study) -> None:
+    study.edit("display.yaml", SOURCE, SOURCE + CROSSTALK)
+
+
+def _lifted(study: Study) -> None:
+    _leaky(study)
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\nlift_black: true\n")
+
+
+def _uneven(study: Study) -> None:
+    study.edit("display.yaml", SOURCE, SOURCE + GAIN)
+
+
+def _anaglyph(study: Study) -> None:
+    study.edit("display.yaml", "  quad-buffered: {same_as", "  anaglyph-red-cyan: {same_as")
+    study.edit("rig.yaml", "mode: side-by-side", "mode: anaglyph-red-cyan")
+
+
+def _as_it_is(study: Study) -> None:
+    pass
+
+
+@pytest.mark.parametrize("rig", [_as_it_is, _leaky, _lifted, _uneven, _anaglyph])
+def test_what_is_found_is_what_was_reckoned(study: Study, rig: Callable[[Study], None]) -> None:
+    rig(study)
+    lifts = 4 if rig is _lifted else 0
+    first, work = _opened(study)
+    assert work == (4 + lifts, 0)
+    again, work = _opened(study)
+    assert work == (0, 4 + lifts)
+    slow = _slow(study)
+    assert first == again == slow
+    assert json.dumps(first) == json.dumps(again) == json.dumps(slow)  # in one order, and whole numbers alike
+    assert any(told["clipping"]["left"]["percent_any"] > 0.0 for told in first)
+
+
+def test_no_picture_is_read_for_what_is_found(study: Study) -> None:
+    first, _ = _opened(study)
+    design = read_experiment(study.experiment)
+    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+
+    def load(name: str) -> StereoImage:
+        raise AssertionError(f"{name} was read")
+
+    ledger = Ledger.of(design, stimuli, load)
+    assert [ledger.description(name) for name in stimuli.names] == first
+
+
+def _other_picture(study: Study) -> None:
+    rng = np.random.default_rng(9)
+    for name in ("one", "two", "three", "four"):
+        view = rng.uniform(1, 25, (40, 80, 3)).astype(np.float32)
+        write_exr(study.folder / f"{name}.exr", StereoImage.flat(view))
+
+
+CHANGES: dict[str, Callable[[Study], None]] = {
+    "crosstalk": _leaky,
+    "crosstalk and lift": _lifted,
+    "gain map": _uneven,
+    "mixed views": _anaglyph,
+    "black": lambda study: study.edit("display.yaml", "[0.02, 0.02, 0.03]", "[0.02, 0.03, 0.03]"),
+    "primary": lambda study: study.edit("display.yaml", "[10.83, 5.62, 0.54]", "[10.83, 5.63, 0.54]"),
+    "tone curve": lambda study: study.edit("display.yaml", "red: {gamma: 2.1}", "red: {gamma: 2.1, gain: 0.9}"),
+    "aperture": lambda study: study.edit("small.yaml", "size_mm: [20, 10]", "size_mm: [18, 10]"),
+    "mode": lambda study: study.edit("rig.yaml", "mode: side-by-side", "mode: quad-buffered"),
+    "picture": _other_picture,
+}
+
+
+@pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
+def test_all_is_reckoned_anew_where_anything_that_it_rests_on_changed(
+    study: Study, change: Callable[[Study], None]
+) -> None:
+    _opened(study)
+    change(study)
+    told, (reckoned, found) = _opened(study)
+    assert (reckoned % 4, found) == (0, 0)
+    assert reckoned
+    assert told == _slow(study)
+
+
+def test_on_an_uneven_panel_the_places_count_and_on_an_even_one_they_do_not(study: Study) -> None:
+    _opened(study)
+    study.edit("small.yaml", "gap_mm: 5", "gap_mm: 6")
+    assert _opened(study)[1] == (0, 4)
+    _uneven(study)
+    assert _opened(study)[1] == (4, 0)
+    study.edit("small.yaml", "gap_mm: 6", "gap_mm: 12")
+    told, work = _opened(study)
+    assert work == (4, 0)
+    assert told == _slow(study)
+
+
+def test_what_an_anaglyph_s_filters_pass_counts(study: Study) -> None:
+    _anaglyph(study)
+    _opened(study)
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\nmode_options: {anaglyph: channels}\n")
+    told, work = _opened(study)
+    assert work == (4, 0)
+    assert told == _slow(study)
+
+
+def test_what_costs_do_not_rest_on_finds_them(study: Study) -> None:
+    _opened(study)
+    study.edit("small.yaml", "Which is closer?", "Which is nearer?")
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 900\ndither: shared\n")
+    assert _opened(study)[1] == (0, 4)
+
+
+def test_another_version_s_costs_are_not_taken(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    _opened(study)
+    monkeypatch.setattr(runner.ledger, "COST_VERSION", runner.ledger.COST_VERSION + 1)
+    assert _opened(study)[1] == (4, 0)
+
+
+def test_one_changed_picture_is_reckoned_alone(study: Study) -> None:
+    _opened(study)
+    write_exr(study.folder / "two.exr", StereoImage.flat(np.full((40, 80, 3), 7.0, dtype=np.float32)))
+    told, work = _opened(study)
+    assert work == (1, 3)
+    assert told == _slow(study)
+
+
+def test_one_picture_that_needs_more_lift_changes_the_costs_of_all(study: Study) -> None:
+    _lifted(study)
+    white = read_experiment(study.experiment).rig.models.left.white_XYZ_cd_m2
+
+    def write(name: str, *shares: float) -> None:
+        views = (np.full((40, 80, 3), share * white, dtype=np.float32) for share in shares)
+        write_exr(study.folder / f"{name}.exr", StereoImage(*views))
+
+    for index, name in enumerate(("one", "two", "three", "four")):
+        write(name, 0.1, 0.5 + index / 10)
+    _opened(study)
+    write("two", 0.002, 0.9)
+    told, work = _opened(study)
+    assert work == (1 + 4, 3)  # its own lift, then all at the new one
+    assert told == _slow(study)
+
+
+def _session(study: Study, results: Path) -> tuple[Any, dict[str, int]]:
+    words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", results]
+    result = CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False)
+    assert result.exit_code == 0, result.output
+    (file,) = session_files(results)
+    end = json.loads(file.read_text().splitlines()[-1])
+    costs = [trial.data.get("clipping") for trial in read_session(file).trials]
+    return (read_session(file).header.stimuli, costs), end["work"]
+
+
+@pytest.mark.parametrize("damaged", [False, True])
+def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: bool) -> None:
+    first, work = _session(study, study.folder / "first")
+    assert (work["costs_reckoned"], work["costs_found"]) == (4, 0)
+    costs = study.folder / "cache" / runner.ledger.COSTS
+    if damaged:
+        for file in costs.iterdir():
+            file.unlink()
+        costs.rmdir()
+        costs.write_text("no folder any more, and none can be made")
+    second, work = _session(study, study.folder / "second")
+    assert (work["costs_reckoned"], work["costs_found"]) == ((4, 0) if damaged else (0, 4))
+    assert first == second
+    assert all(set(told[name]) == {"left", "right"} for told in first[1] if told for name in told)
+    assert sum(told is not None for told in first[1]) == 6
+
+
+def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
+    wishes = Wishes(results=study.results, screen="leave alone")
+    facts = check_file(study.experiment, wishes).facts
+    assert (facts["costs_reckoned"], facts["costs_found"]) == (4, 0)
+    again = check_file(study.experiment, wishes).facts
+    assert (again["costs_reckoned"], again["costs_found"]) == (0, 4)
+    assert again["clipped_percent"] == facts["clipped_percent"]
+    (header, _), work = _session(study, study.results)
+    assert work["costs_found"] == 4
+    told = {one["name"]: [one["clipping"][eye]["percent_any"] for eye in ("left", "right")] for one in header}
+    assert told == facts["clipped_percent"]

@@ -1,0 +1,353 @@
+"""The engine with simple fakes: one answer, one record, one scene at a time; resumed exactly."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
+from runner.blocks.all_pairs import AllPairs
+from runner.blocks.layouts import PairLayout
+from runner.blocks.message import Message
+from runner.blocks.steps import Block
+from runner.blocks.style import FULL_HD_HALF
+from runner.errors import SessionError
+from runner.observers.person import Person
+from runner.observers.simulated import BradleyTerryObserver
+from runner.ports import Ask, Holding, KeyPress
+from runner.presenter.scene import Scene
+from runner.session.pause import pause_menu
+from runner.session.session import Left, Session
+
+HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
+NAMES = ("a", "b", "c", "d", "e")
+LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
+
+
+def _blocks(break_every: int | None = None, seed: str = "o") -> tuple[Block, ...]:
+    pairs = AllPairs(NAMES, "Which?", LAYOUT, "s", seed, break_every=break_every)
+    return (Message("instructions", "Look."), pairs, Message("break", "Rest."))
+
+
+@dataclass
+class Screen:
+    """A presenter that remembers what it was asked to show."""
+
+    shown: list[Scene] = field(default_factory=list)
+    prefetched: list[Scene] = field(default_factory=list)
+
+    def show(self, scene: Scene) -> float:
+        self.shown.append(scene)
+        return float(len(self.shown))
+
+    def prefetch(self, scene: Scene) -> None:
+        self.prefetched.append(scene)
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        return Holding(self.show(scene), round(seconds * 2), 0.5)
+
+
+@dataclass
+class Paper:
+    """A sink that keeps trials, and can break after some."""
+
+    trials: list[Trial] = field(default_factory=list)
+    ended: bool = False
+    before_append: Callable[[], None] = lambda: None
+    notes: list[Note] = field(default_factory=list)
+    marks: list[Mark] = field(default_factory=list)
+
+    def append(self, trial: Trial) -> None:
+        self.before_append()
+        self.trials.append(trial)
+
+    def note(self, note: Note) -> None:
+        self.notes.append(note)
+
+    def mark(self, mark: Mark) -> None:
+        self.marks.append(mark)
+
+    def answers(self) -> Sequence[Trial]:
+        return self.trials
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        self.ended = True
+
+
+def _simulated(seed: int = 1) -> BradleyTerryObserver:
+    return BradleyTerryObserver({name: 1.0 + index for index, name in enumerate(NAMES)}, random.Random(seed))
+
+
+def _run(session: Session) -> None:
+    session.run()
+
+
+def test_every_answer_is_recorded_before_the_next_scene() -> None:
+    screen, paper = Screen(), Paper()
+    shown_at_append: list[int] = []
+    paper.before_append = lambda: shown_at_append.append(len(screen.shown))
+    _run(Session(_blocks(), screen, _simulated(), paper))
+    assert paper.ended
+    assert len(paper.trials) == 1 + 10 + 1
+    assert shown_at_append == list(range(1, 13))
+
+
+def test_records_say_what_was_shown_and_chosen() -> None:
+    screen, paper = Screen(), Paper()
+    _run(Session(_blocks(), screen, _simulated(), paper, clip_costs={name: {"of": name} for name in NAMES}))
+    pairs = [trial for trial in paper.trials if trial.kind == "all_pairs"]
+    for trial, scene in zip(pairs, screen.shown[1:], strict=False):
+        assert (trial.data["first"], trial.data["second"]) == scene.stimuli
+        up = trial.events[-1][0] == "up"
+        assert trial.data["answer"] == ("first" if up else "second")
+        assert trial.data["chosen"] == trial.data["first" if up else "second"]
+        assert trial.data["rejected"] == trial.data["second" if up else "first"]
+        assert trial.data["first_position"] == "top"
+        assert set(trial.data["clipping"]) == set(scene.stimuli)
+        assert trial.response_time_s == pytest.approx(trial.events[-1][1])
+    assert [trial.trial for trial in pairs] == list(range(10))
+
+
+def test_the_next_pair_is_prefetched() -> None:
+    screen = Screen()
+    _run(Session(_blocks(break_every=4), screen, _simulated(), Paper()))
+    pairs_shown = [scene for scene in screen.shown if scene.stimuli]
+    assert list(dict.fromkeys(screen.prefetched)) == pairs_shown[1:]
+
+
+@pytest.mark.parametrize("answered", range(13))
+def test_a_session_stopped_anywhere_resumes_exactly(answered: int) -> None:
+    whole = Paper()
+    _run(Session(_blocks(break_every=3), Screen(), _simulated(), whole))
+
+    class _Gone(Exception):
+        pass
+
+    first_part, screen = Paper(), Screen()
+
+    def stop() -> None:
+        if len(first_part.trials) == answered:
+            raise _Gone
+
+    first_part.before_append = stop
+    session = Session(_blocks(break_every=3), screen, _simulated(), first_part)
+    if answered < 12:
+        with pytest.raises(_Gone):
+            session.run()
+    else:
+        session.run()
+    rest, later = Paper(), Screen()
+    resumed = Session(_blocks(break_every=3), later, _simulated(2), rest, logged=first_part.trials)
+    resumed.run()
+    asked = [(t.block, t.trial, t.kind, t.data.get("first"), t.data.get("second")) for t in whole.trials]
+    done = first_part.trials + rest.trials
+    assert [(t.block, t.trial, t.kind, t.data.get("first"), t.data.get("second")) for t in done] == asked
+    # What the log holds is not shown again.
+    breaks = 3
+    assert len(later.shown) <= len(whole.trials) + breaks - answered
+    assert rest.ended
+
+
+def test_a_log_of_another_order_is_refused() -> None:
+    paper = Paper()
+    _run(Session(_blocks(seed="one"), Screen(), _simulated(), paper))
+    with pytest.raises(SessionError, match="not the one the experiment now asks"):
+        _run(Session(_blocks(seed="two"), Screen(), _simulated(), Paper(), logged=paper.trials))
+
+
+def test_a_log_longer_than_the_experiment_is_refused() -> None:
+    paper = Paper()
+    _run(Session(_blocks(), Screen(), _simulated(), paper))
+    with pytest.raises(SessionError, match="1 more trials"):
+        _run(Session(_blocks()[:2], Screen(), _simulated(), Paper(), logged=paper.trials))
+
+
+@dataclass
+class Script:
+    """A person who presses what is written; each press a second after the last scene."""
+
+    keys: list[str]
+    screen: Screen
+
+    def wait_key(self) -> KeyPress:
+        return KeyPress(self.keys.pop(0), len(self.screen.shown) + 0.5)
+
+
+def _person(keys: list[str]) -> tuple[Person, Screen]:
+    screen = Screen()
+    return Person(Script(keys, screen).wait_key), screen
+
+
+def test_escape_pauses_and_shows_the_pair_again() -> None:
+    keys = ["space", "up", "escape", "c", "down", "escape", "x", "s"]
+    observer, screen = _person(keys)
+    paper = Paper()
+    with pytest.raises(Left):
+        _run(Session(_blocks(), screen, observer, paper))
+    assert [trial.data.get("answer") for trial in paper.trials] == [None, "first", "second"]
+    assert not paper.ended
+    menu = pause_menu(FULL_HD_HALF, can_repeat=True).scene
+    assert screen.shown.count(menu) == 2
+    asked_again = screen.shown.index(menu) + 1
+    assert screen.shown[asked_again] == screen.shown[asked_again - 2]
+
+
+def test_keys_that_mean_nothing_and_keys_before_the_onset_are_no_answers() -> None:
+    presses = [KeyPress("up", 0.9), KeyPress("q", 1.1), KeyPress("down", 1.2)]
+    person = Person(lambda: presses.pop(0))
+    ask = Ask(Scene(), {"up": "first", "down": "second"})
+    assert person.respond(ask, 1.0) == KeyPress("down", 1.2)
+
+
+def test_simulated_answers_follow_the_law() -> None:
+    observer = BradleyTerryObserver({"a": 3.0, "b": 1.0}, random.Random(5))
+    block = AllPairs(("a", "b"), "Which?", LAYOUT, "s", "o", repeats=4000)
+    paper = Paper()
+    _run(Session((block,), Screen(), observer, paper))
+    share = sum(trial.data["chosen"] == "a" for trial in paper.trials) / 4000
+    assert share == pytest.approx(0.75, abs=0.025)
+
+
+def test_timed_scenes_are_recorded_with_the_frames_that_were_missed() -> None:
+    """The screen of these tests shows a scene a second, with frames of half a second."""
+    screen, paper = Screen(), Paper()
+    block = AllPairs(("a", "b", "c"), "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5, blank_s=2.0)
+    _run(Session((block,), screen, _simulated(), paper))
+    first, second, _third = (trial.data["timed"] for trial in paper.trials)
+    assert [(held["what"], held["frames"], held["missed_frames"]) for held in first] == [
+        ("fixation", 2, 0),
+        ("pair", 1, 1),
+    ]
+    assert [held["what"] for held in second] == ["blank", "fixation", "pair"]
+    assert second[0] == {"what": "blank", "frames": 4, "asked_ms": 2000.0, "shown_ms": 1000.0, "missed_frames": 0}
+    # After the exposure the question stands alone.
+    assert [bool(scene.stimuli) for scene in screen.shown[:3]] == [False, True, False]
+    assert len(screen.shown[2].items) == 1
+
+
+def test_a_timed_session_resumes_without_showing_what_was_answered() -> None:
+    def block() -> AllPairs:
+        return AllPairs(NAMES, "Which?", LAYOUT, "s", "o", fixation_s=1.0, exposure_s=0.5)
+
+    whole = Paper()
+    _run(Session((block(),), Screen(), _simulated(), whole))
+    screen, rest = Screen(), Paper()
+    _run(Session((block(),), screen, _simulated(), rest, logged=whole.trials[:7]))
+    assert len(rest.trials) == 3
+    assert len(screen.shown) == 3 * 3
+
+
+def test_the_last_trial_can_be_repeated_and_the_last_attempt_counts() -> None:
+    keys = ["space", "up", "up", "escape", "r", "down", "up", *["up"] * 7, "space"]
+    observer, screen = _person(keys)
+    paper = Paper()
+    _run(Session(_blocks(), screen, observer, paper))
+    assert paper.ended
+    pairs = [trial for trial in paper.trials if trial.kind == "all_pairs"]
+    assert [(trial.trial, trial.attempt) for trial in pairs] == [
+        (0, 0),
+        (1, 0),
+        (1, 1),
+        *((n, 0) for n in range(2, 10)),
+    ]
+    again = pairs[2]
+    assert (again.data["first"], again.data["second"]) == (pairs[1].data["first"], pairs[1].data["second"])
+    assert [pairs[1].data["answer"], again.data["answer"]] == ["first", "second"]
+    assert [(mark.block, mark.trial, mark.by) for mark in paper.marks] == [(1, 1, "observer")]
+    # The pair that was interrupted says so.
+    assert [trial.data.get("interruptions") for trial in pairs[1:4]] == [None, None, 1]
+
+
+def test_a_trial_marked_by_the_experimenter_comes_again_after_its_block() -> None:
+    paper = Paper()
+
+    def mark(trial: Trial) -> None:
+        if trial.place == (1, 4) and trial.attempt == 0:
+            assert session.mark("experimenter") == (1, 4)
+            assert session.mark("experimenter") is None
+
+    session = Session(_blocks(), Screen(), _simulated(), paper, on_trial=mark)
+    _run(session)
+    places = [(trial.place, trial.attempt) for trial in paper.trials]
+    assert places[-2:] == [((1, 4), 1), ((2, 0), 0)]
+    assert len(paper.trials) == 1 + 10 + 1 + 1
+
+
+@pytest.mark.parametrize("answered", range(15))
+def test_a_session_with_repeats_resumes_exactly(answered: int) -> None:
+    """Wherever it stops, first attempts come in the same order, and a marked trial comes again just once."""
+
+    class _Gone(Exception):
+        pass
+
+    paper = Paper()
+
+    def mark(session: Session, trial: Trial) -> None:
+        if trial.place in ((1, 2), (1, 7)) and trial.attempt == 0 and trial.place not in {m[:2] for m in marked()}:
+            session.mark("experimenter")
+
+    def marked() -> list[tuple[int, int]]:
+        return [(m.block, m.trial) for m in paper.marks]
+
+    def stop() -> None:
+        if len(paper.trials) == answered:
+            raise _Gone
+
+    def session(**more: Any) -> Session:
+        made = Session(_blocks(break_every=3), Screen(), _simulated(), paper, **more)
+        made.on_trial = lambda trial: mark(made, trial)
+        return made
+
+    paper.before_append = stop
+    try:
+        session().run()
+    except _Gone:
+        paper.before_append = lambda: None
+        log = SessionLog(Path(), HEADER, tuple(paper.trials), False, marks=tuple(paper.marks))
+        session(logged=log.first_attempts, pending=log.pending).run()
+    assert paper.ended
+    again = [trial.place for trial in paper.trials if trial.attempt]
+    assert sorted(again) == [(1, 2), (1, 7)]
+    first = [trial.place for trial in paper.trials if not trial.attempt]
+    assert first == [(0, 0), *((1, n) for n in range(10)), (2, 0)]
+    log = SessionLog(Path(), HEADER, tuple(paper.trials), True, marks=tuple(paper.marks))
+    assert log.pending == ()
+    assert [trial.attempt for trial in log.trials if trial.place in ((1, 2), (1, 7))] == [1, 1]
+
+
+def test_a_note_is_typed_in_the_pause_and_kept_with_its_place() -> None:
+    keys = ["space", "up", "escape", "n", *(f"text {c}" for c in "too  brighx"), "backspace", "text t", "enter", "c"]
+    observer, screen = _person([*keys, *["up"] * 9, "space"])
+    paper = Paper()
+    _run(Session(_blocks(), screen, observer, paper))
+    (note,) = paper.notes
+    assert (note.text, note.by, note.block, note.trial) == ("too  bright", "observer", 1, 1)
+    assert len(paper.trials) == 12
+
+
+def test_escape_gives_a_note_up() -> None:
+    observer, screen = _person(["space", "escape", "n", "text a", "escape", "c", *["up"] * 10, "space"])
+    paper = Paper()
+    _run(Session(_blocks(), screen, observer, paper))
+    assert not paper.notes
+    assert len(paper.trials) == 12
+
+
+def test_a_trial_marked_after_its_block_is_asked_again_at_the_end() -> None:
+    observer, screen = _person(["space", *["up"] * 10, "space", "down"])
+    paper = Paper()
+    session = Session(_blocks(), screen, observer, paper)
+    session.on_trial = lambda trial: None if trial.kind != "break" else _mark(session)
+    _run(session)
+    assert [(trial.place, trial.attempt) for trial in paper.trials[-2:]] == [((2, 0), 0), ((1, 9), 1)]
+    assert paper.trials[-1].data["answer"] == "second"
+    assert paper.ended
+
+
+def _mark(session: Session) -> None:
+    assert session.mark("experimenter") == (1, 9)

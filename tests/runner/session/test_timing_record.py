@@ -1,0 +1,161 @@
+"""Intervals between frames, and what is said of them."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner
+
+from analysis.records.session_record import read_session, session_files
+from devices.display.verification_file import read_verification
+from runner.cli.main import group
+from runner.presenter.surfaces.surface import SurfaceFacts
+from runner.presenter.timing import IntervalSummary
+from runner.session.timing_record import NOT_VERIFIED, explain, judge
+
+Study = Any  # tests/conftest.py
+Cyclopean = Callable[..., subprocess.CompletedProcess[str]]
+RECORD = """\
+schema_version: 1
+date: 2026-03-14
+instrument: photodiode and oscilloscope
+mode: {mode}
+refresh_hz: 60
+renderer: A card
+onsets: 200
+onset_error_ms: {{mean: 4.3, standard_deviation: 0.2, worst: 5.1}}
+"""
+HERE = SurfaceFacts("window", "X11", "A maker", "A card", "4.5", (640, 480), False, True)
+
+
+def test_late_frames_are_counted_in_frames() -> None:
+    summary = IntervalSummary.of([10.0] * 97 + [20.0, 31.0, 14.0])
+    assert summary.frames == 100
+    assert summary.median_ms == 10.0
+    assert summary.longest_ms == 31.0
+    assert summary.p99_ms == 20.0
+    assert summary.missed == 1 + 2
+    assert IntervalSummary.of([16.7]).missed == 0
+
+
+def test_the_explanation_says_when_nothing_waits_for_a_screen() -> None:
+    assert any("do not wait for the screen" in line for line in explain(IntervalSummary.of([0.5] * 10), True))
+    steady = explain(IntervalSummary.of([16.7] * 100), True)
+    assert not any("do not wait" in line for line in steady)
+    assert "59.9 frames per second" in steady[0]
+    assert "not verified with a photodiode" in steady[-2]
+    assert "photodiode_verification" in steady[-1]
+
+
+def _record(folder: Path, mode: str = "side-by-side") -> Path:
+    (folder / "photodiode.yaml").write_text(RECORD.format(mode=mode))
+    return folder / "photodiode.yaml"
+
+
+def test_onsets_are_verified_only_where_the_record_holds(tmp_path: Path) -> None:
+    record = read_verification(_record(tmp_path))
+    held = judge(record, "side-by-side", HERE, 59.94)
+    assert held.remarks == ()
+    assert held.words.startswith("verified with a photodiode on 2026-03-14")
+    assert "verified with a photodiode on 2026-03-14" in explain(IntervalSummary.of([16.7] * 9), True, held)[-1]
+    for mode, surface, rate_hz, said in (
+        ("flat", HERE, 59.94, "not 'flat'"),
+        ("side-by-side", HERE, 75.0, "not 75 Hz"),
+        ("side-by-side", replace(HERE, renderer="llvmpipe"), 59.94, "not 'llvmpipe'"),
+        ("side-by-side", HERE, None, "no screen"),
+    ):
+        judgement = judge(record, mode, surface, rate_hz)
+        assert judgement.words == NOT_VERIFIED
+        (remark,) = judgement.remarks
+        assert said in remark
+        assert "photodiode.yaml does not hold here" in remark
+        told = explain(IntervalSummary.of([16.7] * 9), True, judgement)
+        assert any(said in line for line in told)
+        assert any(NOT_VERIFIED in line for line in told[-2:])
+    assert judge(None, "side-by-side", HERE, 60.0).words == NOT_VERIFIED
+
+
+def _simulate(study: Study) -> Any:
+    words = ["run", study.experiment, "--observer", "01", "--results", study.results, "--simulate", study.observers]
+    return CliRunner().invoke(group, [str(word) for word in words])
+
+
+def test_a_session_s_header_holds_the_record_and_says_that_it_does_not_hold_without_a_screen(study: Study) -> None:
+    record = _record(study.folder)
+    study.edit("rig.yaml", "mode: side", "photodiode_verification: photodiode.yaml\nmode: side")
+    done = _simulate(study)
+    assert done.exit_code == 0, done.output
+    assert "there is no screen here" in done.stderr
+    header = read_session(*session_files(study.results)).header
+    timing = header.presentation["timing"]
+    assert timing["verification"] == NOT_VERIFIED
+    kept = timing["verification_record"]
+    assert kept["sha256"] == hashlib.sha256(record.read_bytes()).hexdigest()
+    assert kept["onset_error_ms"] == {"mean": 4.3, "standard_deviation": 0.2, "worst": 5.1}
+    assert any("photodiode.yaml does not hold here" in remark for remark in header.remarks)
+
+
+def test_a_session_without_a_record_says_so_and_remarks_nothing(study: Study) -> None:
+    assert _simulate(study).exit_code == 0
+    header = read_session(*session_files(study.results)).header
+    assert header.presentation["timing"]["verification"] == NOT_VERIFIED
+    assert "verification_record" not in header.presentation["timing"]
+    assert header.remarks == ()
+
+
+def _check(*files: Path) -> Any:
+    return CliRunner().invoke(group, ["check", *map(str, files), "--json"])
+
+
+def test_check_tells_what_a_record_says_and_whether_it_is_of_this_rig(study: Study) -> None:
+    record = _record(study.folder)
+    study.edit("rig.yaml", "mode: side", "photodiode_verification: photodiode.yaml\nmode: side")
+    files = json.loads(_check(record, study.folder / "rig.yaml", study.experiment).stdout)
+    assert all(facts["onsets"].startswith("verified with a photodiode") for facts in files)
+    _record(study.folder, "flat")
+    for facts in json.loads(_check(study.folder / "rig.yaml", study.experiment).stdout):
+        assert facts["onsets"] == NOT_VERIFIED
+        messages = [warning["message"] for warning in facts["warnings"]]
+        assert any("measured in the mode 'flat', not 'side-by-side'" in message for message in messages)
+
+
+def test_check_and_run_refuse_a_missing_and_a_wrong_record(study: Study) -> None:
+    study.edit("rig.yaml", "mode: side", "photodiode_verification: photodiode.yaml\nmode: side")
+    for text, place in ((None, ("rig.yaml", 3, 26)), ("date: today\n", ("photodiode.yaml", 1, 7))):
+        if text:
+            (study.folder / "photodiode.yaml").write_text(text)
+        done = _check(study.experiment)
+        assert done.exit_code == 2
+        findings = json.loads(done.stdout)[0]["findings"]
+        assert place in {(Path(one["file"]).name, one["line"], one["column"]) for one in findings}
+        ran = study.cyclopean("run", study.experiment, "--observer", "01", "--results", study.results, expect=2)
+        assert f"{place[0]}:{place[1]}:{place[2]}: " in ran.stderr
+        assert not study.results.exists()
+
+
+@pytest.mark.window
+def test_doctor_measures_a_real_window(xvfb: str, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("DISPLAY", xvfb)
+    told = cyclopean("doctor", "--timing", "--seconds", "0.5")
+    assert "median" in told.stdout
+    assert "X11 without a compositing manager" in told.stdout
+
+
+@pytest.mark.window
+def test_doctor_says_that_a_record_of_another_machine_does_not_hold(
+    xvfb: str, study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    _record(study.folder)
+    study.edit("rig.yaml", "mode: side", "photodiode_verification: photodiode.yaml\nmode: side")
+    monkeypatch.setenv("DISPLAY", xvfb)
+    told = study.cyclopean("doctor", "--timing", "--seconds", "0.5", "--json", "--rig", study.folder / "rig.yaml")
+    facts = json.loads(told.stdout)
+    assert facts["verification"] == NOT_VERIFIED
+    assert any("measured with the renderer 'A card'" in line for line in facts["meaning"])

@@ -1,0 +1,387 @@
+"""Building a stimulus set: what is made, made once, and made whole or not at all."""
+
+from __future__ import annotations
+
+import json
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import OpenImageIO as oiio
+import pytest
+import yaml
+
+import stimuli.build.build
+from documents import InputError
+from stimuli.build.build import build, cache_folder
+from stimuli.errors import StimulusError
+from stimuli.pictures.exr import write_exr
+from stimuli.pictures.stereo_image import StereoImage
+
+PLATE: dict[str, Any] = {
+    "schema_version": 1,
+    "kind": "sparkle_plate",
+    "seed": 7,
+    "plate": {
+        "size_mm": [12, 8],
+        "coat_refractive_index": 1.5,
+        "flakes": {
+            "per_mm2": 40,
+            "diameter_median_um": 20,
+            "diameter_spread": 0.5,
+            "diameter_range_um": [8, 80],
+            "depth_max_um": 40,
+            "tilt_sd_deg": 8,
+            "lobe_sd_deg": 1,
+            "reflectance": 0.85,
+        },
+        "base": {"reflectance": 0.1, "chromaticity_xy": [0.33, 0.34]},
+    },
+    "lamp": {
+        "illuminance_lx": 110,
+        "chromaticity_xy": [0.353, 0.362],
+        "zenith_deg": 45,
+        "angular_radius_deg": 1.5,
+    },
+    "camera": {
+        "distance_mm": 700,
+        "interpupillary_distance_mm": 65,
+        "resolution_px_per_mm": 14.6,
+        "point_spread_sd_px": 1,
+        "full_well_cd_s_m2": 13.7,
+        "raw_from_XYZ": [[0.7866, -0.2108, -0.0555], [-0.4869, 1.2483, 0.2681], [-0.1176, 0.2069, 0.7501]],
+    },
+    "stimuli": [
+        {"name": "short", "exposure_s": "1/15"},
+        {"name": "long", "exposure_s": 1, "luminance_scale": 1.78},
+    ],
+}
+
+
+@pytest.fixture(autouse=True)
+def cache(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    return tmp_path / "cache"
+
+
+def recipe_file(tmp_path: Path, recipe: dict[str, Any]) -> Path:
+    path = tmp_path / "recipe.yaml"
+    path.write_text(yaml.safe_dump(recipe, sort_keys=False))
+    return path
+
+
+def pictures_recipe(tmp_path: Path, *stimuli: dict[str, Any], **more: Any) -> Path:
+    return recipe_file(tmp_path, {"schema_version": 1, "kind": "pictures", **more, "stimuli": list(stimuli)})
+
+
+def noise(seed: int) -> np.ndarray[Any, np.dtype[np.float32]]:
+    return np.random.default_rng(seed).uniform(0, 30, (4, 6, 3)).astype(np.float32)
+
+
+def test_each_exposure_makes_a_stereo_and_a_flat_stimulus_in_order(tmp_path: Path) -> None:
+    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    assert made.names == ("short-stereo", "short-flat", "long-stereo", "long-flat")
+    assert [made.load(name).is_flat for name in made.names] == [False, True, False, True]
+    assert made.factors("short-flat") == {
+        "image": "short",
+        "view": "flat",
+        "exposure_s": pytest.approx(1 / 15),
+        "luminance_scale": 1.0,
+    }
+    image = made.load("long-stereo")
+    assert (image.width_px, image.height_px) == (43, 29)
+    assert not np.array_equal(image.left, image.right)
+    assert np.array_equal(image.left, made.load("long-stereo").left)
+
+
+def test_luminance_scale_multiplies_xyz_after_the_sensor(tmp_path: Path) -> None:
+    recipe = {
+        **PLATE,
+        "stimuli": [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1, "luminance_scale": 2}],
+    }
+    made = build(recipe_file(tmp_path, recipe), 0.2768)
+    np.testing.assert_allclose(made.load("b-stereo").left, 2 * made.load("a-stereo").left, rtol=2e-3)
+
+
+def test_the_second_build_renders_nothing_and_says_the_same(tmp_path: Path) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first, second = build(path, 0.2768), build(path, 0.2768)
+    assert (first.rendered, second.rendered) == (4, 0)
+    assert first.digest == second.digest
+    assert first.names == second.names
+
+
+def test_a_set_that_is_found_loads_nothing_that_makes_pictures(tmp_path: Path) -> None:
+    recipe = recipe_file(tmp_path, PLATE)
+    build(recipe, 0.2768)
+    code = (
+        "import sys; from pathlib import Path; from stimuli.build.build import build\n"
+        f"assert build(Path({str(recipe)!r}), 0.2768).rendered == 0\n"
+        "print(*sys.modules)"
+    )
+    ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
+    loaded = set(ran.stdout.split())
+    assert "stimuli.recipes.recipe" in loaded
+    makers = {
+        "stimuli.build.builder",
+        "stimuli.build.plan",
+        "stimuli.build.studio",
+        "stimuli.align.pair",
+        "stimuli.luminance.statistics",
+    }
+    assert not loaded & (makers | {"scipy", "OpenImageIO", "rawpy", "filelock"})
+
+
+def test_the_same_recipe_elsewhere_makes_the_same_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first = build(path, 0.2768)
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "other"))
+    second = build(path, 0.2768)
+    assert second.rendered == 4
+    assert first.digest == second.digest
+
+
+@pytest.mark.parametrize("change", ["seed", "pitch", "comment"])
+def test_what_pictures_depend_on_is_the_key(tmp_path: Path, change: str) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    first = build(path, 0.2768)
+    if change == "seed":
+        recipe_file(tmp_path, {**PLATE, "seed": 8})
+    if change == "comment":
+        path.write_text("# another word\n" + path.read_text())
+    second = build(path, 0.3 if change == "pitch" else 0.2768)
+    assert (second.rendered == 0) == (change == "comment")
+    assert (second.digest == first.digest) == (change == "comment")
+
+
+def test_progress_counts_up_to_the_number_of_pictures(tmp_path: Path) -> None:
+    calls: list[tuple[str, int, int]] = []
+    build(recipe_file(tmp_path, PLATE), 0.2768, lambda doing, done, total: calls.append((doing, done, total)))
+    assert [(done, total) for _, done, total in calls] == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
+    assert calls[1][0] == "rendering short-flat"
+
+
+def test_the_manifest_records_steps_statistics_and_files(tmp_path: Path) -> None:
+    made = build(recipe_file(tmp_path, {**PLATE, "sparkles": {"times": 1.2}}), 0.2768)
+    manifest = json.loads(made.manifest_path.read_text())
+    assert manifest["recipe"]["lamp"]["azimuth_deg"] == 90.0
+    entry = manifest["stimuli"][2]
+    assert [step["step"] for step in entry["steps"]] == ["render", "expose", "resample", "scale"]
+    assert 0 <= entry["steps"][1]["saturated_percent"]["left"]["green"] < 100
+    counts = entry["steps"][0]["views"]["left"]
+    assert counts["splatted"] <= counts["shaded"] <= counts["flakes"]
+    image = made.load(entry["name"])
+    assert entry["steps"][2]["resolution"]["picture_px"] == [175, 117]
+    assert "cycles per degree" in entry["steps"][2]["said"][0]
+    told = entry["statistics"]
+    assert (told["exposure_s"], told["luminance_scale"]) == (1.0, 1.78)
+    luminance = image.left[..., 1].astype(np.float64)
+    left = told["eyes"]["left"]
+    assert left["max_luminance_cd_m2"] == pytest.approx(luminance.max(), rel=1e-3)
+    assert left["mean_luminance_cd_m2"] == pytest.approx(luminance.mean(), rel=1e-3)
+    assert left["rms_contrast"] == pytest.approx(luminance.std() / luminance.mean(), rel=1e-2)
+    assert left["sparkles"]["count"]["value"] > 0
+    assert {"python", "numpy", "OpenImageIO"} <= manifest["versions"].keys()
+
+
+@pytest.mark.parametrize(
+    ("damage", "pictures"), [("cut", 1), ("gone", 1), ("other", 1), ("manifest", 4), ("unreadable manifest", 4)]
+)
+def test_what_is_damaged_in_the_cache_is_built_again(tmp_path: Path, damage: str, pictures: int) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    made = build(path, 0.2768)
+    victim = made.path("short-stereo")
+    if damage == "cut":
+        victim.write_bytes(victim.read_bytes()[:-100])
+    elif damage == "gone":
+        victim.unlink()
+    elif damage == "other":
+        write_exr(victim, made.load("long-stereo"))
+    elif damage == "manifest":
+        made.manifest_path.unlink()
+    else:
+        made.manifest_path.write_text("{")
+    again = build(path, 0.2768)
+    assert again.rendered == pictures
+    assert again.digest == made.digest
+    assert build(path, 0.2768).rendered == 0
+
+
+def test_an_interrupted_build_leaves_no_set_and_the_next_one_goes_on_where_it_was(tmp_path: Path, cache: Path) -> None:
+    path = recipe_file(tmp_path, PLATE)
+
+    def stop(doing: str, done: int, total: int) -> None:
+        if done == 2:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        build(path, 0.2768, stop)
+    assert [entry.name for entry in cache.glob("[!.]*/")] == []
+    (workshop,) = cache.glob(".*/")
+    # A killed process leaves half a picture, too, and half of a record.
+    (workshop / ".half-picture.exr").write_bytes(b"")
+    (workshop / "half.part").write_bytes(b"{")
+    told: list[tuple[str, int, int]] = []
+    made = build(path, 0.2768, lambda *what: told.append(what))
+    assert made.rendered == 2
+    assert [what for what in told if what[1] == 2][-1] == ("rendering long-stereo", 2, 4)
+    assert list(cache.glob(".*/")) == []
+    whole = build(path, 0.2768, force=True)
+    assert (whole.rendered, whole.digest) == (4, made.digest)
+
+
+def test_a_half_done_picture_is_made_again(tmp_path: Path, cache: Path) -> None:
+    path = recipe_file(tmp_path, PLATE)
+
+    def stop(doing: str, done: int, total: int) -> None:
+        if done == 3:
+            raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        build(path, 0.2768, stop)
+    (workshop,) = cache.glob(".*/")
+    first, second, third = sorted(workshop.glob("*.exr"))
+    first.write_bytes(first.read_bytes()[:-50])
+    second.with_suffix(".json").write_text("{")
+    made = build(path, 0.2768)
+    assert made.rendered == 3
+    assert third.name not in [file.name for file in made.folder.iterdir()]
+    assert made.digest == build(path, 0.2768, force=True).digest
+
+
+def test_changing_one_stimulus_makes_one_picture(tmp_path: Path) -> None:
+    first = build(recipe_file(tmp_path, PLATE), 0.2768)
+    more = [*PLATE["stimuli"], {"name": "longer", "exposure_s": 2}]
+    second = build(recipe_file(tmp_path, {**PLATE, "stimuli": more}), 0.2768)
+    assert (second.rendered, len(second.names)) == (2, 6)
+    renamed = [{**PLATE["stimuli"][0], "name": "quick"}, PLATE["stimuli"][1]]
+    third = build(recipe_file(tmp_path, {**PLATE, "stimuli": renamed}), 0.2768)
+    assert third.rendered == 0
+    assert third.names == ("quick-stereo", "quick-flat", "long-stereo", "long-flat")
+    assert third.factors("quick-flat")["image"] == "quick"
+    assert third.digest != first.digest
+    np.testing.assert_array_equal(third.load("quick-stereo").right, first.load("short-stereo").right)
+    assert third.entry("quick-stereo")["sha256"] == first.entry("short-stereo")["sha256"]
+
+
+def test_two_names_of_one_picture_are_made_once(tmp_path: Path) -> None:
+    twice = [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1}]
+    made = build(recipe_file(tmp_path, {**PLATE, "stimuli": twice}), 0.2768)
+    assert made.rendered == 2
+    assert made.names == ("a-stereo", "a-flat", "b-stereo", "b-flat")
+    np.testing.assert_array_equal(made.load("a-flat").left, made.load("b-flat").left)
+
+
+def test_the_generator_s_version_is_part_of_the_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = recipe_file(tmp_path, PLATE)
+    build(path, 0.2768)
+    monkeypatch.setattr(stimuli.build, "GENERATOR_VERSION", -1)
+    assert build(path, 0.2768).rendered == 4
+
+
+def test_pictures_stereo_and_flat(tmp_path: Path) -> None:
+    write_exr(tmp_path / "pair.exr", StereoImage(noise(1), noise(2)))
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(3)))
+    path = pictures_recipe(
+        tmp_path,
+        {"name": "pair", "file": "pair.exr"},
+        {"name": "one", "file": "one.exr"},
+        {"name": "left", "file": "pair.exr", "view": "flat", "flat_eye": "left"},
+        {"name": "brighter", "file": "one.exr", "white_luminance_cd_m2": 2},
+    )
+    made = build(path, 0.2768)
+    assert [made.factors(name)["view"] for name in made.names] == ["stereo", "flat", "flat", "flat"]
+    np.testing.assert_array_equal(made.load("left").left, made.load("pair").left)
+    np.testing.assert_allclose(made.load("brighter").left, 2 * made.load("one").left, rtol=1e-3)
+
+
+def test_a_changed_picture_is_built_again(tmp_path: Path) -> None:
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(3)))
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr"})
+    first = build(path, 0.2768)
+    write_exr(tmp_path / "one.exr", StereoImage.flat(noise(4)))
+    second = build(path, 0.2768)
+    assert second.rendered == 1
+    assert second.digest != first.digest
+
+
+def test_a_missing_picture_is_named_with_its_line(tmp_path: Path) -> None:
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "gone.exr"})
+    with pytest.raises(StimulusError, match=r"recipe\.yaml:5:9: the picture 'gone\.exr' cannot be read"):
+        build(path, 0.2768)
+
+
+def test_a_flat_view_of_a_pair_needs_an_eye(tmp_path: Path) -> None:
+    write_exr(tmp_path / "pair.exr", StereoImage(noise(1), noise(2)))
+    path = pictures_recipe(tmp_path, {"name": "pair", "file": "pair.exr"}, views=["stereo", "flat"])
+    with pytest.raises(StimulusError, match="no centre view"):
+        build(path, 0.2768)
+    path = pictures_recipe(
+        tmp_path, {"name": "pair", "file": "pair.exr", "flat_eye": "right"}, views=["stereo", "flat"]
+    )
+    assert build(path, 0.2768).names == ("pair-stereo", "pair-flat")
+
+
+@pytest.mark.parametrize("pitch", [0.0, -1.0, float("nan"), float("inf")])
+def test_a_pitch_that_cannot_be_is_refused(tmp_path: Path, pitch: float) -> None:
+    with pytest.raises(StimulusError, match="pixel_pitch_mm"):
+        build(recipe_file(tmp_path, PLATE), pitch)
+
+
+def test_an_unknown_stimulus_gets_the_nearest_spelling(tmp_path: Path) -> None:
+    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    with pytest.raises(StimulusError, match="did you mean 'short-stereo'"):
+        made.load("short-sterio")
+
+
+def test_a_cache_that_cannot_be_written_is_one_clear_error(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "file"))
+    with pytest.raises(InputError, match="cannot be kept"):
+        build(recipe_file(tmp_path, PLATE), 0.2768)
+
+
+def test_where_the_cache_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert cache_folder() == tmp_path / "cache"
+    monkeypatch.delenv("CYCLOPEAN_CACHE")
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path))
+    assert cache_folder() == tmp_path / "cyclopean" / "stimuli"
+    monkeypatch.delenv("XDG_CACHE_HOME")
+    assert cache_folder() == Path.home() / ".cache" / "cyclopean" / "stimuli"
+
+
+SHARED = Path(__file__).parents[3] / ".." / "shared" / "data" / "stereo"
+
+
+@pytest.mark.shared_data
+@pytest.mark.skipif(not SHARED.is_dir(), reason="the real pictures of ../shared/data are not here")
+def test_real_pictures_in_a_recipe(tmp_path: Path) -> None:
+    for name in ("Adjuster.exr", "chromaticities_XYZ.exr"):
+        shutil.copyfile(SHARED / name, tmp_path / name)
+    blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709"}
+    path = pictures_recipe(tmp_path, blade, views=["stereo", "flat"])
+    made = build(path, 0.2768)
+    assert [made.load(name).is_flat for name in ("blade-stereo", "blade-flat")] == [False, True]
+    assert made.entry("blade-flat")["steps"][0]["views"] == ["center"]
+    made = build(pictures_recipe(tmp_path, {"name": "room", "file": "chromaticities_XYZ.exr"}), 0.2768)
+    assert made.factors("room") == {"image": "room", "view": "flat"}
+    with pytest.raises(StimulusError, match="does not declare its chromaticities"):
+        build(pictures_recipe(tmp_path, {"name": "blade", "file": "Adjuster.exr"}), 0.2768)
+
+
+@pytest.mark.parametrize(("negative", "clipped"), [("refuse", None), ("clip", 2)])
+def test_what_was_clipped_stands_in_the_manifest(tmp_path: Path, negative: str, clipped: int | None) -> None:
+    pixels = noise(1)
+    pixels[0, :2, 1] = -0.5
+    picture = oiio.ImageBuf(pixels)
+    picture.specmod().attribute("chromaticities", "float[8]", (1, 0, 0, 1, 0, 0, 1 / 3, 1 / 3))
+    assert picture.write(str(tmp_path / "one.exr"))
+    path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr", "negative": negative})
+    if clipped is None:
+        with pytest.raises(StimulusError, match="2 pixels have negative XYZ"):
+            build(path, 0.2768)
+    else:
+        assert build(path, 0.2768).entry("one")["steps"][0]["clipped_pixels"] == clipped

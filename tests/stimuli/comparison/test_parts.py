@@ -1,0 +1,271 @@
+"""Rows in files, bands of a turned picture, corners, spectra, and the page."""
+
+from __future__ import annotations
+
+import re
+from html.parser import HTMLParser
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from devices.camera.camera_file import write_camera
+from devices.camera.camera_model import CameraModel
+from devices.chart.layout import perspective
+from devices.colour.spaces import rgb_to_xyz_matrix
+from devices.colour.white_points import white_point
+from devices.display.rig_file import read_rig
+from stimuli.align.homography import warp
+from stimuli.comparison.bring import brought, flags_brought
+from stimuli.comparison.drawn import draw_pictures
+from stimuli.comparison.placing import Placing, place
+from stimuli.comparison.row_file import RowFile
+from stimuli.pictures.exr.to_xyz import REC709
+from tests.stimuli.comparison.scenes import (
+    CHART,
+    PLATE,
+    RIG,
+    SIZE,
+    Cyclopean,
+    chart,
+    compared,
+    patch_XYZ,
+    said,
+    spots,
+    written,
+)
+from tests.stimuli.spectral.pictures import WAVES, save_exr
+
+
+@settings(max_examples=30, deadline=None)
+@given(height=st.integers(1, 40), width=st.integers(1, 30), first=st.integers(-45, 45), last=st.integers(-45, 45))
+def test_rows_come_back(height: int, width: int, first: int, last: int) -> None:
+    picture = np.random.default_rng(height).random((height, width, 3)).astype(np.float32)
+    rows = RowFile.of(picture)
+    np.testing.assert_array_equal(rows[first:last], picture[first:last])
+    np.testing.assert_array_equal(rows.plane(2), picture[..., 2])
+
+
+def placing(matrix: np.ndarray) -> Placing:
+    return Placing(matrix, "corners", (0.0, 0.0), None, 1.0, None, 1.0, None, 0, 0, True)
+
+
+@pytest.mark.parametrize("angle_deg", [3.0, 40.0, 90.0])
+def test_bands_equal_the_whole(angle_deg: float) -> None:
+    picture = spots(size=(200, 600), count=2000)
+    c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
+    matrix = np.array([[c, -s, 60.0], [s, c, 20.0], [1e-5, 2e-5, 1.0]])
+    found, within = brought(RowFile.of(picture), placing(matrix), (220, 620), lambda done, of: None)
+    whole = warp(picture, matrix, (220, 620)).picture
+    assert np.abs(found[0:620] - whole)[within].max() < 2e-4 * picture.max()
+    assert 0.05 < within.mean() < 0.95
+    flags = picture[..., 1] > 100
+    moved = flags_brought(flags, placing(matrix), (220, 620))
+    # Every pixel that light of a flagged one reaches is flagged.
+    light = warp(flags[..., None].astype(np.float32), matrix, (220, 620)).picture[..., 0]
+    assert moved[within & (light > 0.6)].all()
+    assert moved.mean() < 10 * flags.mean()
+
+
+def test_shifts_and_turns_do_not_depend_on_luminance_or_noise() -> None:
+    rng = np.random.default_rng(3)
+    noisy = [
+        np.maximum(one * (1 + 0.05 * rng.standard_normal(one.shape)), 0).astype(np.float32)
+        for one in (spots(), spots(-1.3, 0.6, 1.0, gain=40.0))
+    ]
+    lies = place(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
+    assert lies.shift_px == pytest.approx((-1.3, 0.6), abs=0.03)
+    assert lies.rotation_deg == pytest.approx(1.0, abs=0.03)
+    assert lies.rotation_se_deg is not None
+    assert abs(lies.rotation_deg - 1.0) < 4 * lies.rotation_se_deg
+    assert lies.scale == pytest.approx(1.0, abs=3e-4)
+
+
+def test_corners_bring_a_view_from_aside(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    here = np.array([[20.0, 18.0], [222.0, 22.0], [218.0, 160.0], [16.0, 154.0]])
+    there = np.array([[40.0, 22.0], [230.0, 10.0], [214.0, 170.0], [30.0, 146.0]])
+    assert np.abs(perspective(here, there)[2, :2]).max() > 1e-5
+    regions = tmp_path / "r.yaml"
+    text = CHART.replace("inner: 0.6", "inner: 0.6, rendering_corners: [[40, 22], [230, 10], [214, 170], [30, 146]]")
+    regions.write_text(text, encoding="utf-8")
+    files = written(tmp_path / "a.exr", chart()), written(tmp_path / "b.exr", chart(corners=there, seed=6))
+    found = compared(cyclopean, *files, "--regions", regions, "--register", "corners")
+    assert found["decision"] == "validated"
+    assert found["eyes"]["both"]["registration"]["residual_px"] < 0.15
+    assert found["eyes"]["both"]["regions"]["mean_delta_e"] < 0.1
+
+    def words(corners: np.ndarray) -> list[str]:
+        return [f"{x},{y}" for x, y in corners.tolist()]
+
+    told = ("--photo-corners", *words(here), "--rendering-corners", *words(there + 0.4))
+    regions.write_text(CHART, encoding="utf-8")
+    found = compared(cyclopean, *files, "--regions", regions, "--register", "corners", *told)
+    # Marked four tenths aside, and found out by the squares.
+    assert found["eyes"]["both"]["registration"]["residual_px"] < 0.15
+
+
+def test_spectral_renderings(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """By the observer, and by the sensor: both of a grey world give the photograph's XYZ."""
+    waves = WAVES[::4]
+    flat = np.ones((SIZE[1], SIZE[0], len(waves)), dtype=np.float32)
+    light = spots()[..., 1:2]
+    save_exr(tmp_path / "s.exr", flat * light * 1e-5, waves)
+    seen = compared(
+        cyclopean, tmp_path / "s.exr", tmp_path / "s.exr", "--regions", PLATE, "--rendering-holds", "spectral"
+    )
+    xyz = seen["eyes"]["both"]["regions"]["rows"][0]["photo"]
+    assert (xyz["x"], xyz["y"]) == pytest.approx((1 / 3, 1 / 3), abs=2e-3)
+    # A sensor whose channels see alike gives equal RGB; its camera file says that full scale is E at 1000 cd/m².
+    curves = "\n".join(f"{wave:g},1,1,1" for wave in waves)
+    (tmp_path / "sensor.csv").write_text(f"wavelength_nm,red,green,blue\n{curves}\n", encoding="utf-8")
+    full = 1000.0
+    matrix = np.diag([full, full, full])
+    write_camera(CameraModel(matrix, np.zeros(3), np.zeros(3)), tmp_path / "c.yaml")
+    words = (
+        "--regions",
+        PLATE,
+        "--camera",
+        tmp_path / "c.yaml",
+        "--full-scale",
+        full,
+        "--sensitivities",
+        tmp_path / "sensor.csv",
+    )
+    taken = compared(cyclopean, tmp_path / "s.exr", tmp_path / "s.exr", *words)
+    row = taken["eyes"]["both"]["regions"]["rows"][0]["photo"]
+    assert row["luminance_cd_m2"] == pytest.approx(xyz["luminance_cd_m2"], rel=1e-3)
+    assert taken["photograph"]["holds"] == "spectral"
+
+
+def test_tiff_and_told_colour_spaces(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    import tifffile
+
+    picture = spots()
+    photo = written(tmp_path / "a.exr", picture)
+    tifffile.imwrite(tmp_path / "xyz.tif", picture, photometric="rgb")
+    linear = (picture.astype(np.float64) @ np.linalg.inv(rgb_to_xyz_matrix(*REC709)).T).astype(np.float32)
+    tifffile.imwrite(tmp_path / "rec709.tif", linear, photometric="rgb")
+    for name in ("xyz", "rec709"):
+        found = compared(cyclopean, photo, tmp_path / f"{name}.tif", "--regions", PLATE, "--rendering-holds", name)
+        sums = found["eyes"]["both"]["per_pixel"]
+        assert sums["mean"] < 0.05
+        assert sums["largest"] < 0.5  # half floats round X, Y and Z apart, by 1/2048 each
+        assert found["rendering"]["holds"] == name
+    tifffile.imwrite(tmp_path / "whole.tif", picture.astype(np.uint16), photometric="rgb")
+    told = cyclopean("compare", photo, tmp_path / "whole.tif", "--regions", PLATE, "--rendering-holds", "xyz", expect=2)
+    assert "whole numbers are no light" in told.stderr
+
+
+class Ids(HTMLParser):
+    """Gathers what a page names and asks for."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.ids: list[str] = []
+        self.asked: list[str] = []
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        for name, value in attrs:
+            if name == "id":
+                self.ids.append(value or "")
+            if name in ("src", "href", "xlink:href") and value and not value.startswith(("data:", "#")):
+                self.asked.append(value)
+
+
+def test_the_page(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    one = written(tmp_path / "<b>a.exr", chart(), chart(seed=7))
+    two = written(tmp_path / "b.exr", chart(1.03 * patch_XYZ(), seed=6), chart(1.03 * patch_XYZ(), seed=8))
+    (tmp_path / "r.yaml").write_text(CHART, encoding="utf-8")
+    cyclopean(
+        "compare", one, two, "--regions", tmp_path / "r.yaml", "--rig", RIG, "-o", tmp_path / "o.html", expect=None
+    )
+    page = (tmp_path / "o.html").read_text(encoding="utf-8")
+    assert "<b>a.exr" not in page
+    seen = Ids()
+    seen.feed(page)
+    assert len(seen.ids) == len(set(seen.ids)) > 10
+    assert seen.asked == []
+    used = set(re.findall(r"url\(#([^)]+)\)", page)) | set(re.findall(r'href="#([^"]+)"', page))
+    assert used <= set(seen.ids)
+    first = page.index('class="decision')
+    assert first < page.index("Tone-mapped for this page") < page.index("Colour differences") < page.index("sha256")
+    for words in (
+        "Δxy",
+        "S<sub>L</sub>",
+        "mean ratio",
+        "Left eye",
+        "Right eye",
+        "Disparity",
+        "the rendering 2.99 % brighter",
+        "Luminance along the greys of 'chart'".replace("'", "&#39;"),
+        "Within their limits, left eye / right eye:",
+    ):
+        assert words in page
+    assert page.count("data:image/png;base64,") >= 4 + 4
+    assert "in the colour of the display&#39;s white" in page.replace("'", "&#39;")
+
+
+def test_pictures_are_drawn_with_the_displays_white_as_white(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    import base64
+    import io
+
+    from PIL import Image
+
+    def middle(url: str) -> NDArray[np.int_]:
+        picture = Image.open(io.BytesIO(base64.b64decode(url.partition(",")[2])))
+        return np.array(picture.resize((1, 1), Image.Resampling.BOX).convert("RGB")).reshape(3).astype(int)
+
+    white = read_rig(RIG).models.left.white_XYZ_cd_m2
+    grey = np.broadcast_to(0.2 * white, (40, 60, 3)).copy()
+    for drawn in draw_pictures(grey, 0.5 * grey, white)[:2]:
+        assert np.ptp(middle(drawn)) <= 1
+    d50 = white_point("d50", 1.0)
+    assert middle(draw_pictures(grey, grey, d50)[0])[2] == 255
+    # And so does the command where a display is named; without one it says what counts.
+    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots())
+    urls = {}
+    for name, more in (("named", ["--rig", RIG]), ("unnamed", [])):
+        cyclopean("compare", *files, "--regions", PLATE, "-o", tmp_path / f"{name}.html", *more)
+        page = (tmp_path / f"{name}.html").read_text(encoding="utf-8")
+        assert ("looks tinted here" in page) == (name == "unnamed")
+        urls[name] = re.findall(r'src="(data:image/png[^"]*)" alt="The photograph"', page)[0]
+    assert middle(urls["named"]).tolist() != middle(urls["unnamed"]).tolist()
+
+
+def test_a_limit_decides_and_help_says_how_it_ends(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(gain=1.03))
+    assert compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG)["decision"] == "validated"
+    found = compared(cyclopean, *files, "--regions", PLATE, "--rig", RIG, "--limit", "0.3", expect=1)
+    assert any("more than 0.3" in line for line in said(found, "fails"))
+    told = cyclopean("compare", *files, "--regions", PLATE)
+    assert told.stdout.startswith("Validated: ")
+    assert "0 validated, 1 not validated" in " ".join(cyclopean("compare", "--help").stdout.split())
+
+
+def test_corners_count_from_the_corner_of_a_pixel(tmp_path: Path, cyclopean: Cyclopean) -> None:
+    """Where nothing in the pictures says more, the corners alone decide, and what is left is not known."""
+    here = np.array([[0.0, 0.0], [200.0, 0.0], [200.0, 100.0], [0.0, 100.0]])
+    corners = [[f"{x},{y}" for x, y in (scale * here).tolist()] for scale in (1.0, 1.05)]
+    files = written(tmp_path / "a.exr", spots()), written(tmp_path / "b.exr", spots(seed=1, size=(260, 200)))
+    told = ("--register", "corners", "--photo-corners", *corners[0], "--rendering-corners", *corners[1])
+    found = compared(cyclopean, *files, "--regions", PLATE, *told, expect=None)
+    lies = found["eyes"]["both"]["registration"]
+    # The middle of the first pixel, half a pixel from the corner, goes to 1.05 halves from it.
+    want = [[1.05, 0.0, 0.025], [0.0, 1.05, 0.025], [0.0, 0.0, 1.0]]
+    np.testing.assert_allclose(lies["photo_to_rendering"], want, atol=1e-9)
+    assert lies["residual_px"] is None
+    assert any("could not be measured" in line for line in found["eyes"]["both"]["said"])
+
+
+def test_a_full_disk_is_told(tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(*_: object) -> int:
+        raise OSError(28, "No space left on device")
+
+    file = written(tmp_path / "a.exr", spots())
+    monkeypatch.setattr("os.pwrite", full)
+    told = cyclopean("compare", file, file, "--regions", PLATE, "-o", tmp_path / "o.html", expect=1)
+    assert told.stderr == "cyclopean: no room for temporary files, or a file cannot be read: No space left on device\n"
+    assert not (tmp_path / "o.html").exists()

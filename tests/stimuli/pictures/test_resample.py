@@ -1,0 +1,175 @@
+"""Resampling against twins that visit every pair of pixels."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.typing import NDArray
+
+from stimuli.errors import StimulusError
+from stimuli.pictures.resample import Filter, area_weights, axis_weights, resample, resample_picture
+from stimuli.pictures.stereo_image import StereoImage
+
+
+def area_weights_plain(pixels: int, length_mm: float, pixel_pitch_mm: float) -> NDArray[np.float64]:
+    """The slow obvious twin: the overlap of every display pixel with every pixel."""
+    count = max(1, round(length_mm / pixel_pitch_mm))
+    weights = np.zeros((count, pixels))
+    for i in range(count):
+        low, high = (i - count / 2) * pixel_pitch_mm, (i + 1 - count / 2) * pixel_pitch_mm
+        for j in range(pixels):
+            start, end = (j / pixels - 0.5) * length_mm, ((j + 1) / pixels - 0.5) * length_mm
+            weights[i, j] = max(0.0, min(high, end) - max(low, start)) / pixel_pitch_mm
+    return weights
+
+
+@settings(deadline=None)
+@given(st.integers(1, 60), st.floats(0.5, 50), st.floats(0.3, 20))
+def test_weights_equal_the_plain_twin(pixels: int, length_mm: float, pitch_mm: float) -> None:
+    weights = area_weights(pixels, length_mm, pitch_mm)
+    np.testing.assert_allclose(weights.toarray(), area_weights_plain(pixels, length_mm, pitch_mm), rtol=0, atol=1e-9)
+
+
+def test_the_plate_on_the_rig_keeps_its_light() -> None:
+    columns, rows = area_weights(2190, 150, 0.2768), area_weights(1460, 100, 0.2768)
+    assert (columns.shape[0], rows.shape[0]) == (542, 361)
+    image = np.random.default_rng(0).uniform(0, 100, (1460, 2190)).astype(np.float32)
+    image[[0, 1, -1, -2]] = 0  # what 361 display pixels crop
+    small = resample(image, rows, columns)
+    light = image.sum(dtype=np.float64) * (150 / 2190) * (100 / 1460)
+    assert small.sum() * 0.2768**2 == pytest.approx(light, rel=1e-6)
+    np.testing.assert_allclose(np.asarray(columns.sum(axis=1))[1:-1], 1.0, atol=1e-12)
+
+
+def test_the_same_grid_changes_nothing() -> None:
+    image = np.random.default_rng(0).uniform(0, 1, (5, 8))
+    rows, columns = area_weights(5, 5.0, 1.0), area_weights(8, 8.0, 1.0)
+    np.testing.assert_allclose(resample(image, rows, columns), image, atol=1e-12)
+
+
+@pytest.mark.parametrize("pitch", [0.0, -0.1, float("nan"), 1e-9])
+def test_a_pitch_that_cannot_be_is_refused(pitch: float) -> None:
+    with pytest.raises(StimulusError, match="pixel_pitch_mm"):
+        area_weights(10, 150.0, pitch)
+
+
+# Smoother filters
+
+SMOOTH: tuple[Filter, ...] = ("linear", "cubic")
+
+
+def spline(t: NDArray[np.float64], filter: Filter) -> NDArray[np.float64]:
+    a = np.abs(t)
+    if filter == "linear":
+        return np.asarray(np.maximum(0, 1 - a))
+    return np.asarray(np.where(a < 1, 2 / 3 - a**2 + a**3 / 2, np.where(a < 2, (2 - a) ** 3 / 6, 0)))
+
+
+def weights_plain(pixels: int, length_mm: float, pitch_mm: float, filter: Filter) -> NDArray[np.float64]:
+    """The slow obvious twin: sum splines over fine steps, and mirror them at the ends."""
+    count = max(1, round(length_mm / pitch_mm))
+    size = length_mm / pixels
+    fine = 4000
+    end = 0.5 * min(count * pitch_mm, length_mm)
+    x = (np.arange(fine) + 0.5) / fine * 2 * end - end
+    if size <= pitch_mm:
+        knots, step, other, other_step = count, pitch_mm, pixels, size
+    else:
+        knots, step, other, other_step = pixels, size, count, pitch_mm
+    cell = np.clip(np.floor(x / other_step + other / 2), 0, other - 1).astype(int)
+    weights = np.zeros((knots, other))
+    for k in range(-3, knots + 3):
+        places = (k - (knots - 1) / 2) * step
+        mirrored = k % (2 * knots)
+        mirrored = mirrored if mirrored < knots else 2 * knots - 1 - mirrored
+        np.add.at(weights[mirrored], cell, spline((x - places) / step, filter) * 2 * end / fine / pitch_mm)
+    return weights if size <= pitch_mm else weights.T
+
+
+@pytest.mark.parametrize("filter", SMOOTH)
+@pytest.mark.parametrize(
+    ("pixels", "length", "pitch"), [(50, 10.0, 0.77), (7, 10.0, 0.77), (1, 3.0, 0.9), (9, 3.0, 5.0), (13, 13.0, 1.02)]
+)
+def test_smooth_weights_equal_the_plain_twin(pixels: int, length: float, pitch: float, filter: Filter) -> None:
+    plain = weights_plain(pixels, length, pitch, filter)
+    weights = axis_weights(pixels, length, pitch, filter)
+    # A step of the twin's sum may fall on either side of a pixel's edge.
+    np.testing.assert_allclose(weights.toarray(), plain, rtol=0, atol=4e-3 * max(1.0, length / pixels / pitch))
+
+
+@settings(deadline=None)
+@given(st.integers(1, 80), st.floats(0.5, 50), st.floats(0.3, 20), st.sampled_from(["area", "linear", "cubic"]))
+def test_every_filter_keeps_light_and_an_even_plane(
+    pixels: int, length_mm: float, pitch_mm: float, filter: Filter
+) -> None:
+    """Whatever the two grids: no weight below 0, and the light of each place as `area_weights` has it."""
+    weights = axis_weights(pixels, length_mm, pitch_mm, filter)
+    area = area_weights(pixels, length_mm, pitch_mm)
+    assert weights.shape == area.shape
+    assert weights.data.min() >= 0
+    covered = min(length_mm, weights.shape[0] * pitch_mm)
+    assert weights.sum() * pitch_mm == pytest.approx(covered, rel=1e-9)
+    if length_mm >= weights.shape[0] * pitch_mm * (1 - 1e-12):
+        np.testing.assert_allclose(weights.sum(axis=1), 1.0, atol=1e-9)
+    if length_mm / pixels <= pitch_mm:
+        np.testing.assert_allclose(weights.sum(axis=0), area.sum(axis=0), atol=1e-9)
+
+
+@pytest.mark.parametrize("filter", ["area", "linear", "cubic"])
+@pytest.mark.parametrize("pitch", [0.05, 0.0777, 0.25, 0.5])
+def test_the_mean_luminance_is_kept_exactly(filter: Filter, pitch: float) -> None:
+    """Finer and coarser display pixels; the picture fills them exactly or is cropped, dark at its edges."""
+    random = np.random.default_rng(3)
+    picture = np.zeros((80, 120, 3), np.float32)
+    picture[4:-4, 4:-4] = random.lognormal(0, 1.5, (72, 112, 3))
+    image = StereoImage(picture, picture[:, ::-1].copy())
+    small = resample_picture(image, (12.0, 8.0), pitch, filter)
+    for before, after in ((image.left, small.left), (image.right, small.right)):
+        light = before.sum(axis=(0, 1), dtype=np.float64) * 0.1**2
+        np.testing.assert_allclose(after.sum(axis=(0, 1), dtype=np.float64) * pitch**2, light, rtol=1e-6)
+    # Mirrored pictures stay mirrored: no filter shifts.
+    np.testing.assert_allclose(
+        small.right[:, ::-1],
+        resample_picture(StereoImage(image.right[:, ::-1].copy(), image.left), (12.0, 8.0), pitch, filter).left,
+        rtol=1e-5,
+        atol=1e-5,
+    )
+
+
+@pytest.mark.parametrize("filter", SMOOTH)
+def test_smooth_filters_alias_less_and_draw_smoother_when_enlarging(filter: Filter) -> None:
+    names: tuple[Filter, ...] = ("area", filter)
+    x = (np.arange(1000) + 0.5) / 1000
+    fine = 1 + np.cos(2 * np.pi * 160 * x)  # 0.64 cycles per display pixel
+    ripple = {name: np.ptp(axis_weights(1000, 250, 1.0, name) @ fine) for name in names}
+    assert ripple[filter] < 0.6 * ripple["area"]
+    wave = 1 + np.cos(2 * np.pi * 5 * (np.arange(50) + 0.5) / 50)
+    truth = 1 + np.cos(2 * np.pi * 5 * (np.arange(400) + 0.5) / 400)
+    error = {name: np.abs(axis_weights(50, 400, 1.0, name) @ wave - truth).max() for name in names}
+    assert error[filter] < 0.6 * error["area"]
+
+
+def test_the_display_s_own_pixels_are_left_as_they_are() -> None:
+    picture = np.random.default_rng(0).uniform(0, 9, (20, 30, 3)).astype(np.float32)
+    filters: tuple[Filter, ...] = ("area", *SMOOTH)
+    for filter in filters:
+        same = resample_picture(StereoImage.flat(picture), (30 * 0.27, 20 * 0.27), 0.27, filter)
+        assert same.is_flat
+        np.testing.assert_allclose(same.left, picture, rtol=1e-6)
+
+
+def test_bands_of_rows_make_no_difference() -> None:
+    image = np.random.default_rng(0).uniform(0, 100, (700, 90)).astype(np.float32)
+    filters: tuple[Filter, ...] = ("area", "cubic")
+    for filter, pitch in itertools.product(filters, (0.7, 2.3)):
+        rows, columns = axis_weights(700, 700, pitch, filter), axis_weights(90, 90, pitch, filter)
+        np.testing.assert_allclose(resample(image, rows, columns), rows @ image @ columns.T, rtol=1e-12)
+
+
+def test_an_unknown_filter_is_refused() -> None:
+    with pytest.raises(StimulusError, match="no filter 'lanczos'"):
+        axis_weights(10, 150.0, 0.3, "lanczos")  # type: ignore[arg-type]  # a wrong word on purpose
