@@ -8,7 +8,7 @@ from pathlib import Path
 
 from curves import seconds, write
 
-from analysis.bids.export import export
+from analysis.bids.export import export_dataset
 from analysis.records.session_record import FILE_NAME, Header, Trial, read_session, session_files
 
 STIMULI = tuple(f"s{index}" for index in range(10))
@@ -39,7 +39,7 @@ def run(sessions: int = 100, trials: int = 45) -> dict[str, object]:
     with tempfile.TemporaryDirectory() as place:
         results = Path(place, "results")
         _leave(results, sessions, trials)
-        exporting = seconds(lambda: export([results], Path(place, "bids")), repeats=3)
+        exporting = seconds(lambda: export_dataset([results], Path(place, "bids")), repeats=3)
         reading = seconds(lambda: [len(read_session(file).trials) for file in session_files(results)], repeats=3)
     what = f"{sessions} sessions of {trials} trials"
     rows = [

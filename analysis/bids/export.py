@@ -8,14 +8,12 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 from typing import Any
 
-from analysis.bids import answers, happenings
 from analysis.bids.columns import FIXED, Column, ColumnCollector
-from analysis.bids.dataset_files import About, write_dataset_files
-from analysis.bids.descriptions import describe, fixed, trial_type
-from analysis.bids.folder import check_replaceable, replacing
-from analysis.bids.sidecar import session_sidecar, task_sidecar
+from analysis.bids.dataset import About, check_replaceable, replacing, write_dataset_files
+from analysis.bids.sidecars import describe, fixed, session_sidecar, task_sidecar, trial_type
 from analysis.bids.sources import Source, find_sources, log_files
-from analysis.bids.table import write_json, write_table
+from analysis.bids.tables import EVENT_COLUMNS, EVENT_DEFINITIONS, answer_columns, answer_rows, check_trial, event_rows
+from analysis.bids.text import write_json, write_table
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog, read_session
 from documents import Finding
@@ -53,7 +51,7 @@ class _Task:
     has_events: bool = False
 
 
-def export(
+def export_dataset(
     results: Sequence[Path],
     folder: Path,
     about: About | None = None,
@@ -80,7 +78,7 @@ def export(
         collector = tasks.setdefault(source.task, _Task()).collector
         stimuli = _names(log)
         for trial in log.answers:
-            answers.check_trial(trial, log)
+            check_trial(trial, log)
         for trial in log.trials:
             collector.add(trial, stimuli)
 
@@ -137,13 +135,13 @@ def _copy(source: Source, target: Path) -> SessionLog:
 def _write_session(source: Source, log: SessionLog, task: _Task, part: Path) -> int:
     place = part / source.folder
     place.mkdir(parents=True, exist_ok=True)
-    rows = answers.rows(log, task.columns, _names(log), task.whole)
-    trials = write_table(place / f"{source.name}_beh.tsv", answers.header(task.columns), rows)
+    rows = answer_rows(log, task.columns, _names(log), task.whole)
+    trials = write_table(place / f"{source.name}_beh.tsv", answer_columns(task.columns), rows)
     write_json(place / f"{source.name}_beh.json", session_sidecar(source, log))
-    events = happenings.rows(log)
+    events = event_rows(log)
     if events:
         task.has_events = True
-        write_table(place / f"{source.name}_events.tsv", happenings.HEADER, events)
+        write_table(place / f"{source.name}_events.tsv", EVENT_COLUMNS, events)
         write_json(place / f"{source.name}_events.json", task_sidecar(source, log))
     return trials
 
@@ -154,4 +152,4 @@ def _write_descriptions(part: Path, label: str, task: _Task) -> None:
     described |= {column.name: describe(column) for column in task.columns}
     write_json(part / f"task-{label}_beh.json", described)
     if task.has_events:
-        write_json(part / f"task-{label}_events.json", happenings.DEFINITIONS)
+        write_json(part / f"task-{label}_events.json", EVENT_DEFINITIONS)

@@ -1,16 +1,52 @@
-"""Finding the sessions to export, from any number of folders that stations' results were copied into."""
+"""BIDS labels: letters and digits only, which also keeps them out of other folders."""
 
 from __future__ import annotations
 
 import hashlib
+import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.bids.labels import check_label, task_label
 from analysis.errors import ResultsError
 from analysis.records.session_record import FILE_NAME, SessionLog, read_session, session_files
 from documents import Finding, InputError
+
+_LABEL = re.compile(r"[0-9A-Za-z]{1,64}")
+
+
+def check_label(what: str, label: object, file: Path) -> str:
+    """Return ``label`` if it is a BIDS label; ``what`` names it in the error.
+
+    Raises
+    ------
+    ResultsError
+        If it is not; ``file`` is named.
+    """
+    if not isinstance(label, str) or not _LABEL.fullmatch(label):
+        raise ResultsError(
+            Finding(
+                f"the {what} {label!r} is no BIDS label",
+                str(file),
+                1,
+                1,
+                "use up to 64 letters and digits in the file's header",
+            )
+        )
+    return label
+
+
+def task_label(experiment: object, file: Path) -> str:
+    """Return the experiment's name as a task label: its letters and digits, as BIDS recommends.
+
+    Raises
+    ------
+    ResultsError
+        If nothing is left of the name; ``file`` is named.
+    """
+    label = re.sub(r"[^0-9A-Za-z]", "", experiment) if isinstance(experiment, str) else experiment
+    return check_label("experiment", label or experiment, file)
+
 
 Progress = Callable[[str, int, int], None]
 

@@ -1,7 +1,7 @@
 """Text from people in tables and JSON: nothing in it can break a table, turn the reading direction or run as a formula.
 
-BIDS gives a cell no way to hold a tab or a line end, so they are written as JSON writes them in strings (``\\t``,
-``\\n``, ``\\u202e``). `unescape` gives back exactly what was escaped.
+BIDS gives a cell no way to hold a tab or a line end, so they are written as JSON writes them in strings (``\t``,
+``\n``, ``\u202e``). `unescape` gives back exactly what was escaped.
 """
 
 from __future__ import annotations
@@ -10,6 +10,8 @@ import json
 import math
 import re
 import unicodedata
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 MISSING = "n/a"
@@ -90,3 +92,19 @@ def cell(value: Any) -> str:
     if isinstance(value, float):
         return repr(value) if math.isfinite(value) else escape(json.dumps(value))
     return inert_json(value)
+
+
+def write_table(file: Path, header: Sequence[str], rows: Iterable[Sequence[str]]) -> int:
+    """Write cells as a table, row by row, and return how many rows there were."""
+    count = 0
+    with open(file, "w", encoding="utf-8", newline="\n") as stream:
+        stream.write("\t".join(header) + "\n")
+        for row in rows:
+            stream.write("\t".join(row) + "\n")
+            count += 1
+    return count
+
+
+def write_json(file: Path, value: Mapping[str, Any]) -> None:
+    """Write an object as JSON with every active character as its number."""
+    file.write_text(inert_json(value, indent=2) + "\n", encoding="utf-8", newline="\n")

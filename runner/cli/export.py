@@ -30,14 +30,14 @@ def command(
     """
     import json
 
-    from analysis.bids.dataset_files import About
-    from analysis.bids.export import export
+    from analysis.bids.dataset import About
+    from analysis.bids.export import export_dataset
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
 
     try:
         with progress_bar(quiet=as_json) as step:
-            done = export(results, output, About(name, authors, license_), step)
+            done = export_dataset(results, output, About(name, authors, license_), step)
     except OSError as error:
         raise WorkError(f"the dataset cannot be written to {output}: {error.strerror}") from error
     if as_json:

@@ -12,7 +12,7 @@ from typing import Any
 
 import pytest
 
-from analysis.bids.export import export
+from analysis.bids.export import export_dataset
 from analysis.records.session_record import FILE_NAME, Header, Trial
 
 pytestmark = pytest.mark.stress
@@ -43,7 +43,7 @@ def _leave(folder: Path, number: int, trials: int, **more: Any) -> None:
 def _peak(folder: Path, target: Path) -> int:
     tracemalloc.start()
     try:
-        export([folder], target)
+        export_dataset([folder], target)
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()
@@ -65,7 +65,7 @@ def test_the_validator_passes_a_thousand_sessions(tmp_path: Path) -> None:
         pytest.skip("the BIDS validator is not installed (package bids-validator-deno)")
     for number in range(1000):
         _leave(tmp_path / "results", number, 45)
-    target = export([tmp_path / "results"], tmp_path / "bids").folder
+    target = export_dataset([tmp_path / "results"], tmp_path / "bids").folder
     command = [str(validator), "--format", "json", "--ignoreWarnings", "--max-rows=-1", str(target)]
     told = subprocess.run(command, capture_output=True, text=True, timeout=900, env={**os.environ, "NO_COLOR": "1"})
     said = json.loads(told.stdout)
@@ -75,7 +75,7 @@ def test_the_validator_passes_a_thousand_sessions(tmp_path: Path) -> None:
 
 def test_a_session_of_a_hundred_thousand_trials_is_one_table(tmp_path: Path) -> None:
     _leave(tmp_path / "results", 1, 100_000)
-    assert export([tmp_path / "results"], tmp_path / "bids").trials == 100_000
+    assert export_dataset([tmp_path / "results"], tmp_path / "bids").trials == 100_000
     (file,) = (tmp_path / "bids").glob("sub-*/ses-*/beh/*_beh.tsv")
     with open(file) as stream:
         assert sum(1 for _ in stream) == 100_001
@@ -84,7 +84,7 @@ def test_a_session_of_a_hundred_thousand_trials_is_one_table(tmp_path: Path) -> 
 def test_records_of_ten_thousand_keys_stay_one_column(tmp_path: Path) -> None:
     wide = {"by_name": {f"n{index}": index for index in range(10_000)}}
     _leave(tmp_path / "results", 1, 20, **wide)
-    done = export([tmp_path / "results"], tmp_path / "bids")
+    done = export_dataset([tmp_path / "results"], tmp_path / "bids")
     described = json.loads((done.folder / "task-big_beh.json").read_text())
     assert "by_name" in described
     assert len(described) < 60
@@ -93,7 +93,7 @@ def test_records_of_ten_thousand_keys_stay_one_column(tmp_path: Path) -> None:
 def test_a_megabyte_of_words_is_one_cell(tmp_path: Path) -> None:
     words = "\u202e\t\n" * 350_000
     _leave(tmp_path / "results", 1, 2, comment=words)
-    export([tmp_path / "results"], tmp_path / "bids")
+    export_dataset([tmp_path / "results"], tmp_path / "bids")
     (file,) = (tmp_path / "bids").glob("sub-*/ses-*/beh/*_beh.tsv")
     header, *rows = file.read_text().split("\n")[:-1]
     assert len(rows) == 2

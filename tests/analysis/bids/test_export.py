@@ -11,8 +11,8 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from analysis.bids.dataset_files import About
-from analysis.bids.export import export
+from analysis.bids.dataset import About
+from analysis.bids.export import export_dataset
 from analysis.bids.text import unescape
 from analysis.errors import ResultsError
 from analysis.records.session_record import Mark, Note, Resumption, read_session
@@ -29,7 +29,7 @@ def table(file: Path) -> list[dict[str, str]]:
 
 
 def exported(lab: Lab, **about: Any) -> Path:
-    return export([lab.folder / "results"], lab.folder / "bids", About(**about)).folder
+    return export_dataset([lab.folder / "results"], lab.folder / "bids", About(**about)).folder
 
 
 def test_a_row_holds_what_its_trial_recorded(lab: Lab) -> None:
@@ -110,7 +110,7 @@ def test_the_sidecar_says_how_the_session_was_made(lab: Lab) -> None:
 def test_raw_records_can_be_exported_again(lab: Lab) -> None:
     lab.session()
     first = exported(lab)
-    export([first / "sourcedata"], lab.folder / "again")
+    export_dataset([first / "sourcedata"], lab.folder / "again")
     assert (lab.folder / "again" / f"{PLACE}_beh.tsv").read_bytes() == (first / f"{PLACE}_beh.tsv").read_bytes()
 
 
@@ -137,7 +137,7 @@ def test_the_description_holds_what_people_gave(lab: Lab) -> None:
 def test_one_observer_in_two_experiments_is_one_participant(lab: Lab) -> None:
     lab.session()
     lab.session(station="results/more", experiment="gloss")
-    done = export([lab.folder / "results"], lab.folder / "bids")
+    done = export_dataset([lab.folder / "results"], lab.folder / "bids")
     assert (done.participants, done.sessions) == (1, 2)
     assert done.tasks == {"dynamicrange": "dynamic_range", "gloss": "gloss"}
 
@@ -158,7 +158,7 @@ def test_a_session_that_goes_on_meanwhile_is_not_half_exported(lab: Lab) -> None
             file.write_text(file.read_text() + json.dumps(lab.pair(9).to_json()) + "\n")
 
     with pytest.raises(ResultsError, match="changed while it was exported"):
-        export([lab.folder / "results"], lab.folder / "bids", progress=answer)
+        export_dataset([lab.folder / "results"], lab.folder / "bids", progress=answer)
     assert not (lab.folder / "bids").exists()
 
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from analysis.bids.dataset_files import About
-from analysis.bids.export import export
+from analysis.bids.dataset import About
+from analysis.bids.export import export_dataset
 from analysis.records.session_record import Mark, Note, Resumption
 
 Lab = Any  # conftest.py
@@ -87,7 +87,7 @@ def test_every_kind_of_trial_with_hostile_words_passes(lab: Lab, bids_issues: Is
         ]
         words = {"question": text, "remarks": (text,), "analysis": {text: text}}
         lab.session(records, observer=f"{number:02d}", session=f"s{number}", complete=number % 2 == 0, **words)
-    done = export([lab.folder / "results"], lab.folder / "bids", ABOUT)
+    done = export_dataset([lab.folder / "results"], lab.folder / "bids", ABOUT)
     assert done.sessions == len(HOSTILE)
     check(bids_issues(done.folder))
 
@@ -97,7 +97,7 @@ def test_two_experiments_from_two_stations_pass(lab: Lab, bids_issues: Issues) -
         for number in range(3):
             lab.session(station=station, experiment=experiment, observer=f"{number}", session=f"{station}{number}")
     shutil.copytree(lab.folder / "a", lab.folder / "copy of a")
-    done = export([lab.folder / "a", lab.folder / "b", lab.folder / "copy of a"], lab.folder / "bids", ABOUT)
+    done = export_dataset([lab.folder / "a", lab.folder / "b", lab.folder / "copy of a"], lab.folder / "bids", ABOUT)
     assert (done.sessions, len(done.copies)) == (6, 3)
     check(bids_issues(done.folder))
 
@@ -120,7 +120,7 @@ def test_simulated_observers_pass(study: Any, bids_issues: Issues) -> None:
 def test_the_validator_does_find_faults(lab: Lab, bids_issues: Issues) -> None:
     """The oracle is awake: what is spoilt on purpose is told."""
     lab.session()
-    folder = export([lab.folder / "results"], lab.folder / "bids", ABOUT).folder
+    folder = export_dataset([lab.folder / "results"], lab.folder / "bids", ABOUT).folder
     (file,) = folder.glob("sub-*/ses-*/beh/*_beh.tsv")
     file.write_text(file.read_text().replace("1.25", "soon"))
     os.rename(file.with_suffix(".json"), file.with_name("notes.json"))

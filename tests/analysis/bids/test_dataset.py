@@ -7,8 +7,8 @@ from typing import Any
 
 import pytest
 
-from analysis.bids.export import export
-from analysis.bids.folder import check_replaceable, replacing
+from analysis.bids.dataset import check_replaceable, replacing
+from analysis.bids.export import export_dataset
 from analysis.errors import ResultsError
 
 Lab = Any  # conftest.py
@@ -21,11 +21,11 @@ def tree(folder: Path) -> dict[str, bytes]:
 def test_an_export_replaces_an_export(lab: Lab) -> None:
     lab.session()
     target = lab.folder / "bids"
-    export([lab.folder / "results"], target)
+    export_dataset([lab.folder / "results"], target)
     before = tree(target)
     lab.session(observer="02", session="s2")
     (target / ".DS_Store").write_bytes(b"")
-    assert export([lab.folder / "results"], target).sessions == 2
+    assert export_dataset([lab.folder / "results"], target).sessions == 2
     assert set(before) < set(tree(target))
     assert (target / "CHANGES").read_text().startswith("1.1.0 ")
     assert "\n1.0.0 " in (target / "CHANGES").read_text()
@@ -38,11 +38,11 @@ def test_an_export_replaces_an_export(lab: Lab) -> None:
 def test_what_was_added_to_an_export_is_not_lost(lab: Lab, added: str) -> None:
     lab.session()
     target = lab.folder / "bids"
-    export([lab.folder / "results"], target)
+    export_dataset([lab.folder / "results"], target)
     (target / added).parent.mkdir(parents=True, exist_ok=True)
     (target / added).write_text("mine")
     with pytest.raises(ResultsError, match=added):
-        export([lab.folder / "results"], target)
+        export_dataset([lab.folder / "results"], target)
     assert (target / added).read_text() == "mine"
 
 
@@ -54,14 +54,14 @@ def test_a_folder_that_is_no_export_is_left_alone(lab: Lab, content: str | None)
     (target / ("chapter.txt" if content is None else "dataset_description.json")).write_text(content or "words")
     before = tree(target)
     with pytest.raises(ResultsError, match="no export"):
-        export([lab.folder / "results"], target)
+        export_dataset([lab.folder / "results"], target)
     assert tree(target) == before
 
 
 def test_results_are_never_exported_over_themselves(lab: Lab) -> None:
     file = lab.session()
     with pytest.raises(ResultsError, match="no export"):
-        export([lab.folder / "results"], lab.folder / "results")
+        export_dataset([lab.folder / "results"], lab.folder / "results")
     assert file.is_file()
 
 
@@ -74,13 +74,13 @@ def test_a_file_is_no_folder(tmp_path: Path) -> None:
 def test_an_empty_folder_is_taken(lab: Lab) -> None:
     lab.session()
     (lab.folder / "bids").mkdir()
-    assert export([lab.folder / "results"], lab.folder / "bids").sessions == 1
+    assert export_dataset([lab.folder / "results"], lab.folder / "bids").sessions == 1
 
 
 def test_what_fails_half_way_leaves_the_earlier_export_and_nothing_else(lab: Lab) -> None:
     lab.session()
     target = lab.folder / "bids"
-    export([lab.folder / "results"], target)
+    export_dataset([lab.folder / "results"], target)
     before = tree(target)
 
     def fail() -> None:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from analysis.bids.columns import Column
-from analysis.bids.descriptions import describe, trial_type
+from analysis.bids.sidecars import describe, trial_type
 
 
 def column(*place: str, form: str = "number", values: tuple[str, ...] | None = None) -> Column:
