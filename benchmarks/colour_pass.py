@@ -30,8 +30,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
-from runner.presenter.surfaces import Surface, open_surface
-from runner.presenter.surfaces.surface import Buffer
+from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
 from stimuli.pictures.stereo_image import StereoImage
 
 TITLE = "Colour pass: run time against error"

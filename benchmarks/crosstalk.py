@@ -26,7 +26,7 @@ from devices.display.tone_curve import ToneCurve
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.compensated_pass import CORNER, CompensatedPass, Correction
-from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.surface import Surface, open_surface
 
 Floats = NDArray[np.float64]
 View = NDArray[np.float32]

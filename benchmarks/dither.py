@@ -24,7 +24,7 @@ from devices.display.model import DisplayModel
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.dithering import Dithering
-from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.surface import Surface, open_surface
 
 Floats = NDArray[np.float64]
 Dither = Callable[[Floats, Floats], NDArray[np.int64]]

@@ -31,8 +31,7 @@ from devices.display.plvc import Plvc
 from devices.display.table_curve import TableCurve
 from runner.presenter.code_pass import by_columns
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
-from runner.presenter.surfaces import Surface, open_surface
-from runner.presenter.surfaces.surface import Buffer
+from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
 from runner.presenter.undoing import undoing
 
 SIZE_PX = (960, 540)

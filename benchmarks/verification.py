@@ -25,7 +25,7 @@ from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.verification import patches_of
 from runner.presenter.compensation import Compensation
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.surface import open_surface
 
 SIZE = (960, 540)
 CURVE = ToneCurve(gamma=2.2)

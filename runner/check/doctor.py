@@ -11,10 +11,9 @@ from pathlib import Path
 from typing import Any
 
 from devices.display.rig_file import Rig
-from runner.presenter.compositor import compositor
 from runner.presenter.modes.registry import MODES, available
-from runner.presenter.surfaces.open import BACKENDS, open_surface
-from runner.presenter.surfaces.surface import Buffer
+from runner.presenter.surfaces.screens import compositor
+from runner.presenter.surfaces.surface import BACKENDS, Buffer, open_surface
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 

@@ -8,13 +8,11 @@ import sys
 from devices.display.rig_file import Rig
 from documents import Finding, InputError
 from runner.check.checked import Checked, Wishes
-from runner.presenter.compositor import compositor
 from runner.presenter.errors import GraphicsError
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.surfaces import open_surface
-from runner.presenter.surfaces.monitors import Monitor, monitors
-from runner.presenter.surfaces.surface import SurfaceFacts
+from runner.presenter.surfaces.screens import Monitor, compositor, monitors
+from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
 
 NO_DISPLAY = "not looked at: there is no display here"
 _TRIED_PX = (320, 240)

@@ -81,7 +81,7 @@ def command(
     from runner.presenter.presenter import Presenter
     from runner.presenter.scene import Picture, Scene
     from runner.presenter.screenshot import check_screenshot_path, write_screenshot
-    from runner.presenter.surfaces import open_surface
+    from runner.presenter.surfaces.surface import open_surface
     from runner.session.header import clip_costs
     from runner.session.placed_presenter import ReadyPictures
     from stimuli.pictures.exr import read_exr

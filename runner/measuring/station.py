@@ -30,7 +30,7 @@ from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.measuring.target import Target
 from runner.presenter.compensation import Compensation
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.surface import open_surface
 
 Floats = NDArray[np.float64]
 # What a measurement that is gone on with must have in common with how it began.

@@ -21,7 +21,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Offset, Picture, Scene
 from runner.presenter.screenshot import write_screenshot
-from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment
 from runner.session.placed_presenter import ReadyPictures
 from stimuli.build.build import StimulusSet

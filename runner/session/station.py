@@ -21,7 +21,7 @@ from runner.ports import Observer
 from runner.presenter.errors import GraphicsError
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer
 from runner.session.folders import new_label, observer_folder, to_resume
 from runner.session.header import changes, check_unchanged, hashes, make_header

@@ -10,9 +10,9 @@ from pathlib import Path
 from typing import Any
 
 from devices.display.verification_file import Verification
-from runner.presenter.compositor import compositor
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Scene
+from runner.presenter.surfaces.screens import compositor
 from runner.presenter.surfaces.surface import SurfaceFacts
 from runner.presenter.timing import IntervalSummary
 

@@ -17,7 +17,7 @@ from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.export import measurements
 from runner.measuring.log import MeasurementLog, read_session, step_facts
 from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.surface import open_surface
 from tests.devices.patches.simulated_sets import read_sets
 from tests.runner.measuring.killed_measurement import kill_and_resume
 from tests.runner.measuring.test_commands import DISPLAY, RIG

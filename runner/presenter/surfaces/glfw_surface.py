@@ -17,10 +17,9 @@ from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
-from runner.presenter.surfaces.gamepads import PERIOD_S, Gamepads, gamepad_names
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import GlfwSession
-from runner.presenter.surfaces.input import Input
+from runner.presenter.surfaces.input import PERIOD_S, Gamepads, Input, gamepad_names
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0

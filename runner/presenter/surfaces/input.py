@@ -1,18 +1,18 @@
-"""What is done at a window: keys, characters, wheel, mouse and gamepads, in one queue, each stamped as it is told."""
+"""What is done at a window: keys, characters, wheel, mouse and gamepads, in one queue, each with its time."""
 
 from __future__ import annotations
 
 import time
+import unicodedata
 from collections import deque
-from typing import Any
+from collections.abc import Callable
+from types import MappingProxyType
+from typing import Any, TypeAlias
 
 import glfw
 
 from runner.ports import KeyPress
 from runner.presenter.pointer import Pointer
-from runner.presenter.surfaces.characters import typed_character
-from runner.presenter.surfaces.gamepads import Gamepads
-from runner.presenter.surfaces.keys import key_name
 
 
 class Input:
@@ -90,3 +90,128 @@ class Input:
 
     def _on_enter(self, _window: Any, _entered: int) -> None:
         self._cursor_px = None  # what comes next is where it entered, and no motion
+
+
+NAMED = MappingProxyType(
+    {
+        glfw.KEY_UP: "up",
+        glfw.KEY_DOWN: "down",
+        glfw.KEY_LEFT: "left",
+        glfw.KEY_RIGHT: "right",
+        glfw.KEY_SPACE: "space",
+        glfw.KEY_ENTER: "enter",
+        glfw.KEY_KP_ENTER: "enter",
+        glfw.KEY_ESCAPE: "escape",
+        glfw.KEY_TAB: "tab",
+        glfw.KEY_BACKSPACE: "backspace",
+        glfw.KEY_DELETE: "delete",
+        glfw.KEY_INSERT: "insert",
+        glfw.KEY_HOME: "home",
+        glfw.KEY_END: "end",
+        glfw.KEY_PAGE_UP: "page_up",
+        glfw.KEY_PAGE_DOWN: "page_down",
+        **{glfw.KEY_F1 + number: f"f{number + 1}" for number in range(12)},
+        **{glfw.KEY_KP_0 + number: str(number) for number in range(10)},
+    }
+)
+
+
+def key_name(key: int, scancode: int) -> str | None:
+    """Return the name of a key; a letter or digit is named as the keyboard's layout has it. None if it has none."""
+    if key in NAMED:
+        return NAMED[key]
+    if key == glfw.KEY_UNKNOWN and scancode < 0:
+        return None
+    printed = glfw.get_key_name(key, scancode)
+    return str(printed).lower() if printed else None
+
+
+_REFUSED = frozenset({"Cc", "Cs", "Co", "Cn", "Zl", "Zp"})
+_BIDIRECTIONAL = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+def typed_character(codepoint: int) -> str | None:
+    """Return the character of ``codepoint``, None if it is a control character, a direction mark or none at all."""
+    try:
+        character = chr(codepoint)
+    except (ValueError, OverflowError):
+        return None
+    if unicodedata.category(character) in _REFUSED or character in _BIDIRECTIONAL:
+        return None
+    return character
+
+
+PERIOD_S = 0.008
+
+_BUTTONS = MappingProxyType(
+    {
+        glfw.GAMEPAD_BUTTON_A: "pad_a",
+        glfw.GAMEPAD_BUTTON_B: "pad_b",
+        glfw.GAMEPAD_BUTTON_X: "pad_x",
+        glfw.GAMEPAD_BUTTON_Y: "pad_y",
+        glfw.GAMEPAD_BUTTON_LEFT_BUMPER: "pad_left_bumper",
+        glfw.GAMEPAD_BUTTON_RIGHT_BUMPER: "pad_right_bumper",
+        glfw.GAMEPAD_BUTTON_BACK: "pad_back",
+        glfw.GAMEPAD_BUTTON_START: "pad_start",
+        glfw.GAMEPAD_BUTTON_DPAD_UP: "pad_up",
+        glfw.GAMEPAD_BUTTON_DPAD_RIGHT: "pad_right",
+        glfw.GAMEPAD_BUTTON_DPAD_DOWN: "pad_down",
+        glfw.GAMEPAD_BUTTON_DPAD_LEFT: "pad_left",
+    }
+)
+_BACK = "pad_back"
+
+# What is down on all gamepads together; None if there is no gamepad.
+ReadPads: TypeAlias = Callable[[], frozenset[str] | None]
+
+
+def read_pads() -> frozenset[str] | None:
+    """Return the buttons that are down, by the names that blocks use; None if no gamepad is connected."""
+    names: set[str] = set()
+    found = False
+    for number in range(glfw.JOYSTICK_LAST + 1):
+        if not glfw.joystick_is_gamepad(number):
+            continue
+        found = True
+        if (state := glfw.get_gamepad_state(number)) is not None:
+            names |= {name for button, name in _BUTTONS.items() if state.buttons[button] == glfw.PRESS}
+    return frozenset(names) if found else None
+
+
+def gamepad_names() -> tuple[str, ...]:
+    """Return what the gamepads that are connected are called."""
+    pads = (number for number in range(glfw.JOYSTICK_LAST + 1) if glfw.joystick_is_gamepad(number))
+    return tuple(_text(glfw.get_gamepad_name(number)) for number in pads)
+
+
+def _text(name: object) -> str:
+    return name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
+
+
+class Gamepads:
+    """Reports which buttons went down since it was last asked; Back stands for Escape.
+
+    glfw has no event for a button, so gamepads are read every 8 ms, but only while one is connected and someone waits.
+    """
+
+    def __init__(self, read: ReadPads = read_pads) -> None:
+        self._read = read
+        self._down: frozenset[str] = frozenset()
+        self._settled = False
+
+    def settle(self) -> None:
+        """Take what is down at the next reading as down for long."""
+        self._settled = False
+
+    def presses(self, now_s: float) -> tuple[KeyPress, ...] | None:
+        """Return what went down, stamped ``now_s``; None if no gamepad is connected.
+
+        What is down when a gamepad appears, or at the first reading after `settle`, is no press.
+        """
+        down = self._read()
+        if down is None:
+            self._settled = False
+            return None
+        fresh = sorted(down - self._down) if self._settled else []
+        self._down, self._settled = down, True
+        return tuple(KeyPress("escape" if name == _BACK else name, now_s) for name in fresh)

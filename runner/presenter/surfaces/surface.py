@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -10,8 +11,10 @@ from typing import Protocol, Self
 import moderngl
 
 from devices.display.display_file import Eye
+from documents import Finding
 from runner.ports import KeyPress
 from runner.presenter.depth import Bits
+from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
@@ -119,3 +122,45 @@ class Surface(Protocol):
 
     def __exit__(self, *_: object) -> None:
         """Close it."""
+
+
+BACKENDS = ("egl", "null", "window")
+
+
+def open_surface(
+    backend: str,
+    size_px: Size,
+    *,
+    stereo: bool = False,
+    windowed: bool = False,
+    windows: int = 1,
+    bits: Bits = 8,
+) -> Surface:
+    """Open a surface of ``size_px``: ``egl`` (offscreen), ``null`` (a window without a screen) or ``window``.
+
+    ``stereo`` asks for a right back buffer; whether there is one, the surface's ``stereo`` says. ``windowed`` keeps
+    a window from filling the screen. Two ``windows`` are one for each eye, and two offscreen pictures with ``egl``.
+    ``bits`` asks for codes of 8 bits a channel or 10; where there are not 10, the codes have 8, and ``facts`` says so
+    in ``bits`` and a remark.
+
+    Raises
+    ------
+    PresentationError
+        If there is no such backend, ``bits`` is neither 8 nor 10, or this machine cannot open it: with what to
+        install or use instead.
+    """
+    if backend not in BACKENDS:
+        near = difflib.get_close_matches(backend, BACKENDS, n=1)
+        remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(BACKENDS)
+        raise PresentationError(Finding(f"there is no backend '{backend}'", remedy=remedy))
+    if backend == "egl":
+        from runner.presenter.surfaces.egl import EglSurface
+
+        return EglSurface(size_px, windows, bits)
+    from runner.presenter.surfaces import windows as on_glfw
+
+    if backend == "null":
+        return on_glfw.NullWindowSurface(size_px, bits)
+    if windows == 2:
+        return on_glfw.DualWindowSurface(size_px, windowed=windowed, bits=bits)
+    return on_glfw.WindowSurface(size_px, stereo=stereo, windowed=windowed, bits=bits)

@@ -11,7 +11,7 @@ import pytest
 from analysis.records.session_record import Header
 from runner.check import Checked, Wishes, check_file
 from runner.check.screen import NO_DISPLAY
-from runner.presenter.surfaces.monitors import monitors
+from runner.presenter.surfaces.screens import monitors
 from runner.protocol.experiment import read_experiment
 from runner.session.recorder import Recorder
 from stimuli.pictures.exr import write_exr

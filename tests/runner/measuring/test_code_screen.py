@@ -16,7 +16,7 @@ from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.surface import Surface, open_surface
 
 SIZE = (63, 48)  # an odd width: what halves of it do must hold
 OFFSCREEN = [name for name in MODES if name != "quad-buffered"]  # needs a stereo driver: see tests/quad

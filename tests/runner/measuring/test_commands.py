@@ -18,7 +18,7 @@ from documents import InputError
 from runner.cli.main import group
 from runner.measuring.log import read_session
 from runner.presenter.modes.registry import MODES
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.surface import open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.measuring.killed_measurement import kill_and_resume
 

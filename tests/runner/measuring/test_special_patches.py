@@ -21,8 +21,8 @@ from runner.measuring.log import MeasurementLog, read_session, step_facts
 from runner.ports import KeyPress
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.gl_calls import Codes
+from runner.presenter.surfaces.surface import Surface, open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
 
 SIZE = (96, 72)

@@ -25,7 +25,7 @@ from runner.measuring.log import Kept, Session, read_session
 from runner.measuring.verification import asked_XYZ, judge, patches_of
 from runner.presenter.compensation import Compensation
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.surface import open_surface
 from stimuli.pictures.stereo_image import StereoImage
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.presenter.test_plvc_pass import plvc

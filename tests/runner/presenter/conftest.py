@@ -19,8 +19,8 @@ from devices.display.tone_curve import ToneCurve
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.surface import Surface, open_surface
 from stimuli.pictures.stereo_image import StereoImage
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])

@@ -20,8 +20,8 @@ from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
-from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]

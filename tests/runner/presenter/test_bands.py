@@ -28,7 +28,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer
-from runner.presenter.surfaces.window import WindowSurface
+from runner.presenter.surfaces.windows import WindowSurface
 from runner.presenter.uploading import as_uploaded, upload
 from stimuli.pictures.stereo_image import StereoImage
 

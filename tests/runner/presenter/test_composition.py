@@ -15,9 +15,9 @@ from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
-from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
+from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]

@@ -20,10 +20,10 @@ from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
-from runner.presenter.surfaces.window import WindowSurface
+from runner.presenter.surfaces.surface import Surface
+from runner.presenter.surfaces.windows import WindowSurface
 from runner.presenter.timing import missed_frames
 from stimuli.pictures.stereo_image import StereoImage
 

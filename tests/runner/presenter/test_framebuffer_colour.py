@@ -13,8 +13,8 @@ from devices.display.model import DisplayModel
 from runner.presenter.modes.registry import available, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces import Surface
 from runner.presenter.surfaces.gl_calls import Codes
+from runner.presenter.surfaces.surface import Surface
 from stimuli.pictures.stereo_image import StereoImage
 
 MakeModel = Callable[..., DisplayModel]

@@ -10,8 +10,8 @@ from collections.abc import Iterator
 import glfw
 import pytest
 
-from runner.presenter.surfaces.gamepads import Gamepads
-from runner.presenter.surfaces.window import WindowSurface
+from runner.presenter.surfaces.input import Gamepads
+from runner.presenter.surfaces.windows import WindowSurface
 
 
 class Pad:

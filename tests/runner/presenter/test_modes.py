@@ -135,7 +135,7 @@ def test_centring_is_by_floor(area: tuple[int, int], size: tuple[int, int], offs
 
 
 def test_unknown_backends_are_answered_with_the_nearest() -> None:
-    from runner.presenter.surfaces import open_surface
+    from runner.presenter.surfaces.surface import open_surface
 
     with pytest.raises(PresentationError, match="did you mean 'window'"):
         open_surface("windo", (10, 10))

@@ -18,8 +18,8 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.pointer import Pointer
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Scene, Text
-from runner.presenter.surfaces.characters import typed_character
-from runner.presenter.surfaces.window import WindowSurface
+from runner.presenter.surfaces.input import typed_character
+from runner.presenter.surfaces.windows import WindowSurface
 
 Do = Callable[..., None]
 

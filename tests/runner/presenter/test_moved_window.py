@@ -15,7 +15,7 @@ from devices.display.display_file import EyeModels
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces.window import WindowSurface
+from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures.stereo_image import StereoImage
 
 pytestmark = pytest.mark.window

@@ -20,7 +20,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.window import WindowSurface
+from runner.presenter.surfaces.windows import WindowSurface
 from stimuli.pictures.stereo_image import StereoImage
 
 Stereo = Callable[..., StereoImage]

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 
 import pytest
 
-from runner.presenter.surfaces.signal_wake import SignalWake
+from runner.presenter.surfaces.glfw_session import SignalWake
 
 
 @pytest.fixture

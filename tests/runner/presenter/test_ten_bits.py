@@ -22,9 +22,8 @@ from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
-from runner.presenter.surfaces import Surface, open_surface
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.surfaces.surface import Buffer
+from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
 from runner.presenter.words import ink_codes
 from stimuli.pictures.stereo_image import StereoImage
 

@@ -19,8 +19,8 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Scene, Text
-from runner.presenter.surfaces import open_surface
-from runner.presenter.surfaces.window import WindowSurface
+from runner.presenter.surfaces.surface import open_surface
+from runner.presenter.surfaces.windows import WindowSurface
 
 pytestmark = pytest.mark.window
 

@@ -18,7 +18,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.surface import open_surface
 from runner.protocol.aperture import LoadPart, through_aperture
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.exr import Part, write_exr

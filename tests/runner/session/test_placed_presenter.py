@@ -23,7 +23,7 @@ from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces import Surface, open_surface
+from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import read_experiment
 from runner.session.placed_presenter import ReadyPictures
 from runner.session.station import Station

@@ -22,7 +22,7 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
-from runner.presenter.surfaces import open_surface
+from runner.presenter.surfaces.surface import open_surface
 from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]

@@ -1,4 +1,4 @@
-"""Two windows, one for each eye, on two monitors of one size; the right one shows what the left one's context drew."""
+"""Windows: one on a screen, one without a screen, and one for each eye on two screens."""
 
 from __future__ import annotations
 
@@ -9,14 +9,126 @@ import glfw
 import moderngl
 
 from devices.display.display_file import Eye
+from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
+from runner.presenter.pointer import Pointer
 from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.glfw_surface import ContextLoader, GlfwSurface, context_hints, function_address
 from runner.presenter.surfaces.surface import Buffer
+
+_TITLE = "cyclopean"
+
+
+class WindowSurface(GlfwSurface):
+    """A window of the panel's resolution, with vertical sync and no cursor.
+
+    Where no monitor has that resolution, or ``windowed`` is true, it is an undecorated window at the top left of
+    the screen, and a remark says so. ``stereo`` asks for left and right buffers; if the driver has none, the window
+    opens without them and its ``stereo`` is false. ``bits`` asks for codes of 8 bits a channel or 10; if the driver has
+    not 10, the window opens with 8, and a remark says so.
+    """
+
+    backend = "window"
+
+    def __init__(self, size_px: Size, *, stereo: bool = False, windowed: bool = False, bits: Bits = 8) -> None:
+        session = GlfwSession()
+        try:
+            monitor = None if windowed else _fitting_monitor(size_px)
+            window = _create_window(size_px, monitor, bits, stereo=stereo)
+            if stereo and not window:
+                window = _create_window(size_px, monitor, bits, stereo=False)
+            if not window:
+                raise PresentationError(f"the window could not be opened: {session.why()}")
+            super().__init__(session, window, size_px, vsync=True, bits=bits)
+            if monitor is None:
+                glfw.set_window_pos(window, 0, 0)
+            if monitor is None and not windowed:
+                self.remarks += (_not_full_screen(size_px),)
+            glfw.set_input_mode(window, glfw.CURSOR, glfw.CURSOR_HIDDEN)
+            glfw.show_window(window)
+            glfw.focus_window(window)
+            session.complaints.clear()
+            self.refresh_hz = _refresh_hz(monitor)
+            self._settle()
+            self._check_size(glfw.get_framebuffer_size(window))
+        except BaseException:
+            session.close()
+            raise
+
+
+def _fitting_monitor(size_px: Size) -> Any:
+    """Return the first monitor whose mode has ``size_px``, or None."""
+    modes = ((monitor, glfw.get_video_mode(monitor)) for monitor in glfw.get_monitors())
+    return next((monitor for monitor, mode in modes if tuple(mode.size) == tuple(size_px)), None)
+
+
+def _refresh_hz(monitor: Any) -> float | None:
+    """Return what the monitor, or the first one, says of its refresh; None if it says nothing."""
+    mode = glfw.get_video_mode(monitor or glfw.get_primary_monitor())
+    return float(mode.refresh_rate) or None if mode else None
+
+
+def _create_window(size_px: Size, monitor: Any, bits: Bits, *, stereo: bool) -> Any:
+    glfw.default_window_hints()
+    hints = {**context_hints(bits), glfw.STEREO: int(stereo), glfw.VISIBLE: glfw.FALSE}
+    if monitor is not None:
+        hints[glfw.REFRESH_RATE] = glfw.get_video_mode(monitor).refresh_rate
+    for hint, value in hints.items():
+        glfw.window_hint(hint, value)
+    return glfw.create_window(*size_px, _TITLE, monitor, None)
+
+
+def _not_full_screen(size_px: Size) -> str:
+    sizes = [tuple(glfw.get_video_mode(monitor).size) for monitor in glfw.get_monitors()]
+    screens = " and ".join(f"{width} × {height}" for width, height in sizes) or "none"
+    return (
+        f"no screen shows {size_px[0]} × {size_px[1]} px (there: {screens}); "
+        "the window stands at the top left of the screen and is not full-screen"
+    )
+
+
+class NullWindowSurface(GlfwSurface):
+    """A window of ``size_px`` drawn by OSMesa. It has no keys: glfw's null platform never has an event.
+
+    Its codes have 8 bits; a remark says so if ``bits`` asks for more.
+    """
+
+    backend = "null"
+
+    def __init__(self, size_px: Size, bits: Bits = 8) -> None:
+        session = GlfwSession(glfw.PLATFORM_NULL)
+        try:
+            glfw.default_window_hints()
+            for hint, value in {**context_hints(bits), glfw.CONTEXT_CREATION_API: glfw.OSMESA_CONTEXT_API}.items():
+                glfw.window_hint(hint, value)
+            window = glfw.create_window(*size_px, "cyclopean", None, None)
+            if not window:
+                raise PresentationError(
+                    f"OSMesa gives no OpenGL context: {session.why()} (install libosmesa6, or use another backend)"
+                )
+            super().__init__(session, window, size_px, vsync=False, bits=bits)
+        except BaseException:
+            session.close()
+            raise
+
+    def wait_key(self) -> KeyPress:
+        """Raise WindowClosed: nobody can press a key here."""
+        raise WindowClosed("a window without a screen has no keys")
+
+    def follow_mouse(self, pointer: Pointer | None) -> None:
+        """Do nothing: there is no mouse here."""
+
+    def wake(self) -> None:
+        """Do nothing: nobody sleeps here."""
+
+    def poll_keys(self) -> tuple[KeyPress, ...]:
+        """Return none."""
+        return ()
+
 
 _TITLES = ("cyclopean left", "cyclopean right")
 
@@ -38,8 +150,8 @@ class DualWindowSurface(GlfwSurface):
         session = GlfwSession()
         try:
             monitors: Sequence[Any] = (None, None) if windowed else _two_monitors(size_px)
-            first = _create(size_px, monitors[0], _TITLES[0], None, bits)
-            second = first and _create(size_px, monitors[1], _TITLES[1], first, bits)
+            first = _create_for_eye(size_px, monitors[0], _TITLES[0], None, bits)
+            second = first and _create_for_eye(size_px, monitors[1], _TITLES[1], first, bits)
             if not second:
                 raise PresentationError(f"two windows could not be opened: {session.why()}")
             super().__init__(session, first, size_px, vsync=True, bits=bits)
@@ -138,7 +250,7 @@ def _two_monitors(size_px: Size) -> Sequence[Any]:
     return sorted(fitting, key=lambda one: tuple(glfw.get_monitor_pos(one)))[:2]
 
 
-def _create(size_px: Size, monitor: Any, title: str, shared: Any, bits: Bits) -> Any:
+def _create_for_eye(size_px: Size, monitor: Any, title: str, shared: Any, bits: Bits) -> Any:
     glfw.default_window_hints()
     for hint, value in {**context_hints(bits), glfw.VISIBLE: glfw.FALSE}.items():
         glfw.window_hint(hint, value)

@@ -1,4 +1,4 @@
-"""Whether something stands between a window and the screen: timing depends on it, so a record must say so."""
+"""Which screens there are, and whether something stands between a window and the screen."""
 
 from __future__ import annotations
 
@@ -6,10 +6,53 @@ import ctypes
 import ctypes.util
 import os
 import sys
+from dataclasses import dataclass
+from typing import Any
+
+from runner.presenter.rectangle import Size
+
+
+@dataclass(frozen=True, slots=True)
+class Monitor:
+    """A screen as the window system has it; ``refresh_hz`` is None where it does not say."""
+
+    name: str
+    size_px: Size
+    refresh_hz: float | None
+
+    def __str__(self) -> str:
+        rate = f" at {self.refresh_hz:g} Hz" if self.refresh_hz else ""
+        return f"{self.size_px[0]} x {self.size_px[1]} px{rate}"
+
+
+def monitors() -> tuple[Monitor, ...]:
+    """Return the screens, the primary one first.
+
+    Raises
+    ------
+    PresentationError
+        If there is no display server, or a window is open already.
+    """
+    import glfw
+
+    from runner.presenter.surfaces.glfw_session import GlfwSession
+
+    session = GlfwSession()
+    try:
+        return tuple(_monitor(glfw, handle) for handle in glfw.get_monitors())
+    finally:
+        session.close()
+
+
+def _monitor(glfw: Any, handle: Any) -> Monitor:
+    mode = glfw.get_video_mode(handle)
+    name = glfw.get_monitor_name(handle)
+    words = name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
+    return Monitor(words, (int(mode.size.width), int(mode.size.height)), float(mode.refresh_rate) or None)
 
 
 def compositor() -> str:
-    """Return in a few words which compositor the windows of this process go through, as far as can be told."""
+    """Return in a few words which compositor the windows of this process go through, as far as is known."""
     if sys.platform != "linux":
         return "the system's own"
     if os.environ.get("WAYLAND_DISPLAY"):
