@@ -20,8 +20,8 @@ from stimuli.align.interpolate import cut
 from stimuli.align.phase import hann
 from stimuli.align.register import register
 from stimuli.align.straighten import straighten
-from stimuli.build.studio import Studio
 from stimuli.recipes.recipe import read_recipe
+from stimuli.sparkle.studio import Studio
 
 Floats32 = NDArray[np.float32]
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/manitoba_gray.yaml"

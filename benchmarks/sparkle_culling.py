@@ -15,7 +15,8 @@ import numpy as np
 from curves import Row, seconds, times_faster, write
 from numpy.typing import NDArray
 
-from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE as USUAL
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.photograph import SparkleMap, sparkle_map

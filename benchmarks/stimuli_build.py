@@ -17,7 +17,7 @@ from typing import Any
 import yaml
 from curves import Row, write
 
-from stimuli.build.build import build
+from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import StimulusSet
 
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/exposure_series.yaml"
@@ -51,15 +51,15 @@ def run() -> dict[str, Any]:
         before = os.environ.get("CYCLOPEAN_CACHE")
         os.environ["CYCLOPEAN_CACHE"] = f"{folder}/cache"
         try:
-            timed("first build, one thread", lambda: build(recipe, PITCH_MM))
+            timed("first build, one thread", lambda: build_set(recipe, PITCH_MM))
             sleep(2.1)  # until then the last pictures are too fresh to be relied on
-            build(recipe, PITCH_MM)
-            timed("again, files known", lambda: build(recipe, PITCH_MM))
-            timed("again, every file read", lambda: build(recipe, PITCH_MM, verify=True))
-            timed("all anew, two threads", lambda: build(recipe, PITCH_MM, jobs=2, force=True))
+            build_set(recipe, PITCH_MM)
+            timed("again, files known", lambda: build_set(recipe, PITCH_MM))
+            timed("again, every file read", lambda: build_set(recipe, PITCH_MM, verify=True))
+            timed("all anew, two threads", lambda: build_set(recipe, PITCH_MM, jobs=2, force=True))
             data["series"][-1]["luminance_scale"] = 0.9
             recipe.write_text(yaml.safe_dump(data, sort_keys=False), encoding="utf-8")
-            timed("one series of five paints changed", lambda: build(recipe, PITCH_MM, jobs=2), same=False)
+            timed("one series of five paints changed", lambda: build_set(recipe, PITCH_MM, jobs=2), same=False)
         finally:
             os.environ.pop("CYCLOPEAN_CACHE")
             if before is not None:

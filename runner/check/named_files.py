@@ -8,8 +8,7 @@ from devices.display.rig_file import read_rig
 from documents import Finding, InputError
 from documents.files.tidy_path import beside
 from documents.yaml.source import read_yaml
-from stimuli.recipes.needs import input_files, unreadable
-from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.recipe import read_recipe, unreadable
 
 
 def faults_of_named_files(experiment_file: Path) -> list[Finding]:
@@ -30,7 +29,7 @@ def missing_pictures(recipe_file: Path) -> list[Finding]:
     except InputError as error:
         return list(error.findings)
     findings = []
-    for file, where in input_files(recipe).items():
+    for file, where in recipe.inputs().items():
         if not (recipe_file.parent / file).is_file():
             findings.append(unreadable(file, where, source, "there is no such file"))
     return findings

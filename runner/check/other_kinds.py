@@ -15,7 +15,6 @@ from runner.check.onsets import onsets
 from runner.check.screen import look
 from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
 from stimuli.comparison.regions_file import read_regions
-from stimuli.recipes.names import stimulus_names
 from stimuli.recipes.recipe import read_recipe
 
 
@@ -89,4 +88,4 @@ def check_kind(checked: Checked, wishes: Wishes) -> None:
         return
     recipe, _ = read_recipe(checked.file)
     checked.errors += missing_pictures(checked.file)
-    checked.facts = {"kind": "stimuli", "names": list(stimulus_names(recipe))}
+    checked.facts = {"kind": "stimuli", "names": list(recipe.names())}

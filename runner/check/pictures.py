@@ -12,8 +12,9 @@ from runner.check.checked import Checked, Wishes
 from runner.check.places import finding_at
 from runner.protocol.experiment import Experiment
 from runner.session.ledger import Ledger
-from stimuli.build.build import StimulusSet, build
-from stimuli.build.display_setup import DisplaySetup
+from stimuli.build.recipe_to_set import build_set
+from stimuli.build.stimulus_set import StimulusSet
+from stimuli.recipes.build_context import DisplaySetup
 
 # A share of a picture's area: an odd pixel at its edge is nothing to warn of.
 LEAST_SEEN = 0.9
@@ -22,7 +23,7 @@ LEAST_SEEN = 0.9
 def pictures(checked: Checked, design: Experiment, source: YamlSource, wishes: Wishes) -> None:
     """Build the stimuli, or find them built, and say what the gamut clip costs each eye."""
     pitch_mm = design.rig.display.panel.pixel_pitch_mm
-    stimuli = build(
+    stimuli = build_set(
         design.recipe_file,
         pitch_mm,
         lambda _, done, of: wishes.progress("Building stimuli", done, of),

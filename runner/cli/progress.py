@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from runner.protocol.experiment import Experiment
-    from stimuli.build.build import StimulusSet
+    from stimuli.build.stimulus_set import StimulusSet
 
 Step = Callable[[str, int, int], None]
 
@@ -38,8 +38,10 @@ def progress_bar(quiet: bool = False) -> Iterator[Step]:
 
 def build_stimuli(design: Experiment, step: Step) -> StimulusSet:
     """Build the experiment's stimuli, or find them built, as one line of the bar."""
-    from stimuli.build.build import build
-    from stimuli.build.display_setup import DisplaySetup
+    from stimuli.build.recipe_to_set import build_set
+    from stimuli.recipes.build_context import DisplaySetup
 
     pitch_mm, setup = design.rig.display.panel.pixel_pitch_mm, DisplaySetup.of(design.rig)
-    return build(design.recipe_file, pitch_mm, lambda what, done, of: step("Building stimuli", done, of), setup=setup)
+    return build_set(
+        design.recipe_file, pitch_mm, lambda what, done, of: step("Building stimuli", done, of), setup=setup
+    )

@@ -27,7 +27,6 @@ from runner.protocol.limits import too_large, too_many
 from runner.protocol.schema import ExperimentSpec
 from runner.protocol.setting import Factors, Setting, Stimuli
 from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.names import stimulus_factors
 from stimuli.recipes.recipe import read_recipe
 
 _BIDS_LABEL = re.compile(r"[A-Za-z0-9]+")
@@ -135,7 +134,7 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
         findings += _placed(error, source, ("rig",))
     try:
         recipe, _ = read_recipe(_existing(recipe_file, "stimuli", spec.stimuli, source))
-        factors: Mapping[str, Factors] = stimulus_factors(recipe)
+        factors: Mapping[str, Factors] = recipe.factors()
         if spec.layout.reference in ("physical", *factors):
             stimuli = Stimuli(factors, None if spec.layout.reference == "physical" else spec.layout.reference)
         else:

@@ -24,7 +24,7 @@ from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment
 from runner.session.placed_presenter import ReadyPictures
-from stimuli.build.build import StimulusSet
+from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
 
 EYES: tuple[Eye, ...] = ("left", "right")

@@ -17,7 +17,7 @@ from devices.display.model import DisplayModel
 from documents import InputError
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.session.header import hashes
-from stimuli.build.build import cache_folder
+from stimuli.build.recipe_to_set import cache_folder
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet, read_stimulus_set
 
 Floats = NDArray[np.float64]

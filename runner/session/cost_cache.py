@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from stimuli.build.stimulus_set import sha256_of_json
+from documents.files.hashes import sha256_of_json
 
 _PART = ".part"
 # A file is written in a moment: one that is not finished after so long is of a program that was killed.

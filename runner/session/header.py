@@ -24,7 +24,7 @@ from runner.presenter.compensation import Compensation
 from runner.presenter.scene import Offset
 from runner.protocol.experiment import Experiment
 from runner.session.mixed_cost import mixed_costs
-from stimuli.build.build import StimulusSet
+from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")

@@ -13,13 +13,14 @@ from typing import Any
 
 import numpy as np
 
+from documents.files.hashes import sha256_of_json
 from runner.presenter.compensation import Compensation
 from runner.presenter.modes.mixture import Mixture
 from runner.protocol.experiment import Experiment
 from runner.session.cost_cache import CostCache
 from runner.session.header import describe_stimulus, hashes
-from stimuli.build.build import StimulusSet, cache_folder
-from stimuli.build.stimulus_set import sha256_of_json
+from stimuli.build.recipe_to_set import cache_folder
+from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
 
 # Raise it when the same picture on the same display costs other numbers than before.

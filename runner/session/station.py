@@ -31,7 +31,7 @@ from runner.session.placed_presenter import PlacedPresenter, ReadyPictures
 from runner.session.recorder import Recorder
 from runner.session.session import Place, Session
 from runner.session.timing_record import timing_facts
-from stimuli.build.build import StimulusSet
+from stimuli.build.stimulus_set import StimulusSet
 
 _TIMED_S = 1.0  # how long swaps are timed before a session
 _UNCHARACTERISED = (

@@ -12,31 +12,31 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
-from stimuli.build.made import Made
+from documents.files.hashes import sha256_of_file
 from stimuli.build.pictures_kept import Entry, Workshop, link_or_copy, pictures_of_sets
-from stimuli.build.plan import Task
-from stimuli.build.progress import Progress
-from stimuli.build.stimulus_set import MANIFEST, digest_of, sha256_of_file
+from stimuli.build.stimulus_set import MANIFEST, digest_of
 from stimuli.build.versions import versions
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
 from stimuli.pictures.exr import write_exr
-from stimuli.recipes.names import stimulus_factors
-from stimuli.recipes.recipe import AnyRecipe
+from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
+from stimuli.recipes.recipe_kind import RecipeKind
 from stimuli.sparkle.measures.find import Threshold
 
 _EXPOSED = ("expose", "exposure")
 
 
 class Builder:
-    """Makes what is not there yet of the pictures of ``tasks``, in a workshop beside ``folder``."""
+    """Makes what is not there yet of the pictures of ``recipe``, in a workshop beside ``folder``."""
 
     def __init__(
-        self, recipe: AnyRecipe, tasks: tuple[Task, ...], folder: Path, progress: Progress, force: bool
+        self, recipe: RecipeKind, context: BuildContext, folder: Path, progress: Progress | None, force: bool
     ) -> None:
-        self._factors = stimulus_factors(recipe)
-        self._keys = {name: key for task in tasks for name, key in task.keys.items()}
-        self._tasks, self._folder, self._progress, self._force = tasks, folder, progress, force
+        self._recipe, self._context = recipe, context
+        self._factors = recipe.factors()
+        self._tasks = tuple(recipe.tasks(context))
+        self._keys = {name: key for task in self._tasks for name, key in task.items()}
+        self._folder, self._progress, self._force = folder, progress, force
         self._threshold = recipe.sparkles.threshold() if recipe.sparkles else None
         self.workshop = Workshop(folder.with_name(f".{folder.name}"))
         self._entries: dict[str, Entry] = {}
@@ -54,16 +54,17 @@ class Builder:
         try:
             if not self._force:
                 self._reuse()
-            tasks = self._missing()
-            if jobs <= 1 or len(tasks) <= 1:
-                for task, names in tasks:
-                    self._make(task, names)
+            missing = self._missing()
+            if jobs <= 1 or len(missing) <= 1:
+                for names in missing:
+                    self._make(names)
             else:
-                self._make_in_threads(tasks, jobs)
+                self._make_in_threads(missing, jobs)
         except InputError:
             self.workshop.forget(set(self._keys.values()) - self._left)
             raise
-        self._progress("done", len(self._keys), len(self._keys))
+        if self._progress is not None:
+            self._progress("done", len(self._keys), len(self._keys))
         return [self._entry(name, key) for name, key in self._keys.items()]
 
     def _reuse(self) -> None:
@@ -74,19 +75,18 @@ class Builder:
             self.workshop.take(key, picture, entry)
             self._entries[key] = entry
 
-    def _missing(self) -> list[tuple[Task, frozenset[str]]]:
-        """Return the tasks, each with the names that it is to make: one name for each key."""
+    def _missing(self) -> list[frozenset[str]]:
+        """Return the names that each task is to make: one name for each key."""
         first: dict[str, str] = {}
         for name, key in self._keys.items():
             if key not in self._entries:
                 first.setdefault(key, name)
         names = set(first.values())
-        tasks = [(task, frozenset(names & task.keys.keys())) for task in self._tasks]
-        return [(task, mine) for task, mine in tasks if mine]
+        return [frozenset(mine) for task in self._tasks if (mine := names & task.keys())]
 
-    def _make(self, task: Task, names: frozenset[str]) -> None:
-        for made in task.make(self._report, names):
-            key = task.keys[made.name]
+    def _make(self, names: frozenset[str]) -> None:
+        for made in self._recipe.make(self._context, self._report, names):
+            key = self._keys[made.name]
             entry = _write(made, key, self.workshop, self._threshold)
             with self._turn:
                 self._entries[key] = entry
@@ -94,11 +94,11 @@ class Builder:
             if self._stop.is_set():
                 return
 
-    def _make_in_threads(self, tasks: list[tuple[Task, frozenset[str]]], jobs: int) -> None:
+    def _make_in_threads(self, missing: list[frozenset[str]], jobs: int) -> None:
         from concurrent.futures import ThreadPoolExecutor, as_completed
 
         with ThreadPoolExecutor(jobs, thread_name_prefix="stimuli") as pool:
-            futures = [pool.submit(self._make, task, names) for task, names in tasks]
+            futures = [pool.submit(self._make, names) for names in missing]
             try:
                 for future in as_completed(futures):
                     future.result()
@@ -110,8 +110,8 @@ class Builder:
                 raise
 
     def _report(self, doing: str, done: int, total: int) -> None:
-        """Tell the progress of all tasks, in place of that of one."""
-        if done < total:
+        """Report the progress of all tasks, in place of that of one."""
+        if self._progress is not None and done < total:
             with self._turn:
                 whole = sum(key in self._entries for key in self._keys.values())
                 self._progress(doing, whole, len(self._keys))
@@ -123,7 +123,7 @@ class Builder:
         return {"name": name, "file": f"{name}.exr", "factors": factors, **entry}
 
 
-def _write(made: Made, key: str, workshop: Workshop, threshold: Threshold | None) -> Entry:
+def _write(made: MadePicture, key: str, workshop: Workshop, threshold: Threshold | None) -> Entry:
     write_exr(workshop.picture(key), made.image)
     entry = {
         "key": key,
@@ -137,7 +137,7 @@ def _write(made: Made, key: str, workshop: Workshop, threshold: Threshold | None
     return entry
 
 
-def _statistics(made: Made, threshold: Threshold | None) -> dict[str, Any]:
+def _statistics(made: MadePicture, threshold: Threshold | None) -> dict[str, Any]:
     """Return the columns of Table 4.3 that the picture and its steps hold."""
     exposures = [step.get("exposure_s", step.get("time_s")) for step in made.steps if step["step"] in _EXPOSED]
     scales = [float(step["luminance_scale"]) for step in made.steps if "luminance_scale" in step]

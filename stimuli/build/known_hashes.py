@@ -10,20 +10,14 @@ everything, and OpenEXR's own checksums notice when such a picture is decoded.
 from __future__ import annotations
 
 import contextlib
-import hashlib
 import json
 import time
 from pathlib import Path
 
+from documents.files.hashes import sha256_of_file
 from documents.files.whole_file import write_whole
 
 _STILL_NS = 2_000_000_000
-
-
-def sha256_of_file(path: Path) -> str:
-    """Return the SHA-256 of a file's content."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 class KnownHashes:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,24 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding
-from stimuli.build.known_hashes import KnownHashes, sha256_of_file
+from documents.files.hashes import sha256_of_json
+from stimuli.build.known_hashes import KnownHashes
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr import Part, read_exr
 from stimuli.pictures.stereo_image import StereoImage
-
-__all__ = [
-    "MANIFEST",
-    "Factors",
-    "StimulusSet",
-    "digest_of",
-    "known_hashes",
-    "read_stimulus_set",
-    "sha256_of_file",
-    "sha256_of_json",
-]
+from stimuli.recipes.build_context import Factors
 
 MANIFEST = "manifest.json"
-Factors = Mapping[str, str | float]
 
 
 @dataclass(frozen=True, slots=True)
@@ -91,12 +80,6 @@ class StimulusSet:
 def digest_of(entries: list[dict[str, Any]]) -> str:
     """Return the SHA-256 over names, factors and file contents of manifest entries."""
     return sha256_of_json([{key: entry[key] for key in ("name", "factors", "sha256")} for entry in entries])
-
-
-def sha256_of_json(data: object) -> str:
-    """Return the SHA-256 of ``data`` as canonical JSON: sorted keys, no spaces, no NaN."""
-    text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
-    return hashlib.sha256(text.encode()).hexdigest()
 
 
 def known_hashes(folder: Path, *, verify: bool = False) -> KnownHashes:

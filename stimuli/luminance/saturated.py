@@ -7,10 +7,11 @@ import json
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
+from documents.files.hashes import sha256_of_json
 from documents.files.whole_file import write_whole
-from stimuli.build.display_setup import DisplaySetup
-from stimuli.build.stimulus_set import StimulusSet, sha256_of_json
+from stimuli.build.stimulus_set import StimulusSet
 from stimuli.luminance.saturation import saturation
+from stimuli.recipes.build_context import DisplaySetup
 
 # Percentages by channel, and of pixels with any of them, for each eye.
 Saturated = Mapping[str, Mapping[str, float]]

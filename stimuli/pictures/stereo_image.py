@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from stimuli.errors import StimulusError
 
 Eye = Literal["left", "right"]
+View = Literal["stereo", "flat"]
 XYZImage = NDArray[np.float32]
 
 

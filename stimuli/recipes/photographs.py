@@ -1,42 +1,34 @@
-"""The recipe of photographs: files of each view, the camera that took them, and the steps until they are shown."""
+"""`kind: photographs`: files of each view, the camera that took them, and the steps until they are shown."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from pathlib import PurePosixPath, PureWindowsPath
-from typing import Annotated, Literal, Self
+from collections.abc import Iterator, Sequence
+from pathlib import Path, PurePosixPath, PureWindowsPath
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field, PositiveFloat, StringConstraints, model_validator
+from pydantic import AfterValidator, Field, PositiveFloat, model_validator
 
 from devices.camera.camera_file import ExposureSpec
-from stimuli.build.inside import InsideFile
+from documents.files.tidy_path import tidy
+from documents.yaml.source import Path_
 from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
-from stimuli.pictures.stereo_image import Eye
-from stimuli.recipes.faults import Fault, series_of_pictures_faults, twin_names, twin_views
-from stimuli.recipes.photograph_steps import StepsSpec
-from stimuli.recipes.series_recipe import SeriesSpec
-from stimuli.recipes.values import MAX_STIMULI, Name, SparklesSpec, View, Views
+from stimuli.pictures.stereo_image import View
+from stimuli.recipes.build_context import BuildContext
+from stimuli.recipes.from_files import FilesRecipe, FileStimulusSpec
+from stimuli.recipes.recipe_kind import Fault
+from stimuli.recipes.values import MAX_STIMULI, InsideFile
 from stimuli.sparkle.recipe import Strict
 
+if TYPE_CHECKING:
+    from stimuli.recipes.view_sources import Source, ViewReader
+
 VIEW_KEYS = ("left", "right", "center")
-
-
-def _factor(key: str) -> str:
-    if key in ("image", "view", "series"):
-        raise ValueError(f"'{key}' is set by the recipe; give the factor another name")
-    return key
 
 
 def _relative(value: str) -> str:
     if not value or PurePosixPath(value).is_absolute() or PureWindowsPath(value).drive or "\\" in value:
         raise ValueError("name the file relative to the recipe, with forward slashes")
     return value
-
-
-FactorName = Annotated[str, StringConstraints(pattern=r"^[a-z][a-z0-9_]{0,59}$"), AfterValidator(_factor)]
-FactorValue = Annotated[str, StringConstraints(min_length=1, max_length=200)] | Annotated[float, Field(strict=True)]
-Factors_ = Annotated[dict[FactorName, FactorValue], Field(default_factory=dict)]
-SeriesSpecs = Annotated[tuple[SeriesSpec, ...], Field(min_length=1, max_length=32)]
 
 
 class CameraExposureSpec(ExposureSpec):
@@ -65,20 +57,17 @@ class SpectralSpec(Strict):
     negative: Literal["clip", "refuse"] = "refuse"
 
 
-class PhotographSpec(StepsSpec):
+class PhotographSpec(FileStimulusSpec):
     """One stimulus: a file for each view, or ``file``, an OpenEXR file of several views in XYZ.
 
-    ``exposure`` takes the place of the files' metadata. ``flat_eye`` makes the flat version where no centre view is.
+    ``exposure`` takes the place of the files' metadata.
     """
 
-    name: Name
     left: InsideFile | None = None
     right: InsideFile | None = None
     center: InsideFile | None = None
     file: InsideFile | None = None
     exposure: CameraExposureSpec | None = None
-    flat_eye: Eye | None = None
-    factors: Factors_
 
     @model_validator(mode="after")
     def _has_files(self) -> Self:
@@ -95,7 +84,13 @@ class PhotographSpec(StepsSpec):
         named = {key: getattr(self, key) for key in (*VIEW_KEYS, "file")}
         return {key: file for key, file in named.items() if file is not None}
 
-    def lacks(self, view: View | None) -> str | None:
+    def stored_view(self) -> View | None:
+        """Return stereo where left and right are named; of ``file`` it is not known before it is read."""
+        if self.file is not None:
+            return None
+        return "stereo" if self.left and self.right else "flat"
+
+    def missing(self, view: View | None) -> str | None:
         """Return the key of a file that ``view`` needs and that is not named; 'flat_eye' where an eye must be."""
         if self.file is not None:
             return None
@@ -108,21 +103,17 @@ class PhotographSpec(StepsSpec):
         return next((eye for eye in ("left", "right") if getattr(self, eye) is None), None)
 
 
-class PhotographsRecipe(StepsSpec):
+class PhotographsRecipe(FilesRecipe):
     """Photographs developed to XYZ.
 
     With ``camera`` the files are raw, or linear camera RGB; with ``spectral`` they are spectral pictures; without
     either, OpenEXR pictures of one view that declare their colours. With ``series`` each stimulus is made in each.
     """
 
-    schema_version: Literal[1]
     kind: Literal["photographs"]
     camera: Annotated[str, AfterValidator(_relative)] | None = None
     develop: DevelopSpec | None = None
     spectral: SpectralSpec | None = None
-    views: Views | None = None
-    series: SeriesSpecs | None = None
-    sparkles: SparklesSpec | None = None
     stimuli: Annotated[tuple[PhotographSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
 
     @model_validator(mode="after")
@@ -135,34 +126,64 @@ class PhotographsRecipe(StepsSpec):
             raise ValueError("an 'exposure' needs a 'camera' file, whose XYZ it scales")
         return self
 
+    def specs(self) -> Sequence[PhotographSpec]:
+        """Return the stimuli as the recipe says them."""
+        return self.stimuli
 
-def photograph_faults(recipe: PhotographsRecipe) -> Iterator[Fault]:
-    """Yield what the schema cannot see: twins, and stimuli without a view that they are shown in."""
-    yield from twin_names((one.name for one in recipe.stimuli), "stimuli")
-    yield from twin_views(recipe.views)
-    series = [one.name for one in recipe.series or ()]
-    yield from series_of_pictures_faults([one.name for one in recipe.stimuli], series, recipe.views or ())
-    for index, one in enumerate(recipe.stimuli):
-        told = False
-        for view in recipe.views or (None,):
-            lacking = one.lacks(view)
-            told |= lacking is not None
-            if lacking == "flat_eye":
-                yield Fault(
-                    ("stimuli", index, "name"),
-                    f"there is no centre view for the flat version of '{one.name}'",
-                    "name an eye as flat_eye, or the file of the view center",
-                )
-            elif lacking:
-                remedy = f"name its file, or show the stimulus flat: views: [flat], flat_eye: {_other(lacking)}"
-                message = f"'{one.name}' has no view '{lacking}'"
-                yield Fault(("stimuli", index, "name"), message, remedy)
-        steps = one.steps_over(recipe)
-        eye = one.lacks("stereo")
-        if (steps.align or steps.toe_in) and eye and not told:
-            message = f"'{one.name}' is to be aligned, and has no view '{eye}'"
-            yield Fault(("stimuli", index, "name"), message, "name left and right: one view alone is not aligned")
+    def shared_files(self) -> dict[str, Path_]:
+        """Return the camera file and the illuminant's, with their places in the recipe."""
+        files: dict[str, Path_] = {}
+        if self.camera is not None:
+            files[self.camera] = ("camera",)
+        if self.spectral is not None and (self.spectral.illuminant or "").lower().endswith(".csv"):
+            files[str(self.spectral.illuminant)] = ("spectral", "illuminant")
+        return files
 
+    def shared_key(self, context: BuildContext) -> dict[str, Any]:
+        """Return what all pictures depend on: how files become XYZ, too."""
+        develop = self.model_dump(mode="json", include={"kind", "develop", "spectral"})
+        files = [context.file_hashes[file] for file in self.shared_files()]
+        return {**super().shared_key(context), **develop, "files": files}
 
-def _other(eye: str) -> str:
-    return "right" if eye == "left" else "left"
+    def faults(self) -> Iterator[Fault]:
+        """Yield names and views that stand twice or meet, and stimuli without a view that they are shown in."""
+        yield from super().faults()
+        for index, spec in enumerate(self.stimuli):
+            place = ("stimuli", index, "name")
+            missing = [key for view in self.views or (None,) if (key := spec.missing(view))]
+            for key in missing:
+                if key == "flat_eye":
+                    yield Fault(
+                        place,
+                        f"there is no centre view for the flat version of '{spec.name}'",
+                        "name an eye as flat_eye, or the file of the view center",
+                    )
+                else:
+                    other = "right" if key == "left" else "left"
+                    remedy = f"name its file, or show the stimulus flat: views: [flat], flat_eye: {other}"
+                    yield Fault(place, f"'{spec.name}' has no view '{key}'", remedy)
+            steps = spec.steps_over(self)
+            eye = spec.missing("stereo")
+            if (steps.align or steps.toe_in) and eye and not missing:
+                message = f"'{spec.name}' is to be aligned, and has no view '{eye}'"
+                yield Fault(place, message, "name left and right: one view alone is not aligned")
+
+    def source(self, stimulus: int, folder: Path) -> Source:
+        """Return what reads the views of a stimulus."""
+        from stimuli.recipes.view_sources import OneFile, ViewFiles
+
+        spec = self.stimuli[stimulus]
+        if spec.file is not None:
+            return OneFile(folder / spec.file, spec.file, spec.flat_eye)
+        paths = {view: folder / file for view, file in spec.files.items()}
+        return ViewFiles(paths, self._reader(spec, folder), spec.flat_eye)
+
+    def _reader(self, spec: PhotographSpec, folder: Path) -> ViewReader:
+        from stimuli.recipes.view_sources import exr_reader, photograph_reader, spectral_reader
+
+        if self.camera is not None:
+            from devices.camera.camera_file import read_camera
+
+            exposure = None if spec.exposure is None else spec.exposure.exposure()
+            return photograph_reader(read_camera(tidy(folder / self.camera)), self.develop or DevelopSpec(), exposure)
+        return exr_reader if self.spectral is None else spectral_reader(self.spectral, folder)

@@ -1,15 +1,20 @@
-"""Values that recipes of every kind are made of: names, seconds, views."""
+"""Values that recipes of every kind are made of: names, files, seconds, views, series, what counts as a sparkle."""
 
 from __future__ import annotations
 
 import re
-from typing import Annotated, Literal, Self
+from pathlib import PurePosixPath, PureWindowsPath
+from typing import Annotated, Self
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeFloat, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
 
+from stimuli.luminance.greyscale import greyscale
+from stimuli.luminance.scale import scaled
+from stimuli.pictures.stereo_image import View, XYZImage
+from stimuli.recipes.build_context import Step
 from stimuli.sparkle.measures.find import Threshold
+from stimuli.sparkle.recipe import Chromaticity, Strict
 
-View = Literal["stereo", "flat"]
 MAX_STIMULI = 1000
 MAX_NAME = 60
 
@@ -33,6 +38,15 @@ def _name(value: object) -> str:
     return value
 
 
+def _inside(value: str) -> str:
+    path = PurePosixPath(value)
+    if not value or path.is_absolute() or PureWindowsPath(value).drive or "\\" in value or ".." in path.parts:
+        raise ValueError("name a file in the recipe's own folder or below it, without '..'; copy the picture there")
+    return value
+
+
+# A file in the recipe's folder or below, so that the folder can be copied as a whole.
+InsideFile = Annotated[str, AfterValidator(_inside)]
 Name = Annotated[str, BeforeValidator(_name)]
 Seconds = Annotated[
     Annotated[float, Field(gt=0, le=1e6)],
@@ -41,13 +55,41 @@ Seconds = Annotated[
 Views = Annotated[tuple[View, ...], Field(min_length=1, max_length=2)]
 
 
-class SparklesSpec(BaseModel):
-    """What counts as a sparkle where a manifest tells their number, size and contrast.
+class SeriesSpec(Strict):
+    """What a series does to every picture: multiply its XYZ, and show it grey, with the chromaticity given."""
+
+    name: Name
+    luminance_scale: PositiveFloat = 1.0
+    greyscale_white_xy: Chromaticity | None = None
+
+    def apply(self, xyz_cd_m2: XYZImage, luminance_scale: float) -> XYZImage:
+        """Return the picture (rows, columns, 3) times ``luminance_scale``, and grey if the series is.
+
+        Grey keeps each pixel's luminance Y and gives it the chromaticity of the series's white.
+        """
+        bright = scaled(xyz_cd_m2, luminance_scale)
+        return bright if self.greyscale_white_xy is None else greyscale(bright, self.greyscale_white_xy)
+
+    def steps(self) -> list[Step]:
+        """Return what the series did, for the manifest."""
+        steps: list[Step] = [{"step": "scale", "luminance_scale": self.luminance_scale}]
+        if self.greyscale_white_xy is not None:
+            steps.append({"step": "greyscale", "white_xy": list(self.greyscale_white_xy)})
+        return steps
+
+    def key(self) -> dict[str, object]:
+        """Return what pictures depend on: all but its name."""
+        return self.model_dump(mode="json", exclude={"name"})
+
+
+SeriesSpecs = Annotated[tuple[SeriesSpec, ...], Field(min_length=1, max_length=32)]
+
+
+class SparklesSpec(Strict):
+    """What counts as a sparkle where a manifest reports their number, size and contrast.
 
     ``times`` the local background, and above ``above_cd_m2``.
     """
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     times: NonNegativeFloat = 2.0
     above_cd_m2: NonNegativeFloat = 0.0

@@ -17,7 +17,7 @@ from analysis.series.summary import summarise_series
 from runner.observers.observer_file import read_observer
 from runner.protocol.experiment import read_experiment
 from runner.session.station import Station
-from stimuli.build.build import build
+from stimuli.build.recipe_to_set import build_set
 
 ROOT = Path(__file__).parents[2]
 OBSERVERS = 15
@@ -48,7 +48,7 @@ def sessions(tmp_path_factory: pytest.TempPathFactory) -> list[SessionLog]:
         patch.setenv("CYCLOPEAN_CACHE", str(folder / "cache"))
         design = read_experiment(file)
         spec = read_observer(laws, design.stimulus_names, design.stimuli.reference)
-        stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+        stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
         with Station.open(design, stimuli, folder / "results", "egl") as station:
             for observer in (f"{number:02d}" for number in range(1, OBSERVERS + 1)):
                 done = station.run(observer, station.simulated(spec, observer), simulated=True)

@@ -18,7 +18,7 @@ from runner.cli.main import group
 from runner.observers.observer_file import read_observer
 from runner.protocol.experiment import read_experiment
 from runner.session.station import Station
-from stimuli.build.build import build
+from stimuli.build.recipe_to_set import build_set
 
 ROOT = Path(__file__).parents[2]
 SMALL_MM = [24, 16]
@@ -126,7 +126,7 @@ def test_the_first_experiment_whole_with_the_thesis_s_fifteen_observers(tmp_path
     design = read_experiment(file)
     laws = tmp_path / "configs" / "observers" / "figure_4_14.yaml"
     law = read_observer(laws, design.stimulus_names, design.stimuli.reference)
-    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     assert stimuli.rendered == 0  # the check has built them
     chosen: Counter[tuple[str, int]] = Counter()
     with Station.open(design, stimuli, tmp_path / "results", "egl") as station:

@@ -19,10 +19,11 @@ from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, wei
 from stimuli.align.pair import align_pair
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.register import register
-from stimuli.build.studio import Studio
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle.studio import Studio
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections import defaultdict
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any
@@ -15,18 +15,16 @@ import yaml
 from hypothesis import given
 from hypothesis import strategies as st
 
-import stimuli.build.studio
+import stimuli.sparkle.studio
 from devices.colour.spaces import xyz_to_lab
 from documents import InputError
-from stimuli.build.build import build
-from stimuli.build.in_series import in_series
-from stimuli.build.made import Made
-from stimuli.build.make_series import make_series, plate_seed
-from stimuli.build.studio import Studio
+from stimuli.build.recipe_to_set import build_set
 from stimuli.errors import StimulusError
-from stimuli.recipes.names import stimulus_factors, stimulus_names
+from stimuli.recipes.build_context import BuildContext, MadePicture
 from stimuli.recipes.recipe import Recipe, read_recipe
-from stimuli.recipes.series_recipe import SeriesSpec, SparkleSeriesRecipe
+from stimuli.recipes.sparkle_series import SparkleSeriesRecipe, plate_seed
+from stimuli.recipes.values import SeriesSpec
+from stimuli.sparkle.studio import Studio
 
 CONFIGS = Path(__file__).parents[2] / "configs"
 FIVE = CONFIGS / "stimuli" / "exposure_series.yaml"
@@ -35,8 +33,10 @@ WHITE_XY = (0.3117, 0.3151)
 PITCH_MM = 0.2768
 
 
-def quiet(doing: str, done: int, total: int) -> None:
-    """Report to nobody."""
+def make(recipe: SparkleSeriesRecipe) -> Iterator[MadePicture]:
+    """Make all pictures of a recipe, for a display of `PITCH_MM`, and report to nobody."""
+    context = BuildContext(Path(), {}, PITCH_MM, None, 0)
+    return recipe.make(context, lambda doing, done, total: None, recipe.names())
 
 
 def five(tmp_path: Path, **changes: Any) -> Path:
@@ -60,11 +60,11 @@ def recipe(tmp_path_factory: pytest.TempPathFactory) -> SparkleSeriesRecipe:
 
 
 @pytest.fixture(scope="module")
-def made(recipe: SparkleSeriesRecipe) -> dict[str, Made]:
-    return {one.name: one for one in make_series(recipe, PITCH_MM, quiet)}
+def made(recipe: SparkleSeriesRecipe) -> dict[str, MadePicture]:
+    return {one.name: one for one in make(recipe)}
 
 
-def step(one: Made, name: str) -> Any:
+def step(one: MadePicture, name: str) -> Any:
     (found,) = (step for step in one.steps if step["step"] == name)
     return found
 
@@ -73,7 +73,7 @@ def step(one: Made, name: str) -> Any:
 
 
 def test_the_thesis_s_ninety_pictures() -> None:
-    factors = stimulus_factors(series_recipe(FIVE))
+    factors = series_recipe(FIVE).factors()
     assert len(factors) == 90
     assert factors["HI-brighter-2.5"] == {"paint": "HI", "series": "brighter", "exposure_s": 2.5, "view": "stereo"}
     groups: dict[tuple[object, object], list[object]] = defaultdict(list)
@@ -85,26 +85,26 @@ def test_the_thesis_s_ninety_pictures() -> None:
 
 
 def test_the_preliminary_test_s_pictures_are_stereo_and_flat() -> None:
-    factors = stimulus_factors(series_recipe(PRELIMINARY))
+    factors = series_recipe(PRELIMINARY).factors()
     assert list(factors)[:3] == ["GM1-base-1.3-stereo", "GM1-base-1.3-flat", "GM1-base-1.6-stereo"]
     assert [one["view"] for one in factors.values()] == ["stereo", "flat"] * 6
 
 
-def test_what_is_made_is_called_as_foretold(recipe: SparkleSeriesRecipe, made: dict[str, Made]) -> None:
-    assert {name: one.factors for name, one in made.items()} == stimulus_factors(recipe)
+def test_what_is_made_is_called_as_foretold(recipe: SparkleSeriesRecipe, made: dict[str, MadePicture]) -> None:
+    assert {name: one.factors for name, one in made.items()} == recipe.factors()
     assert all(re.fullmatch(r"[A-Za-z0-9][A-Za-z0-9._-]*", name) for name in made)
 
 
 def test_factors_of_the_other_kinds(tmp_path: Path) -> None:
     gray, _ = read_recipe(CONFIGS / "stimuli" / "manitoba_gray.yaml")
-    factors = stimulus_factors(gray)
+    factors = gray.factors()
     assert factors["1.2-flat"] == {
         "image": "1.2",
         "view": "flat",
         "exposure_s": pytest.approx(1 / 15),
         "luminance_scale": 0.51,
     }
-    assert tuple(factors) == stimulus_names(gray)
+    assert tuple(factors) == gray.names()
     file = tmp_path / "pictures.yaml"
     file.write_text(
         "schema_version: 1\nkind: pictures\nstimuli:\n"
@@ -112,7 +112,7 @@ def test_factors_of_the_other_kinds(tmp_path: Path) -> None:
         "  - {name: b, file: b.exr, view: flat, flat_eye: left}\n"
     )
     pictures, _ = read_recipe(file)
-    assert stimulus_factors(pictures) == {
+    assert pictures.factors() == {
         "a": {"image": "a", "paint": "red", "exposure_s": 2},
         "b": {"image": "b", "view": "flat"},
     }
@@ -137,11 +137,11 @@ def test_factors_that_cannot_be(tmp_path: Path, factors: str, message: str) -> N
 # Light
 
 
-def views(one: Made) -> list[Any]:
+def views(one: MadePicture) -> list[Any]:
     return [one.image.left] if one.image.is_flat else [one.image.left, one.image.right]
 
 
-def test_every_base_picture_has_the_target_luminance(recipe: SparkleSeriesRecipe, made: dict[str, Made]) -> None:
+def test_every_base_picture_has_the_target_luminance(recipe: SparkleSeriesRecipe, made: dict[str, MadePicture]) -> None:
     target = recipe.target_mean_luminance_cd_m2
     for name, one in made.items():
         scale = 1.33 if "brighter" in name else 1.0
@@ -149,7 +149,7 @@ def test_every_base_picture_has_the_target_luminance(recipe: SparkleSeriesRecipe
         assert mean == pytest.approx(target * scale, rel=1e-6), name
 
 
-def test_one_factor_for_all_pixels_channels_and_eyes(recipe: SparkleSeriesRecipe, made: dict[str, Made]) -> None:
+def test_one_factor_for_all_pixels_channels_and_eyes(recipe: SparkleSeriesRecipe, made: dict[str, MadePicture]) -> None:
     plate = recipe.plates[0]
     seed = plate_seed(recipe.seed, plate.name)
     studio = Studio(plate.over(recipe.plate), recipe.lamp, recipe.camera, seed, PITCH_MM)
@@ -159,14 +159,14 @@ def test_one_factor_for_all_pixels_channels_and_eyes(recipe: SparkleSeriesRecipe
         np.testing.assert_allclose(shown, factor * photograph.xyz_cd_m2, rtol=3e-7)
 
 
-def test_brighter_is_a_third_brighter_in_every_pixel(made: dict[str, Made]) -> None:
+def test_brighter_is_a_third_brighter_in_every_pixel(made: dict[str, MadePicture]) -> None:
     for name in made:
         if "-base-" in name:
             for base, brighter in zip(views(made[name]), views(made[name.replace("base", "brighter")]), strict=True):
                 np.testing.assert_allclose(brighter, 1.33 * base.astype(np.float64), rtol=3e-7)
 
 
-def test_grey_keeps_luminance_and_has_the_white_s_chromaticity(made: dict[str, Made]) -> None:
+def test_grey_keeps_luminance_and_has_the_white_s_chromaticity(made: dict[str, MadePicture]) -> None:
     for name in made:
         if "-base-" in name:
             for base, grey in zip(views(made[name]), views(made[name.replace("base", "grey")]), strict=True):
@@ -182,14 +182,14 @@ chromaticities = st.tuples(st.floats(0.05, 0.6), st.floats(0.05, 0.4))
 @given(st.lists(st.floats(0, 2**13, width=32), min_size=3, max_size=3), chromaticities, st.floats(0.01, 100))
 def test_grey_of_any_pixel(pixel: Sequence[float], white_xy: tuple[float, float], scale: float) -> None:
     spec = SeriesSpec(name="grey", greyscale_white_xy=white_xy)
-    (grey,) = in_series(np.array([[pixel]], np.float32), scale, spec)[0]
+    (grey,) = spec.apply(np.array([[pixel]], np.float32), scale)[0]
     luminance = pixel[1] * scale
     x, y = white_xy
     expected = [luminance * x / y, luminance, luminance * (1 - x - y) / y]
     np.testing.assert_allclose(grey, expected, rtol=1e-6, atol=1e-37)
 
 
-def test_the_longer_the_exposure_the_fuller_the_sensor_and_the_lower_the_contrast(made: dict[str, Made]) -> None:
+def test_the_longer_the_exposure_the_fuller_the_sensor_and_the_lower_the_contrast(made: dict[str, MadePicture]) -> None:
     """Figure 4.10: sparkles are cut, what lies between them is not."""
     for paint in ("GM1", "GM2", "HI", "BC", "BR"):
         series = [one for one in made.values() if (one.factors["paint"], one.factors["series"]) == (paint, "base")]
@@ -205,7 +205,7 @@ def test_the_longer_the_exposure_the_fuller_the_sensor_and_the_lower_the_contras
         assert contrast[-1] < 0.8 * contrast[0], paint
 
 
-def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, Made]) -> None:
+def test_the_paints_have_the_thesis_s_tints_and_one_is_matte(made: dict[str, MadePicture]) -> None:
     x, y = WHITE_XY
     white = np.array([x / y, 1.0, (1 - x - y) / y]) * 26.5
     lab = {
@@ -251,33 +251,33 @@ def test_each_viewpoint_is_rendered_once_and_each_exposure_developed_once(
 ) -> None:
     calls: dict[str, int] = {"plate_light": 0, "photograph": 0}
     for name in calls:
-        real = getattr(stimuli.studio, name)
+        real = getattr(stimuli.sparkle.studio, name)
 
         def counted(*args: Any, name: str = name, real: Any = real) -> Any:
             calls[name] += 1
             return real(*args)
 
-        monkeypatch.setattr(stimuli.studio, name, counted)
+        monkeypatch.setattr(stimuli.sparkle.studio, name, counted)
     recipe = series_recipe(five(tmp_path, exposures_s=[1.3, 4], views=["flat"]))
-    flat = list(make_series(recipe, PITCH_MM, quiet))
+    flat = list(make(recipe))
     assert len(flat) == 5 * 3 * 2
     assert calls == {"plate_light": 5, "photograph": 5 * 2}
     assert all(one.image.is_flat and set(step(one, "render")["views"]) == {"center"} for one in flat)
     calls.update(plate_light=0, photograph=0)
-    assert len(list(make_series(series_recipe(five(tmp_path, exposures_s=[1.3, 4])), PITCH_MM, quiet))) == 30
+    assert len(list(make(series_recipe(five(tmp_path, exposures_s=[1.3, 4]))))) == 30
     assert calls == {"plate_light": 5 * 2, "photograph": 5 * 2 * 2}
 
 
 def test_equal_seeds_and_names_make_equal_plates_whatever_the_others(
-    tmp_path: Path, recipe: SparkleSeriesRecipe, made: dict[str, Made]
+    tmp_path: Path, recipe: SparkleSeriesRecipe, made: dict[str, MadePicture]
 ) -> None:
     data: Any = yaml.safe_load(FIVE.read_text())
     alone = five(tmp_path, plates=[data["plates"][3]], views=["flat", "stereo"])
-    again = {one.name: one for one in make_series(series_recipe(alone), PITCH_MM, quiet)}
+    again = {one.name: one for one in make(series_recipe(alone))}
     for name in ("BC-base-1.3", "BC-grey-4"):
         np.testing.assert_array_equal(again[f"{name}-stereo"].image.right, made[name].image.right)
     other = series_recipe(five(tmp_path, plates=[data["plates"][3]], seed=2017))
-    (first, *_) = make_series(other, PITCH_MM, quiet)
+    (first, *_) = make(other)
     assert not np.array_equal(first.image.right, made["BC-base-1.3"].image.right)
     names = [plate.name for plate in recipe.plates]
     assert len({plate_seed(recipe.seed, name) for name in names}) == len(names)
@@ -303,8 +303,8 @@ def test_threads_make_the_same_pictures_and_stop_at_the_first_fault(
         def count(doing: str, done: int, total: int, counted: list[int] = counted) -> None:
             counted.append(done)
 
-        made = build(path, PITCH_MM, count, jobs=jobs)
-        assert made.names == stimulus_names(series_recipe(path))
+        made = build_set(path, PITCH_MM, count, jobs=jobs)
+        assert made.names == series_recipe(path).names()
         assert counted == sorted(counted)
         assert counted[-1] == 30
         digests.append(made.digest)
@@ -316,10 +316,10 @@ def test_threads_make_the_same_pictures_and_stop_at_the_first_fault(
 
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
     with pytest.raises(KeyboardInterrupt):
-        build(path, PITCH_MM, stop, jobs=3)
+        build_set(path, PITCH_MM, stop, jobs=3)
     kept = len(list((tmp_path / "cache").glob(".*/*.exr")))
     assert 4 <= kept < 30
-    again = build(path, PITCH_MM, jobs=3)
+    again = build_set(path, PITCH_MM, jobs=3)
     assert (again.rendered, again.digest) == (30 - kept, digests[0])
 
 
@@ -327,14 +327,14 @@ def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.Mo
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
     path = five(tmp_path, exposures_s=[1.3, 4])
     told: list[tuple[str, int, int]] = []
-    first = build(path, PITCH_MM, lambda *what: told.append(what))
-    assert first.names == stimulus_names(series_recipe(path))
+    first = build_set(path, PITCH_MM, lambda *what: told.append(what))
+    assert first.names == series_recipe(path).names()
     assert first.rendered == 30
     assert ("rendering GM1-base-1.3", 0, 30) in told
     assert told[-1] == ("done", 30, 30)
     before = {file: file.stat().st_mtime_ns for file in first.folder.iterdir()}
     told.clear()
-    second = build(path, PITCH_MM, lambda *what: told.append(what))
+    second = build_set(path, PITCH_MM, lambda *what: told.append(what))
     assert (second.rendered, second.digest, told) == (0, first.digest, [])
     assert {file: file.stat().st_mtime_ns for file in second.folder.iterdir()} == before
     assert second.factors("BR-grey-4") == {"paint": "BR", "series": "grey", "exposure_s": 4.0, "view": "stereo"}
@@ -357,7 +357,7 @@ def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.Mo
 )
 def test_the_made_up_observers_score_every_picture(observers: str, recipe_file: str) -> None:
     scored = yaml.safe_load((CONFIGS / "observers" / f"{observers}.yaml").read_text())["stimuli"]
-    factors = stimulus_factors(series_recipe(CONFIGS / "stimuli" / f"{recipe_file}.yaml"))
+    factors = series_recipe(CONFIGS / "stimuli" / f"{recipe_file}.yaml").factors()
     assert list(scored) == list(factors)
     best: dict[tuple[object, object], str] = {}
     for name, one in factors.items():
@@ -423,7 +423,7 @@ def test_a_plate_without_light_is_named(tmp_path: Path) -> None:
     data: Any = yaml.safe_load(FIVE.read_text())
     recipe = series_recipe(five(tmp_path, lamp={**data["lamp"], "illuminance_lx": 0}))
     with pytest.raises(StimulusError, match="the plate 'GM1' sends no light"):
-        next(make_series(recipe, PITCH_MM, quiet))
+        next(make(recipe))
 
 
 def test_editors_know_the_kind() -> None:

@@ -13,7 +13,8 @@ from scipy.stats import norm
 
 from devices.colour.spaces import XYZ_from_xyY
 from devices.display.display_file import read_display
-from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.light import Colour, Light, Term
 from stimuli.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions

@@ -10,7 +10,8 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE, slope_circles, that_matter
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.lamplight import lamp_directions

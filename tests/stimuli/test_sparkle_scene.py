@@ -15,9 +15,9 @@ from scipy.special import j1
 
 from devices.measurements.spectra import xyz_from_spectra
 from documents import InputError
-from stimuli.build.studio import Studio
 from stimuli.errors import StimulusError
-from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.base_light import flop_luminance, matt_luminance
 from stimuli.sparkle.eye_optics import eye_mtf, through_the_eye
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
@@ -27,6 +27,7 @@ from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, re
 from stimuli.sparkle.photograph import photograph, plate_light
 from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate
 from stimuli.sparkle.spectrum import planck, wavelengths_nm
+from stimuli.sparkle.studio import Studio
 
 ROOT = Path(__file__).parents[2]
 CABIN = ROOT / "configs" / "stimuli" / "solux_cabin.yaml"

@@ -10,7 +10,8 @@ from time import perf_counter
 import numpy as np
 import pytest
 
-from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.cull import that_matter
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.optics import shade

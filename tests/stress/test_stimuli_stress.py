@@ -17,7 +17,7 @@ import pytest
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from stimuli.build.build import build
+from stimuli.build.recipe_to_set import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr import read_exr, read_views, write_exr
 from stimuli.pictures.stereo_image import StereoImage
@@ -155,8 +155,8 @@ def test_a_build_that_is_killed_leaves_nothing_half_done(tmp_path: Path) -> None
     recipe = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
     program = (
-        "from pathlib import Path; from stimuli.build.build import build;"
-        f"print(build(Path({str(recipe)!r}), 0.2768).rendered)"
+        "from pathlib import Path; from stimuli.build.recipe_to_set import build_set;"
+        f"print(build_set(Path({str(recipe)!r}), 0.2768).rendered)"
     )
     delays = random.Random(1)
     for _ in range(5):
@@ -179,8 +179,8 @@ def test_a_build_of_two_threads_that_is_killed_goes_on_where_it_was(tmp_path: Pa
     recipe = ROOT / "configs" / "stimuli" / "exposure_series.yaml"
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path / "cache"), "PYTHONPATH": str(ROOT)}
     program = (
-        "from pathlib import Path; from stimuli.build.build import build;"
-        f"made = build(Path({str(recipe)!r}), 0.6, jobs=2); print(made.rendered, made.digest)"
+        "from pathlib import Path; from stimuli.build.recipe_to_set import build_set;"
+        f"made = build_set(Path({str(recipe)!r}), 0.6, jobs=2); print(made.rendered, made.digest)"
     )
     command = [sys.executable, "-c", program]
     delays, rendered, kept = random.Random(2), 0, 0
@@ -205,8 +205,8 @@ def test_two_builds_at_once_make_one_set(tmp_path: Path, monkeypatch: pytest.Mon
     recipe = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
     environment = {**os.environ, "CYCLOPEAN_CACHE": str(tmp_path), "PYTHONPATH": str(ROOT)}
     program = (
-        "from pathlib import Path; from stimuli.build.build import build;"
-        f"made = build(Path({str(recipe)!r}), 0.2768); print(made.rendered, made.digest)"
+        "from pathlib import Path; from stimuli.build.recipe_to_set import build_set;"
+        f"made = build_set(Path({str(recipe)!r}), 0.2768); print(made.rendered, made.digest)"
     )
     children = [
         subprocess.Popen([sys.executable, "-c", program], env=environment, stdout=subprocess.PIPE, text=True)
@@ -216,13 +216,13 @@ def test_two_builds_at_once_make_one_set(tmp_path: Path, monkeypatch: pytest.Mon
     assert sorted(rendered for rendered, _ in said) == ["0", "0", "10"]
     assert len({digest for _, digest in said}) == 1
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
-    assert build(recipe, 0.2768).rendered == 0
+    assert build_set(recipe, 0.2768).rendered == 0
 
 
 @pytest.mark.parametrize("pitch_mm", [0.1, 1.0, 40.0, 99.0, 1e4])
 def test_any_display_s_pitch(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, pitch_mm: float) -> None:
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path))
-    made = build(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml", pitch_mm)
+    made = build_set(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml", pitch_mm)
     image = made.load("1.1-flat")
     assert (image.width_px, image.height_px) == (max(1, round(150 / pitch_mm)), max(1, round(100 / pitch_mm)))
 

@@ -50,9 +50,9 @@ def command(
     from devices.display.rig_file import read_rig
     from runner.cli.progress import progress_bar
     from runner.cli.stimuli.build_words import tell
-    from stimuli.build.build import build
-    from stimuli.build.display_setup import DisplaySetup
+    from stimuli.build.recipe_to_set import build_set
     from stimuli.luminance.saturated import saturated_percent
+    from stimuli.recipes.build_context import DisplaySetup
 
     if (rig_file is None) == (pixel_pitch_mm is None):
         raise click.UsageError("Name the display: --rig RIG.yaml, or --pixel-pitch-mm MM.")
@@ -62,7 +62,7 @@ def command(
     assert pitch_mm is not None
     target = None if output is None else _free(Path(output))
     with progress_bar(as_json or not sys.stderr.isatty()) as step:
-        made = build(
+        made = build_set(
             Path(recipe),
             pitch_mm,
             lambda _, done, of: step("Building stimuli", done, of),
@@ -96,7 +96,7 @@ def _cores() -> int:
 def _free(folder: Path) -> Path:
     """Return ``folder``, refusing one that holds anything or lies in the cache, which is tidied up."""
     from documents import Finding, InputError
-    from stimuli.build.build import cache_folder
+    from stimuli.build.recipe_to_set import cache_folder
 
     try:
         taken = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))

@@ -22,8 +22,8 @@ def command(hours: float, as_json: bool) -> None:
     import json
 
     from documents import Finding, InputError
-    from stimuli.build.build import cache_folder
     from stimuli.build.leftovers import leftovers, remove
+    from stimuli.build.recipe_to_set import cache_folder
 
     removed = []
     for one in leftovers(cache_folder(), hours * 3600):

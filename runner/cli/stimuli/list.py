@@ -14,8 +14,8 @@ def command(as_json: bool) -> None:
     """List the stimulus sets in the cache: how many pictures, of which kind, how large. Any may be deleted."""
     import json
 
-    from stimuli.build.build import cache_folder
     from stimuli.build.leftovers import leftovers
+    from stimuli.build.recipe_to_set import cache_folder
     from stimuli.build.stimulus_set import MANIFEST
 
     sets = []

@@ -27,7 +27,7 @@ from runner.protocol.experiment import read_experiment
 from runner.session.recorder import Recorder
 from runner.session.session import Session
 from runner.session.station import Station
-from stimuli.build.build import build
+from stimuli.build.recipe_to_set import build_set
 
 Study = Any  # tests/conftest.py
 SCORES = {"one": 1.0, "two": 2.0, "three": 3.0, "four": 4.0}
@@ -69,7 +69,7 @@ class Watched:
 
 def _station(study: Study, results: Path, do: Callable[[Station], Path]) -> tuple[SessionLog, list[str]]:
     design = read_experiment(study.experiment)
-    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     with Station.open(design, stimuli, results, "egl") as station:
         watched = Watched(station.presenter)
         station.presenter = watched  # type: ignore[assignment]  # stands in for the real one

@@ -15,7 +15,7 @@ from devices.display.model import DisplayModel
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.reports.thumbnails import find_shown, png, small, srgb, thumbnails
 from runner.session.header import hashes, make_header
-from stimuli.build.build import StimulusSet, build
+from stimuli.build.recipe_to_set import StimulusSet, build_set
 from stimuli.pictures.exr import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -46,7 +46,7 @@ def shown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Experiment, 
         "blocks:\n  - {kind: all_pairs, stimuli: all}\n"
     )
     experiment = read_experiment(file)
-    return experiment, build(experiment.recipe_file, experiment.rig.display.panel.pixel_pitch_mm)
+    return experiment, build_set(experiment.recipe_file, experiment.rig.display.panel.pixel_pitch_mm)
 
 
 def header_of(experiment: Experiment, stimuli: StimulusSet) -> Header:

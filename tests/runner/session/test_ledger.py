@@ -20,7 +20,7 @@ from runner.presenter.compensation import Compensation
 from runner.protocol.experiment import read_experiment
 from runner.session.header import describe_stimulus
 from runner.session.ledger import Ledger
-from stimuli.build.build import build
+from stimuli.build.recipe_to_set import build_set
 from stimuli.pictures.exr import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -36,7 +36,7 @@ SOURCE = "    source: made up for tests\n"
 def _opened(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]:
     """Return each picture's description, and how many costs were reckoned and found."""
     design = read_experiment(study.experiment)
-    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     ledger = Ledger.of(design, stimuli, design.shown(stimuli.load))
     return [ledger.description(name) for name in stimuli.names], astuple(ledger.work)
 
@@ -44,7 +44,7 @@ def _opened(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]:
 def _slow(study: Study) -> list[dict[str, Any]]:
     """Return the same by reckoning it all."""
     design = read_experiment(study.experiment)
-    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     load = design.shown(stimuli.load)
     compensation = Compensation.of(design.rig, design.mode, (load(name) for name in stimuli.names))
     return [
@@ -92,7 +92,7 @@ def test_what_is_found_is_what_was_reckoned(study: Study, rig: Callable[[Study],
 def test_no_picture_is_read_for_what_is_found(study: Study) -> None:
     first, _ = _opened(study)
     design = read_experiment(study.experiment)
-    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
 
     def load(name: str) -> StereoImage:
         raise AssertionError(f"{name} was read")

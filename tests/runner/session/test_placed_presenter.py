@@ -27,7 +27,7 @@ from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import read_experiment
 from runner.session.placed_presenter import ReadyPictures
 from runner.session.station import Station
-from stimuli.build.build import build
+from stimuli.build.recipe_to_set import build_set
 from stimuli.pictures.stereo_image import StereoImage
 
 Study = Any  # tests/conftest.py
@@ -153,7 +153,7 @@ GAIN_MAP = """    gain_map:
 def test_a_session_compensates_in_its_pass_and_for_each_place(study: Study) -> None:
     study.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{GAIN_MAP}")
     design = read_experiment(study.experiment)
-    stimuli = build(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
+    stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     places = design.places_px
     assert len(places) == 2
     with Station.open(design, stimuli, study.results, "egl") as station:

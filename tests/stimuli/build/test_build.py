@@ -14,9 +14,9 @@ import OpenImageIO as oiio
 import pytest
 import yaml
 
-import stimuli.build.build
+import stimuli.build.recipe_to_set
 from documents import InputError
-from stimuli.build.build import build, cache_folder
+from stimuli.build.recipe_to_set import build_set, cache_folder
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr import write_exr
 from stimuli.pictures.stereo_image import StereoImage
@@ -82,7 +82,7 @@ def noise(seed: int) -> np.ndarray[Any, np.dtype[np.float32]]:
 
 
 def test_each_exposure_makes_a_stereo_and_a_flat_stimulus_in_order(tmp_path: Path) -> None:
-    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    made = build_set(recipe_file(tmp_path, PLATE), 0.2768)
     assert made.names == ("short-stereo", "short-flat", "long-stereo", "long-flat")
     assert [made.load(name).is_flat for name in made.names] == [False, True, False, True]
     assert made.factors("short-flat") == {
@@ -102,13 +102,13 @@ def test_luminance_scale_multiplies_xyz_after_the_sensor(tmp_path: Path) -> None
         **PLATE,
         "stimuli": [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1, "luminance_scale": 2}],
     }
-    made = build(recipe_file(tmp_path, recipe), 0.2768)
+    made = build_set(recipe_file(tmp_path, recipe), 0.2768)
     np.testing.assert_allclose(made.load("b-stereo").left, 2 * made.load("a-stereo").left, rtol=2e-3)
 
 
 def test_the_second_build_renders_nothing_and_says_the_same(tmp_path: Path) -> None:
     path = recipe_file(tmp_path, PLATE)
-    first, second = build(path, 0.2768), build(path, 0.2768)
+    first, second = build_set(path, 0.2768), build_set(path, 0.2768)
     assert (first.rendered, second.rendered) == (4, 0)
     assert first.digest == second.digest
     assert first.names == second.names
@@ -116,19 +116,18 @@ def test_the_second_build_renders_nothing_and_says_the_same(tmp_path: Path) -> N
 
 def test_a_set_that_is_found_loads_nothing_that_makes_pictures(tmp_path: Path) -> None:
     recipe = recipe_file(tmp_path, PLATE)
-    build(recipe, 0.2768)
+    build_set(recipe, 0.2768)
     code = (
-        "import sys; from pathlib import Path; from stimuli.build.build import build\n"
-        f"assert build(Path({str(recipe)!r}), 0.2768).rendered == 0\n"
+        "import sys; from pathlib import Path; from stimuli.build.recipe_to_set import build_set\n"
+        f"assert build_set(Path({str(recipe)!r}), 0.2768).rendered == 0\n"
         "print(*sys.modules)"
     )
     ran = subprocess.run([sys.executable, "-c", code], check=True, capture_output=True, text=True)
     loaded = set(ran.stdout.split())
     assert "stimuli.recipes.recipe" in loaded
     makers = {
-        "stimuli.build.builder",
-        "stimuli.build.plan",
-        "stimuli.build.studio",
+        "stimuli.build.recipe_to_seter",
+        "stimuli.sparkle.studio",
         "stimuli.align.pair",
         "stimuli.luminance.statistics",
     }
@@ -137,9 +136,9 @@ def test_a_set_that_is_found_loads_nothing_that_makes_pictures(tmp_path: Path) -
 
 def test_the_same_recipe_elsewhere_makes_the_same_pictures(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = recipe_file(tmp_path, PLATE)
-    first = build(path, 0.2768)
+    first = build_set(path, 0.2768)
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "other"))
-    second = build(path, 0.2768)
+    second = build_set(path, 0.2768)
     assert second.rendered == 4
     assert first.digest == second.digest
 
@@ -147,25 +146,25 @@ def test_the_same_recipe_elsewhere_makes_the_same_pictures(tmp_path: Path, monke
 @pytest.mark.parametrize("change", ["seed", "pitch", "comment"])
 def test_what_pictures_depend_on_is_the_key(tmp_path: Path, change: str) -> None:
     path = recipe_file(tmp_path, PLATE)
-    first = build(path, 0.2768)
+    first = build_set(path, 0.2768)
     if change == "seed":
         recipe_file(tmp_path, {**PLATE, "seed": 8})
     if change == "comment":
         path.write_text("# another word\n" + path.read_text())
-    second = build(path, 0.3 if change == "pitch" else 0.2768)
+    second = build_set(path, 0.3 if change == "pitch" else 0.2768)
     assert (second.rendered == 0) == (change == "comment")
     assert (second.digest == first.digest) == (change == "comment")
 
 
 def test_progress_counts_up_to_the_number_of_pictures(tmp_path: Path) -> None:
     calls: list[tuple[str, int, int]] = []
-    build(recipe_file(tmp_path, PLATE), 0.2768, lambda doing, done, total: calls.append((doing, done, total)))
+    build_set(recipe_file(tmp_path, PLATE), 0.2768, lambda doing, done, total: calls.append((doing, done, total)))
     assert [(done, total) for _, done, total in calls] == [(0, 4), (1, 4), (2, 4), (3, 4), (4, 4)]
     assert calls[1][0] == "rendering short-flat"
 
 
 def test_the_manifest_records_steps_statistics_and_files(tmp_path: Path) -> None:
-    made = build(recipe_file(tmp_path, {**PLATE, "sparkles": {"times": 1.2}}), 0.2768)
+    made = build_set(recipe_file(tmp_path, {**PLATE, "sparkles": {"times": 1.2}}), 0.2768)
     manifest = json.loads(made.manifest_path.read_text())
     assert manifest["recipe"]["lamp"]["azimuth_deg"] == 90.0
     entry = manifest["stimuli"][2]
@@ -192,7 +191,7 @@ def test_the_manifest_records_steps_statistics_and_files(tmp_path: Path) -> None
 )
 def test_what_is_damaged_in_the_cache_is_built_again(tmp_path: Path, damage: str, pictures: int) -> None:
     path = recipe_file(tmp_path, PLATE)
-    made = build(path, 0.2768)
+    made = build_set(path, 0.2768)
     victim = made.path("short-stereo")
     if damage == "cut":
         victim.write_bytes(victim.read_bytes()[:-100])
@@ -204,10 +203,10 @@ def test_what_is_damaged_in_the_cache_is_built_again(tmp_path: Path, damage: str
         made.manifest_path.unlink()
     else:
         made.manifest_path.write_text("{")
-    again = build(path, 0.2768)
+    again = build_set(path, 0.2768)
     assert again.rendered == pictures
     assert again.digest == made.digest
-    assert build(path, 0.2768).rendered == 0
+    assert build_set(path, 0.2768).rendered == 0
 
 
 def test_an_interrupted_build_leaves_no_set_and_the_next_one_goes_on_where_it_was(tmp_path: Path, cache: Path) -> None:
@@ -218,18 +217,18 @@ def test_an_interrupted_build_leaves_no_set_and_the_next_one_goes_on_where_it_wa
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        build(path, 0.2768, stop)
+        build_set(path, 0.2768, stop)
     assert [entry.name for entry in cache.glob("[!.]*/")] == []
     (workshop,) = cache.glob(".*/")
     # A killed process leaves half a picture, too, and half of a record.
     (workshop / ".half-picture.exr").write_bytes(b"")
     (workshop / "half.part").write_bytes(b"{")
     told: list[tuple[str, int, int]] = []
-    made = build(path, 0.2768, lambda *what: told.append(what))
+    made = build_set(path, 0.2768, lambda *what: told.append(what))
     assert made.rendered == 2
     assert [what for what in told if what[1] == 2][-1] == ("rendering long-stereo", 2, 4)
     assert list(cache.glob(".*/")) == []
-    whole = build(path, 0.2768, force=True)
+    whole = build_set(path, 0.2768, force=True)
     assert (whole.rendered, whole.digest) == (4, made.digest)
 
 
@@ -241,24 +240,24 @@ def test_a_half_done_picture_is_made_again(tmp_path: Path, cache: Path) -> None:
             raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        build(path, 0.2768, stop)
+        build_set(path, 0.2768, stop)
     (workshop,) = cache.glob(".*/")
     first, second, third = sorted(workshop.glob("*.exr"))
     first.write_bytes(first.read_bytes()[:-50])
     second.with_suffix(".json").write_text("{")
-    made = build(path, 0.2768)
+    made = build_set(path, 0.2768)
     assert made.rendered == 3
     assert third.name not in [file.name for file in made.folder.iterdir()]
-    assert made.digest == build(path, 0.2768, force=True).digest
+    assert made.digest == build_set(path, 0.2768, force=True).digest
 
 
 def test_changing_one_stimulus_makes_one_picture(tmp_path: Path) -> None:
-    first = build(recipe_file(tmp_path, PLATE), 0.2768)
+    first = build_set(recipe_file(tmp_path, PLATE), 0.2768)
     more = [*PLATE["stimuli"], {"name": "longer", "exposure_s": 2}]
-    second = build(recipe_file(tmp_path, {**PLATE, "stimuli": more}), 0.2768)
+    second = build_set(recipe_file(tmp_path, {**PLATE, "stimuli": more}), 0.2768)
     assert (second.rendered, len(second.names)) == (2, 6)
     renamed = [{**PLATE["stimuli"][0], "name": "quick"}, PLATE["stimuli"][1]]
-    third = build(recipe_file(tmp_path, {**PLATE, "stimuli": renamed}), 0.2768)
+    third = build_set(recipe_file(tmp_path, {**PLATE, "stimuli": renamed}), 0.2768)
     assert third.rendered == 0
     assert third.names == ("quick-stereo", "quick-flat", "long-stereo", "long-flat")
     assert third.factors("quick-flat")["image"] == "quick"
@@ -269,7 +268,7 @@ def test_changing_one_stimulus_makes_one_picture(tmp_path: Path) -> None:
 
 def test_two_names_of_one_picture_are_made_once(tmp_path: Path) -> None:
     twice = [{"name": "a", "exposure_s": 1}, {"name": "b", "exposure_s": 1}]
-    made = build(recipe_file(tmp_path, {**PLATE, "stimuli": twice}), 0.2768)
+    made = build_set(recipe_file(tmp_path, {**PLATE, "stimuli": twice}), 0.2768)
     assert made.rendered == 2
     assert made.names == ("a-stereo", "a-flat", "b-stereo", "b-flat")
     np.testing.assert_array_equal(made.load("a-flat").left, made.load("b-flat").left)
@@ -277,9 +276,9 @@ def test_two_names_of_one_picture_are_made_once(tmp_path: Path) -> None:
 
 def test_the_generator_s_version_is_part_of_the_key(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     path = recipe_file(tmp_path, PLATE)
-    build(path, 0.2768)
-    monkeypatch.setattr(stimuli.build, "GENERATOR_VERSION", -1)
-    assert build(path, 0.2768).rendered == 4
+    build_set(path, 0.2768)
+    monkeypatch.setattr(stimuli.build.recipe_to_set, "GENERATOR_VERSION", -1)
+    assert build_set(path, 0.2768).rendered == 4
 
 
 def test_pictures_stereo_and_flat(tmp_path: Path) -> None:
@@ -292,7 +291,7 @@ def test_pictures_stereo_and_flat(tmp_path: Path) -> None:
         {"name": "left", "file": "pair.exr", "view": "flat", "flat_eye": "left"},
         {"name": "brighter", "file": "one.exr", "white_luminance_cd_m2": 2},
     )
-    made = build(path, 0.2768)
+    made = build_set(path, 0.2768)
     assert [made.factors(name)["view"] for name in made.names] == ["stereo", "flat", "flat", "flat"]
     np.testing.assert_array_equal(made.load("left").left, made.load("pair").left)
     np.testing.assert_allclose(made.load("brighter").left, 2 * made.load("one").left, rtol=1e-3)
@@ -301,9 +300,9 @@ def test_pictures_stereo_and_flat(tmp_path: Path) -> None:
 def test_a_changed_picture_is_built_again(tmp_path: Path) -> None:
     write_exr(tmp_path / "one.exr", StereoImage.flat(noise(3)))
     path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr"})
-    first = build(path, 0.2768)
+    first = build_set(path, 0.2768)
     write_exr(tmp_path / "one.exr", StereoImage.flat(noise(4)))
-    second = build(path, 0.2768)
+    second = build_set(path, 0.2768)
     assert second.rendered == 1
     assert second.digest != first.digest
 
@@ -311,28 +310,28 @@ def test_a_changed_picture_is_built_again(tmp_path: Path) -> None:
 def test_a_missing_picture_is_named_with_its_line(tmp_path: Path) -> None:
     path = pictures_recipe(tmp_path, {"name": "one", "file": "gone.exr"})
     with pytest.raises(StimulusError, match=r"recipe\.yaml:5:9: the picture 'gone\.exr' cannot be read"):
-        build(path, 0.2768)
+        build_set(path, 0.2768)
 
 
 def test_a_flat_view_of_a_pair_needs_an_eye(tmp_path: Path) -> None:
     write_exr(tmp_path / "pair.exr", StereoImage(noise(1), noise(2)))
     path = pictures_recipe(tmp_path, {"name": "pair", "file": "pair.exr"}, views=["stereo", "flat"])
     with pytest.raises(StimulusError, match="no centre view"):
-        build(path, 0.2768)
+        build_set(path, 0.2768)
     path = pictures_recipe(
         tmp_path, {"name": "pair", "file": "pair.exr", "flat_eye": "right"}, views=["stereo", "flat"]
     )
-    assert build(path, 0.2768).names == ("pair-stereo", "pair-flat")
+    assert build_set(path, 0.2768).names == ("pair-stereo", "pair-flat")
 
 
 @pytest.mark.parametrize("pitch", [0.0, -1.0, float("nan"), float("inf")])
 def test_a_pitch_that_cannot_be_is_refused(tmp_path: Path, pitch: float) -> None:
     with pytest.raises(StimulusError, match="pixel_pitch_mm"):
-        build(recipe_file(tmp_path, PLATE), pitch)
+        build_set(recipe_file(tmp_path, PLATE), pitch)
 
 
 def test_an_unknown_stimulus_gets_the_nearest_spelling(tmp_path: Path) -> None:
-    made = build(recipe_file(tmp_path, PLATE), 0.2768)
+    made = build_set(recipe_file(tmp_path, PLATE), 0.2768)
     with pytest.raises(StimulusError, match="did you mean 'short-stereo'"):
         made.load("short-sterio")
 
@@ -341,7 +340,7 @@ def test_a_cache_that_cannot_be_written_is_one_clear_error(tmp_path: Path, monke
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "file"))
     with pytest.raises(InputError, match="cannot be kept"):
-        build(recipe_file(tmp_path, PLATE), 0.2768)
+        build_set(recipe_file(tmp_path, PLATE), 0.2768)
 
 
 def test_where_the_cache_lies(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -363,13 +362,13 @@ def test_real_pictures_in_a_recipe(tmp_path: Path) -> None:
         shutil.copyfile(SHARED / name, tmp_path / name)
     blade = {"name": "blade", "file": "Adjuster.exr", "colour_space": "rec709"}
     path = pictures_recipe(tmp_path, blade, views=["stereo", "flat"])
-    made = build(path, 0.2768)
+    made = build_set(path, 0.2768)
     assert [made.load(name).is_flat for name in ("blade-stereo", "blade-flat")] == [False, True]
     assert made.entry("blade-flat")["steps"][0]["views"] == ["center"]
-    made = build(pictures_recipe(tmp_path, {"name": "room", "file": "chromaticities_XYZ.exr"}), 0.2768)
+    made = build_set(pictures_recipe(tmp_path, {"name": "room", "file": "chromaticities_XYZ.exr"}), 0.2768)
     assert made.factors("room") == {"image": "room", "view": "flat"}
     with pytest.raises(StimulusError, match="does not declare its chromaticities"):
-        build(pictures_recipe(tmp_path, {"name": "blade", "file": "Adjuster.exr"}), 0.2768)
+        build_set(pictures_recipe(tmp_path, {"name": "blade", "file": "Adjuster.exr"}), 0.2768)
 
 
 @pytest.mark.parametrize(("negative", "clipped"), [("refuse", None), ("clip", 2)])
@@ -382,6 +381,6 @@ def test_what_was_clipped_stands_in_the_manifest(tmp_path: Path, negative: str, 
     path = pictures_recipe(tmp_path, {"name": "one", "file": "one.exr", "negative": negative})
     if clipped is None:
         with pytest.raises(StimulusError, match="2 pixels have negative XYZ"):
-            build(path, 0.2768)
+            build_set(path, 0.2768)
     else:
-        assert build(path, 0.2768).entry("one")["steps"][0]["clipped_pixels"] == clipped
+        assert build_set(path, 0.2768).entry("one")["steps"][0]["clipped_pixels"] == clipped

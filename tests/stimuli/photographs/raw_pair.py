@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
-from stimuli.build.studio import Studio
 from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.recipe import SparklePlateRecipe, read_recipe
+from stimuli.recipes.recipe import read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle.studio import Studio
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 
 ROOT = Path(__file__).parents[3]

@@ -11,10 +11,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-import stimuli.build.photographs_sources
+import stimuli.recipes.view_sources
 from documents import InputError
-from stimuli.build.build import build
-from stimuli.build.photographs_prepare import _within
+from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
@@ -23,6 +22,7 @@ from stimuli.pictures.exr.read import read_exr_counted
 from stimuli.pictures.resample import resample_picture
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.photographs import DevelopSpec
+from stimuli.recipes.prepared import _within
 from stimuli.recipes.recipe import read_recipe
 from tests.runner.cli.stimuli.test_wrong_input import exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
@@ -57,7 +57,7 @@ def multi_view(path: Path, shift: tuple[int, int] = (7, 2)) -> Any:
 
 def made(folder: Path, *stimuli: dict[str, Any], **more: Any) -> StimulusSet:
     recipe = {"schema_version": 1, "kind": "pictures", **more, "stimuli": list(stimuli)}
-    return build(write_recipe(folder, recipe), PITCH_MM)
+    return build_set(write_recipe(folder, recipe), PITCH_MM)
 
 
 def step(entry: Any, name: str) -> Any:
@@ -106,7 +106,7 @@ def test_a_pair_is_read_once_for_both_its_views(tmp_path: Path, monkeypatch: pyt
         read.append(path.name)
         return read_exr_counted(path, *words, **more)
 
-    monkeypatch.setattr(stimuli.photographs.sources, "read_exr_counted", counted)
+    monkeypatch.setattr(stimuli.recipes.view_sources, "read_exr_counted", counted)
     offsets = {"pair": [6, 0], "three": [14, 4]}
     stimuli_ = [
         {"name": one, "file": f"{one}.exr", "flat_eye": "left", "align": {"method": "offset", "offset_px": offset}}
@@ -203,7 +203,7 @@ def test_photographs_in_xyz_and_spectra_need_no_camera(tmp_path: Path) -> None:
         "kind": "photographs",
         "stimuli": [{"name": "a", "left": "left.exr", "right": "right.exr"}],
     }
-    sets = build(write_recipe(tmp_path, recipe), PITCH_MM)
+    sets = build_set(write_recipe(tmp_path, recipe), PITCH_MM)
     np.testing.assert_allclose(sets.load("a").right, 2 * sets.load("a").left, rtol=1e-3)
     assert [(one["step"], one["view"]) for one in sets.entry("a")["steps"]] == [("read", "left"), ("read", "right")]
 
@@ -243,7 +243,7 @@ def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
     recipe, _ = read_recipe(path)
     assert recipe.kind == "photographs"
     with pytest.raises(StimulusError) as error:
-        build(path, PITCH_MM)
+        build_set(path, PITCH_MM)
     assert all("cannot be read" in finding.message for finding in error.value.findings)
     assert len(error.value.findings) == sum(len(one.files) for one in recipe.stimuli)
 
@@ -277,7 +277,7 @@ def test_spectral_views_become_xyz_in_their_light(tmp_path: Path) -> None:
         "spectral": {"quantity": "reflectance", "illuminant": "D65", "white_luminance_cd_m2": 40},
         "stimuli": [{"name": "a", "left": "left.exr", "right": "right.exr"}],
     }
-    sets = build(write_recipe(tmp_path, recipe), PITCH_MM)
+    sets = build_set(write_recipe(tmp_path, recipe), PITCH_MM)
     image = sets.load("a")
     assert image.left[..., 1].mean() == pytest.approx(20, rel=1e-3)
     assert image.right[..., 1].mean() == pytest.approx(10, rel=1e-3)
@@ -289,4 +289,6 @@ def test_spectral_views_become_xyz_in_their_light(tmp_path: Path) -> None:
         "right",
     )
     with pytest.raises(StimulusError, match=r"left\.exr"):
-        build(write_recipe(tmp_path, {**recipe, "spectral": {"quantity": "radiance", "illuminant": "D65"}}), PITCH_MM)
+        build_set(
+            write_recipe(tmp_path, {**recipe, "spectral": {"quantity": "radiance", "illuminant": "D65"}}), PITCH_MM
+        )

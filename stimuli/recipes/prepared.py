@@ -10,12 +10,11 @@ from stimuli.align.pair import Alignment, align_pair
 from stimuli.align.planes import Region
 from stimuli.align.straighten import straighten
 from stimuli.align.toe_in import focal_px, rectify_toe_in
-from stimuli.build.display_setup import DisplaySetup
-from stimuli.build.photographs_sources import Read, Source, Step
 from stimuli.errors import StimulusError
-from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
-from stimuli.recipes.photograph_steps import CropSpec, StepsSpec
-from stimuli.recipes.values import View
+from stimuli.pictures.stereo_image import Eye, StereoImage, View, XYZImage
+from stimuli.recipes.build_context import DisplaySetup, Step
+from stimuli.recipes.steps import CropSpec, StepsSpec
+from stimuli.recipes.view_sources import Read, Source
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -34,7 +33,7 @@ class _Pair:
 class Prepared:
     """A stimulus's pictures up to its crop: each is made when it is first asked for.
 
-    ``pixel_pitch_mm`` is the display's; disparities are told as they are seen from ``setup``, where one is known.
+    ``pixel_pitch_mm`` is the display's; disparities are reported as they are seen from ``setup``, where one is known.
     """
 
     def __init__(

@@ -10,9 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from documents import Finding
-from stimuli.build.display_setup import DisplaySetup
-from stimuli.build.in_series import in_series, series_steps
-from stimuli.build.photographs_sources import Step
 from stimuli.errors import StimulusError
 from stimuli.luminance.greyscale import grey_picture
 from stimuli.luminance.scale import (
@@ -27,11 +24,12 @@ from stimuli.luminance.tone_map import tone_mapping
 from stimuli.pictures.resample import resample_picture
 from stimuli.pictures.resolution import resolution
 from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.photograph_steps import LuminanceSpec, ResampleSpec, StepsSpec
-from stimuli.recipes.series_recipe import SeriesSpec
+from stimuli.recipes.build_context import DisplaySetup, Step
+from stimuli.recipes.steps import LuminanceSpec, ResampleSpec, StepsSpec
+from stimuli.recipes.values import SeriesSpec
 
 
-def finished(
+def finished_picture(
     image: StereoImage,
     steps: StepsSpec,
     series: SeriesSpec | None,
@@ -50,9 +48,9 @@ def finished(
         image, more = _at_luminance(image, steps.luminance)
         done += more
     if series:
-        shown = [in_series(eye, series.luminance_scale, series) for eye in eyes_once(image)]
+        shown = [series.apply(eye, series.luminance_scale) for eye in eyes_once(image)]
         image = StereoImage(shown[0], shown[-1])
-        done += series_steps(series)
+        done += series.steps()
     if steps.resample:
         image, step = _resampled(image, steps.resample, pixel_pitch_mm, setup)
         done.append(step)

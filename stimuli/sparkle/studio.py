@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from stimuli.pictures.resolution import resolution
-from stimuli.recipes.values import View
+from stimuli.pictures.stereo_image import View
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.light import Light
 from stimuli.sparkle.photograph import Photograph, photograph, plate_light

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Protocol
 
 from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
@@ -15,9 +15,8 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.exr.read import read_exr_counted
 from stimuli.pictures.exr.to_xyz import ColourSpace, Negative
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
+from stimuli.recipes.build_context import Step
 from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
-
-Step = Mapping[str, Any]
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -14,16 +14,14 @@ from dataclasses import replace
 from pathlib import Path
 
 from documents import Finding, InputError
+from documents.files.hashes import sha256_of_json
 from documents.yaml.source import YamlSource
-from stimuli.build.display_setup import DisplaySetup
 from stimuli.build.known_hashes import KnownHashes
-from stimuli.build.progress import Progress, silent
-from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set, sha256_of_json
+from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set
 from stimuli.errors import StimulusError
-from stimuli.recipes.needs import input_files, needed_setup, unreadable
-from stimuli.recipes.recipe import AnyRecipe, read_recipe
-
-__all__ = ["Progress", "StimulusSet", "build", "cache_folder"]
+from stimuli.recipes.build_context import BuildContext, DisplaySetup, Progress
+from stimuli.recipes.recipe import read_recipe, unreadable
+from stimuli.recipes.recipe_kind import RecipeKind
 
 # Raise it when the same recipe makes other pictures than before, or a manifest holds other things.
 GENERATOR_VERSION = 2
@@ -38,7 +36,7 @@ def cache_folder() -> Path:
     return (Path(home) if home else Path.home() / ".cache") / "cyclopean" / "stimuli"
 
 
-def build(
+def build_set(
     recipe_path: Path,
     pixel_pitch_mm: float,
     progress: Progress | None = None,
@@ -48,7 +46,7 @@ def build(
     force: bool = False,
     verify: bool = False,
 ) -> StimulusSet:
-    """Build the stimuli of the recipe at ``recipe_path`` for a display, or find them built.
+    """Build the stimuli of the recipe at ``recipe_path`` for a display, or return them from the cache.
 
     Parameters
     ----------
@@ -60,7 +58,7 @@ def build(
     jobs
         How many threads make pictures.
     force
-        Whether to make all pictures anew.
+        Whether to make all pictures again.
     verify
         Whether to read all pictures of a set that is found, instead of those that were touched since they were hashed.
 
@@ -81,7 +79,7 @@ def build(
         "recipe": recipe.model_dump(mode="json"),
         "pixel_pitch_mm": float(pixel_pitch_mm),
         "inputs": inputs,
-        **needed_setup(recipe, setup),
+        **recipe.display_facts(setup),
     }
     folder = cache / sha256_of_json(resolved)[:32]
     found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
@@ -91,15 +89,14 @@ def build(
     # Only to make pictures: who finds them made needs none of it.
     from stimuli.build.builder import Builder, publish
     from stimuli.build.lock import locked
-    from stimuli.build.plan import Surroundings, plan
 
-    around = Surroundings(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION, recipe.sparkles)
+    context = BuildContext(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION)
     try:
         cache.mkdir(parents=True, exist_ok=True)
         with locked(folder):
             found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
             if found is None:
-                builder = Builder(recipe, plan(recipe, around), folder, progress or silent, force)
+                builder = Builder(recipe, context, folder, progress, force)
                 entries = builder.build(jobs)
                 publish(entries, resolved, folder, builder.workshop)
                 found = read_stimulus_set(folder, recipe_path)
@@ -116,11 +113,11 @@ def build(
         raise StimulusError(Finding(f"the stimuli cannot be kept: {error.strerror or error}", str(cache))) from error
 
 
-def _inputs(recipe: AnyRecipe, source: YamlSource, recipe_path: Path, hashes: KnownHashes) -> dict[str, str]:
+def _inputs(recipe: RecipeKind, source: YamlSource, recipe_path: Path, hashes: KnownHashes) -> dict[str, str]:
     """Return the SHA-256 of each file that the recipe names, refusing those that are not there."""
     contents: dict[str, str] = {}
     findings = []
-    for file, where in input_files(recipe).items():
+    for file, where in recipe.inputs().items():
         try:
             contents[file] = hashes.sha256(recipe_path.parent / file)
         except OSError as error:

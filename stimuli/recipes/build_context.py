@@ -1,0 +1,80 @@
+"""What pictures depend on beside their recipe: the display, the files that it names, the version of the code."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from devices.display.display_file import EyeModels
+from devices.display.rig_file import Rig
+from documents.files.hashes import sha256_of_json
+
+if TYPE_CHECKING:
+    from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.recipes.values import SparklesSpec
+
+Factors = Mapping[str, str | float]
+Step = Mapping[str, Any]
+# What is being done, and how many pictures of how many are done.
+Progress = Callable[[str, int, int], None]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DisplaySetup:
+    """What each eye is shown, and where the eyes are. Only recipes that ask for one of them depend on it."""
+
+    models: EyeModels
+    distance_mm: float
+    interpupillary_distance_mm: float
+
+    @classmethod
+    def of(cls, rig: Rig) -> DisplaySetup:
+        """Return a rig's."""
+        return cls(rig.models, rig.distance_mm, rig.interpupillary_distance_mm)
+
+    def range_json(self) -> dict[str, Any]:
+        """Return the numbers that decide what saturates, for a cache's key and a manifest."""
+        return {
+            eye: {
+                "black_XYZ_cd_m2": model.black_XYZ_cd_m2.tolist(),
+                "primaries_XYZ_cd_m2": model.primaries_XYZ_cd_m2.tolist(),
+            }
+            for eye, model in (("left", self.models.left), ("right", self.models.right))
+        }
+
+    def viewing_json(self) -> dict[str, float]:
+        """Return where the eyes are."""
+        return {"distance_mm": self.distance_mm, "interpupillary_distance_mm": self.interpupillary_distance_mm}
+
+
+@dataclass(frozen=True, slots=True)
+class BuildContext:
+    """What pictures depend on beside their recipe.
+
+    ``folder`` is the recipe's, ``file_hashes`` holds the SHA-256 of each file that the recipe names, and
+    ``generator_version`` is raised when the code makes other pictures of the same recipe.
+    """
+
+    folder: Path
+    file_hashes: Mapping[str, str]
+    pixel_pitch_mm: float
+    setup: DisplaySetup | None
+    generator_version: int
+
+    def key(self, sparkles: SparklesSpec | None, **parts: Any) -> str:
+        """Return the key of a picture: the hash of everything that its pixels and its steps depend on."""
+        counted = None if sparkles is None else sparkles.model_dump(mode="json")
+        everywhere = {"version": self.generator_version, "pixel_pitch_mm": self.pixel_pitch_mm, "sparkles": counted}
+        return sha256_of_json({**everywhere, **parts})
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class MadePicture:
+    """A stimulus before it is written: its picture, its factors, and the steps that led to it, for the manifest."""
+
+    name: str
+    image: StereoImage
+    factors: Factors
+    steps: tuple[Step, ...]

@@ -1,0 +1,99 @@
+"""What every kind of recipe can say of its pictures, and how it makes them.
+
+A kind is a class in a file of its own; `stimuli.recipes.recipe` lists the kinds. What makes pictures is imported only
+when pictures are made, so that a set that is in the cache loads none of it.
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from documents.yaml.source import Path_
+from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
+from stimuli.recipes.values import SparklesSpec, Views
+from stimuli.sparkle.recipe import Strict
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """A fault, the place of the value at fault in the recipe, and what would be right."""
+
+    location: Path_
+    message: str
+    remedy: str
+
+
+class RecipeKind(Strict):
+    """A recipe. A subclass holds its keys, ``kind`` among them."""
+
+    schema_version: Literal[1]
+    kind: str
+    views: Views | None = None
+    sparkles: SparklesSpec | None = None
+
+    @abstractmethod
+    def factors(self) -> dict[str, Factors]:
+        """Return what sets each stimulus apart, by name, in the recipe's order.
+
+        A picture from a file that is shown as it is stored has no ``view`` before it is read; a built set knows it.
+        """
+
+    def names(self) -> tuple[str, ...]:
+        """Return the names of all stimuli, in the recipe's order."""
+        return tuple(self.factors())
+
+    @abstractmethod
+    def faults(self) -> Iterator[Fault]:
+        """Yield what is wrong with it that its schema cannot see."""
+
+    def inputs(self) -> dict[str, Path_]:
+        """Return each file that the recipe names, with the place in it that names it first."""
+        return {}
+
+    def display_facts(self, setup: DisplaySetup | None) -> dict[str, Any]:
+        """Return of ``setup`` what the pictures depend on, for the cache's key."""
+        return {}
+
+    @abstractmethod
+    def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
+        """Yield pictures that are best made together: their keys by name, in the recipe's order.
+
+        A picture's key is the hash of everything that its pixels and its steps depend on, and of nothing else, so that
+        changing one stimulus leaves the others' keys as they were. Its name and its factors are no part of it.
+        """
+
+    @abstractmethod
+    def make(self, context: BuildContext, report: Progress, names: Collection[str]) -> Iterator[MadePicture]:
+        """Yield the stimuli of ``names``, in the recipe's order, each sampled for the display of ``context``.
+
+        Raises
+        ------
+        InputError
+            If a file cannot be read, or a picture cannot be made: the finding names the file, or the stimulus.
+        """
+
+
+def stimulus_name(name: str, view: str | None) -> str:
+    """Return the name of the stimulus that shows ``name`` in ``view``, or as it is stored."""
+    return f"{name}-{view}" if view else name
+
+
+def twin_names(names: Iterable[str], *location: str) -> Iterator[Fault]:
+    """Yield each name in the list at ``location`` that stands there before.
+
+    Names become file names, and some file systems do not tell A from a.
+    """
+    seen: set[str] = set()
+    for index, name in enumerate(names):
+        if name.casefold() in seen:
+            yield Fault((*location, index, "name"), f"the name '{name}' stands twice", "give it another")
+        seen.add(name.casefold())
+
+
+def twin_views(views: Sequence[str] | None) -> Iterator[Fault]:
+    """Yield a fault if a view stands twice."""
+    if views and len(set(views)) != len(views):
+        yield Fault(("views",), "a view stands twice", "keep one")

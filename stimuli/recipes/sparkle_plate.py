@@ -1,0 +1,123 @@
+"""`kind: sparkle_plate`: photographs of one made-up plate at several exposures."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Iterator, Mapping
+from itertools import product
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import Field, PositiveFloat
+
+from documents.yaml.source import Path_
+from stimuli.pictures.stereo_image import StereoImage, XYZImage
+from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
+from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
+from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, Views
+from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec, Strict
+
+# What a plate may ask for: either takes a few GB of memory.
+MAX_FLAKES = 50_000_000
+MAX_CAMERA_PIXELS = 100_000_000
+
+
+class ExposureSpec(Strict):
+    """One photograph: exposed for so long, then all its XYZ multiplied."""
+
+    name: Name
+    exposure_s: Seconds
+    luminance_scale: PositiveFloat = 1.0
+
+
+class SparklePlateRecipe(RecipeKind):
+    """Photographs of one made-up plate at several exposures; equal seeds make equal plates."""
+
+    kind: Literal["sparkle_plate"]
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    plate: PlateSpec
+    lamp: LampSpec
+    further_lamps: FurtherLamps = ()
+    camera: CameraSpec
+    views: Views = ("stereo", "flat")
+    stimuli: Annotated[tuple[ExposureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
+
+    def factors(self) -> dict[str, Factors]:
+        """Return each stimulus's image, view, exposure and luminance scale."""
+        return {
+            stimulus_name(one.name, view): {
+                "image": one.name,
+                "view": view,
+                "exposure_s": one.exposure_s,
+                "luminance_scale": one.luminance_scale,
+            }
+            for one, view in product(self.stimuli, self.views)
+        }
+
+    def faults(self) -> Iterator[Fault]:
+        """Yield names and views that stand twice, and what of the plate cannot be rendered."""
+        yield from twin_names((stimulus.name for stimulus in self.stimuli), "stimuli")
+        yield from twin_views(self.views)
+        yield from too_large(self.plate, self.camera)
+        yield from without_spectra([self.plate], self.lamp, self.further_lamps)
+
+    def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
+        """Yield all pictures together: they show one plate."""
+        shared = self.model_dump(mode="json", exclude={"stimuli", "views", "sparkles"})
+        yield {
+            stimulus_name(one.name, view): context.key(
+                self.sparkles, shared=shared, view=view, exposure_s=one.exposure_s, luminance_scale=one.luminance_scale
+            )
+            for one, view in product(self.stimuli, self.views)
+        }
+
+    def make(self, context: BuildContext, report: Progress, names: Collection[str]) -> Iterator[MadePicture]:
+        """Yield the stimuli of ``names``.
+
+        Each viewpoint's sparkles are rendered once, and each exposure of them is developed once, however many stimuli
+        show them.
+        """
+        from stimuli.sparkle.studio import Studio
+
+        studio = Studio(self.plate, self.lamp, self.camera, self.seed, context.pixel_pitch_mm, self.further_lamps)
+        factors = self.factors()
+        wanted = [one for one in product(self.stimuli, self.views) if stimulus_name(one[0].name, one[1]) in names]
+        for done, (stimulus, view) in enumerate(wanted):
+            name = stimulus_name(stimulus.name, view)
+            report(f"rendering {name}", done, len(wanted))
+            scale = np.float32(stimulus.luminance_scale)
+            eyes: list[XYZImage] = [one.xyz_cd_m2 * scale for one in studio.photographs(view, stimulus.exposure_s)]
+            steps = (
+                *studio.steps(view, stimulus.exposure_s),
+                {"step": "scale", "luminance_scale": stimulus.luminance_scale},
+            )
+            yield MadePicture(name, StereoImage(eyes[0], eyes[-1]), factors[name], steps)
+        report("done", len(wanted), len(wanted))
+
+
+def too_large(plate: PlateSpec, camera: CameraSpec, flakes: Path_ = ("plate", "flakes")) -> Iterator[Fault]:
+    """Yield what of the plate would not fit into memory; the place of its flakes in the recipe is ``flakes``."""
+    area_mm2 = plate.size_mm[0] * plate.size_mm[1]
+    if area_mm2 * plate.flakes.per_mm2 > MAX_FLAKES:
+        yield Fault(
+            (*flakes, "per_mm2"),
+            f"the plate has more than {MAX_FLAKES // 10**6} million flakes",
+            "make it smaller or its flakes fewer",
+        )
+    if area_mm2 * camera.resolution_px_per_mm**2 > MAX_CAMERA_PIXELS:
+        yield Fault(
+            ("camera", "resolution_px_per_mm"),
+            f"the plate covers more than {MAX_CAMERA_PIXELS // 10**6} million camera pixels",
+            "make it smaller or the resolution lower",
+        )
+
+
+def without_spectra(plates: Iterable[PlateSpec], lamp: LampSpec, further_lamps: Iterable[LampSpec]) -> Iterator[Fault]:
+    """Yield each lamp that is a chromaticity where a plate has a spectrum: no colour follows from the two."""
+    if not any(plate.base.spectrum or plate.flakes.spectrum for plate in plates):
+        return
+    places: list[tuple[Path_, LampSpec]] = [(("lamp",), lamp)]
+    places += [(("further_lamps", index), further) for index, further in enumerate(further_lamps)]
+    for place, one in places:
+        if not one.is_spectral:
+            message = "the plate has a spectrum, and this lamp has none"
+            yield Fault((*place, "chromaticity_xy"), message, "give it a temperature_K or a spectrum")
