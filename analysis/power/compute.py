@@ -10,12 +10,12 @@ dashboard.
 
 from __future__ import annotations
 
-import os
-import signal
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager, suppress
 from time import perf_counter
 from typing import TYPE_CHECKING, TypeVar
+
+from documents.platform import cores, interrupts_held
 
 if TYPE_CHECKING:
     from distributed import Client, LocalCluster
@@ -84,11 +84,6 @@ def compute(
         return results + _on(client, work, left, lambda count: tell(begun + count, len(blocks)))
 
 
-def cores() -> int:
-    """Return how many processor cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
 def _here(work: Callable[[Block], Result], blocks: Sequence[Block], processes: int) -> Iterator[Result]:
     """Work in this process until done, or until more processes are worth their start."""
     began = perf_counter()
@@ -138,7 +133,7 @@ def _local(processes: int) -> Iterator[Client]:
         cluster: LocalCluster
         # A keyboard's Ctrl-C reaches every process of the terminal. Threads and processes that are started while it
         # is blocked never see it: this process alone does, and ends the others in order.
-        with _interrupts_held():
+        with interrupts_held():
             cluster = stack.enter_context(
                 LocalCluster(
                     n_workers=processes,
@@ -178,19 +173,3 @@ def _remote(scheduler: str, connect_s: float) -> Iterator[Client]:
 
 
 _QUIET: dict[str, list[str]] = {"distributed.scheduler.http.routes": [], "distributed.worker.http.routes": []}
-
-
-@contextmanager
-def _interrupts_held() -> Iterator[None]:
-    if not hasattr(signal, "pthread_sigmask"):
-        yield
-        return
-    from multiprocessing import resource_tracker
-
-    # Processes are started beside a tracker, the start of which would let interrupts through again.
-    resource_tracker.ensure_running()
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import time
 from collections.abc import Callable
 from contextlib import suppress
@@ -13,15 +12,11 @@ import serial
 
 from devices.instruments.errors import LostError, TimedOutError
 from documents import Finding
+from documents.platform import serial_errors
 
 _LONGEST_LINE = 16384
 _BETWEEN_CHARACTERS_S = 0.005
-# What pyserial raises when a cable is pulled; its SerialException is an OSError, termios' error is not.
-_GONE: tuple[type[Exception], ...] = (OSError, TypeError, ValueError)
-if os.name == "posix":
-    import termios
-
-    _GONE += (termios.error,)
+_GONE = serial_errors()
 Done = TypeVar("Done")
 
 

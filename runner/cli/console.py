@@ -14,6 +14,7 @@ import threading
 from collections.abc import Callable
 from typing import Protocol, TextIO
 
+from documents.platform import reads_terminal
 from documents.text.characters import visible
 
 HELP = (
@@ -37,8 +38,8 @@ class Session(Protocol):
 def at_a_terminal() -> bool:
     """Return whether someone sits at a terminal whose lines are for this process."""
     try:
-        return sys.stdin.isatty() and sys.stderr.isatty() and os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
-    except (OSError, ValueError, AttributeError):
+        return sys.stderr.isatty() and reads_terminal(sys.stdin.fileno())
+    except (OSError, ValueError, AttributeError):  # a closed stream is None
         return False
 
 
@@ -125,10 +126,7 @@ class Console:
 
 def _ours(source: int) -> bool:
     """Return whether reading ``source`` would not stop the process, as it does in the background of a terminal."""
-    try:
-        return not os.isatty(source) or os.tcgetpgrp(source) == os.getpgrp()
-    except OSError:
-        return False
+    return not os.isatty(source) or reads_terminal(source)
 
 
 def _marked(place: tuple[int, int] | None) -> str:

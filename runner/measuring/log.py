@@ -19,6 +19,7 @@ from filelock import FileLock, Timeout
 from devices.instruments import Reading
 from devices.patches import Patch, Place, Step
 from documents import Finding, InputError
+from documents.platform import sync_folder
 from runner.measuring.errors import MeasuringError
 from runner.measuring.patch_screen import Shown
 
@@ -85,7 +86,7 @@ class MeasurementLog:
             with open(part, "wb", buffering=0) as stream:
                 _write(stream, {"record": "header", "format": FORMAT, "version": VERSION, **header})
             os.replace(part, file)
-            _sync_folder(file.parent)
+            sync_folder(file.parent)
             return cls(file, lock, open(file, "ab", buffering=0))
         except OSError as error:
             what = f"the measurement cannot be written: {error.strerror}"
@@ -280,13 +281,3 @@ def _locked(file: Path) -> FileLock:
         what = "another process is writing this measurement"
         raise MeasuringError(Finding(what, str(file), remedy="close it first")) from None
     return lock
-
-
-def _sync_folder(folder: Path) -> None:
-    if os.name != "posix":
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

@@ -14,6 +14,7 @@ from filelock import FileLock, Timeout
 
 from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
 from documents import Finding
+from documents.platform import sync_folder
 from runner.errors import SessionError
 
 
@@ -57,8 +58,8 @@ class Recorder:
             with _open(part) as stream:
                 _write(stream, header.to_json())
             os.replace(part, folder / FILE_NAME)
-            _sync_folder(folder)
-            _sync_folder(folder.parent)
+            sync_folder(folder)
+            sync_folder(folder.parent)
             return cls(folder, lock, _open(folder / FILE_NAME))
         except OSError as error:
             remedy = "make room, or choose another results folder"
@@ -168,13 +169,3 @@ def _locked(folder: Path) -> FileLock:
 
 def _open(file: Path) -> BinaryIO:
     return open(file, "ab", buffering=0)
-
-
-def _sync_folder(folder: Path) -> None:
-    if os.name != "posix":
-        return  # only there can a folder be opened and synced
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        os.fsync(descriptor)
-    finally:
-        os.close(descriptor)

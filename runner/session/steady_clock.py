@@ -2,16 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Callable
 from datetime import UTC, datetime, timedelta
 
-
-def elapsed_s() -> float:
-    """Return seconds since some moment in the past; the machine's sleep counts where the system can tell."""
-    if hasattr(time, "CLOCK_BOOTTIME"):
-        return time.clock_gettime(time.CLOCK_BOOTTIME)
-    return time.monotonic()
+from documents.platform import elapsed_s
 
 
 class SteadyClock:

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 import weakref
 from collections.abc import Iterator
 
 import numpy as np
 from numpy.typing import NDArray
+
+from documents.platform import nameless_file, read_at, write_at
 
 Floats32 = NDArray[np.float32]
 
@@ -24,10 +24,9 @@ class RowFile:
 
     def __init__(self, shape: tuple[int, int, int]) -> None:
         self._shape = shape
-        descriptor, name = tempfile.mkstemp(prefix="cyclopean-compare-")
-        os.unlink(name)
-        self._file = descriptor
-        weakref.finalize(self, os.close, descriptor)
+        self._kept = nameless_file()
+        self._file = self._kept.fileno()
+        weakref.finalize(self, self._kept.close)
         self._row_bytes = shape[1] * shape[2] * 4
 
     @property
@@ -46,7 +45,7 @@ class RowFile:
         view = found.data.cast("B")
         done = 0
         while done < len(view):
-            read = os.preadv(self._file, [view[done:]], start * self._row_bytes + done)
+            read = read_at(self._file, view[done:], start * self._row_bytes + done)
             if read == 0:
                 raise OSError("a picture's rows were read before they were written")
             done += read
@@ -57,7 +56,7 @@ class RowFile:
         view = np.ascontiguousarray(rows, dtype=np.float32).data.cast("B")
         done = 0
         while done < len(view):
-            done += os.pwrite(self._file, view[done:], first * self._row_bytes + done)
+            done += write_at(self._file, view[done:], first * self._row_bytes + done)
 
     def bands(self) -> Iterator[tuple[int, int]]:
         """Return first rows and rows after the last, some `BAND_PIXELS` pixels each."""

@@ -87,10 +87,10 @@ def command(
 
 
 def _cores() -> int:
-    import os
+    from documents.platform import cores
 
     # Not more unless asked for: each thread may hold a pair of photographs, of 36 megapixels a few GB.
-    return min(2, len(os.sched_getaffinity(0)))
+    return min(2, cores())
 
 
 def _free(folder: Path) -> Path:

@@ -1,0 +1,110 @@
+"""What only some operating systems have: each function has a branch for POSIX and one for Windows.
+
+No other module calls these parts of ``os``, ``signal``, ``time`` and ``termios``.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import tempfile
+import threading
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import BinaryIO, cast
+
+_seeking = threading.Lock()
+
+
+def cores() -> int:
+    """Return how many processor cores this process may use; all cores where the system does not say."""
+    if sys.platform == "linux":
+        return len(os.sched_getaffinity(0))
+    return os.cpu_count() or 1
+
+
+def elapsed_s() -> float:
+    """Return seconds since some moment in the past; on Linux, time in which the machine slept is included."""
+    if sys.platform == "linux":
+        return time.clock_gettime(time.CLOCK_BOOTTIME)
+    return time.monotonic()
+
+
+def reads_terminal(descriptor: int) -> bool:
+    """Return whether lines typed at the terminal ``descriptor`` come to this process and can be waited for.
+
+    False for a job in the background, which a read would stop. False on Windows, where ``select`` waits for sockets
+    only.
+    """
+    if sys.platform == "win32":
+        return False
+    try:
+        return os.isatty(descriptor) and os.tcgetpgrp(descriptor) == os.getpgrp()
+    except OSError:
+        return False
+
+
+def serial_errors() -> tuple[type[Exception], ...]:
+    """Return what reading or writing a serial port raises when its cable is pulled."""
+    # pyserial's own error is an OSError; termios' error is not.
+    if sys.platform == "win32":
+        return (OSError, TypeError, ValueError)
+    import termios
+
+    return (OSError, TypeError, ValueError, termios.error)
+
+
+def nameless_file() -> BinaryIO:
+    """Return an open, unbuffered temporary file that is removed when it is closed, also if the process is killed."""
+    return cast(BinaryIO, tempfile.TemporaryFile(prefix="cyclopean-", buffering=0))
+
+
+def read_at(descriptor: int, view: memoryview, offset: int) -> int:
+    """Read bytes of the file from ``offset`` on into ``view``; return how many, 0 at the end of the file."""
+    if sys.platform == "win32":
+        with _seeking:  # there the place in the file is shared by all threads
+            os.lseek(descriptor, offset, os.SEEK_SET)
+            data = os.read(descriptor, len(view))
+        view[: len(data)] = data
+        return len(data)
+    return os.preadv(descriptor, [view], offset)
+
+
+def write_at(descriptor: int, view: memoryview, offset: int) -> int:
+    """Write ``view`` into the file from ``offset`` on; return how many bytes were written."""
+    if sys.platform == "win32":
+        with _seeking:
+            os.lseek(descriptor, offset, os.SEEK_SET)
+            return os.write(descriptor, view)
+    return os.pwrite(descriptor, view, offset)
+
+
+def sync_folder(folder: Path) -> None:
+    """Put the names in ``folder`` on disk; does nothing on Windows, where a folder cannot be opened."""
+    if sys.platform == "win32":
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        os.fsync(descriptor)
+    finally:
+        os.close(descriptor)
+
+
+@contextmanager
+def interrupts_held() -> Iterator[None]:
+    """Hold back Ctrl-C in the body, and in the processes started there; does nothing on Windows."""
+    if sys.platform == "win32":
+        yield
+        return
+    from multiprocessing import resource_tracker
+
+    # Processes are started beside a tracker, the start of which would let interrupts through again.
+    resource_tracker.ensure_running()
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+    try:
+        yield
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
