@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.clip_cost import clip_cost
+from devices.compensation.clipping import clip_cost
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
 from runner.session.cost_cache import CostCache

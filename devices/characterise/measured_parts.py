@@ -11,10 +11,9 @@ from typing import Any
 
 from devices.characterise.display_yaml import quoted
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.eye_crosstalk import crosstalk
-from devices.diagnostics.glasses import glasses_transmittance, luminance_loss
-from devices.diagnostics.tags import plain, tagged, untagged
-from devices.diagnostics.uniformity import uniformity
+from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
+from devices.diagnostics.panel import uniformity
+from devices.diagnostics.readings import plain, tagged, untagged
 from devices.measurements import Measurements, PatchEye
 
 

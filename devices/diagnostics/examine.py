@@ -5,24 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
-from devices.diagnostics.additivity import additivity
-from devices.diagnostics.angles import angular_colour, angular_luminance
-from devices.diagnostics.channel_constancy import channel_constancy
-from devices.diagnostics.chromaticities import chromaticities
+from devices.diagnostics.channels import additivity, channel_constancy, headroom, tone_response
+from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.drift import drift
-from devices.diagnostics.estimated_codes import estimated_codes, model_difference
-from devices.diagnostics.eye_crosstalk import crosstalk
-from devices.diagnostics.gamut import gamut, gamut_change
-from devices.diagnostics.glasses import glasses_transmittance, luminance_loss
-from devices.diagnostics.pixel_independence import pixel_independence
-from devices.diagnostics.primary_colours import primary_colours, spectral_overlap
-from devices.diagnostics.ramps import primaries
-from devices.diagnostics.repeatability import repeatability
-from devices.diagnostics.tags import Kind, plain, tagged, untagged
-from devices.diagnostics.tone_response import headroom, tone_response
-from devices.diagnostics.uniformity import uniformity
-from devices.diagnostics.warm_up import warm_up
+from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
+from devices.diagnostics.gamut_area import gamut, gamut_change
+from devices.diagnostics.model_checks import estimated_codes, model_difference
+from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
+from devices.diagnostics.readings import Kind, plain, primaries, tagged, untagged
+from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.display_file import EyeModels
 from devices.measurements import Measurements, PatchEye
 
@@ -78,7 +69,7 @@ def examine(
     Parameters
     ----------
     sets
-        Characterisations and special readings (`devices.diagnostics.tags`), in any order.
+        Characterisations and special readings (`devices.diagnostics.readings`), in any order.
     models
         What the readings are held against; for readings through both lenses the left eye's model.
     without_glasses

@@ -1,4 +1,4 @@
-"""Sets of patches for one diagnosis each: their names carry the tags that `devices.diagnostics.tags` reads."""
+"""Sets of patches for one diagnosis each: their names carry the tags that `devices.diagnostics.readings` reads."""
 
 from __future__ import annotations
 

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.clip_cost import blocks
+from devices.compensation.clipping import blocks
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import CancelCost, cancel_crosstalk, needed_lift
 from devices.compensation.gain_map import GainMap

@@ -7,7 +7,7 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from devices.compensation.clip_marks import clip_marks
+from devices.compensation.clipping import clip_marks
 from devices.display.display_file import Eye, EyeModels
 from documents import Finding
 from runner.blocks.steps import Draft, Response

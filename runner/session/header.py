@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.records.session_record import Header
-from devices.compensation.clip_cost import clip_cost
+from devices.compensation.clipping import clip_cost
 from devices.display.display_file import Eye
 from devices.display.plvc import Plvc
 from devices.display.rig_file import Rig

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.clip_cost import ClipCost, blocks, counted_together
+from devices.compensation.clipping import ClipCost, blocks, counted_together
 from devices.display.display_file import Eye, EyeModels
 from devices.display.model import Clipping
 from runner.presenter.modes.mixture import Mixture

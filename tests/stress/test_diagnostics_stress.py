@@ -10,13 +10,11 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.diagnostics.additivity import additivity
+from devices.diagnostics.channels import additivity, headroom
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.drift import drift
 from devices.diagnostics.examine import MeasuredSet, examine
-from devices.diagnostics.eye_crosstalk import crosstalk
-from devices.diagnostics.tone_response import headroom
-from devices.diagnostics.warm_up import warm_up
+from devices.diagnostics.eyewear import crosstalk
+from devices.diagnostics.stability import drift, warm_up
 from devices.display.display_file import EyeModels
 from devices.measurements import Measurements
 from tests.devices.diagnostics import test_hostile_readings as hostile

@@ -73,7 +73,7 @@ def command(
     from devices.characterise.choose import Name, characterise
     from devices.characterise.measured_parts import measured_parts
     from devices.characterise.model_numbers import model_numbers
-    from devices.diagnostics.tags import plain
+    from devices.diagnostics.readings import plain
     from devices.measurements.table import PatchEye
     from runner.cli.display.fit_words import tell, tell_notes
     from runner.reports.display.reading import read_sets
@@ -128,7 +128,7 @@ def command(
 
 def _left_out(measured: MeasuredSet, parts: MeasuredParts) -> list[str]:
     """Say what the tagged readings do not give, and how many were of no use."""
-    from devices.diagnostics.tags import tag
+    from devices.diagnostics.readings import tag
 
     used = {"other", "place", "no-glasses"}
     tags = [found for name in measured.measurements.name if (found := tag(name)) is not None]

@@ -6,8 +6,8 @@ import numpy as np
 
 from devices.camera.fit import CameraFit
 from devices.colour.spaces import xyY_from_XYZ
+from devices.diagnostics.colours import locus_line
 from devices.diagnostics.diagnosis import Colour, Line, Panel, numbers
-from devices.diagnostics.spectral_locus import locus_line
 
 _AXES: tuple[tuple[str, Colour], ...] = (("X", "red"), ("Y", "green"), ("Z", "blue"))
 

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from devices.compensation.clip_marks import clip_marks
+from devices.compensation.clipping import clip_marks
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 

@@ -11,11 +11,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from devices.characterise.crosstalk_fit import CrosstalkReading, fit_crosstalk
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.crosstalk import Crosstalk, check_leakage
 from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk, needed_lift, seen_XYZ
+from devices.compensation.crosstalk_fit import CrosstalkReading, fit_crosstalk
 from devices.compensation.dither import dither_codes, dither_thresholds
 from devices.compensation.gain_map import GainMap, Normalise
 from devices.display.display_file import Eye, EyeModels, read_display

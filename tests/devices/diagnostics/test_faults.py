@@ -8,20 +8,14 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.diagnostics.additivity import additivity
-from devices.diagnostics.angles import angular_colour, angular_luminance
-from devices.diagnostics.channel_constancy import channel_constancy
-from devices.diagnostics.chromaticities import chromaticities
+from devices.diagnostics.channels import additivity, channel_constancy, headroom, simple_gamma, tone_response
+from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.drift import drift
-from devices.diagnostics.estimated_codes import estimated_codes, model_difference
-from devices.diagnostics.gamut import gamut, gamut_change
-from devices.diagnostics.glasses import glasses_transmittance, luminance_loss, transmittance
-from devices.diagnostics.pixel_independence import pixel_independence
-from devices.diagnostics.primary_colours import primary_colours, spectral_overlap
-from devices.diagnostics.repeatability import repeatability
-from devices.diagnostics.tone_response import headroom, simple_gamma, tone_response
-from devices.diagnostics.warm_up import warm_up
+from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, transmittance
+from devices.diagnostics.gamut_area import gamut, gamut_change
+from devices.diagnostics.model_checks import estimated_codes, model_difference
+from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
+from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from devices.measurements import Measurements

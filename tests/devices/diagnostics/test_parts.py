@@ -11,13 +11,13 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.characterise.crosstalk_fit import fit_crosstalk
-from devices.diagnostics.chromaticities import outside
+from devices.compensation.crosstalk_fit import fit_crosstalk
+from devices.diagnostics.colours import outside
 from devices.diagnostics.examine import MeasuredSet, examine
-from devices.diagnostics.eye_crosstalk import crosstalk, crosstalk_readings
-from devices.diagnostics.tags import plain, tag, tagged
-from devices.diagnostics.uniformity import uniformity
-from devices.diagnostics.warm_up import settle
+from devices.diagnostics.eyewear import crosstalk, crosstalk_readings
+from devices.diagnostics.panel import uniformity
+from devices.diagnostics.readings import plain, tag, tagged
+from devices.diagnostics.stability import settle
 from devices.display.display_file import EyeModels, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye, read_csv

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.diagnostics.chromaticities import chromaticities, outside
-from devices.diagnostics.ramps import xy
-from devices.diagnostics.spectral_locus import LOCUS, locus_line
+from devices.diagnostics.colours import LOCUS, chromaticities, locus_line, outside
+from devices.diagnostics.readings import xy
 from devices.measurements.spectra import matching_functions
 from tests.devices.diagnostics.simulated import characterisation
 

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import fsolve
 
-from devices.compensation.clip_cost import clip_cost
+from devices.compensation.clipping import clip_cost
 from devices.display.plvc import CROSS, NODES, PAIRS, Plvc
 from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError

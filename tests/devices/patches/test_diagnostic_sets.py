@@ -55,7 +55,7 @@ def test_each_set_finds_its_own_fault(name: str, check: str, fault: dict[str, fl
 
 def test_a_set_leaves_the_plain_readings_alone() -> None:
     """What is read for a diagnosis never looks like a reading of the display as it is characterised."""
-    from devices.diagnostics.tags import plain
+    from devices.diagnostics.readings import plain
 
     told = ("crosstalk", "uniformity", "on-white", "warm-up", "angles")
     assert len(plain(read_sets(told, Faults()))) == 0

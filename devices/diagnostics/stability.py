@@ -1,7 +1,10 @@
-"""Warm-up: how long after switching on the light no longer changes (thesis Section 3.2.1.2, Figure 3.8).
+"""Whether readings stay the same over time: repeatability, drift, warm-up.
 
-Luminance is taken to approach its last value as settled + a · exp(−t / τ), fitted by least squares with τ at most
-three times the run; the curve counts only where an F test prefers it to no change at all, at p < 0.001.
+Repeatability is taken from successive differences, so that a slow drift does not count: their mean square is twice the
+variance of a single reading [Neumann1941]. Drift: the thesis measured black and white throughout its run for this
+(Section 3.2.1). Warm-up (thesis Section 3.2.1.2, Figure 3.8): luminance approaches its last value as
+settled + a · exp(−t / τ), fitted by least squares with τ at most three times the run; the curve counts only where an F
+test prefers it to no change at all, at p < 0.001.
 """
 
 from __future__ import annotations
@@ -12,15 +15,108 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
-from devices.diagnostics.ramps import by_code
-from devices.diagnostics.tags import patch_name, untagged
+from devices.diagnostics.readings import brightest, by_code, patch_name, untagged
 from devices.errors import DeviceError
 from devices.measurements import Measurements
+
+REPEATABILITY = Check(
+    "repeatability",
+    "Repeatability",
+    0.5,
+    "% of luminance",
+    "this project: 0.5 % is ΔE00 0.1 at white, a fifth of what a fitted model may err by on average",
+)
+_FEWEST_DIFFERENCES = 3
+_DARKEST_SHARE = 0.01
+
+
+def repeatability(measurements: Measurements) -> Diagnosis:
+    """Judge the standard deviation of luminance between readings of one code, in % of it, pooled over codes.
+
+    Codes darker than 1 % of the brightest reading are left out; three differences are the least to judge by.
+    """
+    bright = brightest(measurements)
+    squares: list[float] = []
+    lines, rows = [], []
+    for code, readings in by_code(measurements).items():
+        luminance = measurements.XYZ[readings, 1]
+        if len(readings) < 2 or luminance.mean() <= _DARKEST_SHARE * bright:
+            continue
+        relative = 100 * (luminance / luminance.mean() - 1)
+        steps = np.diff(relative)
+        squares += list(steps**2 / 2)
+        name = patch_name(measurements.name[readings[0]])
+        lines.append(Line(name, numbers(range(2, len(readings) + 1)), numbers(steps), "ink", "points"))
+        words = " ".join(f"{round(255 * part)}" for part in code)
+        rows.append((name, words, float(len(readings)), float(np.sqrt(np.mean(steps**2) / 2))))
+    if len(squares) < _FEWEST_DIFFERENCES:
+        return REPEATABILITY.unjudged("Read a bright patch such as white at least four times in the course of a run.")
+    value = float(np.sqrt(np.mean(squares)))
+    panel = Panel("", "reading of the patch", "change from the reading before, %", tuple(lines))
+    rows.sort(key=lambda row: -float(row[3]))
+    table = Table(("patch", "code (0–255)", "readings", "standard deviation, %"), tuple(rows[:12]))
+    words = (
+        f"Readings of one patch differ with a standard deviation of {value:.2g} %, from {len(squares)} repeats of "
+        f"{len(rows)} patch{'' if len(rows) == 1 else 'es'}."
+    )
+    return REPEATABILITY.judged(value, words, series=(panel,), table=table)
+
+
+DRIFT = Check(
+    "drift",
+    "Drift during the run",
+    1.0,
+    "% of luminance",
+    "this project: 1 % is ΔE00 0.2 at white; readings of one colour must not depend on when they were taken",
+)
+_FEWEST_CODES = 4
+_FEWEST_READINGS = 3
+
+
+def drift(measurements: Measurements) -> Diagnosis:
+    """Judge the change of luminance from the first to the last repeated reading, in %, by one slope for all codes.
+
+    Codes darker than 1 % of the brightest are left out. Where no times were kept, the order of the readings counts.
+    """
+    groups = by_code(measurements)
+    if len(groups) < _FEWEST_CODES:
+        return DRIFT.unjudged("These readings are no characterisation: fewer than four colours were read.")
+    timed = measurements.time_s is not None
+    time = measurements.time_s / 60 if measurements.time_s is not None else np.arange(1.0, len(measurements) + 1)
+    bright = brightest(measurements)
+    ahead, beyond, change = [], [], []
+    lines = []
+    for readings in groups.values():
+        luminance = measurements.XYZ[readings, 1]
+        if len(readings) < 2 or luminance.mean() <= _DARKEST_SHARE * bright:
+            continue
+        when = time[readings]
+        relative = 100 * (luminance / luminance.mean() - 1)
+        ahead += list(when)
+        beyond += list(when - when.mean())
+        change += list(relative)
+        lines.append(
+            Line(patch_name(measurements.name[readings[0]]), numbers(when), numbers(relative), "ink", "points")
+        )
+    span = float(np.ptp(ahead)) if ahead else 0.0
+    if len(ahead) < _FEWEST_READINGS or span <= 0:
+        return DRIFT.unjudged("Read white at least three times in the course of a run, the first and last far apart.")
+    slope = float(np.dot(beyond, change) / np.dot(beyond, beyond))
+    total = slope * span
+    middle = (min(ahead) + max(ahead)) / 2
+    ends = np.array([min(ahead), max(ahead)])
+    trend = Line("trend", numbers(ends), numbers(slope * (ends - middle)), "accent", "line")
+    label = "time, min" if timed else "reading"
+    panel = Panel("", label, "luminance from its mean, %", (*lines, trend), (-0.5, 0.5))
+    over = f"{span:.3g} minutes" if timed else f"{span:.0f} readings (no times were kept)"
+    words = f"Repeated patches {'rose' if total > 0 else 'fell'} by {abs(total):.2g} % over {over}."
+    return DRIFT.judged(abs(total), words, series=(panel,))
+
 
 Floats = NDArray[np.float64]
 
 STABLE_SHARE = 0.01
-CHECK = Check(
+WARM_UP = Check(
     "warm_up",
     "Warm-up",
     None,
@@ -28,7 +124,7 @@ CHECK = Check(
     "thesis Section 3.2.1.2: stable during several measurements, taken as within 1 % of the settled light from the "
     "third last reading on",
 )
-_FEWEST = 5
+_FEWEST_TIMES = 5
 _LONGEST_RUNS = 3.0
 _CERTAIN = 1e-3
 # Backlights settle over minutes to an hour (thesis Figure 3.8): what stands still for less time may not have begun to.
@@ -62,8 +158,8 @@ def settle(time_s: ArrayLike, light: ArrayLike) -> Settling:
     """
     time = np.asarray(time_s, dtype=np.float64)
     values = np.asarray(light, dtype=np.float64)
-    if len(time) < _FEWEST or np.ptp(time) <= 0:
-        raise DeviceError(f"an exponential needs {_FEWEST} readings at different times, not {len(time)}")
+    if len(time) < _FEWEST_TIMES or np.ptp(time) <= 0:
+        raise DeviceError(f"an exponential needs {_FEWEST_TIMES} readings at different times, not {len(time)}")
     from scipy.optimize import minimize_scalar
     from scipy.stats import f as f_distribution
 
@@ -105,11 +201,11 @@ def warm_up(measurements: Measurements) -> Diagnosis:
     alone = untagged(measurements, "warm-up")
     measurements = alone if len(alone) else measurements
     if measurements.time_s is None:
-        return CHECK.unjudged("The readings carry no times (column time_s).")
+        return WARM_UP.unjudged("The readings carry no times (column time_s).")
     groups = by_code(measurements)
     readings = max(groups.values(), key=lambda rows: (len(rows), measurements.XYZ[rows, 1].mean()), default=[])
-    if len(readings) < _FEWEST or np.ptp(measurements.time_s[readings]) <= 0:
-        return CHECK.unjudged("Read one patch, such as gray120, at least five times from switching on.")
+    if len(readings) < _FEWEST_TIMES or np.ptp(measurements.time_s[readings]) <= 0:
+        return WARM_UP.unjudged("Read one patch, such as gray120, at least five times from switching on.")
     order = np.argsort(measurements.time_s[readings], kind="stable")
     time = measurements.time_s[readings][order] - measurements.time_s[readings].min()
     luminance = measurements.XYZ[readings, 1][order]
@@ -148,5 +244,5 @@ def warm_up(measurements: Measurements) -> Diagnosis:
             f"{SHORTEST_S / 60:g} minutes from switching on "
             "(display measure --set warm-up)."
         )
-        return CHECK.unjudged(why, series=(panel,), table=table)
-    return CHECK.judged(found.stable_s / 60, words, limit=limit, series=(panel,), table=table)
+        return WARM_UP.unjudged(why, series=(panel,), table=table)
+    return WARM_UP.judged(found.stable_s / 60, words, limit=limit, series=(panel,), table=table)

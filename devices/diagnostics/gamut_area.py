@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
-from devices.diagnostics.ramps import black_or_none, primaries, uv, xy
+from devices.diagnostics.readings import black_or_none, primaries, uv, xy
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]

@@ -11,7 +11,7 @@ import numpy as np
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.diagnostics.diagnosis import Check, Colour, Diagnosis, Line, Panel, Table, numbers
-from devices.diagnostics.ramps import CHANNELS, FLOOR_SHARE, means
+from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, means
 from devices.display.model import DisplayModel
 from devices.measurements import Measurements
 

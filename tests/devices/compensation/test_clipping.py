@@ -7,7 +7,7 @@ import pytest
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.clip_cost import clip_cost
+from devices.compensation.clipping import clip_cost
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
