@@ -64,7 +64,7 @@ def examine_timing(seconds: float, progress: Callable[[float], None], rig: Rig |
 
 def _packages() -> dict[str, Any]:
     """Flat package names can be taken by others: say where each is imported from."""
-    root = Path(__file__).resolve().parents[1]
+    root = Path(__file__).resolve().parents[2]
     found: dict[str, Any] = {}
     for name in _PACKAGES:
         file = importlib.import_module(name).__file__
