@@ -23,9 +23,8 @@ from curves import OUT, seconds, write
 
 from analysis.bootstrap.fits import fit_each
 from analysis.observers import concordance
-from analysis.observers.consistency import circular_triads
+from analysis.observers.consistency import circular_triads, triad_chances
 from analysis.observers.tails import from_moments
-from analysis.observers.tournaments import triad_chances
 from analysis.scaling.bradley_terry import fit
 
 Floats = NDArray[np.float64]

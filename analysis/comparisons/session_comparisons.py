@@ -6,7 +6,7 @@ from collections.abc import Sequence, Set
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.records.mixtures import refuse_mixtures
+from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import SessionLog, Trial
 from documents import Finding
 

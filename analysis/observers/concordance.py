@@ -20,8 +20,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
+from analysis.observers.consistency import Verdicts, verdicts
 from analysis.observers.tails import Tail, from_chances, from_moments
-from analysis.observers.verdicts import Verdicts, verdicts
 
 Floats = NDArray[np.float64]
 
@@ -91,7 +91,7 @@ class Concordance:
         }
 
 
-def concordance(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance | None:
+def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance | None:
     """Return the agreement between observers; None if no two of them answered the same pair.
 
     ``shuffles`` names the items anew so often for the test against strangers, with a fixed seed; 0 leaves it out. Of

@@ -10,8 +10,11 @@ circular, as in the mean over fair coins.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
-from math import comb
+from functools import cache
+from itertools import product
+from math import comb, prod
 from typing import Any
 
 import numpy as np
@@ -19,12 +22,15 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.tails import Tail, from_chances, from_moments
-from analysis.observers.tournaments import EXACT_UP_TO, triad_chances
-from analysis.observers.verdicts import Flags, Verdicts, verdicts
 
 Floats = NDArray[np.float64]
 
-MOST_COINS = 12
+Verdicts = NDArray[np.int8]
+Flags = NDArray[np.bool_]
+Scores = tuple[int, ...]
+
+MOST_COINS = 12  # pairs of which every outcome is gone through
+EXACT_UP_TO = 10  # items, all compared, whose tournaments are counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,10 +70,10 @@ class Consistency:
 
 def consistencies(comparisons: Comparisons) -> tuple[Consistency, ...]:
     """Return each observer's consistency, in the order of ``comparisons.observers``."""
-    return tuple(consistency(verdict, compared) for _, verdict, compared in verdicts(comparisons))
+    return tuple(kendall_zeta(verdict, compared) for _, verdict, compared in verdicts(comparisons))
 
 
-def consistency(verdict: Verdicts, compared: Flags) -> Consistency:
+def kendall_zeta(verdict: Verdicts, compared: Flags) -> Consistency:
     """Return the consistency of one observer's ``verdict`` on the pairs ``compared``, as `verdicts` yields both."""
     n = len(verdict)
     linked = compared.astype(np.float64)
@@ -142,3 +148,71 @@ def _stars(coins: Flags, linked: Floats) -> float:
         return float(sum(comb(degree, 3) for degree in coins.sum(axis=1).tolist()))
     parts = [linked[np.ix_(row, row)] for row in coins]
     return float(sum(np.trace(part @ part @ part) for part in parts)) / 6
+
+
+def verdicts(comparisons: Comparisons) -> Iterator[tuple[NDArray[np.intp], Verdicts, Flags]]:
+    """Yield for each observer the items met, their verdicts, and which pairs they compared.
+
+    The item that was preferred more often has the verdict: of a pair that was shown several times, the majority's. An
+    even split is a tie, and so is a pair whose answers all prefer neither; beside others, an answer that prefers
+    neither counts half for each and changes nothing.
+
+    Yields
+    ------
+    items
+        Shape (k,): indices of the items that the observer met, ascending.
+    verdict
+        Shape (k, k), antisymmetric: 1 where the row's item is preferred over the column's, −1 the other way, 0 for a
+        tie or no answer.
+    compared
+        Shape (k, k), symmetric: whether the observer answered the pair at all.
+    """
+    tied = comparisons.tied
+    for person in range(len(comparisons.observers)):
+        mine, mine_tied = comparisons.observer == person, tied.observer == person
+        winner, loser, count = comparisons.winner[mine], comparisons.loser[mine], comparisons.count[mine]
+        one, other = tied.one[mine_tied], tied.other[mine_tied]
+        items, places = np.unique(np.concatenate([winner, loser, one, other]), return_inverse=True)
+        size = len(items)
+        row, column, tied_row, tied_column = np.split(places, np.cumsum([len(winner), len(loser), len(one)]))
+        wins = np.bincount(row * size + column, count, size * size).reshape(size, size)
+        compared = wins > 0
+        compared[tied_row, tied_column] = True
+        yield items, np.sign(wins - wins.T).astype(np.int8), compared | compared.T
+
+
+@cache
+def triad_chances(n: int) -> Floats:
+    """Return the chance of each number of circular triads, shape (C(n, 3) + 1,), among n items, n at least 1.
+
+    The number of circular triads depends on the scores alone, on how often each item won: T = C(n, 3) − Σ C(aᵢ, 2)
+    [Kendall1940]. Tournaments need not be listed: items are taken out one by one, and what is kept is how often the
+    others have won so far, in whatever order, with the chances of Σ C(aᵢ, 2).
+    """
+    most = comb(n, 3)
+    states: dict[Scores, Floats] = {(0,) * n: np.eye(1, most + 1)[0]}
+    for _ in range(n):
+        following: dict[Scores, Floats] = {}
+        for scores, chances in states.items():
+            *rest, taken = scores
+            for others, wins, chance in _outcomes(rest):
+                pairs = comb(taken + wins, 2)
+                moved = np.zeros(most + 1)
+                moved[pairs:] = chances[: most + 1 - pairs] * chance
+                following[others] = following[others] + moved if others in following else moved
+        states = following
+    chances = states[()][::-1].copy()
+    chances.flags.writeable = False
+    return chances
+
+
+def _outcomes(scores: list[int]) -> Iterator[tuple[Scores, int, float]]:
+    """Yield what meeting one more item may leave of ``scores``, how many of them it beats, and the chance of that."""
+    values = sorted(set(scores))
+    counts = [scores.count(value) for value in values]
+    for winners in product(*(range(count + 1) for count in counts)):
+        left: list[int] = []
+        for value, count, won in zip(values, counts, winners, strict=True):
+            left += [value] * (count - won) + [value + 1] * won
+        chance = prod(comb(count, won) for count, won in zip(counts, winners, strict=True)) / 2 ** len(scores)
+        yield tuple(sorted(left)), len(scores) - sum(winners), chance

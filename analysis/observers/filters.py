@@ -7,8 +7,9 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.observers import screening as vision
-from analysis.observers.catch_answers import catch_answers
+from analysis.observers.catch_trials import catch_answers
+from analysis.observers.screening import Unscreened, passed_screening
+from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
 from documents import Finding
 
@@ -34,7 +35,7 @@ class Filter:
     without: tuple[str, ...] = ()
     most_missed: int | None = None
     screening: tuple[str, ...] | None = None
-    unscreened: vision.Unscreened = "keep"
+    unscreened: Unscreened = "keep"
 
     @property
     def sentence(self) -> str:
@@ -101,21 +102,6 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     return Kept(kept, rule, left_out)
 
 
-def sessions_by_observer(sessions: Sequence[SessionLog]) -> dict[str, list[SessionLog]]:
-    """Return the sessions of each observer, in the order in which they come."""
-    by_observer: dict[str, list[SessionLog]] = {}
-    for session in sessions:
-        by_observer.setdefault(session.header.observer, []).append(session)
-    return by_observer
-
-
-def screened_well(sessions: Sequence[SessionLog], tests: Sequence[str] = ()) -> bool | None:
-    """Return whether one observer passed ``tests`` by the last of their sessions that tells; None if none does."""
-    in_time = sorted(sessions, key=lambda session: session.header.started_utc)
-    verdicts = [verdict for session in in_time if (verdict := vision.passed(session, tests)) is not None]
-    return verdicts[-1] if verdicts else None
-
-
 def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[str, ...]:
     reasons = []
     if name in rule.without:
@@ -124,7 +110,7 @@ def _reasons(name: str, sessions: Sequence[SessionLog], rule: Filter) -> tuple[s
     if rule.most_missed is not None and caught.missed > rule.most_missed:
         reasons.append(f"missed {caught.missed} of {caught.obvious} obvious catch trials")
     if rule.screening is not None:
-        verdict = screened_well(sessions, rule.screening)
+        verdict = passed_screening(sessions, rule.screening)
         if verdict is False:
             reasons.append("failed the vision screening")
         elif verdict is None and rule.unscreened == "leave_out":

@@ -1,11 +1,12 @@
-"""What the vision tests of sessions said of each observer, and sessions chosen by it.
+"""Vision tests: the threshold that answers give, the outcomes in the sessions, and who passed.
 
 A `screening` block records one line for each presentation and, after each test, one with its ``outcome``.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+import math
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
@@ -79,15 +80,16 @@ def passed(log: SessionLog, tests: Sequence[str] = ()) -> bool | None:
 def screened(
     logs: Iterable[SessionLog], tests: Sequence[str] = (), unscreened: Unscreened = "leave_out"
 ) -> tuple[SessionLog, ...]:
-    """Return the sessions whose observers passed (see `passed`); those that tell nothing are left out or kept."""
-    return tuple(
-        log for log, verdict in _verdicts(logs, tests) if verdict or (verdict is None and unscreened == "keep")
-    )
+    """Return the sessions whose observers passed (see `passed`); sessions without the tests are left out or kept."""
+    verdicts = [(log, passed(log, tests)) for log in logs]
+    return tuple(log for log, verdict in verdicts if verdict or (verdict is None and unscreened == "keep"))
 
 
-def _verdicts(logs: Iterable[SessionLog], tests: Sequence[str]) -> Iterator[tuple[SessionLog, bool | None]]:
-    for log in logs:
-        yield log, passed(log, tests)
+def passed_screening(sessions: Sequence[SessionLog], tests: Sequence[str] = ()) -> bool | None:
+    """Return whether one observer passed ``tests``, by their last session that has them; None if none has."""
+    in_time = sorted(sessions, key=lambda session: session.header.started_utc)
+    verdicts = [verdict for session in in_time if (verdict := passed(session, tests)) is not None]
+    return verdicts[-1] if verdicts else None
 
 
 def _number(value: object) -> float | None:
@@ -96,3 +98,36 @@ def _number(value: object) -> float | None:
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise TypeError(f"{value!r} is no number")
     return float(value)
+
+
+SLOPE = 4.0  # log odds per factor of e in strength
+LAPSES = 0.02
+_STEP = 0.02
+_BEYOND = math.log(2.0)
+
+
+def threshold_estimate(strengths: Sequence[float], right: Sequence[bool], options: int) -> float | None:
+    """Return the strength half-way between guessing among ``options`` and certainty, None if the answers leave it open.
+
+    The probability of a right answer is guess + (1 - guess - lapses) · logistic(slope · ln(strength / threshold)), with
+    a slope of 4 and 0.02 lapses: a few answers cannot tell these two. The estimate is sought from half the smallest of
+    ``strengths``, all above 0, to twice the largest; a best value at either end is none.
+    """
+    if not strengths:
+        return None
+    guess = 1.0 / options
+    low = math.log(min(strengths)) - _BEYOND
+    count = math.ceil((math.log(max(strengths)) + _BEYOND - low) / _STEP)
+    places = [math.log(strength) for strength in strengths]
+
+    def log_likelihood(threshold: float) -> float:
+        total = 0.0
+        for place, was_right in zip(places, right, strict=True):
+            known = 1.0 / (1.0 + math.exp(-SLOPE * (place - threshold)))
+            chance = guess + (1.0 - guess - LAPSES) * known
+            total += math.log(chance if was_right else 1.0 - chance)
+        return total
+
+    likelihoods = [log_likelihood(low + _STEP * index) for index in range(count + 1)]
+    best = max(range(count + 1), key=likelihoods.__getitem__)
+    return None if best in (0, count) else math.exp(low + _STEP * best)

@@ -10,16 +10,21 @@ import numpy as np
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison, is_tie
-from analysis.observers.catch_answers import CatchAnswers, catch_answers
-from analysis.observers.concordance import SHUFFLES, Concordance, concordance
+from analysis.observers.catch_trials import CatchAnswers, catch_answers
+from analysis.observers.concordance import SHUFFLES, Concordance, kendall_u
 from analysis.observers.consistency import Consistency, consistencies
-from analysis.observers.filters import screened_well, sessions_by_observer
 from analysis.observers.fit_to_rest import LEVEL, FitToRest, fits_to_rest
-from analysis.observers.repeats import SelfAgreement, self_agreements
-from analysis.observers.response_times import TOO_FAST_S, ResponseTimes, response_times
-from analysis.observers.screening import Outcome, outcomes
-from analysis.observers.sides import SideBias, side_biases
-from analysis.records.mixtures import refuse_mixtures
+from analysis.observers.habits import (
+    TOO_FAST_S,
+    ResponseTimes,
+    SelfAgreement,
+    SideBias,
+    response_times,
+    self_agreements,
+    side_biases,
+)
+from analysis.observers.screening import Outcome, outcomes, passed_screening
+from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
 from analysis.scaling.bradley_terry import BradleyTerryFit, fit
 from documents.text.counting import counted
@@ -133,12 +138,12 @@ def observers_in_sessions(
     too_fast_s
         Response times below this many seconds are counted as too fast.
     shuffles
-        As for `analysis.observers.concordance.concordance`.
+        As for `analysis.observers.concordance.kendall_u`.
 
     Raises
     ------
     ResultsError
-        As `analysis.records.mixtures.refuse_mixtures`, or if a record is damaged.
+        As `analysis.records.results.refuse_mixtures`, or if a record is damaged.
     """
     refuse_mixtures(sessions)
     compared = any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials)
@@ -159,17 +164,17 @@ def observers_in_sessions(
                 times=response_times(own, theta, too_fast_s),
                 catch=catch_answers(own),
                 screening=tuple(outcome for session in own for outcome in outcomes(session)),
-                screening_passed=screened_well(own),
+                screening_passed=passed_screening(own),
             )
         )
-    return ObserverTable(tuple(lines), concordance(comparisons, shuffles) if comparisons else None, level)
+    return ObserverTable(tuple(lines), kendall_u(comparisons, shuffles) if comparisons else None, level)
 
 
 def observers_in_comparisons(
     comparisons: Comparisons, *, level: float = LEVEL, shuffles: int = SHUFFLES
 ) -> ObserverTable:
     """Describe the observers of a table of comparisons; ``level`` and ``shuffles`` as for `observers_in_sessions`."""
-    return ObserverTable(tuple(_lines(comparisons, level)), concordance(comparisons, shuffles), level)
+    return ObserverTable(tuple(_lines(comparisons, level)), kendall_u(comparisons, shuffles), level)
 
 
 def _lines(comparisons: Comparisons, level: float) -> list[ObserverLine]:

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
-from analysis.records.mixtures import damaged, refuse_mixtures
+from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog
 from documents import Finding
 

@@ -13,7 +13,7 @@ from analysis.observers.filters import Filter, Kept, keep
 from analysis.observers.table import ObserverTable, observers_in_sessions
 from analysis.ratings.preferences import Preferences, preferences
 from analysis.ratings.ratings import RatingSummary, summarise_ratings
-from analysis.records.mixtures import refuse_mixtures
+from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.estimate import CovarianceWish
 from analysis.report.notes import on_sessions

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
-from analysis.records.mixtures import damaged, refuse_mixtures
+from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog, Trial
 from analysis.series.design import Design, Factors, design
 from documents import Finding

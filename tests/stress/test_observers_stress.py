@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from scipy.stats import kstest
 
 from analysis.comparisons.comparisons import Comparisons, from_arrays
-from analysis.observers.concordance import concordance
+from analysis.observers.concordance import kendall_u
 from analysis.observers.consistency import consistencies
 from analysis.observers.fit_to_rest import fits_to_rest
 from analysis.observers.table import observers_in_comparisons
@@ -66,7 +66,7 @@ def test_p_of_u_is_uniform_under_chance(n: int, observers: int, gaps: float) -> 
     random = np.random.default_rng(n + observers)
     tails = []
     for _ in range(1000):
-        found = concordance(answers(np.zeros(n), observers, random, gaps), shuffles=0)
+        found = kendall_u(answers(np.zeros(n), observers, random, gaps), shuffles=0)
         assert found is not None
         assert found.chance is not None
         tails.append(found.chance)

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from analysis.observers.threshold import threshold_estimate
+from analysis.observers.screening import threshold_estimate
 from runner.ports import Target
 from runner.presenter.scene import Item
 from stimuli.pictures.stereo_image import StereoImage

@@ -14,7 +14,7 @@ from scipy.stats import binom, kstest
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import concordance as module
-from analysis.observers.concordance import concordance, disagreement_chances
+from analysis.observers.concordance import disagreement_chances, kendall_u
 from analysis.observers.tails import Tail
 
 Study = Callable[..., Comparisons]
@@ -57,7 +57,7 @@ def test_it_is_counted_as_by_hand(n: int, people: int, seed: int, kinds: list[Ou
     agree, disagree, shared = one_by_one(outcomes)
     if all(outcome is None for outcome in outcomes.flat):
         return
-    found = concordance(table(outcomes, n), shuffles=0)
+    found = kendall_u(table(outcomes, n), shuffles=0)
     if not shared:
         assert found is None
         return
@@ -66,7 +66,7 @@ def test_it_is_counted_as_by_hand(n: int, people: int, seed: int, kinds: list[Ou
     assert found.u == pytest.approx((agree - disagree) / shared)
     assert found.least - 1e-12 <= found.u <= 1
     shuffled = table(outcomes[random.permutation(people)], n)
-    again = concordance(shuffled, shuffles=0)
+    again = kendall_u(shuffled, shuffles=0)
     assert again is not None
     assert again.u == pytest.approx(found.u)
     assert (again.chance is None) == (found.chance is None)
@@ -79,7 +79,7 @@ def test_kendalls_formula() -> None:
     m, n = 7, 5
     outcomes = random.choice(np.array([1, -1], dtype=object), (m, n * (n - 1) // 2))
     comparisons = table(outcomes, n)
-    found = concordance(comparisons, shuffles=0)
+    found = kendall_u(comparisons, shuffles=0)
     assert found is not None
     # Kendall and Babington Smith (1940), from the table of preferences.
     count = comparisons.wins[~np.eye(n, dtype=bool)]
@@ -96,14 +96,14 @@ def test_kendalls_formula() -> None:
 
 
 def test_observers_of_one_mind_and_of_two() -> None:
-    same = concordance(table(np.full((4, 6), 1, dtype=object), 4))
+    same = kendall_u(table(np.full((4, 6), 1, dtype=object), 4))
     assert same is not None
     assert (same.u, same.disagreements) == (1, 0)
     assert same.chance is not None
     assert same.chance.p == pytest.approx((2 * 0.5**4) ** 6)
     assert same.strangers_p is not None
     assert same.strangers_p < 0.01
-    opposed = concordance(table(np.array([[1] * 6, [-1] * 6], dtype=object), 4))
+    opposed = kendall_u(table(np.array([[1] * 6, [-1] * 6], dtype=object), 4))
     assert opposed is not None
     assert opposed.u == opposed.least == -1
     assert opposed.chi_square is None
@@ -113,10 +113,10 @@ def test_observers_of_one_mind_and_of_two() -> None:
 
 
 def test_nobody_to_agree_with() -> None:
-    assert concordance(table(np.full((1, 3), 1, dtype=object), 3)) is None
+    assert kendall_u(table(np.full((1, 3), 1, dtype=object), 3)) is None
     apart = np.array([[1, None, None], [None, 1, None]], dtype=object)
-    assert concordance(table(apart, 3)) is None
-    only_ties = concordance(table(np.array([[1, 0, 0], [None, 0, 0]], dtype=object), 3))
+    assert kendall_u(table(apart, 3)) is None
+    only_ties = kendall_u(table(np.array([[1, 0, 0], [None, 0, 0]], dtype=object), 3))
     assert only_ties is not None
     assert (only_ties.u, only_ties.chance, only_ties.observers) == (0, None, 2)
 
@@ -157,7 +157,7 @@ def test_p_is_uniform_under_chance(kinds: list[Outcome]) -> None:
     tails = []
     for _ in range(800):
         outcomes = np.array(kinds, dtype=object)[random.integers(len(kinds), size=(6, 15))]
-        found = concordance(table(outcomes, 6), shuffles=0)
+        found = kendall_u(table(outcomes, 6), shuffles=0)
         assert found is not None
         assert found.chance is not None
         tails.append(found.chance)
@@ -172,7 +172,7 @@ def test_strangers_with_firm_tastes_of_their_own_do_not_agree(study: Study) -> N
     against_coins, against_strangers = [], []
     for _ in range(150):
         own = np.array([random.permutation(np.linspace(-8, 8, 9)) for _ in range(4)])
-        found = concordance(study(own, random), shuffles=199)
+        found = kendall_u(study(own, random), shuffles=199)
         assert found is not None
         assert found.chance is not None
         assert found.strangers_p is not None
@@ -185,21 +185,21 @@ def test_strangers_with_firm_tastes_of_their_own_do_not_agree(study: Study) -> N
 
 def test_the_observed_order_and_equal_shuffles_count() -> None:
     # Opposed on their one pair: no shuffle agrees less, so that all count, and the observed order with them.
-    opposed = concordance(table(np.array([[1], [-1]], dtype=object), 2), shuffles=9)
+    opposed = kendall_u(table(np.array([[1], [-1]], dtype=object), 2), shuffles=9)
     assert opposed is not None
     assert opposed.strangers_p == 1
-    same = concordance(table(np.array([[1] * 15] * 5, dtype=object), 6), shuffles=9)
+    same = kendall_u(table(np.array([[1] * 15] * 5, dtype=object), 6), shuffles=9)
     assert same is not None
     assert same.strangers_p == 0.1
 
 
 def test_strangers_need_every_pair() -> None:
-    gap = concordance(table(np.array([[1, 1, None], [1, 1, 1]], dtype=object), 3))
+    gap = kendall_u(table(np.array([[1, 1, None], [1, 1, 1]], dtype=object), 3))
     assert gap is not None
     assert gap.strangers_p is None
     assert gap.chi_square is None
-    same = concordance(table(np.full((3, 6), 1, dtype=object), 4))
-    assert same == concordance(table(np.full((3, 6), 1, dtype=object), 4))
+    same = kendall_u(table(np.full((3, 6), 1, dtype=object), 4))
+    assert same == kendall_u(table(np.full((3, 6), 1, dtype=object), 4))
 
 
 @pytest.mark.parametrize("n", [2, 3, 11, 40])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from itertools import combinations
+from itertools import combinations, product
 from math import comb
 
 import numpy as np
@@ -15,9 +15,15 @@ from scipy.stats import kstest
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import consistency as module
-from analysis.observers.consistency import circular_triads, consistencies, consistency, most_circular_triads
+from analysis.observers.consistency import (
+    EXACT_UP_TO,
+    circular_triads,
+    consistencies,
+    kendall_zeta,
+    most_circular_triads,
+    triad_chances,
+)
 from analysis.observers.tails import from_moments
-from analysis.observers.tournaments import EXACT_UP_TO, triad_chances
 
 Study = Callable[..., Comparisons]
 Verdicts = NDArray[np.int8]
@@ -72,14 +78,14 @@ def test_zeta_is_0_where_there_are_as_many_as_there_can_be(n: int, most: int) ->
 @given(st.integers(2, 7), st.integers(0, 10**6), st.sampled_from([0.0, 0.3]), st.sampled_from([0.0, 0.4]))
 def test_counts_are_those_of_brute_force(n: int, seed: int, gaps: float, ties: float) -> None:
     verdict, compared = drawn(n, seed, gaps, ties)
-    found = consistency(verdict, compared)
+    found = kendall_zeta(verdict, compared)
     circular, triads = one_by_one(verdict, compared)
     assert found.circular == pytest.approx(circular, abs=1e-12)
     assert found.triads == triads
     assert found.ties == (np.count_nonzero(compared) - np.count_nonzero(verdict)) // 2
     assert (found.zeta is None) == (n < 3 or not compared[np.triu_indices(n, 1)].all())
     order = np.random.default_rng(seed).permutation(n)
-    again = consistency(verdict[np.ix_(order, order)], compared[np.ix_(order, order)])
+    again = kendall_zeta(verdict[np.ix_(order, order)], compared[np.ix_(order, order)])
     assert again.circular == pytest.approx(found.circular, abs=1e-12)
     assert (again.test is None) == (found.test is None)
     if again.test and found.test:
@@ -95,7 +101,7 @@ def test_the_moments_are_those_of_all_coin_tosses(gaps: float, ties: float) -> N
     tossed[:, first, second] = 2 * ways - 1
     counts = circular_triads(tossed - tossed.transpose(0, 2, 1), compared)
     variance, third = module._spread(verdict, compared)
-    assert counts.mean() == pytest.approx(consistency(verdict, compared).triads / 4)
+    assert counts.mean() == pytest.approx(kendall_zeta(verdict, compared).triads / 4)
     assert variance == pytest.approx(counts.var())
     assert third == pytest.approx(((counts - counts.mean()) ** 3).mean())
 
@@ -137,7 +143,7 @@ def test_gaps_and_ties_by_moments_are_near_simulated_tosses(gaps: float, ties: f
 @pytest.mark.parametrize("n", [5, 8, 12])
 def test_p_is_uniform_under_chance(n: int) -> None:
     random = np.random.default_rng(n)
-    tests = [consistency(*drawn(n, seed)).test for seed in range(1500)]
+    tests = [kendall_zeta(*drawn(n, seed)).test for seed in range(1500)]
     tails = [test for test in tests if test]
     assert len(tails) == 1500
     assert all(test.exact == (n <= 10) for test in tails)
@@ -188,3 +194,36 @@ def test_consistent_observers_are_told_from_guessing_ones(study: Study) -> None:
     assert guessing.test is not None
     assert guessing.test.p > 0.01
     assert sure.to_json()["test"]["p"] == sure.test.p
+
+
+def every_tournament(n: int) -> list[int]:
+    """Return how many tournaments have 0, 1, 2, ... circular triads: each is built, and its triads looked at."""
+    pairs = list(combinations(range(n), 2))
+    counts = [0] * (comb(n, 3) + 1)
+    for outcome in product((False, True), repeat=len(pairs)):
+        beats = {pair: won for pair, won in zip(pairs, outcome, strict=True)}
+        counts[sum(beats[a, b] == beats[b, c] != beats[a, c] for a, b, c in combinations(range(n), 3))] += 1
+    return counts
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 4, 5])
+def test_all_tournaments(n: int) -> None:
+    assert (triad_chances(n) * 2 ** comb(n, 2)).tolist() == every_tournament(n)
+
+
+def test_kendalls_table_for_six() -> None:
+    counts = triad_chances(6) * 2**15
+    assert counts[:9].tolist() == [720, 960, 2240, 2880, 6240, 3648, 8640, 4800, 2640]
+    assert not counts[9:].any()
+
+
+@pytest.mark.parametrize("n", [7, 8, EXACT_UP_TO])
+def test_moments(n: int) -> None:
+    chances = triad_chances(n)
+    triads = comb(n, 3)
+    values = np.arange(triads + 1)
+    mean = values @ chances
+    assert chances.sum() == pytest.approx(1, abs=1e-14)
+    assert mean == pytest.approx(triads / 4)
+    assert (values - mean) ** 2 @ chances == pytest.approx(3 * triads / 16)
+    assert (values - mean) ** 3 @ chances == pytest.approx(-3 * triads * (n - 4) / 32)

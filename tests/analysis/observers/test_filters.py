@@ -10,8 +10,9 @@ import pytest
 
 from analysis.comparisons.session_comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.observers.catch_answers import CatchAnswers, catch_answers
-from analysis.observers.filters import Filter, keep, screened_well
+from analysis.observers.catch_trials import CatchAnswers, catch_answers
+from analysis.observers.filters import Filter, keep
+from analysis.observers.screening import passed_screening
 from analysis.records.session_record import SessionLog, Trial
 
 Maker = Callable[..., SessionLog]
@@ -113,9 +114,9 @@ def test_the_last_screening_counts(make_session: Maker) -> None:
     early = make_session("01", names="ab", answers=ANSWERS, started_utc="2026-01-01T00:00:00Z")
     late = make_session("01", names="ab", answers=ANSWERS, started_utc="2026-02-01T00:00:00Z")
     failed, passed = screened(early, passed=False), screened(late, passed=True)
-    assert screened_well([passed, failed]) is True
-    assert screened_well([screened(late, passed=False), screened(early, passed=True)]) is False
-    assert screened_well([early, late]) is None
+    assert passed_screening([passed, failed]) is True
+    assert passed_screening([screened(late, passed=False), screened(early, passed=True)]) is False
+    assert passed_screening([early, late]) is None
 
 
 @pytest.mark.parametrize(

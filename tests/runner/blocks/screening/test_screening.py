@@ -12,8 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.observers.screening import Outcome, outcomes, passed, screened
-from analysis.observers.threshold import threshold_estimate
+from analysis.observers.screening import Outcome, outcomes, passed, screened, threshold_estimate
 from analysis.records.session_record import Header, SessionLog, Trial
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel

@@ -1,0 +1,120 @@
+"""Results: the sessions in a folder, read, and sessions that can be looked at together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+
+from analysis.errors import ResultsError
+from analysis.records.session_record import FILE_NAME, SessionLog, Trial, read_session, session_files
+from documents import Finding
+
+
+def result_files(
+    places: Iterable[str | Path], accept: Callable[[Path, Path], bool] = lambda file, place: True
+) -> list[Path]:
+    """Return the session logs in ``places``, each file once, in the order in which they are found.
+
+    Parameters
+    ----------
+    places
+        Folders of sessions, which are searched to any depth, or session logs.
+    accept
+        Whether a file that was found in a place counts.
+
+    Raises
+    ------
+    ResultsError
+        With one finding for each place that does not exist or holds no session.
+    """
+    files: dict[Path, Path] = {}
+    findings: list[Finding] = []
+    for place in map(Path, places):
+        if not place.exists():
+            findings.append(Finding("there is no such folder or file", str(place), remedy="check the path"))
+            continue
+        inside = [file for file in session_files(place) if accept(file, place)]
+        if not inside:
+            findings.append(Finding(f"the folder holds no {FILE_NAME}", str(place), remedy="name a folder of results"))
+        files |= {file.resolve(): file for file in inside}
+    if findings:
+        raise ResultsError(findings)
+    return list(files.values())
+
+
+def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
+    """Read every session in ``places``.
+
+    Parameters
+    ----------
+    places
+        Folders of sessions, from one station or many, or single session logs (``session.jsonl``).
+
+    Returns
+    -------
+    One log for each session, complete or not, in the order of their paths.
+
+    Raises
+    ------
+    ResultsError
+        If a place does not exist or holds no session, or a log is damaged.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from analysis.records.results import read_results
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     read_results(folder)
+    Traceback (most recent call last):
+    ...
+    analysis.errors.ResultsError: ...: the folder holds no session.jsonl; name a folder of results
+    """
+    return tuple(read_session(file) for file in result_files(places))
+
+
+def sessions_by_observer(sessions: Iterable[SessionLog]) -> dict[str, list[SessionLog]]:
+    """Return the sessions of each observer, in the order in which they come."""
+    by_observer: dict[str, list[SessionLog]] = {}
+    for session in sessions:
+        by_observer.setdefault(session.header.observer, []).append(session)
+    return by_observer
+
+
+def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
+    """Do nothing if ``sessions`` belong together.
+
+    Raises
+    ------
+    ResultsError
+        If there is none, if they are of different experiments or show different stimuli, or if one stands there twice.
+    """
+    if not sessions:
+        raise ResultsError(
+            Finding("there is no session to read", remedy="name a folder that holds session.jsonl files")
+        )
+    reference = sessions[0]
+    stimuli = {str(stimulus["name"]) for stimulus in reference.header.stimuli}
+    seen: dict[tuple[str, str, str], SessionLog] = {}
+    for session in sessions:
+        header = session.header
+        if header.experiment != reference.header.experiment:
+            what = f"this session is of '{header.experiment}', {reference.file} of '{reference.header.experiment}'"
+            folder = session.file.parent
+            named = f": name its folder, such as {folder.parents[1]}" if folder.name.startswith("ses-") else ""
+            remedy = f"look at one experiment at a time{named}"
+            raise ResultsError(Finding(what, str(session.file), 1, 1, remedy))
+        differing = stimuli ^ {str(stimulus["name"]) for stimulus in header.stimuli}
+        if differing:
+            what = f"this session and {reference.file} do not show the same stimuli: '{min(differing)}' is in one only"
+            raise ResultsError(Finding(what, str(session.file), 1, 1, "look at them separately"))
+        identity = (header.observer, header.session, header.started_utc)
+        if identity in seen:
+            what = f"this is the same session as {seen[identity].file}: its answers would count twice"
+            raise ResultsError(Finding(what, str(session.file), 1, 1, "remove one of the copies"))
+        seen[identity] = session
+
+
+def damaged(session: SessionLog, trial: Trial, what: str) -> ResultsError:
+    """Return the error that says ``what`` is wrong with one trial's record."""
+    where = f"trial {trial.trial} of block {trial.block}"
+    return ResultsError(Finding(f"the {where} {what}", str(session.file), remedy="restore the file"))

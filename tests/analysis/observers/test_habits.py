@@ -1,0 +1,117 @@
+"""Which place each observer chose, and how often they said the same again."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.stats import binom, spearmanr
+
+from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.observers.habits import response_times, self_agreements, side_biases
+from analysis.records.session_record import SessionLog
+
+
+def test_the_share_of_the_first_position_with_its_interval_and_chance() -> None:
+    answers = [Answer("a", "b", 7, "01", "a"), Answer("b", "a", 2, "01", "a"), Answer("a", "b", 3, "02")]
+    leaning, unknown = side_biases(from_answers(answers))
+    assert unknown is None
+    assert leaning is not None
+    assert (leaning.first, leaning.answers) == (7, 9)
+    assert leaning.p == pytest.approx(2 * binom(9, 0.5).sf(6))
+    # Wilson's limits are where the observed share lies 1.96 standard errors away.
+    for limit in (leaning.low, leaning.high):
+        assert abs(7 / 9 - limit) == pytest.approx(1.959964 * np.sqrt(limit * (1 - limit) / 9), rel=1e-5)
+    assert leaning.to_json()["share"] == 7 / 9
+
+
+def test_ties_say_nothing_of_sides() -> None:
+    (side,) = side_biases(from_answers([Answer("a", "b", 1, first="a"), Answer("a", "b", 5, first="a", tie=True)]))
+    assert side is not None
+    assert side.answers == 1
+
+
+@settings(max_examples=50, deadline=None)
+@given(st.lists(st.tuples(st.sampled_from(["ab", "ba", "bc", "ca"]), st.booleans(), st.integers(0, 1)), max_size=20))
+def test_every_two_answers_to_a_pair_are_held_against_each_other(given_answers: list[tuple[str, bool, int]]) -> None:
+    answers = [Answer(pair[0], pair[1], 1.0, str(person), tie=tie) for pair, tie, person in given_answers]
+    if not answers:
+        return
+    comparisons = from_answers(answers)
+    for name, found in zip(comparisons.observers, self_agreements(comparisons), strict=True):
+        own = [answer for answer in answers if answer.observer == name]
+        outcomes = [(frozenset((one.winner, one.loser)), "tie" if one.tie else one.winner) for one in own]
+        twos = [(one, other) for one, other in combinations(outcomes, 2) if one[0] == other[0]]
+        if not twos:
+            assert found is None
+            continue
+        assert found is not None
+        assert found.twos == len(twos)
+        assert found.alike == sum(one == other for one, other in twos)
+        assert found.repeated == sum(count > 1 for count in Counter(pair for pair, _ in outcomes).values())
+        assert 0 <= found.share <= 1
+
+
+def test_weights_are_no_repetitions() -> None:
+    assert self_agreements(from_answers([Answer("a", "b", 1.5), Answer("b", "a", 0.7)])) == (None,)
+    assert self_agreements(from_answers([Answer("a", "b", 1)])) == (None,)
+
+
+Maker = Callable[..., SessionLog]
+THETA = {"a": -2.0, "b": -0.5, "c": 0.0, "d": 2.5}
+PAIRS = [(a, b) for a in THETA for b in THETA if a != b]
+
+
+def timed(session: SessionLog, seconds: list[float]) -> SessionLog:
+    pairs = zip(session.answers, seconds, strict=True)
+    return replace(session, answers=tuple(replace(trial, response_time_s=time) for trial, time in pairs))
+
+
+def test_times_that_follow_the_difference_give_its_slope(make_session: Maker) -> None:
+    random = np.random.default_rng(1)
+    gap = np.array([abs(THETA[a] - THETA[b]) for a, b in PAIRS])
+    seconds = np.exp(3 - 0.4 * gap + random.normal(0, 0.05, len(gap)))
+    found = response_times([timed(make_session(names="abcd", answers=PAIRS), seconds.tolist())], THETA)
+    assert found is not None
+    assert found.median_s == pytest.approx(np.median(seconds))
+    assert found.trend is not None
+    assert found.trend.slope == pytest.approx(-0.4, abs=0.05)
+    assert 0.005 < found.trend.slope_se < 0.05
+    assert found.trend.spearman == pytest.approx(spearmanr(gap, seconds).statistic)
+    assert found.trend.p < 0.001
+    assert found.to_json()["slope_per_nat"] == found.trend.slope
+
+
+def test_too_fast_answers_are_counted_and_kept(make_session: Maker) -> None:
+    session = timed(make_session(names="abcd", answers=PAIRS), [0.1] * 3 + [0.2] + [1.0] * 8)
+    found = response_times([session], THETA)
+    assert found is not None
+    assert (found.answers, found.too_fast, found.too_fast_share) == (12, 3, 0.25)
+    strict = response_times([session], THETA, too_fast_s=0.5)
+    assert strict is not None
+    assert strict.too_fast == 4
+
+
+@pytest.mark.parametrize("theta", [{}, dict.fromkeys("abcd", 1.0), dict.fromkeys("abcd", float("nan"))])
+def test_without_scores_or_differences_there_is_no_trend(make_session: Maker, theta: dict[str, float]) -> None:
+    seconds = np.linspace(1, 2, 12).tolist()
+    found = response_times([timed(make_session(names="abcd", answers=PAIRS), seconds)], theta)
+    assert found is not None
+    assert found.trend is None
+    assert found.to_json()["spearman"] is None
+
+
+def test_few_answers_equal_times_and_none(make_session: Maker) -> None:
+    few = response_times([make_session(names="abcd", answers=PAIRS[:7])], THETA)
+    assert few is not None
+    assert few.trend is None
+    same = response_times([timed(make_session(names="abcd", answers=PAIRS), [1.0] * 12)], THETA)
+    assert same is not None
+    assert same.trend is None
+    assert response_times([make_session(names="abcd", answers=[])], THETA) is None
