@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 import io
-import json
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -17,8 +15,8 @@ from devices.display.model import DisplayModel
 from documents import InputError
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.session.header import hashes
-from stimuli.build.recipe_to_set import cache_folder
-from stimuli.build.stimulus_set import MANIFEST, StimulusSet, read_stimulus_set
+from stimuli.build.cache import find_cached
+from stimuli.build.stimulus_set import StimulusSet
 
 Floats = NDArray[np.float64]
 LARGE_PX, SMALL_PX, FEW = 200, 96, 16
@@ -29,7 +27,7 @@ def find_shown(header: Header, file: Path) -> tuple[Experiment, StimulusSet] | N
 
     Only pictures that are built already are looked for. None if the file is wrong or anything differs.
     """
-    stimuli = find_built(str(header.hashes.get("stimuli")), file)
+    stimuli = find_cached(str(header.hashes.get("stimuli")), file)
     if stimuli is None:
         return None
     try:
@@ -40,18 +38,6 @@ def find_shown(header: Header, file: Path) -> tuple[Experiment, StimulusSet] | N
     now = hashes(experiment, stimuli)
     same = all(now[key] == header.hashes.get(key) for key in ("stimuli", "display"))
     return (experiment, stimuli) if same else None
-
-
-def find_built(digest: str, recipe_path: Path) -> StimulusSet | None:
-    """Return the set in the cache with this digest; None if there is none, or it is not as it was built."""
-    for manifest in sorted(cache_folder().glob(f"*/{MANIFEST}")):
-        try:
-            known: dict[str, Any] = json.loads(manifest.read_text(encoding="utf-8"))
-        except (OSError, ValueError):
-            continue
-        if isinstance(known, dict) and known.get("digest") == digest:
-            return read_stimulus_set(manifest.parent, recipe_path)
-    return None
 
 
 def thumbnails(

@@ -19,7 +19,7 @@ from runner.presenter.modes.mixture import Mixture
 from runner.protocol.experiment import Experiment
 from runner.session.cost_cache import CostCache
 from runner.session.header import describe_stimulus, hashes
-from stimuli.build.recipe_to_set import cache_folder
+from stimuli.build.cache import cache_folder
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
 

@@ -4,18 +4,18 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import shutil
 import threading
-from collections.abc import Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import replace
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
 from documents.files.hashes import sha256_of_file
-from stimuli.build.pictures_kept import Entry, Workshop, link_or_copy, pictures_of_sets
-from stimuli.build.stimulus_set import MANIFEST, digest_of
-from stimuli.build.versions import versions
+from stimuli.build.stimulus_set import MANIFEST, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
 from stimuli.pictures.exr import write_exr
@@ -23,7 +23,89 @@ from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
 from stimuli.recipes.recipe_kind import RecipeKind
 from stimuli.sparkle.measures.find import Threshold
 
+Entry = dict[str, Any]
+
 _EXPOSED = ("expose", "exposure")
+_PACKAGES = ("cyclopean", "numpy", "scipy", "OpenImageIO", "rawpy")
+
+
+class Workshop:
+    """The folder in which a set is being built: a picture and its entry for each key, until all are there.
+
+    Its name begins with a dot: it is no set. It outlives a killed build, and the next one goes on from it.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self.folder = folder
+
+    def picture(self, key: str) -> Path:
+        """Return where the picture of ``key`` lies."""
+        return self.folder / f"{key}.exr"
+
+    def keep(self, key: str, entry: Entry) -> None:
+        """Record that the picture of ``key`` is whole; the record appears after the picture, whole or not at all."""
+        draft = self.folder / f"{key}.part"
+        draft.write_text(json.dumps(entry, allow_nan=False), encoding="utf-8")
+        draft.replace(self._entry(key))
+
+    def kept(self, keys: Collection[str]) -> dict[str, Entry]:
+        """Return the entries of those ``keys`` whose picture lies here as it was made."""
+        hashes = known_hashes(self.folder)
+        found = {}
+        for key in keys:
+            try:
+                entry = json.loads(self._entry(key).read_text(encoding="utf-8"))
+                if hashes.sha256(self.picture(key)) == entry["sha256"]:
+                    found[key] = entry
+            except (OSError, ValueError, KeyError, TypeError):
+                continue
+        return found
+
+    def forget(self, keys: Collection[str]) -> None:
+        """Remove the pictures of ``keys``, and the folder if nothing else is in it."""
+        for key in keys:
+            self.picture(key).unlink(missing_ok=True)
+            self._entry(key).unlink(missing_ok=True)
+        for left in (*self.folder.glob(".*.exr"), *self.folder.glob("*.part")):
+            left.unlink(missing_ok=True)
+        if self.folder.is_dir() and not any(self.folder.iterdir()):
+            self.folder.rmdir()
+
+    def take(self, key: str, picture: Path, entry: Entry) -> None:
+        """Bring in a picture from another set: the same file under another name, where the file system has that."""
+        here = self.picture(key)
+        here.unlink(missing_ok=True)
+        link_or_copy(picture, here)
+        self.keep(key, entry)
+
+    def _entry(self, key: str) -> Path:
+        return self.folder / f"{key}.json"
+
+
+def link_or_copy(file: Path, other: Path) -> None:
+    """Give ``file`` the name ``other`` too, or copy it where the file system has one name for each file."""
+    try:
+        os.link(file, other)
+    except OSError:
+        shutil.copyfile(file, other)
+
+
+def pictures_of_sets(cache: Path, keys: Collection[str]) -> Iterator[tuple[str, Path, Entry]]:
+    """Yield key, file and entry of pictures in the sets of ``cache`` that have one of ``keys`` and are whole."""
+    left = set(keys)
+    for manifest in sorted(cache.glob(f"[!.]*/{MANIFEST}")):
+        if not left:
+            return
+        try:
+            entries = json.loads(manifest.read_text(encoding="utf-8"))["stimuli"]
+            hashes = known_hashes(manifest.parent)
+            for entry in entries:
+                key, picture = entry.get("key"), manifest.with_name(str(entry["file"]))
+                if key in left and picture.is_file() and hashes.sha256(picture) == entry["sha256"]:
+                    left.discard(key)
+                    yield key, picture, {name: entry[name] for name in entry if name not in ("name", "file", "factors")}
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
 
 
 class Builder:
@@ -168,7 +250,7 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, wor
     manifest = {
         "schema_version": 2,
         **resolved,
-        "versions": versions(),
+        "versions": _versions(),
         "stimuli": entries,
         "digest": digest_of(entries),
     }
@@ -179,3 +261,16 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, wor
     draft.rename(folder)
     shutil.rmtree(old, ignore_errors=True)
     shutil.rmtree(workshop.folder)
+
+
+def _versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that are installed."""
+    import platform
+
+    numbers = {"python": platform.python_version()}
+    for package in _PACKAGES:
+        try:
+            numbers[package] = version(package)
+        except PackageNotFoundError:
+            continue
+    return numbers

@@ -9,13 +9,13 @@ folder, and the next one goes on from it; what a build had finished before it me
 from __future__ import annotations
 
 import math
-import os
 from dataclasses import replace
 from pathlib import Path
 
 from documents import Finding, InputError
 from documents.files.hashes import sha256_of_json
 from documents.yaml.source import YamlSource
+from stimuli.build.cache import cache_folder, locked
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set
 from stimuli.errors import StimulusError
@@ -25,15 +25,6 @@ from stimuli.recipes.recipe_kind import RecipeKind
 
 # Raise it when the same recipe makes other pictures than before, or a manifest holds other things.
 GENERATOR_VERSION = 2
-
-
-def cache_folder() -> Path:
-    """Return where stimulus sets are kept: ``CYCLOPEAN_CACHE``, else ``cyclopean/stimuli`` in the user's cache."""
-    own = os.environ.get("CYCLOPEAN_CACHE")
-    if own:
-        return Path(own)
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home else Path.home() / ".cache") / "cyclopean" / "stimuli"
 
 
 def build_set(
@@ -88,7 +79,6 @@ def build_set(
         return found
     # Only to make pictures: who finds them made needs none of it.
     from stimuli.build.builder import Builder, publish
-    from stimuli.build.lock import locked
 
     context = BuildContext(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION)
     try:

@@ -8,7 +8,7 @@ from runner.cli.lazy_group import LazyGroup
 
 # A command's module is runner.cli.stimuli.<name>; the text is its line in the help.
 COMMANDS = {
-    "build": "Build the pictures of a recipe, or find them built.",
+    "build": "Build the pictures of a recipe, or take them from the cache.",
     "list": "List the stimulus sets in the cache.",
     "clean": "Remove what killed builds left in the cache.",
 }

@@ -2,28 +2,26 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterator, Sequence
+from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
+    from stimuli.build.report import BuildReport, BuiltStimulus
 
-    from stimuli.build.stimulus_set import StimulusSet
-    from stimuli.luminance.saturated import Saturated
+# So many names are listed; of more, the first and how many others.
+_NAMED = 3
 
 
-@click.command(name="build", short_help="Build the pictures of a recipe, or find them built.")
+@click.command(name="build", short_help="Build the pictures of a recipe, or take them from the cache.")
 @click.argument("recipe", metavar="RECIPE")
-@click.option("--rig", "rig_file", metavar="RIG.yaml", help="The rig that will show them: its pixels, range and place.")
-@click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Without a rig: the size of a display's pixel.")
-@click.option("-o", "--output", metavar="FOLDER", help="Copy pictures, manifest and a contact sheet there.")
+@click.option("--rig", "rig_file", metavar="RIG.yaml", help="Rig that will show them: its pixels, range and place.")
+@click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Size of a display's pixel, without a rig.")
+@click.option("-o", "--output", metavar="FOLDER", help="New folder for a copy of pictures, manifest, contact sheet.")
 @click.option("--jobs", type=click.IntRange(1, 256), metavar="N", help="Threads that make pictures.  [2]")
-@click.option("--force", is_flag=True, help="Make all pictures anew.")
-@click.option(
-    "--verify", is_flag=True, help="Read every picture that was built before, instead of those touched since."
-)
+@click.option("--force", is_flag=True, help="Make all pictures again.")
+@click.option("--verify", is_flag=True, help="Read every picture in the cache, not only those touched since.")
 @click.option("--json", "as_json", is_flag=True, help="Print what was built as JSON.")
 def command(
     recipe: str,
@@ -35,13 +33,13 @@ def command(
     verify: bool,
     as_json: bool,
 ) -> None:
-    """Build the pictures of a recipe, or find them built.
+    """Build the pictures of a recipe, or take them from the cache.
 
     Pictures are made once and kept in the cache; of a recipe that was changed, those that the change concerns are made.
-    A build that was stopped goes on where it was. Wrong input is told with its file and reason, and leaves the cache as
-    it was.
+    A build that was stopped is resumed. Wrong input is reported with its file and reason, and leaves the cache as it
+    was.
 
-    With a rig, the percentages of pixels that its display cannot show bright enough are told too.
+    With a rig, the percentages of pixels that its display cannot show bright enough are reported too.
     """
     import json
     import sys
@@ -49,41 +47,26 @@ def command(
 
     from devices.display.rig_file import read_rig
     from runner.cli.progress import progress_bar
-    from runner.cli.stimuli.build_words import tell
-    from stimuli.build.recipe_to_set import build_set
-    from stimuli.luminance.saturated import saturated_percent
-    from stimuli.recipes.build_context import DisplaySetup
+    from stimuli.build.report import build_report
 
     if (rig_file is None) == (pixel_pitch_mm is None):
         raise click.UsageError("Name the display: --rig RIG.yaml, or --pixel-pitch-mm MM.")
     rig = None if rig_file is None else read_rig(Path(rig_file))
-    setup = None if rig is None else DisplaySetup.of(rig)
-    pitch_mm = pixel_pitch_mm if rig is None else rig.display.panel.pixel_pitch_mm
-    assert pitch_mm is not None
-    target = None if output is None else _free(Path(output))
     with progress_bar(as_json or not sys.stderr.isatty()) as step:
-        made = build_set(
+        report = build_report(
             Path(recipe),
-            pitch_mm,
-            lambda _, done, of: step("Building stimuli", done, of),
-            setup=setup,
+            rig=rig,
+            pixel_pitch_mm=pixel_pitch_mm,
+            output=None if output is None else Path(output),
+            progress=step,
             jobs=jobs or _cores(),
             force=force,
             verify=verify,
         )
-        saturated = None
-        if setup is not None:
-            saturated = saturated_percent(made, setup, lambda done, of: step("Looking at stimuli", done, of))
-        told = _told(made, saturated)
-        if target is not None:
-            from runner.reports.stimulus_copy import copy_set
-
-            copy_set(made, target, saturated, lambda done, of: step("Copying", done, of))
-            told["output"] = str(target)
     if as_json:
-        click.echo(json.dumps(told, indent=1, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(report.to_json(), indent=1, allow_nan=False, ensure_ascii=False))
     else:
-        tell(told)
+        _print(report)
 
 
 def _cores() -> int:
@@ -93,43 +76,61 @@ def _cores() -> int:
     return min(2, cores())
 
 
-def _free(folder: Path) -> Path:
-    """Return ``folder``, refusing one that holds anything or lies in the cache, which is tidied up."""
-    from documents import Finding, InputError
-    from stimuli.build.recipe_to_set import cache_folder
+def _print(report: BuildReport) -> None:
+    """Print a table of the stimuli, notes on them, and where they lie."""
+    from rich.table import Table
+    from rich.text import Text
 
-    try:
-        taken = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
-        in_cache = folder.resolve().is_relative_to(cache_folder().resolve())
-    except (OSError, RuntimeError) as error:  # links that lead to one another are a RuntimeError
-        reason = getattr(error, "strerror", None) or error
-        raise InputError(Finding(f"the folder cannot be made: {reason}", str(folder))) from error
-    if in_cache:
-        raise InputError(Finding("it lies in the cache of stimuli", str(folder), remedy="name a folder of your own"))
-    if taken:
-        raise InputError(Finding("there is something already", str(folder), remedy="name a new or an empty folder"))
-    return folder
+    from runner.cli.print_table import print_table
+
+    has_rig = report.stimuli[0].saturated_percent is not None
+    title = "Luminance in cd/m², left and right eye; range in stops from the darkest to the brightest thousandth"
+    if has_rig:
+        title += "; pixels beyond the display in %"
+    table = Table(title=title, title_justify="left", box=None, pad_edge=False)
+    columns = ["stimulus", "view", "size", "mean", "max", "range", "RMS contrast"]
+    if has_rig:
+        columns.append("saturated %")
+    for name in columns:
+        table.add_column(name, justify="left" if name in ("stimulus", "view") else "right", overflow="fold")
+    for stimulus in report.stimuli:
+        eyes = stimulus.statistics["eyes"]
+        shown = ["left"] if stimulus.flat else ["left", "right"]
+        stops = [eyes[eye]["dynamic_range_robust"]["stops"] for eye in shown]
+        cells = [
+            " ".join(f"{eyes[eye]['mean_luminance_cd_m2']:.3g}" for eye in shown),
+            " ".join(f"{eyes[eye]['max_luminance_cd_m2']:.3g}" for eye in shown),
+            " ".join("∞" if value is None else f"{value:.1f}" for value in stops),
+            " ".join(f"{eyes[eye]['rms_contrast']:.2f}" for eye in shown),
+        ]
+        if stimulus.saturated_percent is not None:
+            cells.append(" ".join(f"{stimulus.saturated_percent[eye]['any']:.2f}" for eye in ("left", "right")))
+        size = "×".join(str(side) for side in stimulus.size_px)
+        table.add_row(Text(stimulus.name), "flat" if stimulus.flat else "stereo", size, *cells)
+    print_table(table)
+    for note in notes(report.stimuli):
+        click.echo(f"Note: {note}")
+    built, count = report.built, len(report.stimuli)
+    stimuli = "1 stimulus" if count == 1 else f"{count} stimuli"
+    click.echo(f"{stimuli}, {built.rendered} of them made now; digest {built.digest[:16]}")
+    click.echo(f"Manifest: {built.manifest_path}")
+    if report.output is not None:
+        click.echo(f"Copied to: {report.output}")
 
 
-def _told(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> dict[str, Any]:
-    from runner.cli.stimuli.build_words import tone_mapped
+def notes(stimuli: Sequence[BuiltStimulus]) -> Iterator[str]:
+    """Yield the notes on the stimuli: each sentence once, with those that it holds for."""
+    names_by_note: dict[str, list[str]] = {}
+    for stimulus in stimuli:
+        for note in dict.fromkeys(stimulus.notes):
+            names_by_note.setdefault(note, []).append(stimulus.name)
+    for note, names in names_by_note.items():
+        yield f"{_those(names, len(stimuli))}: {note}."
 
-    stimuli = []
-    for entry in made.manifest["stimuli"]:
-        one = {key: entry[key] for key in ("name", "factors", "flat", "size_px", "statistics")}
-        said = [sentence for step in entry["steps"] for sentence in step.get("said", ())]
-        tone = next((step for step in entry["steps"] if step["step"] == "tone_map"), None)
-        if tone is not None:
-            said.append(tone_mapped(tone))
-        one["said"] = said
-        if saturated is not None:
-            one["saturated_percent"] = saturated[entry["name"]]
-        stimuli.append(one)
-    return {
-        "recipe": str(made.recipe_path),
-        "folder": str(made.folder),
-        "manifest": str(made.manifest_path),
-        "digest": made.digest,
-        "rendered": made.rendered,
-        "stimuli": stimuli,
-    }
+
+def _those(names: Sequence[str], of: int) -> str:
+    if len(names) == of > 1:
+        return "every picture"
+    if len(names) <= _NAMED:
+        return ", ".join(names)
+    return f"{names[0]} and {len(names) - 1} others of the {of} pictures"

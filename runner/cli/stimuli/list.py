@@ -14,22 +14,11 @@ def command(as_json: bool) -> None:
     """List the stimulus sets in the cache: how many pictures, of which kind, how large. Any may be deleted."""
     import json
 
-    from stimuli.build.leftovers import leftovers
-    from stimuli.build.recipe_to_set import cache_folder
-    from stimuli.build.stimulus_set import MANIFEST
+    from stimuli.build.cache import cache_folder, cached_sets, leftovers
 
-    sets = []
-    for manifest in sorted(cache_folder().glob(f"[!.]*/{MANIFEST}")):
-        try:
-            known = json.loads(manifest.read_text(encoding="utf-8"))
-            size = sum(file.stat().st_size for file in manifest.parent.iterdir())
-            names = [entry["name"] for entry in known["stimuli"]]
-            facts = {"kind": known["recipe"]["kind"], "pixel_pitch_mm": known["pixel_pitch_mm"], "stimuli": names}
-        except (OSError, ValueError, KeyError, TypeError):
-            continue
-        sets.append({"folder": str(manifest.parent), "digest": known.get("digest"), **facts, "bytes": size})
+    sets = list(cached_sets())
     if as_json:
-        click.echo(json.dumps(sets, indent=1))
+        click.echo(json.dumps([cached.to_json() for cached in sets], indent=1))
         return
     from rich.console import Console
     from rich.table import Table
@@ -44,14 +33,14 @@ def command(as_json: bool) -> None:
         # Words go on in the next line; numbers stay whole, and the folder where there is room to copy it.
         whole = number or (name == "folder" and roomy)
         table.add_column(name, justify="right" if number else "left", overflow="fold", no_wrap=whole)
-    for one in sets:
-        cells = [one["kind"], len(one["stimuli"]), one["stimuli"][0], f"{one['pixel_pitch_mm']:g}"]
-        texts = (*map(str, cells), f"{one['bytes'] / 1e6:.1f}", one["folder"].rpartition("/")[2])
+    for cached in sets:
+        cells = (cached.kind, len(cached.names), cached.names[0], f"{cached.pixel_pitch_mm:g}")
+        texts = (*map(str, cells), f"{cached.bytes / 1e6:.1f}", cached.folder.name)
         table.add_row(*map(Text, texts))
     print_table(table)
     click.echo(f"In {cache_folder()}")
-    for left in leftovers(cache_folder()):
+    for left in leftovers():
         click.echo(
             f"Unfinished: {left}, untouched for {left.untouched_s / 3600:.1f} hours "
-            "(its next build goes on from there; `cyclopean stimuli clean` removes it)"
+            "(its next build resumes there; `cyclopean stimuli clean` removes it)"
         )

@@ -16,7 +16,8 @@ import yaml
 
 import stimuli.build.recipe_to_set
 from documents import InputError
-from stimuli.build.recipe_to_set import build_set, cache_folder
+from stimuli.build.cache import cache_folder
+from stimuli.build.recipe_to_set import build_set
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr import write_exr
 from stimuli.pictures.stereo_image import StereoImage

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 
 from documents import InputError
 from runner.cli.main import group
-from stimuli.build.recipe_to_set import cache_folder
+from stimuli.build.cache import cache_folder
 from stimuli.pictures.exr import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 

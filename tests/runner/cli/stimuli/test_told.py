@@ -12,8 +12,9 @@ import pytest
 from click.testing import CliRunner
 
 from runner.cli.main import group
-from runner.cli.stimuli.build_words import notes
-from stimuli.build.lock import locked
+from runner.cli.stimuli.build import notes
+from stimuli.build.cache import locked
+from stimuli.build.report import BuiltStimulus
 from stimuli.pictures.exr import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
@@ -84,9 +85,11 @@ def test_on_a_terminal_of_eighty_columns_numbers_are_whole(
 
 
 def test_a_note_names_one_picture_of_one_or_a_few_of_many() -> None:
-    assert list(notes([{"name": "a", "said": ["x", "x"]}])) == ["a: x."]
-    stimuli = [{"name": name, "said": ["x"] if name in "ab" else []} for name in "abc"]
-    assert list(notes(stimuli)) == ["a, b: x."]
+    def stimulus(name: str, *notes: str) -> BuiltStimulus:
+        return BuiltStimulus(name, {}, True, (1, 1), {}, notes, None)
+
+    assert list(notes([stimulus("a", "x", "x")])) == ["a: x."]
+    assert list(notes([stimulus("a", "x"), stimulus("b", "x"), stimulus("c")])) == ["a, b: x."]
 
 
 def killed(cache: Path, digit: str, age_h: float, suffix: str = "") -> Path:

@@ -1,4 +1,4 @@
-"""Wrong input to `cyclopean stimuli build`: each is told with its file and its reason, and the cache is as it was."""
+"""Wrong input to `cyclopean stimuli build`: each is reported with its file and reason; the cache stays as it was."""
 
 from __future__ import annotations
 

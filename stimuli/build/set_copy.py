@@ -14,12 +14,13 @@ from numpy.typing import NDArray
 
 from documents import Finding, InputError
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet
-from stimuli.luminance.saturated import Saturated
 from stimuli.pictures.stereo_image import XYZImage
 
 if TYPE_CHECKING:
     from PIL.Image import Image
 
+# Percentages by channel, and of pixels with any of them, for each eye.
+Saturated = Mapping[str, Mapping[str, float]]
 SHEET = "contact_sheet.png"
 _SIDE_PX, _GAP_PX, _LINE_PX = 192, 8, 16
 _XYZ_TO_SRGB = np.array(
@@ -31,11 +32,11 @@ def copy_set(
     made: StimulusSet,
     folder: Path,
     saturated: Mapping[str, Saturated] | None = None,
-    report: Callable[[int, int], None] = lambda done, of: None,
+    report: Callable[[int, int], None] = lambda done, total: None,
 ) -> None:
     """Copy pictures and manifest to ``folder``, which appears as a whole, with a contact sheet.
 
-    The manifest tells what a display saturates, if ``saturated`` does.
+    The manifest says what a display saturates, if ``saturated`` is given.
 
     Raises
     ------
@@ -63,9 +64,9 @@ def copy_set(
 
 
 def _manifest(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> str:
-    told = dict(made.manifest)
+    manifest = dict(made.manifest)
     if saturated is not None:
-        told["stimuli"] = [
+        manifest["stimuli"] = [
             {
                 **entry,
                 "statistics": {
@@ -76,9 +77,9 @@ def _manifest(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> s
                     },
                 },
             }
-            for entry in told["stimuli"]
+            for entry in manifest["stimuli"]
         ]
-    return json.dumps(told, indent=1, allow_nan=False) + "\n"
+    return json.dumps(manifest, indent=1, allow_nan=False) + "\n"
 
 
 def contact_sheet(made: StimulusSet) -> Image:

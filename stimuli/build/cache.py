@@ -1,0 +1,176 @@
+"""The cache of stimulus sets: where it lies, which sets are in it, and what killed builds left there."""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import re
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from documents import Finding, InputError
+from stimuli.build.stimulus_set import MANIFEST, StimulusSet, read_stimulus_set
+
+# A set's folder while it is built, before it appears, and the one that it takes the place of.
+_UNFINISHED = re.compile(r"\.([0-9a-f]{32})(-new|-old)?")
+
+
+def cache_folder() -> Path:
+    """Return where stimulus sets are kept: ``CYCLOPEAN_CACHE``, else ``cyclopean/stimuli`` in the user's cache."""
+    own = os.environ.get("CYCLOPEAN_CACHE")
+    if own:
+        return Path(own)
+    home = os.environ.get("XDG_CACHE_HOME")
+    return (Path(home) if home else Path.home() / ".cache") / "cyclopean" / "stimuli"
+
+
+@contextmanager
+def locked(folder: Path, *, wait: bool = True) -> Iterator[None]:
+    """Hold the lock of the set in ``folder``, an empty file beside it, and remove it at the end.
+
+    Raises
+    ------
+    filelock.Timeout
+        If another process or thread holds the lock, and this one is not to ``wait``.
+    OSError
+        If the file cannot be made.
+    """
+    from filelock import FileLock
+
+    path = folder.with_name(f"{folder.name}.lock")
+    # Of the shortest wait, so that builds that take turns lose little.
+    with FileLock(path, timeout=-1 if wait else 0, poll_interval=0.01):
+        try:
+            yield
+        finally:
+            # While it is held: who waits for a file that has no name any more makes another.
+            path.unlink(missing_ok=True)
+
+
+@dataclass(frozen=True, slots=True)
+class CachedSet:
+    """A finished set in the cache: what its manifest says, and its size on disk."""
+
+    folder: Path
+    digest: str | None
+    kind: str
+    pixel_pitch_mm: float
+    names: tuple[str, ...]
+    bytes: int
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the facts as JSON."""
+        return {
+            "folder": str(self.folder),
+            "digest": self.digest,
+            "kind": self.kind,
+            "pixel_pitch_mm": self.pixel_pitch_mm,
+            "stimuli": list(self.names),
+            "bytes": self.bytes,
+        }
+
+
+def cached_sets() -> Iterator[CachedSet]:
+    """Yield the finished sets in the cache; those whose manifest cannot be read are left out."""
+    for manifest in _manifests():
+        try:
+            known = json.loads(manifest.read_text(encoding="utf-8"))
+            cached = CachedSet(
+                manifest.parent,
+                known.get("digest"),
+                known["recipe"]["kind"],
+                known["pixel_pitch_mm"],
+                tuple(entry["name"] for entry in known["stimuli"]),
+                sum(file.stat().st_size for file in manifest.parent.iterdir()),
+            )
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
+            continue
+        yield cached
+
+
+def find_cached(digest: str, recipe_path: Path) -> StimulusSet | None:
+    """Return the set in the cache with this digest; None if there is none, or it is not as it was built."""
+    for manifest in _manifests():
+        try:
+            known = json.loads(manifest.read_text(encoding="utf-8"))
+        except (OSError, ValueError):
+            continue
+        if isinstance(known, dict) and known.get("digest") == digest:
+            return read_stimulus_set(manifest.parent, recipe_path)
+    return None
+
+
+def _manifests() -> list[Path]:
+    return sorted(cache_folder().glob(f"[!.]*/{MANIFEST}"))
+
+
+@dataclass(frozen=True, slots=True)
+class Leftover:
+    """A folder of an unfinished build, how many pictures are in it, and for how long nobody has written to it."""
+
+    folder: Path
+    pictures: int
+    bytes: int
+    untouched_s: float
+
+    def __str__(self) -> str:
+        count = "1 picture" if self.pictures == 1 else f"{self.pictures} pictures"
+        return f"{self.folder.name}: {count}, {self.bytes / 1e6:.1f} MB"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the facts as JSON."""
+        facts = {"pictures": self.pictures, "bytes": self.bytes, "untouched_hours": self.untouched_s / 3600}
+        return {"folder": str(self.folder), **facts}
+
+
+def leftovers(untouched_s: float = 0.0) -> Iterator[Leftover]:
+    """Yield the unfinished builds that nobody wrote to for ``untouched_s``; a build may be at work in them."""
+    for folder in sorted(cache_folder().glob(".*")):
+        if not _UNFINISHED.fullmatch(folder.name) or folder.is_symlink() or not folder.is_dir():
+            continue
+        with contextlib.suppress(FileNotFoundError):  # finished meanwhile
+            stats = [entry.stat() for entry in os.scandir(folder)]
+            newest = max(stat.st_mtime for stat in (*stats, folder.stat()))
+            leftover = Leftover(
+                folder,
+                sum(1 for _ in folder.glob("[!.]*.exr")),
+                sum(stat.st_size for stat in stats),
+                max(time.time() - newest, 0.0),
+            )
+            if leftover.untouched_s >= untouched_s:
+                yield leftover
+
+
+def remove_leftovers(untouched_s: float) -> tuple[Leftover, ...]:
+    """Remove the unfinished builds that nobody wrote to for ``untouched_s``, and return them.
+
+    The folder of a build that is at work stays.
+
+    Raises
+    ------
+    InputError
+        If a folder cannot be removed.
+    """
+    from filelock import Timeout
+
+    removed = []
+    for leftover in leftovers(untouched_s):
+        unfinished = _UNFINISHED.fullmatch(leftover.folder.name)
+        assert unfinished is not None
+        try:
+            # The lock that a build of this set holds.
+            with locked(leftover.folder.with_name(unfinished[1]), wait=False):
+                shutil.rmtree(leftover.folder)
+            removed.append(leftover)
+        except Timeout:
+            continue
+        except OSError as error:
+            message = f"it cannot be removed: {error.strerror or error}"
+            raise InputError(Finding(message, str(leftover.folder))) from error
+    return tuple(removed)
