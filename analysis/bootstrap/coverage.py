@@ -19,7 +19,7 @@ from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import Adjust, benjamini_hochberg, holm, single_step, two_sided_p
 from analysis.scaling.bradley_terry import BradleyTerryFit, fit
-from analysis.scaling.firth import contrast_variances
+from analysis.scaling.laplacian import contrast_variances
 
 Floats = NDArray[np.float64]
 MAXZ_SAMPLES = 10_000

@@ -29,7 +29,7 @@ def maximise(wins: Floats) -> tuple[Floats, NDArray[np.bool_]]:
         p = _probabilities(theta)
         spread = p * p.transpose(0, 2, 1)
         totals = wins + wins.transpose(0, 2, 1)
-        leverage = totals * spread * contrast_variances(pseudo_inverses(totals * spread))
+        leverage = totals * spread * laplacian.contrast_variances(pseudo_inverses(totals * spread))
         pull = (wins + leverage / 2) * p.transpose(0, 2, 1)
         gradient = (pull - pull.transpose(0, 2, 1)).sum(axis=2)
         step = _solved((totals + leverage) * spread, gradient[:, :, None])[:, :, 0]
@@ -51,12 +51,6 @@ def pseudo_inverses(weights: Floats) -> Floats:
     inverse = _solved(weights, right)
     symmetric: Floats = (inverse + inverse.transpose(0, 2, 1)) / 2
     return symmetric
-
-
-def contrast_variances(covariances: Floats) -> Floats:
-    """Return var(θ_i − θ_j) of each covariance. Shapes (B, n, n) to (B, n, n), at least zero."""
-    variance = np.diagonal(covariances, axis1=1, axis2=2)
-    return np.maximum(variance[:, :, None] + variance[:, None, :] - 2 * covariances, 0.0)
 
 
 def _solved(weights: Floats, right: Floats) -> Floats:

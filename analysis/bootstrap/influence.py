@@ -36,6 +36,7 @@ def influences(by_observer: Floats, weights: Floats, theta: Floats) -> Floats:
     information = np.ascontiguousarray((counts * p * p.transpose(0, 2, 1)).transpose(1, 2, 0))
     expected = np.matmul(totals.transpose(1, 0, 2), np.ascontiguousarray(p.transpose(1, 2, 0)))  # (n, S, B)
     slope = by_observer.sum(axis=2).T[:, :, None] - expected
+    slope = laplacian.without_rounding(slope, totals.sum(axis=2).T[:, :, None])
     pulled = laplacian.solve(information, slope).transpose(2, 1, 0)
     drawn = weights[:, :, None]
     # After a penalised fit the pulls do not quite sum to zero: only their spread is the observers'.

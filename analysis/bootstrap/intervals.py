@@ -150,7 +150,9 @@ def _expanded(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
 def _bca(replicates: Replicates, quantity: Quantity, tail: float) -> Ends:
     values, without = _sorted(replicates, quantity)
     estimate = quantity.values(replicates.fit.theta)
-    below = (values < estimate).sum(axis=0) + (values == estimate).sum(axis=0) / 2
+    # Draws that give the estimate but for rounding are ties.
+    reach = 1e-9 * np.abs(values).max(axis=0, initial=0.0)
+    below = ((values < estimate - reach).sum(axis=0) + (values <= estimate + reach).sum(axis=0)) / 2
     share = np.clip(below, 0.5, max(0.5, len(values) - 0.5)) / max(1, len(values))
     sound = ~replicates.left_out.without_fit
     speed = tails.acceleration(quantity.values(replicates.left_out.theta[sound]))

@@ -10,12 +10,13 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.firth_batch import contrast_variances, pseudo_inverses
+from analysis.bootstrap.firth_batch import pseudo_inverses
 from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
 from analysis.classes.multiplicity import ADJUSTMENTS, Adjust, benjamini_hochberg, holm, single_step, two_sided_p
 from analysis.errors import ResultsError
+from analysis.scaling.laplacian import contrast_variances
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -158,7 +159,7 @@ def _differing(
             spread[separated] = covariances(replicates.by_observer, weights[separated], theta[separated], "model")
         error = np.sqrt(contrast_variances(spread))[:, first, second]
         off = np.abs(theta[:, first] - theta[:, second])
-        z = np.divide(off, error, out=np.where(off > 0, np.inf, 0.0), where=error > 0)
+        z = np.divide(off, error, out=np.zeros_like(off), where=error > 0)  # as `classify`: no spread is no evidence
         for significant in _adjusted(z, spread, adjust, df) <= alpha:
             differs = np.zeros((n, n), dtype=bool)
             differs[first, second] = differs[second, first] = significant

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import Adjust, adjusted_p
 from analysis.errors import ResultsError
-from analysis.scaling.firth import contrast_variances
+from analysis.scaling.laplacian import contrast_variances
 from documents import Finding
 
 Floats = NDArray[np.float64]
 Letters: TypeAlias = tuple[frozenset[int], ...]
 # Largest groups of items that are all alike can be exponentially many; nobody reads as many classes as this.
 MOST_CLASSES = 2000
+TIED = 1e-10  # of the largest value
 
 
 class TooManyClasses(ResultsError):
@@ -45,6 +46,9 @@ class Classes:
         Shape (n, n): two-sided p values after adjustment; 1 on the diagonal.
     alpha, adjust
         Level and adjustment.
+    without_spread
+        How many pairs differ in strength but have no standard error, since all observers agree about them: no
+        evidence of how much other observers would vary, so they are not significant.
     """
 
     labels: tuple[str, ...]
@@ -53,6 +57,16 @@ class Classes:
     p: Floats
     alpha: float
     adjust: Adjust
+    without_spread: int
+
+
+def best_first(values: Floats) -> tuple[int, ...]:
+    """Return the indices of ``values`` (n,), largest first; those that are equal but for rounding in their order."""
+    order = np.argsort(-values, kind="stable")
+    falls = -np.diff(values[order]) > TIED * np.abs(values).max(initial=0.0)
+    rank = np.empty(len(values), dtype=np.intp)
+    rank[order] = np.concatenate([[0], np.cumsum(falls)])[: len(values)]
+    return tuple(np.argsort(rank, kind="stable").tolist())
 
 
 def check_level(alpha: float) -> None:
@@ -92,7 +106,8 @@ def classify(
     z = np.divide(difference, error, out=np.zeros_like(difference), where=error > 0)
     p = adjusted_p(z, covariance, adjust, df)
     members = numbered(letter_display(p <= alpha), theta)
-    return Classes(labelled(members, len(theta)), members, z, p, alpha, adjust)
+    without_spread = int(np.triu((error == 0) & (np.abs(difference) > TIED * np.abs(theta).max(initial=0.0)), 1).sum())
+    return Classes(labelled(members, len(theta)), members, z, p, alpha, adjust, without_spread)
 
 
 def letter_display(differs: NDArray[np.bool_]) -> Letters:
@@ -188,6 +203,6 @@ def labelled(members: tuple[tuple[int, ...], ...], n: int) -> tuple[str, ...]:
 
 def numbered(letters: Letters, theta: Floats) -> tuple[tuple[int, ...], ...]:
     """Order classes by their best item, then by their worst, best class first; members best first."""
-    rank = {int(item): place for place, item in enumerate(np.argsort(-theta, kind="stable"))}
+    rank = {item: place for place, item in enumerate(best_first(theta))}
     groups = [tuple(sorted(letter, key=lambda item: rank[item])) for letter in letters]
     return tuple(sorted(groups, key=lambda group: (rank[group[0]], rank[group[-1]], len(group), group)))

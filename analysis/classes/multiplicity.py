@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
+from analysis.scaling.laplacian import contrast_variances
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -104,8 +105,7 @@ def single_step(
     first, second = np.triu_indices(len(covariance), 1)
     values, vectors = np.linalg.eigh(covariance)
     root = vectors * np.sqrt(np.maximum(values, 0))
-    variance = np.diag(covariance)
-    error = np.sqrt(np.maximum(variance[first] + variance[second] - 2 * covariance[first, second], 0))
+    error = np.sqrt(contrast_variances(covariance)[first, second])
     contrasts = np.divide(
         root[first] - root[second], error[:, None], out=np.zeros((len(first), len(root))), where=error[:, None] > 0
     )

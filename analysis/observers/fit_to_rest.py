@@ -28,6 +28,7 @@ from analysis.classes import multiplicity
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.tails import lower_tail
 from analysis.scaling.bradley_terry import probabilities
+from analysis.scaling.laplacian import contrast_variances
 
 Floats = NDArray[np.float64]
 
@@ -137,7 +138,7 @@ def _parts(own: Floats, rest: Floats, theta: Floats) -> Floats:
     weight = answers * p * q
     covariance = firth_batch.pseudo_inverses(others * p * q)
     # Sums over ordered pairs hold each pair twice where both directions say the same.
-    lost = -(weight * firth_batch.contrast_variances(covariance) * (1 - (p - q) * d / 2)).sum(axis=(1, 2)) / 2
+    lost = -(weight * contrast_variances(covariance) * (1 - (p - q) * d / 2)).sum(axis=(1, 2)) / 2
     mean = (answers * p * log_expit(d)).sum(axis=(1, 2)) + lost
     pull = (weight * d).sum(axis=2)
     variance = (weight * d**2).sum(axis=(1, 2)) / 2 + np.einsum("si,sij,sj->s", pull, covariance, pull)

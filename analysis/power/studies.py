@@ -7,11 +7,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.firth_batch import contrast_variances, pseudo_inverses
+from analysis.bootstrap.firth_batch import pseudo_inverses
 from analysis.bootstrap.fits import fit_each
 from analysis.classes.multiplicity import benjamini_hochberg, holm, two_sided_p
 from analysis.power.plan import Plan
 from analysis.scaling.bradley_terry import probabilities
+from analysis.scaling.laplacian import contrast_variances, without_rounding
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -117,6 +118,7 @@ def _sandwich(plan: Plan, won: Floats, p: Floats, inverse: Floats) -> Floats:
     incidence = np.zeros((len(first), n))
     incidence[np.arange(len(first)), first] = 1
     incidence[np.arange(len(first)), second] = -1
-    slope = pull @ incidence
-    spread = inverse @ (slope.transpose(0, 2, 1) @ slope) @ inverse
+    slope = without_rounding(pull @ incidence, plan.times.astype(np.float64) @ np.abs(incidence))
+    pulled = slope @ inverse
+    spread = pulled.transpose(0, 2, 1) @ pulled
     return np.asarray(spread * (people / (people - 1)))

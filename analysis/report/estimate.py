@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Literal, cast, get_args
 
@@ -12,7 +11,7 @@ from numpy.typing import NDArray
 from analysis.bootstrap.intervals import DEFAULT, intervals
 from analysis.bootstrap.replicates import Replicates, resample
 from analysis.bootstrap.stability import Covariance, Stability, class_stability
-from analysis.classes.classes import classify
+from analysis.classes.classes import best_first, classify
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.bradley_terry import BradleyTerryFit
@@ -162,7 +161,7 @@ def _with(scores: Scores, fitted: dict[str, Any], alpha: float, adjust: Adjust, 
     whole = replace(scores.fit, se=se, **fitted)
     classes = classify(whole.theta, whole.covariance, alpha=alpha, adjust=adjust, df=df)
     before = {index: item for index, item in zip(scores.order, scores.items, strict=True)}
-    order: Sequence[int] = [int(index) for index in np.argsort(-whole.theta, kind="stable")]
+    order = best_first(whole.theta)
     items = tuple(
         replace(
             before[index],
@@ -174,7 +173,7 @@ def _with(scores: Scores, fitted: dict[str, Any], alpha: float, adjust: Adjust, 
         )
         for index in order
     )
-    return Scores(items, tuple(order), scores.comparisons, whole, classes)
+    return Scores(items, order, scores.comparisons, whole, classes)
 
 
 def delta_interval(score: Floats, log10_score: Floats, covariance: Floats) -> Floats:

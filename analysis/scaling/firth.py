@@ -37,7 +37,7 @@ def maximise(wins: Floats) -> tuple[Floats, int, bool]:
     for iteration in range(1, MOST_ITERATIONS + 1):
         p = expit(theta[:, None] - theta[None, :])
         weights = totals * p * p.T
-        leverage = weights * contrast_variances(laplacian.pseudo_inverse(weights))
+        leverage = weights * laplacian.contrast_variances(laplacian.pseudo_inverse(weights))
         flow = ((wins + leverage / 2) * p.T)[first, second] - ((wins + leverage / 2) * p.T)[second, first]
         gradient = laplacian.net_flows(flow[:, None], first, second, len(wins), exact=True)
         step = laplacian.solve(((totals + leverage) * p * p.T)[:, :, None], gradient[:, None])[:, 0, 0]
@@ -66,9 +66,3 @@ def penalised_log_likelihood(wins: Floats, theta: Floats) -> float:
     # Leaving out one row and column divides the determinant by n, a constant.
     _, log_determinant = np.linalg.slogdet(information[1:, 1:])
     return float((wins * log_expit(difference)).sum() + log_determinant / 2)
-
-
-def contrast_variances(covariance: Floats) -> Floats:
-    """Return var(θ_i − θ_j), shape (n, n), at least zero."""
-    variance = np.diag(covariance)
-    return np.maximum(variance[:, None] + variance[None, :] - 2 * covariance, 0.0)

@@ -20,6 +20,8 @@ WIDEST_FOR_LAPACK = 1e10
 WIDEST_FOR_PLAIN_SUMS = 1e3
 SMALL_GRAPH = 32
 LARGE_BATCH = 16
+ROUNDING = 64 * float(np.finfo(np.float64).eps)
+SLOPE_ROUNDING = 1e-12
 
 
 def solve(weights: Floats, right: Floats) -> Floats:
@@ -48,6 +50,23 @@ def pseudo_inverse(weights: Floats) -> Floats:
     inverse = solve(weights[:, :, None], (np.eye(n) - 1 / n)[:, :, None])[:, :, 0]
     symmetric: Floats = (inverse + inverse.T) / 2
     return symmetric
+
+
+def contrast_variances(covariance: Floats) -> Floats:
+    """Return var(θ_i − θ_j), at least zero. Shapes (..., n, n) to (..., n, n).
+
+    A variance no larger than the rounding of the numbers that it is the difference of is 0: it is no evidence, and
+    what it is exactly depends on the processor.
+    """
+    variance = np.diagonal(covariance, axis1=-2, axis2=-1)
+    both = variance[..., :, None] + variance[..., None, :]
+    apart = both - 2 * covariance
+    return np.where(apart > ROUNDING * both, apart, 0.0)
+
+
+def without_rounding(slopes: Floats, answers: Floats) -> Floats:
+    """Return ``slopes`` of likelihoods, those that are only rounding of as many ``answers`` set to 0; same shapes."""
+    return np.where(np.abs(slopes) > SLOPE_ROUNDING * answers, slopes, 0.0)
 
 
 def span(weights: Floats) -> float:

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.classes.classes import Classes, check_level, classes_if_few
+from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.pair_fit import DEFAULT_PRIOR_SD, CovarianceKind, Model, ModelFit, ModelMethod, fit_model
@@ -85,7 +85,7 @@ def score_model(
     won = comparisons.wins.sum(axis=1)
     compared = comparisons.totals.sum(axis=1) + ties
     merit = fitted.theta if sound else (won + ties / 2) / np.maximum(compared, np.finfo(np.float64).tiny)
-    order = tuple(int(index) for index in np.argsort(-merit, kind="stable"))
+    order = best_first(merit)
     log_score = np.full(len(won), np.nan)
     if model != "thurstone":
         with np.errstate(invalid="ignore"):  # of items that are separated, inf - inf

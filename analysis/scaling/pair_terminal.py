@@ -59,6 +59,11 @@ def summary_lines(scores: ModelScores) -> list[str]:
         lines.append(goodness.caveat)
     if fit.held_by_prior:
         lines.append("Only the prior keeps these scores finite. " + " ".join(fit.held_by_prior.sentences))
+    if classes and classes.without_spread:
+        lines.append(
+            f"{counted(classes.without_spread, 'pair has', 'pairs have')} no spread between observers, who all agree: "
+            "not significant."
+        )
     lines += [_line(parameter) for parameter in fit.parameters]
     if fit.order_test:
         lines.append(

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
-from analysis.scaling.firth import contrast_variances
+from analysis.scaling.laplacian import contrast_variances
 from documents import Finding
 
 Floats = NDArray[np.float64]

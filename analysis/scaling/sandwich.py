@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.scaling.ascent import Point
 from analysis.scaling.cells import Cells, Lines
+from analysis.scaling.laplacian import without_rounding
 from analysis.scaling.law import Law
 from documents import Finding
 
@@ -49,11 +50,15 @@ def observer_scores(cells: Cells, lines: Lines, law: Law, point: Point) -> Float
     who, observer = np.unique(lines.observer, return_inverse=True)
     flow = by_d[lines.outcome, lines.cell] * lines.count
     n, people = cells.n, len(who)
-    up = np.bincount(observer * n + cells.first[lines.cell], flow, people * n)
-    down = np.bincount(observer * n + cells.second[lines.cell], flow, people * n)
-    columns = [(up - down).reshape(people, n)]
+    of_first, of_second = observer * n + cells.first[lines.cell], observer * n + cells.second[lines.cell]
+    slope = np.bincount(of_first, flow, people * n) - np.bincount(of_second, flow, people * n)
+    answers = np.bincount(of_first, lines.count, people * n) + np.bincount(of_second, lines.count, people * n)
+    columns: list[Floats] = [
+        without_rounding(np.asarray(slope, np.float64), np.asarray(answers, np.float64)).reshape(people, n)
+    ]
     if law.parameter:
-        columns.append(np.bincount(observer, by_k[lines.outcome, lines.cell] * lines.count, people)[:, None])
+        by_parameter = np.bincount(observer, by_k[lines.outcome, lines.cell] * lines.count, people)
+        columns.append(np.asarray(by_parameter[:, None], np.float64))
     if cells.ordered:
-        columns.append(np.bincount(observer, flow, people)[:, None])
+        columns.append(np.asarray(np.bincount(observer, flow, people)[:, None], np.float64))
     return np.hstack(columns)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from analysis.classes.classes import Classes, check_level, classes_if_few
+from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.bradley_terry import BradleyTerryFit, Method, fit
@@ -101,7 +101,7 @@ def score(comparisons: Comparisons, *, alpha: float = 0.05, adjust: Adjust = "ho
     won = comparisons.wins.sum(axis=1)
     compared = comparisons.totals.sum(axis=1)
     merit = fitted.theta if sound else won / np.maximum(compared, np.finfo(np.float64).tiny)
-    order = tuple(int(index) for index in np.argsort(-merit, kind="stable"))
+    order = best_first(merit)
     items = tuple(
         ItemScore(
             name=comparisons.items[index],
