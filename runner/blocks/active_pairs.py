@@ -1,23 +1,38 @@
-"""Paired comparisons of many stimuli: after each batch of answers, those pairs that promise to tell the most."""
+"""`kind: active_pairs`: of many stimuli, after each batch of answers, the pairs that promise the most information."""
 
 from __future__ import annotations
 
 import random
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, PositiveInt, model_validator
 
 from runner.blocks.all_pairs import fixation
+from runner.blocks.block import (
+    SECONDS_PER_TRIAL,
+    Block,
+    BlockSpec,
+    Draft,
+    Fault,
+    Hold,
+    Some,
+    Steps,
+    answer,
+    chosen,
+    name_faults,
+)
 from runner.blocks.layouts import PairLayout
 from runner.blocks.message import page
 from runner.blocks.pair_choice import Gain, PairChooser
-from runner.blocks.pair_views import SimultaneousView
-from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Hold, Steps, answer
+from runner.blocks.pair_views import SimultaneousView, Ties
+from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
-from runner.blocks.ties import Ties
 from runner.ports import Ask
-from runner.presenter.scene import Scene
+from runner.presenter.scene import Offset, Scene
+from runner.protocol.parts import Seconds, ShortSeconds
 
 _FIRST_SHARE = {"first": 1.0, "second": 0.0}  # of a win; any other answer prefers neither and is half a win for each
 
@@ -113,3 +128,71 @@ def _data(first: str, second: str, meaning: str) -> dict[str, Any]:
         return data
     chosen, rejected = (first, second) if meaning == "first" else (second, first)
     return data | {"chosen": chosen, "rejected": rejected}
+
+
+class ActivePairsSpec(BlockSpec):
+    """Pairs of many stimuli, each batch of them chosen by the answers so far.
+
+    How many is said by ``trials`` or by ``trials_per_stimulus``. A ``batch`` holds each stimulus once at most; left
+    out, it is as large as that allows. ``gain`` is what pairs are chosen by: how far an answer is expected to bring
+    down the ``variance`` of the scores, or the ``entropy`` of what is known of the pair. Times are in seconds.
+    """
+
+    kind: Literal["active_pairs"]
+    stimuli: Some = "all"
+    trials: Annotated[int, Field(ge=1, le=100_000)] | None = None
+    trials_per_stimulus: Annotated[int, Field(ge=2, le=10_000)] | None = None
+    batch: PositiveInt | None = None
+    gain: Gain = "variance"
+    break_every: PositiveInt | None = None
+    fixation_s: ShortSeconds = 0.0
+    exposure_s: Seconds | None = None
+    blank_s: ShortSeconds = 0.0
+    ties: Ties = "none"
+
+    @model_validator(mode="after")
+    def _how_many(self) -> ActivePairsSpec:
+        if (self.trials is None) == (self.trials_per_stimulus is None):
+            raise ValueError("'active_pairs' needs either 'trials' or 'trials_per_stimulus'")
+        return self
+
+    def make(self, setting: Setting) -> ActivePairs:
+        """Return the block as this observer begins it."""
+        names = chosen(self.stimuli, setting.stimuli)
+        return ActivePairs(
+            names,
+            setting.question,
+            setting.pair_layout(),
+            setting.own_seed,
+            self._trials(len(names)),
+            self._batch(len(names)),
+            gain=self.gain,
+            break_every=self.break_every,
+            fixation_s=self.fixation_s,
+            exposure_s=self.exposure_s,
+            blank_s=self.blank_s,
+            style=setting.style,
+            reference=setting.reference,
+            ties=self.ties,
+        )
+
+    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
+        """Yield wrong stimuli, too few of them, or too few trials to link them all."""
+        yield from name_faults(self.stimuli, stimuli, "stimuli", at_least=2)
+        count = len(chosen(self.stimuli, stimuli))
+        if self._trials(count) < count - 1:
+            what = f"{self.trials} trials cannot link {count} stimuli"
+            yield Fault(what, ("trials",), f"ask for {count - 1} or more, better ten for each stimulus")
+        if self.batch is not None and self.batch > max(1, count // 2):
+            what = f"a batch of {self.batch} pairs cannot hold each of {count} stimuli once at most"
+            yield Fault(what, ("batch",), f"make it {max(1, count // 2)} or less, or leave it out")
+
+    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
+        """Return where the pictures stand."""
+        return setting.pair_layout().places_px
+
+    def _trials(self, count: int) -> int:
+        return self.trials or -(-count * (self.trials_per_stimulus or 0) // 2)
+
+    def _batch(self, count: int) -> int:
+        return self.batch or max(1, count // 2)

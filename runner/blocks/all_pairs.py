@@ -1,24 +1,96 @@
-"""All-pairs forced choice: every two stimuli, at once or in sequence, which is closer to the reference?"""
+"""`kind: all_pairs`: every two stimuli, at once or in sequence; which is closer to the reference?"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Annotated, Any, Literal
 
-from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
-from runner.blocks.intervals import SEQUENCE_WORDS, present
+from pydantic import Field, PositiveInt, model_validator
+
+from runner.blocks.block import (
+    SECONDS_PER_TRIAL,
+    Block,
+    BlockSpec,
+    Draft,
+    Fault,
+    Hold,
+    Response,
+    Some,
+    Steps,
+    answer,
+    chosen,
+    name_faults,
+)
+from runner.blocks.catch_trials import CatchSpec, CatchTrials, Comparison, mix_in
 from runner.blocks.layouts import PairLayout, SingleLayout
 from runner.blocks.message import page
-from runner.blocks.pair_order import pair_order
-from runner.blocks.pair_ratings import PairRatings
-from runner.blocks.pair_views import SequenceView, SimultaneousView
-from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Hold, Steps, answer
+from runner.blocks.orders import pair_order
+from runner.blocks.pair_views import SEQUENCE_WORDS, SequenceView, SimultaneousView, Ties, present
+from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
+from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
-from runner.blocks.ties import Ties
 from runner.ports import Ask
-from runner.presenter.scene import Offset, Scene, Text
+from runner.presenter.scene import Offset, Picture, Scene, Text
+from runner.protocol.parts import Seconds, ShortSeconds
+
+
+@dataclass(frozen=True, slots=True)
+class PairRating:
+    """A scale about the chosen stimulus, or about each of the two in turn."""
+
+    scale: Scale
+    of: Literal["chosen", "both"] = "chosen"
+
+
+@dataclass(frozen=True, slots=True)
+class PairRatings:
+    """The scales of a trial, each under the picture that it is about."""
+
+    scales: tuple[PairRating, ...]
+    layout: SingleLayout
+    style: Style
+    reference: str | None = None
+
+    def ask(
+        self, places: Mapping[str, str], chosen: str | None
+    ) -> Generator[Ask, Response | None, dict[str, dict[str, Any]]]:
+        """Ask for each rating and return what to record; to be used with ``yield from``.
+
+        ``places`` maps ``first`` and ``second`` to their stimuli, ``chosen`` is one of these words; None after an
+        answer that prefers neither, when scales about the chosen one are left out and recorded as null.
+        """
+        ratings: dict[str, Any] = {}
+        times_s: dict[str, Any] = {}
+        for rating in self.scales:
+            name = rating.scale.name
+            if rating.of == "chosen":
+                ratings[name], times_s[name] = (
+                    (yield from self._rate(rating.scale, places[chosen])) if chosen else (None, None)
+                )
+                continue
+            both = yield from self._rate_each(rating.scale, places, ("first", "second"))
+            ratings[name] = {place: value for place, (value, _) in both.items()}
+            times_s[name] = {place: time_s for place, (_, time_s) in both.items()}
+        return {"ratings": ratings, "rating_times_s": times_s}
+
+    def _rate_each(
+        self, scale: Scale, places: Mapping[str, str], which: Sequence[str]
+    ) -> Generator[Ask, Response | None, dict[str, tuple[int, float]]]:
+        rated = {}
+        for place in which:
+            rated[place] = yield from self._rate(scale, places[place])
+        return rated
+
+    def _rate(self, scale: Scale, stimulus: str) -> Generator[Ask, Response | None, tuple[int, float]]:
+        layout = self.layout
+        items = (Picture(stimulus, layout.picture_px, layout.aperture_px), *layout.reference(self.reference))
+        value, time_s = yield from rate(
+            scale, self.style, layout=layout, items=items, stimulus=stimulus, reference=self.reference
+        )
+        return value, round(time_s, 6)
+
 
 _SECONDS_PER_RATING = 4.0
 
@@ -144,3 +216,97 @@ def _data(trial: Comparison, meaning: str, first_position: str) -> dict[str, Any
     if trial.catch == "obvious":
         data["correct"] = chosen == trial.better
     return data
+
+
+BLANK_BETWEEN_S = 0.5
+
+
+class PairRatingSpec(ScaleSpec):
+    """A scale that follows each choice: about the stimulus chosen, or about both."""
+
+    of: Literal["chosen", "both"] = "chosen"
+
+    def make(self) -> Scale:
+        """Return the scale."""
+        return Scale(**self.model_dump(exclude={"of"}))
+
+
+class AllPairsSpec(BlockSpec):
+    """Every two of the stimuli together, one answer each.
+
+    Times are in seconds, to the nearest frame: a fixation cross before each pair, a limited exposure of the pair (it
+    stays until answered if left out), black between trials. In a ``sequence``, ``exposure_s`` is each interval's and
+    ``blank_between_s`` lies between the two. ``ties`` are answers that prefer neither, ``ratings`` scales that follow
+    each choice.
+    """
+
+    kind: Literal["all_pairs"]
+    stimuli: Some = "all"
+    presentation: Literal["simultaneous", "sequence"] = "simultaneous"
+    sides: Literal["counterbalanced"] = "counterbalanced"
+    repeats: PositiveInt = 1
+    break_every: PositiveInt | None = None
+    fixation_s: ShortSeconds = 0.0
+    exposure_s: Seconds | None = None
+    blank_between_s: ShortSeconds | None = None
+    blank_s: ShortSeconds = 0.0
+    ties: Ties = "none"
+    catch: CatchSpec | None = None
+    ratings: Annotated[tuple[PairRatingSpec, ...], Field(max_length=10)] = ()
+
+    @model_validator(mode="after")
+    def _intervals(self) -> AllPairsSpec:
+        if self.presentation == "sequence" and self.exposure_s is None:
+            raise ValueError("'presentation: sequence' needs 'exposure_s', the time of each interval")
+        if self.presentation == "simultaneous" and self.blank_between_s is not None:
+            raise ValueError("'blank_between_s' belongs to 'presentation: sequence'; 'blank_s' lies between trials")
+        return self
+
+    def make(self, setting: Setting) -> AllPairs:
+        """Return the block in the observer's own order."""
+        between_s = BLANK_BETWEEN_S if self.blank_between_s is None else self.blank_between_s
+        return AllPairs(
+            chosen(self.stimuli, setting.stimuli),
+            setting.question,
+            self._layout(setting),
+            setting.pair_seed,
+            order_seed=setting.own_seed,
+            flip_sides=setting.is_second_of_pair,
+            repeats=self.repeats,
+            break_every=self.break_every,
+            fixation_s=self.fixation_s,
+            exposure_s=self.exposure_s,
+            blank_s=self.blank_s,
+            style=setting.style,
+            reference=setting.reference,
+            blank_between_s=between_s if self.presentation == "sequence" else 0.0,
+            ties=self.ties,
+            catch=self.catch.make(self._pairs(setting.stimuli)) if self.catch else None,
+            ratings=self._ratings(setting),
+        )
+
+    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
+        """Yield wrong stimuli, or too few, and what is wrong with catch trials and ratings."""
+        wrong = list(name_faults(self.stimuli, stimuli, "stimuli", at_least=2))
+        yield from wrong
+        if self.catch and not wrong:
+            yield from self.catch.faults(stimuli, self._pairs(stimuli))
+        yield from scale_faults(self.ratings, "ratings")
+
+    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
+        """Return where the pictures stand."""
+        places = self._layout(setting).places_px
+        return (*places, *setting.single_layout().places_px) if self.ratings else places
+
+    def _layout(self, setting: Setting) -> PairLayout | SingleLayout:
+        return setting.single_layout() if self.presentation == "sequence" else setting.pair_layout()
+
+    def _pairs(self, stimuli: Stimuli) -> int:
+        count = len(chosen(self.stimuli, stimuli))
+        return count * (count - 1) // 2 * self.repeats
+
+    def _ratings(self, setting: Setting) -> PairRatings | None:
+        if not self.ratings:
+            return None
+        scales = tuple(PairRating(rating.make(), rating.of) for rating in self.ratings)
+        return PairRatings(scales, setting.single_layout(), setting.style, setting.reference)

@@ -1,13 +1,16 @@
-"""A page of words: instructions, and breaks between trials."""
+"""Pages of words: `kind: instructions` and `kind: break`, and the breaks between trials."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Literal
 
-from runner.blocks.steps import Block, Draft, Steps, answer
+from runner.blocks.block import Block, BlockSpec, Draft, Steps, answer
+from runner.blocks.setting import Setting
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.ports import Ask
 from runner.presenter.scene import Scene
+from runner.protocol.parts import Words
 
 CONTINUE_KEYS = {"space": "continue", "enter": "continue", "pad_a": "continue"}
 _TYPE, _LINE, _LETTERS_PER_LINE = 26, 34, 62
@@ -47,3 +50,25 @@ class Message(Block):
         """Show the page and record that it was read."""
         response = answer((yield page(self.words, self.style)))
         yield Draft(self.kind, response_time_s=response.time_s, repeatable=False)
+
+
+class InstructionsSpec(BlockSpec):
+    """A page of words."""
+
+    kind: Literal["instructions"]
+    text: Words
+
+    def make(self, setting: Setting) -> Message:
+        """Return the page."""
+        return Message(self.kind, self.text, setting.style)
+
+
+class BreakSpec(BlockSpec):
+    """A break, ended by the observer."""
+
+    kind: Literal["break"]
+    text: Words = "Time for a break."
+
+    def make(self, setting: Setting) -> Message:
+        """Return the page."""
+        return Message(self.kind, self.text, setting.style)

@@ -1,41 +1,59 @@
-"""How two stimuli are shown and chosen between: at once in two places, or one after the other in the same place."""
+"""How two stimuli are shown and chosen between: at once in two places, or one after the other in the same place.
+
+The answers may include some that prefer neither of the two: the relaxed forced choice.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Generator
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Literal
 
+from runner.blocks.block import Hold, Response, answer
 from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.message import CONTINUE_KEYS
 from runner.blocks.style import Style
-from runner.blocks.ties import Ties, tie_keys, tie_targets, tie_words
-from runner.ports import Target
-from runner.presenter.scene import Item, Picture, Scene, Text
+from runner.ports import Ask, Target
+from runner.presenter.scene import Item, Offset, Picture, Scene, Text
+
+Ties = Literal["none", "no_difference", "not_sure", "both"]
+TIES = ("no_difference", "not_sure")
+_TIE_KEYS = {"no_difference": "n", "not_sure": "u"}
+_TIE_WORDS = {"no_difference": "N: no difference", "not_sure": "U: not sure"}
+_APART, _WIDTH, _HEIGHT = 220.0, 210.0, 30.0  # units of Style
+
+
+def tie_meanings(ties: Ties) -> tuple[str, ...]:
+    """Return the answers beside ``first`` and ``second``."""
+    return TIES if ties == "both" else () if ties == "none" else (ties,)
+
+
+def tie_keys(ties: Ties) -> dict[str, str]:
+    """Return the keys of these answers."""
+    return {_TIE_KEYS[meaning]: meaning for meaning in tie_meanings(ties)}
+
+
+def tie_words(ties: Ties, middle_px: Offset, style: Style) -> tuple[Text, ...]:
+    """Return the answers in small words, side by side about a place."""
+    places = _tie_places(ties, middle_px, style)
+    return tuple(Text(_TIE_WORDS[m], place, style.px(17), style.px(_WIDTH), 0.2) for m, place in places.items())
+
+
+def tie_targets(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Target]:
+    """Return where the answers can be clicked."""
+    size = style.px(_WIDTH), style.px(_HEIGHT)
+    return {meaning: Target(place, size) for meaning, place in _tie_places(ties, middle_px, style).items()}
+
+
+def _tie_places(ties: Ties, middle_px: Offset, style: Style) -> dict[str, Offset]:
+    meanings = tie_meanings(ties)
+    left = -_APART * (len(meanings) - 1) / 2
+    return {m: (middle_px[0] + style.px(left + _APART * n), middle_px[1]) for n, m in enumerate(meanings)}
+
 
 _PADS = {"left": "pad_left", "right": "pad_right", "up": "pad_up", "down": "pad_down"}
 _LABEL_SHARE = 0.3
 _LETTER_SHARE = 0.55  # a letter's mean width in the type's height
-
-
-class PairView(Protocol):
-    """Where two stimuli, the question and the answers stand."""
-
-    @property
-    def position_names(self) -> tuple[str, str]:
-        """What the first and the second place are called in the record."""
-
-    @property
-    def keys(self) -> dict[str, str]:
-        """What the keys mean."""
-
-    @property
-    def targets(self) -> dict[str, Target]:
-        """Where the answers can be clicked."""
-
-    def pair(self, first: str, second: str) -> Scene:
-        """Return the pictures that are wanted for these two."""
-
-    def question(self) -> Scene:
-        """Return the question without the two."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -182,3 +200,45 @@ class SequenceView:
         if self.layout.reference(self.reference):
             return 0, self.layout.below_px + self.style.px(75)
         return self.layout.picture_px
+
+
+SEQUENCE_WORDS = "You will see two pictures, one after the other.\nThen comes the question."
+_OWN_PACE_HINT = "Press the space bar to go on"
+
+Showing = Generator[Ask | Hold, Response | None, list[float]]
+
+
+def present(
+    view: SimultaneousView | SequenceView, first: str, second: str, exposure_s: float | None, blank_between_s: float
+) -> Generator[Ask | Hold, Response | None, tuple[Scene, list[float]]]:
+    """Show both as far as they come before the question; to be used with ``yield from``.
+
+    Returned are the scene to ask with, and the times in s that the observer stayed on each interval; none where time
+    was not theirs: timed scenes are recorded as such.
+    """
+    if isinstance(view, SequenceView):
+        dwell_s = yield from _intervals(view, first, second, exposure_s, blank_between_s)
+        return view.question(), dwell_s
+    scene = view.pair(first, second)
+    if exposure_s is None:
+        return scene, []
+    yield Hold("pair", scene, exposure_s)
+    return view.question(), []
+
+
+def _intervals(
+    view: SequenceView, first: str, second: str, exposure_s: float | None, blank_between_s: float
+) -> Showing:
+    dwell_s: list[float] = []
+    for number, stimulus in enumerate((first, second)):
+        if number and blank_between_s:
+            yield Hold("between", view.between(), blank_between_s)
+        if exposure_s is not None:
+            yield Hold(view.position_names[number], view.interval(number, stimulus), exposure_s)
+            continue
+        scene = view.interval(number, stimulus, hint=_OWN_PACE_HINT)
+        upcoming = view.interval(1, second, hint=_OWN_PACE_HINT) if number == 0 else None
+        picture = Target(view.layout.picture_px, view.layout.aperture_px)
+        response = answer((yield Ask(scene, CONTINUE_KEYS, upcoming, targets={"continue": picture})))
+        dwell_s.append(response.time_s)
+    return dwell_s

@@ -1,17 +1,25 @@
-"""Practice: a few trials of another block that count for nothing, with a word on each answer if wanted."""
+"""`kind: practice`: a few trials of another block that are not scored, with feedback on each answer if wanted."""
 
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
+from pydantic import Field, PositiveInt
+
+from runner.blocks.block import Block, BlockSpec, Draft, Fault, Hold, Response, Steps, answer
 from runner.blocks.message import page
-from runner.blocks.steps import Block, Draft, Hold, Response, Steps, answer
+from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Choose
+from runner.presenter.scene import Offset
+from runner.protocol.parts import Strict
 from stimuli.pictures.stereo_image import StereoImage
+
+if TYPE_CHECKING:
+    AnyBlockSpec: TypeAlias = BlockSpec  # any kind in `runner.blocks.registry`, which sets it
 
 Feedback = Literal["none", "correctness", "choice"]
 _FEEDBACK_S = 2.0
@@ -124,3 +132,43 @@ def told(data: Mapping[str, Any], correct: bool | None, feedback: Feedback) -> s
         words = _PLACES.get((str(data.get("first_position")), str(given))) or _ANSWERS.get(str(given)) or str(given)
         return f"Your answer: {words}."
     return ""
+
+
+NOT_PRACTISED = ("instructions", "break", "questionnaire", "practice")
+
+
+class UntilSpec(Strict):
+    """Enough: of the last ``of`` answers with a right and a wrong, at least the share ``correct`` was right."""
+
+    correct: Annotated[float, Field(gt=0, le=1)]
+    of: PositiveInt
+
+
+class PracticeSpec(BlockSpec):
+    """At most ``trials`` trials of ``block``; ``until`` may end it sooner. ``block`` is of any kind that has trials."""
+
+    kind: Literal["practice"]
+    block: AnyBlockSpec
+    trials: PositiveInt
+    feedback: Feedback = "correctness"
+    until: UntilSpec | None = None
+
+    def make(self, setting: Setting) -> Practice:
+        """Return the practice of the block as the observer of ``setting`` meets it."""
+        until = Passing(self.until.correct, self.until.of) if self.until else None
+        return Practice(self.block.make(setting), self.trials, self.feedback, until, setting.style)
+
+    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
+        """Yield a block that cannot be practised, one's own wishes that cannot be met, and the block's faults."""
+        if self.block.kind in NOT_PRACTISED:
+            yield Fault(f"'{self.block.kind}' has no trials to practise", ("block", "kind"), "name a scored kind")
+        if getattr(self.block, "on_fail", None) == "stop":
+            yield Fault("a practice cannot end the session", ("block", "on_fail"), "on_fail: continue")
+        if self.until and self.until.of > self.trials:
+            yield Fault(f"until looks at {self.until.of} answers, of {self.trials}", ("until", "of"), "raise trials")
+        for fault in self.block.faults(stimuli):
+            yield Fault(fault.message, ("block", *fault.path), fault.remedy)
+
+    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
+        """Return where the block shows stimuli."""
+        return self.block.places_px(setting)

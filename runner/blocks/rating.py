@@ -1,17 +1,37 @@
-"""Single stimuli, each rated on one scale or more, as in absolute category rating (ITU-R BT.500, ITU-T P.910)."""
+"""`kind: rating`: single stimuli, each rated on one scale or more.
+
+This is absolute category rating, as in ITU-R BT.500 and ITU-T P.910.
+"""
 
 from __future__ import annotations
 
 import random
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from typing import Annotated, Literal
 
+from pydantic import Field, PositiveInt
+
+from runner.blocks.block import (
+    SECONDS_PER_TRIAL,
+    Block,
+    BlockSpec,
+    Draft,
+    Fault,
+    Hold,
+    Some,
+    Steps,
+    chosen,
+    name_faults,
+)
 from runner.blocks.layouts import SingleLayout
 from runner.blocks.message import page
-from runner.blocks.scale import Scale, rate, scale_items
-from runner.blocks.spaced import repeated
-from runner.blocks.steps import SECONDS_PER_TRIAL, Block, Draft, Hold, Steps
+from runner.blocks.orders import repeated
+from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items
+from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
-from runner.presenter.scene import Item, Picture, Scene, Text
+from runner.presenter.scene import Item, Offset, Picture, Scene, Text
+from runner.protocol.parts import Seconds, ShortSeconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -95,3 +115,45 @@ class Rating(Block):
     def _scene(self, stimulus: str) -> Scene:
         """Return what is first seen of a trial."""
         return Scene((*self._pictures(stimulus), *scale_items(self.scales[0], self.style, None, self.layout)))
+
+
+class RatingSpec(BlockSpec):
+    """Each stimulus alone, once per repeat, rated on every scale in turn.
+
+    Times are in seconds, to the nearest frame: a fixation cross before each picture, a limited exposure of it (it stays
+    until it is rated if left out), black between trials.
+    """
+
+    kind: Literal["rating"]
+    ratings: Annotated[list[ScaleSpec], Field(min_length=1, max_length=12)]
+    stimuli: Some = "all"
+    repeats: PositiveInt = 1
+    break_every: PositiveInt | None = None
+    fixation_s: ShortSeconds = 0.0
+    exposure_s: Seconds | None = None
+    blank_s: ShortSeconds = 0.0
+
+    def make(self, setting: Setting) -> Rating:
+        """Return the block in the observer's own order."""
+        return Rating(
+            chosen(self.stimuli, setting.stimuli),
+            tuple(scale.make() for scale in self.ratings),
+            setting.single_layout(),
+            setting.own_seed,
+            repeats=self.repeats,
+            break_every=self.break_every,
+            fixation_s=self.fixation_s,
+            exposure_s=self.exposure_s,
+            blank_s=self.blank_s,
+            style=setting.style,
+            reference=setting.reference,
+        )
+
+    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
+        """Yield wrong stimuli, and scales of one name."""
+        yield from name_faults(self.stimuli, stimuli, "stimuli")
+        yield from scale_faults(self.ratings, "ratings")
+
+    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
+        """Return where the pictures stand."""
+        return setting.single_layout().places_px

@@ -6,8 +6,8 @@ from collections.abc import Mapping
 from typing import Any
 
 from documents.yaml.source import YamlSource
+from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS
-from runner.blocks.steps import Block
 from runner.check.checked import Checked
 from runner.check.places import finding_at
 from runner.protocol.experiment import Experiment

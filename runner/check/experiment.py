@@ -11,8 +11,7 @@ from runner.check.onsets import onsets
 from runner.check.pictures import pictures
 from runner.check.results_folder import look_at_results
 from runner.check.screen import look
-from runner.protocol.experiment import read_experiment
-from runner.protocol.schema import ExperimentSpec
+from runner.protocol.experiment import ExperimentSpec, read_experiment
 
 
 def check(checked: Checked, wishes: Wishes) -> None:

@@ -27,7 +27,7 @@ def command(kind: str) -> None:
 
 def _model(kind: str) -> type[BaseModel]:
     if kind == "experiment":
-        from runner.protocol.schema import ExperimentSpec
+        from runner.protocol.experiment import ExperimentSpec
 
         return ExperimentSpec
     if kind == "rig":

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 
 from analysis.records.session_record import Trial
 from documents.text.characters import visible
-from runner.blocks.steps import Block
+from runner.blocks.block import Block
 
 _PACE_OF = 20  # trials
 _SHOWN = 3

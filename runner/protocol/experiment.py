@@ -5,15 +5,20 @@ from __future__ import annotations
 import difflib
 import hashlib
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Annotated, Literal
+
+from pydantic import Field
 
 from devices.display.rig_file import Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.files.tidy_path import beside
 from documents.yaml.source import Path_, YamlSource
-from runner.blocks.steps import Block
+from runner.blocks.block import Block, BlockSpec, Fault
+from runner.blocks.registry import AnyBlockSpec
+from runner.blocks.setting import Factors, Setting, Stimuli
 from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.presenter.dithering import Dithering
@@ -23,13 +28,40 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
 from runner.protocol.aperture import LoadPart, through_aperture
 from runner.protocol.layout import aperture_px
-from runner.protocol.limits import too_large, too_many
-from runner.protocol.schema import ExperimentSpec
-from runner.protocol.setting import Factors, Setting, Stimuli
+from runner.protocol.parts import LayoutSpec, Line, Strict
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.recipe import read_recipe
 
+_MOST_TRIALS = 100_000
+# More than the textures of any graphics card, and than any screen.
+_MOST_PX = 65_536
 _BIDS_LABEL = re.compile(r"[A-Za-z0-9]+")
+
+
+class AnalysisSpec(Strict):
+    """How the report forms perceptual classes: level of the pairwise tests, their adjustment and standard errors.
+
+    ``covariance`` is ``model``, which takes all answers for independent; ``sandwich``, which takes only the observers
+    for that; or ``auto``: ``sandwich`` from 10 observers on.
+    """
+
+    alpha: Annotated[float, Field(gt=0, lt=1)] = 0.05
+    adjust: Literal["none", "holm", "bh", "maxz"] = "holm"
+    covariance: Literal["auto", "model", "sandwich"] = "auto"
+
+
+class ExperimentSpec(Strict):
+    """An experiment file. ``rig`` and ``stimuli`` are paths relative to it."""
+
+    schema_version: Literal[1]
+    name: Annotated[str, Field(pattern=r"^[a-z0-9][a-z0-9_-]*$", max_length=64)]
+    rig: str
+    stimuli: str
+    question: Line
+    layout: LayoutSpec
+    blocks: Annotated[list[AnyBlockSpec], Field(min_length=1)]
+    seed: int = 0
+    analysis: AnalysisSpec = AnalysisSpec()
 
 
 @dataclass(frozen=True, slots=True)
@@ -148,7 +180,7 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
                 findings.append(_finding(fault.message, source, ("blocks", index, *fault.path), fault.remedy))
     if rig and view_px:
         experiment = Experiment(file, spec, rig, recipe_file, stimuli or Stimuli({}), view_px)
-        faults = list(too_large(rig.display.panel.resolution_px))
+        faults = list(_too_large(rig.display.panel.resolution_px))
         if stimuli:
             for block, setting in zip(spec.blocks, experiment.settings("01"), strict=True):
                 for fault in block.rig_faults(setting):
@@ -157,7 +189,7 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
         try:
             _ = experiment.places_px
             if not findings and not faults:
-                faults += too_many(spec.blocks, experiment.blocks("01"))
+                faults += _too_many(spec.blocks, experiment.blocks("01"))
         except InputError as error:
             findings += _placed(error, source, ("layout", "size_mm"))
         findings += [_finding(fault.message, source, fault.path, fault.remedy) for fault in faults]
@@ -186,3 +218,19 @@ def _unknown_reference(name: str, known: Sequence[str], source: YamlSource) -> F
     near = difflib.get_close_matches(name, ("physical", *known), n=1)
     remedy = f"did you mean '{near[0]}'?" if near else "write 'physical', or the name of a stimulus"
     return _finding(f"the reference '{name}' is no stimulus of the recipe", source, ("layout", "reference"), remedy)
+
+
+def _too_many(specs: Sequence[BlockSpec], blocks: Sequence[Block]) -> Iterator[Fault]:
+    """Yield blocks of more trials than a session can hold."""
+    for index, (spec, block) in enumerate(zip(specs, blocks, strict=True)):
+        if block.trials > _MOST_TRIALS:
+            keys = [key for key in ("repeats", "trials") if key in type(spec).model_fields]
+            path: Path_ = ("blocks", index, *keys[:1])
+            yield Fault(f"these are {block.trials} trials", path, f"a block has {_MOST_TRIALS} at most")
+
+
+def _too_large(resolution_px: tuple[int, int]) -> Iterator[Fault]:
+    """Yield a panel that no graphics card can serve."""
+    if max(resolution_px) > _MOST_PX:
+        what = f"the display's panel has {resolution_px[0]} x {resolution_px[1]} px"
+        yield Fault(what, ("rig",), f"at most {_MOST_PX} each way can be drawn; correct resolution_px")

@@ -10,11 +10,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from runner.blocks.active_pairs import ActivePairsSpec
+from runner.blocks.all_pairs import AllPairsSpec
+from runner.blocks.block import chosen
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment
-from runner.protocol.kinds.active_pairs import ActivePairsSpec
-from runner.protocol.kinds.all_pairs import AllPairsSpec
-from runner.protocol.kinds.block_spec import chosen
 
 if TYPE_CHECKING:
     from runner.observers.behaviour import BehaviourSpec

@@ -30,15 +30,3 @@ class LayoutSpec(Strict):
     size_mm: tuple[PositiveFloat, PositiveFloat]
     gap_mm: NonNegativeFloat = 10.0
     reference: Line = "physical"
-
-
-class AnalysisSpec(Strict):
-    """How the report forms perceptual classes: level of the pairwise tests, their adjustment and standard errors.
-
-    ``covariance`` is ``model``, which takes all answers for independent; ``sandwich``, which takes only the observers
-    for that; or ``auto``: ``sandwich`` from 10 observers on.
-    """
-
-    alpha: Annotated[float, Field(gt=0, lt=1)] = 0.05
-    adjust: Literal["none", "holm", "bh", "maxz"] = "holm"
-    covariance: Literal["auto", "model", "sandwich"] = "auto"

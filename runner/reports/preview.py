@@ -10,7 +10,7 @@ from pathlib import Path
 from devices.compensation.clipping import clip_marks
 from devices.display.display_file import Eye, EyeModels
 from documents import Finding
-from runner.blocks.steps import Draft, Response
+from runner.blocks.block import Draft, Response
 from runner.errors import SessionError
 from runner.observers.plain import plain_key
 from runner.ports import Ask

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from runner.blocks.frames import button
 from runner.blocks.style import Style
+from runner.blocks.text_entry import button
 from runner.ports import Ask
 from runner.presenter.scene import Scene
 

@@ -17,9 +17,9 @@ from typing import Any, Protocol
 
 from analysis.records.session_record import Mark, Note, Trial
 from documents import Finding
-from runner.blocks.steps import Block, Draft, Ended, Hold, Response
+from runner.blocks.block import Block, Draft, Ended, Hold, Response
 from runner.blocks.style import FULL_HD_HALF, Style
-from runner.blocks.typing import typed
+from runner.blocks.text_entry import typed
 from runner.errors import SessionError
 from runner.ports import Ask, Holding, KeyPress, Observer, Presenter
 from runner.session.pause import pause_menu

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType
 
-from runner.blocks.steps import Block
+from runner.blocks.block import Block
 from runner.blocks.tasks import Compare
 from runner.observers.plain import key_for, plain_key
 from runner.ports import Ask, KeyPress

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from analysis.records.session_record import FILE_NAME, Header, Trial, read_session
-from runner.blocks.steps import Block
+from runner.blocks.block import Block
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
 from runner.session.recorder import Recorder

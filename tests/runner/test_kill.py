@@ -15,7 +15,7 @@ from pathlib import Path
 import pytest
 
 from analysis.records.session_record import FILE_NAME, read_session
-from runner.blocks.pair_order import pair_order
+from runner.blocks.orders import pair_order
 
 DRIVER = Path(__file__).with_name("killed_session.py")
 NAMES = "abcdefgh"

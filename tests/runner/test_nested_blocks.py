@@ -12,8 +12,7 @@ from documents import InputError
 from documents.yaml.load import load_document
 from runner.blocks.practice import Practice
 from runner.blocks.questionnaire import Questionnaire
-from runner.protocol.experiment import read_experiment
-from runner.protocol.schema import ExperimentSpec
+from runner.protocol.experiment import ExperimentSpec, read_experiment
 
 Study = Any  # tests/conftest.py
 HEAD = """\

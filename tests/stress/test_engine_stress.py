@@ -11,11 +11,11 @@ from typing import Any, get_args
 import pytest
 
 from analysis.records.session_record import Mark, Note, Trial
+from runner.blocks.registry import AnyBlockSpec
 from runner.observers.plain import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
 from runner.protocol.experiment import read_experiment
-from runner.protocol.schema import AnyBlockSpec
 from runner.session.session import Session
 
 pytestmark = pytest.mark.stress

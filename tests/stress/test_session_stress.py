@@ -17,7 +17,7 @@ from documents import InputError
 from documents.yaml.source import parse_yaml
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layouts import PairLayout
-from runner.blocks.pair_order import pair_order
+from runner.blocks.orders import pair_order
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Holding
 from runner.presenter.scene import Scene

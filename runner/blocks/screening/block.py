@@ -1,4 +1,4 @@
-"""The block: vision tests one after the other, and what follows if one is failed."""
+"""`kind: screening`: tests of vision one after the other, and what follows if one is failed."""
 
 from __future__ import annotations
 
@@ -6,15 +6,27 @@ import math
 from collections.abc import Callable, Generator, Iterator, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
+from pydantic import Field, model_validator
+
+from documents import Finding, InputError
+from runner.blocks.block import Block, BlockSpec, Draft, Ended, Fault, Response, Steps, answer
 from runner.blocks.message import page
-from runner.blocks.screening.series import Answers, Presentation, Series, VisionTest
-from runner.blocks.steps import Block, Draft, Ended, Response, Steps, answer
+from runner.blocks.screening.colour_vision import ColourVisionSpec
+from runner.blocks.screening.near_acuity import NearAcuitySpec
+from runner.blocks.screening.stereo_acuity import StereoAcuitySpec
+from runner.blocks.screening.vision_test import Answers, Presentation, Screen, Series, VisionTest
+from runner.blocks.setting import Setting
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Choose
+from runner.errors import SessionError
 from runner.ports import Ask
+from runner.presenter.modes.mode import EyeArea, Mode
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Item, Picture, Scene
+from runner.protocol.parts import Words
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.vision_tests.random_dots import SIDES
 
@@ -187,3 +199,71 @@ def _in_unit(strength: float | None, test: VisionTest) -> float | None:
     if test.logarithmic:
         return round(math.log10(strength), 4)
     return round(strength, 6)
+
+
+AnyTestSpec = Annotated[StereoAcuitySpec | ColourVisionSpec | NearAcuitySpec, Field(discriminator="test")]
+
+
+class ScreeningSpec(BlockSpec):
+    """Vision tests, in order; with ``on_fail: stop`` the session ends after the first that is failed."""
+
+    kind: Literal["screening"]
+    tests: Annotated[list[AnyTestSpec], Field(min_length=1)]
+    on_fail: Literal["continue", "stop"] = "continue"
+    stop_words: Words = STOP_WORDS
+
+    @model_validator(mode="after")
+    def _each_once(self) -> ScreeningSpec:
+        names = [test.test for test in self.tests]
+        for name in names:
+            if names.count(name) > 1:
+                raise ValueError(f"the test '{name}' stands twice")
+        return self
+
+    def make(self, setting: Setting) -> Screening:
+        """Return the block, with pictures of this observer's own."""
+        screen = _screen(self.tests, setting)
+        tests = tuple(test.make(screen, setting.own_seed) for test in self.tests)
+        return Screening(tests, self.on_fail, self.stop_words, setting.style)
+
+    def rig_faults(self, setting: Setting) -> Iterator[Fault]:
+        """Yield which tests the rig cannot show, or not as far as their pass marks."""
+        try:
+            self.make(setting)
+        except InputError as error:
+            yield from (Fault(finding.message, remedy=finding.remedy or "") for finding in error.findings)
+
+
+def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
+    """Return the rig's screen, if its stereo mode can show the tests at all."""
+    rig = setting.rig
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
+    area = mode.areas(rig.display.panel.resolution_px)[0]
+    names = {test.test for test in tests}
+    mixed = mode.mixture(rig.models) is not None
+    if "stereo_acuity" in names and len(area.eyes) > 1 and not mixed:
+        raise _impossible("stereo_acuity", mode, "it shows both eyes the same pixels", "choose a stereo mode")
+    if "colour_vision" in names and mixed:
+        raise _impossible("colour_vision", mode, "its filters change colours", "use printed plates")
+    return Screen(
+        setting.view_px,
+        rig.display.panel.pixel_pitch_mm,
+        rig.distance_mm,
+        rig.interpupillary_distance_mm,
+        _grain_px(area),
+        rig.models,
+    )
+
+
+def _grain_px(area: EyeArea) -> tuple[int, int]:
+    across, down = area.squeeze
+    if area.weave is None:
+        return across, down
+    return across * (2 if area.weave.column_step else 1), down * (2 if area.weave.row_step else 1)
+
+
+def _impossible(test: str, mode: Mode, why: str, remedy: str) -> SessionError:
+    finding = Finding(
+        f"screening: the mode '{mode.name}' cannot show {test}: {why}", remedy=f"leave it out, or {remedy}"
+    )
+    return SessionError(finding)

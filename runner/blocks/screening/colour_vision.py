@@ -4,15 +4,24 @@ from __future__ import annotations
 
 import random
 from functools import partial
-from typing import Any
+from typing import Annotated, Any, Literal
 
 import numpy as np
+from pydantic import Field, PositiveFloat
 
 from documents import Finding
-from runner.blocks.screening.screen import Screen
-from runner.blocks.screening.series import Level, Presentation, Series, VisionTest, four_targets
+from runner.blocks.screening.vision_test import (
+    Level,
+    Levels,
+    Presentation,
+    Screen,
+    Series,
+    VisionTest,
+    VisionTestSpec,
+    four_targets,
+)
 from runner.errors import SessionError
-from stimuli.vision_tests.confusion_lines import COPUNCTAL_XY, Axis
+from stimuli.vision_tests.confusion_lines import AXES, COPUNCTAL_XY, Axis
 from stimuli.vision_tests.confusion_plates import SCALES, Plate
 from stimuli.vision_tests.random_dots import SIDES, Side
 
@@ -27,85 +36,87 @@ _WORDS = (
 )
 
 
-def colour_vision(
-    screen: Screen,
-    seed: str,
-    *,
-    pass_delta_uv: float,
-    levels_delta_uv: tuple[float, ...],
-    axes: tuple[Axis, ...],
-    repeats: int,
-    required: int,
-    controls: int,
-) -> VisionTest:
-    """Return the test; levels outside the display's gamut are left out, and its ``facts`` say which.
+class ColourVisionSpec(VisionTestSpec):
+    """Rings of dots on the confusion lines of ``axes``; levels are distances in CIE 1976 u'v'."""
 
-    Raises
-    ------
-    SessionError
-        If the display cannot show the pass mark on one of the axes.
-    """
-    plate = Plate(screen.fitting_px(PLATE_DEG), screen.shown)
-    rng = random.Random(f"{seed}/{NAME}")
-    wanted = sorted({*levels_delta_uv, pass_delta_uv}, reverse=True)
-    ring_size = plate.side_px * 0.5
+    test: Literal["colour_vision"]
+    pass_delta_uv: PositiveFloat = 0.02
+    levels_delta_uv: Levels = (0.05, 0.03, 0.02)
+    axes: Annotated[tuple[Axis, ...], Field(min_length=1)] = AXES
+    controls: Annotated[int, Field(ge=0, le=20)] = 3
 
-    def presentation(series: str, level: float, number: int, ring_XYZ: Any, strength: float | None) -> Presentation:
-        name = f"{seed}/{NAME}/{series}/{level:g}/{number}"
-        side: Side = rng.choice(SIDES)
-        details = {"ring_XYZ_cd_m2": [round(float(value), 4) for value in ring_XYZ]}
-        return Presentation(name, partial(plate.draw, side, ring_XYZ, name), side, strength, details)
+    def make(self, screen: Screen, seed: str) -> VisionTest:
+        """Return the test; levels outside the display's gamut are left out, and its ``facts`` say which.
 
-    def along(axis: Axis, level: float) -> Level:
-        signs = [sign for sign in (1, -1) if plate.can_show(axis, sign * level)]
-        first = rng.randrange(2)
-        shown = tuple(
-            presentation(axis, level, n, plate.colour(axis, signs[(n + first) % len(signs)] * level), level)
-            for n in range(repeats)
-        )
-        return Level(level, shown, required)
+        Raises
+        ------
+        SessionError
+            If the display cannot show the pass mark on one of the axes.
+        """
+        plate = Plate(screen.fitting_px(PLATE_DEG), screen.shown)
+        rng = random.Random(f"{seed}/{NAME}")
+        wanted = sorted({*self.levels_delta_uv, self.pass_delta_uv}, reverse=True)
+        ring_size = plate.side_px * 0.5
 
-    series = []
-    if controls:
-        # All the ring's dots are darker than the ground's, by light that every eye sees.
-        dark = plate.ground_XYZ * _CONTROL_SCALE
-        shown = tuple(presentation("control", 0.0, number, dark, None) for number in range(controls))
-        series.append(Series("control", f"{NAME}_control", (Level(0.0, shown, max(1, controls - 1)),), control=True))
-    outside: dict[str, list[float]] = {}
-    for axis in axes:
-        can = [level for level in wanted if any(plate.can_show(axis, sign * level) for sign in (1, -1))]
-        if pass_delta_uv not in can:
-            most = f"at most {max(can):g}" if can else f"less than {min(wanted):g}"
-            raise SessionError(
-                Finding(
-                    f"screening: along the {axis} line the display shows {most} of u'v', "
-                    f"not the pass mark of {pass_delta_uv:g}",
-                    remedy="raise or lower pass_delta_uv, or leave the axis out",
-                )
+        def presentation(series: str, level: float, number: int, ring_XYZ: Any, strength: float | None) -> Presentation:
+            name = f"{seed}/{NAME}/{series}/{level:g}/{number}"
+            side: Side = rng.choice(SIDES)
+            details = {"ring_XYZ_cd_m2": [round(float(value), 4) for value in ring_XYZ]}
+            return Presentation(name, partial(plate.draw, side, ring_XYZ, name), side, strength, details)
+
+        def along(axis: Axis, level: float) -> Level:
+            signs = [sign for sign in (1, -1) if plate.can_show(axis, sign * level)]
+            first = rng.randrange(2)
+            shown = tuple(
+                presentation(axis, level, n, plate.colour(axis, signs[(n + first) % len(signs)] * level), level)
+                for n in range(self.repeats)
             )
-        outside[axis] = [level for level in wanted if level not in can]
-        series.append(Series(axis, f"{NAME}_{axis}", tuple(along(axis, level) for level in can)))
-    facts = {
-        "what_it_is": "a screen, no diagnosis",
-        "ground_XYZ_cd_m2": [round(float(value), 4) for value in plate.ground_XYZ],
-        "dots_scaled_by": [round(scale, 2) for scale in SCALES],
-        "copunctal_xy": {axis: list(COPUNCTAL_XY[axis]) for axis in axes},
-        "plate_deg": round(screen.degrees(plate.side_px), 2),
-        "levels_delta_uv": wanted,
-        "outside_the_gamut_delta_uv": outside,
-        "luminance_of_ring_per_ground": {axis: _luminances(plate, axis, pass_delta_uv) for axis in axes},
-    }
-    return VisionTest(
-        NAME,
-        "delta_uv",
-        pass_delta_uv,
-        _WORDS,
-        "Where is the gap in the ring?",
-        plate.side_px,
-        tuple(series),
-        facts,
-        four_targets(0.55 * ring_size, 0.5 * ring_size),
-    )
+            return Level(level, shown, self.required)
+
+        axes = tuple(dict.fromkeys(self.axes))
+        series = []
+        if self.controls:
+            # All the ring's dots are darker than the ground's, by light that every eye sees.
+            dark = plate.ground_XYZ * _CONTROL_SCALE
+            shown = tuple(presentation("control", 0.0, number, dark, None) for number in range(self.controls))
+            series.append(
+                Series("control", f"{NAME}_control", (Level(0.0, shown, max(1, self.controls - 1)),), control=True)
+            )
+        outside: dict[str, list[float]] = {}
+        for axis in axes:
+            can = [level for level in wanted if any(plate.can_show(axis, sign * level) for sign in (1, -1))]
+            if self.pass_delta_uv not in can:
+                most = f"at most {max(can):g}" if can else f"less than {min(wanted):g}"
+                raise SessionError(
+                    Finding(
+                        f"screening: along the {axis} line the display shows {most} of u'v', "
+                        f"not the pass mark of {self.pass_delta_uv:g}",
+                        remedy="raise or lower pass_delta_uv, or leave the axis out",
+                    )
+                )
+            outside[axis] = [level for level in wanted if level not in can]
+            series.append(Series(axis, f"{NAME}_{axis}", tuple(along(axis, level) for level in can)))
+        facts = {
+            "what_it_is": "a screen, no diagnosis",
+            "ground_XYZ_cd_m2": [round(float(value), 4) for value in plate.ground_XYZ],
+            "dots_scaled_by": [round(scale, 2) for scale in SCALES],
+            "copunctal_xy": {axis: list(COPUNCTAL_XY[axis]) for axis in axes},
+            "plate_deg": round(screen.degrees(plate.side_px), 2),
+            "levels_delta_uv": wanted,
+            "outside_the_gamut_delta_uv": outside,
+            "luminance_of_ring_per_ground": {axis: _luminances(plate, axis, self.pass_delta_uv) for axis in axes},
+        }
+        return VisionTest(
+            NAME,
+            "delta_uv",
+            self.pass_delta_uv,
+            _WORDS,
+            "Where is the gap in the ring?",
+            plate.side_px,
+            tuple(series),
+            facts,
+            four_targets(0.55 * ring_size, 0.5 * ring_size),
+        )
 
 
 def _luminances(plate: Plate, axis: Axis, level: float) -> list[float]:

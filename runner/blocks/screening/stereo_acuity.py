@@ -10,9 +10,19 @@ import random
 from functools import partial
 from typing import Any, Literal
 
+from pydantic import PositiveFloat
+
 from documents import Finding
-from runner.blocks.screening.screen import Screen
-from runner.blocks.screening.series import Level, Presentation, Series, VisionTest, four_targets
+from runner.blocks.screening.vision_test import (
+    Level,
+    Levels,
+    Presentation,
+    Screen,
+    Series,
+    VisionTest,
+    VisionTestSpec,
+    four_targets,
+)
 from runner.errors import SessionError
 from runner.presenter.scene import Box
 from stimuli.vision_tests.random_dots import SIDES, DotField, stereogram
@@ -58,79 +68,80 @@ def _spot_area(screen: Screen) -> float:
     return float(max(1.0, screen.px(_SPOT_ARCMIN / 60.0))) ** 2
 
 
-def stereo_acuity(
-    screen: Screen,
-    seed: str,
-    *,
-    pass_arcsec: float,
-    levels_arcsec: tuple[float, ...],
-    repeats: int,
-    required: int,
-    depth: Depth,
-) -> VisionTest:
-    """Return the test; levels that the screen cannot show are left out, and its ``facts`` say which.
+class StereoAcuitySpec(VisionTestSpec):
+    """Random-dot stereograms; ``levels_arcsec`` from coarse to fine, the pass mark among them in any case."""
 
-    Raises
-    ------
-    SessionError
-        If the screen cannot show the pass mark.
-    """
-    field = dot_field(screen)
-    finest, coarsest = finest_arcsec(screen), coarsest_arcsec(screen)
-    if not finest <= pass_arcsec <= coarsest:
-        raise SessionError(
-            Finding(
-                f"screening: the rig shows disparities of {finest:.0f} to {coarsest:.0f} arcsec, "
-                f"not the pass mark of {pass_arcsec:g} arcsec",
-                remedy="change pass_arcsec, or the viewing distance",
+    test: Literal["stereo_acuity"]
+    pass_arcsec: PositiveFloat = 140.0
+    levels_arcsec: Levels = (600.0, 400.0, 280.0, 200.0, 140.0, 100.0, 70.0, 50.0)
+    depth: Depth = "both"
+
+    def make(self, screen: Screen, seed: str) -> VisionTest:
+        """Return the test; levels that the screen cannot show are left out, and its ``facts`` say which.
+
+        Raises
+        ------
+        SessionError
+            If the screen cannot show the pass mark.
+        """
+        field = dot_field(screen)
+        finest, coarsest = finest_arcsec(screen), coarsest_arcsec(screen)
+        if not finest <= self.pass_arcsec <= coarsest:
+            raise SessionError(
+                Finding(
+                    f"screening: the rig shows disparities of {finest:.0f} to {coarsest:.0f} arcsec, "
+                    f"not the pass mark of {self.pass_arcsec:g} arcsec",
+                    remedy="change pass_arcsec, or the viewing distance",
+                )
             )
-        )
-    wanted = sorted({*levels_arcsec, pass_arcsec}, reverse=True)
-    levels = [level for level in wanted if finest <= level <= coarsest]
-    rng = random.Random(f"{seed}/{NAME}")
-    ground, dot = screen.shown.grey(GROUND_SHARE), screen.shown.grey(DOT_SHARE)
+        wanted = sorted({*self.levels_arcsec, self.pass_arcsec}, reverse=True)
+        levels = [level for level in wanted if finest <= level <= coarsest]
+        rng = random.Random(f"{seed}/{NAME}")
+        ground, dot = screen.shown.grey(GROUND_SHARE), screen.shown.grey(DOT_SHARE)
 
-    def presentation(level: float, number: int) -> Presentation:
-        name = f"{seed}/{NAME}/{level:g}/{number}"
-        direction = ("crossed", "uncrossed")[number % 2] if depth == "both" else depth
-        parallax = screen.parallax_px(-level if direction == "crossed" else level)
-        side = rng.choice(SIDES)
-        make = partial(stereogram, field, side, parallax, ground, dot, name)
-        return Presentation(name, make, side, level, {"depth": direction, "parallax_px": round(parallax, 6)})
+        def presentation(level: float, number: int) -> Presentation:
+            name = f"{seed}/{NAME}/{level:g}/{number}"
+            direction = ("crossed", "uncrossed")[number % 2] if self.depth == "both" else self.depth
+            parallax = screen.parallax_px(-level if direction == "crossed" else level)
+            side = rng.choice(SIDES)
+            make = partial(stereogram, field, side, parallax, ground, dot, name)
+            return Presentation(name, make, side, level, {"depth": direction, "parallax_px": round(parallax, 6)})
 
-    facts: dict[str, Any] = {
-        "one_pixel_arcsec": round(screen.disparity_arcsec(1.0), 2),
-        "finest_arcsec": round(finest, 2),
-        "finest_px": FINEST_PX * screen.grain_px[0],
-        "faithful": _MEASURED,
-        "field_deg": round(screen.degrees(field.side_px), 2),
-        "target_deg": round(screen.degrees(field.target_px), 2),
-        "spot_arcmin": round(60 * screen.degrees(2.355 * field.spots_px[0]), 2),
-        "dots": field.dots,
-        "levels_arcsec": levels,
-        "not_shown_arcsec": [level for level in wanted if level not in levels],
-    }
-    return VisionTest(
-        NAME,
-        "arcsec",
-        pass_arcsec,
-        _WORDS,
-        "Where is the smaller square?",
-        field.side_px,
-        (
-            Series(
-                NAME,
-                NAME,
-                tuple(
-                    Level(level, tuple(presentation(level, number) for number in range(repeats)), required)
-                    for level in levels
+        facts: dict[str, Any] = {
+            "one_pixel_arcsec": round(screen.disparity_arcsec(1.0), 2),
+            "finest_arcsec": round(finest, 2),
+            "finest_px": FINEST_PX * screen.grain_px[0],
+            "faithful": _MEASURED,
+            "field_deg": round(screen.degrees(field.side_px), 2),
+            "target_deg": round(screen.degrees(field.target_px), 2),
+            "spot_arcmin": round(60 * screen.degrees(2.355 * field.spots_px[0]), 2),
+            "dots": field.dots,
+            "levels_arcsec": levels,
+            "not_shown_arcsec": [level for level in wanted if level not in levels],
+        }
+        return VisionTest(
+            NAME,
+            "arcsec",
+            self.pass_arcsec,
+            _WORDS,
+            "Where is the smaller square?",
+            field.side_px,
+            (
+                Series(
+                    NAME,
+                    NAME,
+                    tuple(
+                        Level(
+                            level, tuple(presentation(level, number) for number in range(self.repeats)), self.required
+                        )
+                        for level in levels
+                    ),
                 ),
             ),
-        ),
-        facts,
-        four_targets(field.target_offset_px, field.target_px),
-        _cross(field.side_px),
-    )
+            facts,
+            four_targets(field.target_offset_px, field.target_px),
+            _cross(field.side_px),
+        )
 
 
 def _cross(side_px: int) -> tuple[Box, ...]:

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from analysis.records.session_record import Mark, Note, Trial
-from runner.blocks.steps import Block
+from runner.blocks.block import Block
 from runner.observers.plain import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene

@@ -15,14 +15,13 @@ from pydantic import ValidationError
 
 from analysis.comparisons.session_comparisons import from_sessions
 from analysis.records.session_record import Header, SessionLog
-from runner.blocks.active_pairs import ActivePairs
+from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
 from runner.blocks.layouts import PairLayout
+from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Compare
 from runner.observers.plain import plain_key
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask
-from runner.protocol.kinds.active_pairs import ActivePairsSpec
-from runner.protocol.setting import Stimuli
 
 Play = Callable[..., Any]
 NAMES = tuple(f"p{number:02d}" for number in range(12))

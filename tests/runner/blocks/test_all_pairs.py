@@ -11,19 +11,17 @@ from typing import Any
 import pytest
 from pydantic import ValidationError
 
-from runner.blocks.all_pairs import AllPairs
+from runner.blocks.all_pairs import AllPairs, AllPairsSpec, PairRating, PairRatings
 from runner.blocks.catch_trials import CatchTrials
 from runner.blocks.layouts import PairLayout, SingleLayout
-from runner.blocks.pair_ratings import PairRating, PairRatings
+from runner.blocks.pair_views import Ties
 from runner.blocks.scale import Scale
+from runner.blocks.setting import Stimuli
 from runner.blocks.style import FULL_HD_HALF
 from runner.blocks.tasks import Compare, Rate
-from runner.blocks.ties import Ties
 from runner.observers.plain import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Picture, Text
-from runner.protocol.kinds.all_pairs import AllPairsSpec
-from runner.protocol.setting import Stimuli
 
 Play = Callable[..., Any]
 NAMES = ("a", "b", "c", "d", "e")

@@ -12,18 +12,17 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from documents import InputError
-from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, Choice, Series
+from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BestOfSeriesSpec, Choice, Series
 from runner.blocks.layouts import SingleLayout
 from runner.blocks.scale import Scale
-from runner.blocks.series_face import series_scene, series_targets
+from runner.blocks.series_browsing import series_scene, series_targets
+from runner.blocks.setting import Stimuli
 from runner.blocks.style import Style
 from runner.blocks.tasks import Browse, Rate
 from runner.observers.plain import plain_key
 from runner.ports import Ask, Target
 from runner.presenter.scene import Box, Text
 from runner.protocol.experiment import read_experiment
-from runner.protocol.kinds.best_of_series import BestOfSeriesSpec
-from runner.protocol.setting import Stimuli
 
 Study = Any  # tests/conftest.py
 Play = Callable[..., Any]  # conftest.py

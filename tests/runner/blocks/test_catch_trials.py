@@ -9,10 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.blocks.catch_trials import CatchTrials, Comparison, mix_in
-from runner.blocks.pair_order import pair_order
-from runner.protocol.kinds.catch_spec import CatchSpec
-from runner.protocol.setting import Stimuli
+from runner.blocks.catch_trials import CatchSpec, CatchTrials, Comparison, mix_in
+from runner.blocks.orders import pair_order
+from runner.blocks.setting import Stimuli
 
 SEEDS = st.text(max_size=6)
 PLAIN = [f"s{index}" for index in range(12)]

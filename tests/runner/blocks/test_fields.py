@@ -6,7 +6,7 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from runner.blocks.fields import Number, Words, written
+from runner.blocks.text_entry import Number, Words, written
 
 AGE = Number("years", 16, 99, whole=True)
 

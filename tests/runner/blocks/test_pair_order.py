@@ -8,7 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from runner.blocks.pair_order import Pair, pair_order
+from runner.blocks.orders import Pair, pair_order
 
 SEEDS = st.text(max_size=8)
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from runner.blocks.all_pairs import AllPairs
+from runner.blocks.block import Block, Draft, Steps, answer
 from runner.blocks.layouts import PairLayout
 from runner.blocks.practice import Passing, Practice, told
-from runner.blocks.steps import Block, Draft, Steps, answer
 from runner.blocks.tasks import Choose
 from runner.observers.plain import key_for, plain_key
 from runner.ports import Ask

@@ -16,13 +16,12 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from runner.blocks.layouts import PairLayout, SingleLayout
-from runner.blocks.preference import Preference, Versions
+from runner.blocks.preference import Preference, PreferenceSpec, Versions
+from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Compare
 from runner.observers.plain import plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Text
-from runner.protocol.kinds.preference import PreferenceSpec
-from runner.protocol.setting import Stimuli
 
 Play = Callable[..., Any]
 SIX = tuple(Versions(f"{number}-stereo", f"{number}-flat") for number in range(6))

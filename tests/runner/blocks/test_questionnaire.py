@@ -9,10 +9,10 @@ from typing import Any
 
 import pytest
 
-from runner.blocks.fields import Number, Words
+from runner.blocks.block import Draft, Response
 from runner.blocks.questionnaire import Choice, Questionnaire, Typed
-from runner.blocks.steps import Draft, Response
 from runner.blocks.tasks import Choose, Write
+from runner.blocks.text_entry import Number, Words
 from runner.ports import Ask
 from runner.presenter.scene import Text
 

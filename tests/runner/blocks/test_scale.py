@@ -7,15 +7,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
+from runner.blocks.block import Response
 from runner.blocks.layouts import SingleLayout
-from runner.blocks.scale import Scale, rate, scale_items, scale_targets
-from runner.blocks.steps import Response
+from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scale_targets
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Rate
 from runner.observers.plain import plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Box, Text
-from runner.protocol.kinds.scale_spec import ScaleSpec, scale_faults
 
 TEN = Scale("similarity", "How similar?", low_anchor="not at all", high_anchor="the same")
 SLIDER = Scale("quality", "How good?", 0, 100, "bad", "good", "fair")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from runner.blocks.block import Response
 from runner.blocks.scale import Scale, rate
-from runner.blocks.steps import Response
 from runner.blocks.style import FULL_HD_HALF
 
 

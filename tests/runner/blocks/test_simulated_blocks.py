@@ -15,13 +15,13 @@ import pytest
 from runner.blocks.active_pairs import ActivePairs
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.best_of_series import BestOfSeries, Series
+from runner.blocks.block import Block
 from runner.blocks.layouts import PairLayout, SingleLayout
 from runner.blocks.practice import Practice
 from runner.blocks.preference import Preference, Versions
 from runner.blocks.questionnaire import Choice, Questionnaire
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
-from runner.blocks.steps import Block
 from runner.observers.behaviour import BehaviourSpec, TiesSpec
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask

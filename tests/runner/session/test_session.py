@@ -12,9 +12,9 @@ import pytest
 
 from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
 from runner.blocks.all_pairs import AllPairs
+from runner.blocks.block import Block
 from runner.blocks.layouts import PairLayout
 from runner.blocks.message import Message
-from runner.blocks.steps import Block
 from runner.blocks.style import FULL_HD_HALF
 from runner.errors import SessionError
 from runner.observers.person import Person

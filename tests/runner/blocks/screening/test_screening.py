@@ -18,10 +18,10 @@ from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from runner.blocks.screening.block import Screening
-from runner.blocks.screening.colour_vision import colour_vision
-from runner.blocks.screening.near_acuity import finest_logmar, gap_px, near_acuity
-from runner.blocks.screening.screen import Screen
-from runner.blocks.screening.stereo_acuity import finest_arcsec, stereo_acuity
+from runner.blocks.screening.colour_vision import ColourVisionSpec
+from runner.blocks.screening.near_acuity import NearAcuitySpec, finest_logmar, gap_px
+from runner.blocks.screening.stereo_acuity import StereoAcuitySpec, finest_arcsec
+from runner.blocks.screening.vision_test import Screen
 from runner.blocks.style import Style
 from runner.blocks.tasks import Choose, GoOn
 from runner.errors import SessionError
@@ -42,26 +42,26 @@ SCREEN = Screen((960, 1080), 0.2768, 700.0, 65.0, (1, 1), EyeModels(MODEL, MODEL
 
 def block(screen: Screen = SCREEN, seed: str = "s", **more: Any) -> Screening:
     tests = (
-        stereo_acuity(
-            screen,
-            seed,
+        StereoAcuitySpec(
+            test="stereo_acuity",
             pass_arcsec=140.0,
             levels_arcsec=(400.0, 60.0),
             repeats=2,
             required=2,
             depth="both",
-        ),
-        colour_vision(
-            screen,
-            seed,
+        ).make(screen, seed),
+        ColourVisionSpec(
+            test="colour_vision",
             pass_delta_uv=0.02,
             levels_delta_uv=(0.04, 0.02),
             axes=("protan", "tritan"),
             repeats=2,
             required=2,
             controls=2,
+        ).make(screen, seed),
+        NearAcuitySpec(test="near_acuity", pass_logmar=0.2, levels_logmar=(0.5, 0.2, -0.3), repeats=3, required=2).make(
+            screen, seed
         ),
-        near_acuity(screen, seed, pass_logmar=0.2, levels_logmar=(0.5, 0.2, -0.3), repeats=3, required=2),
     )
     return Screening(tests, style=Style(screen.view_px), **more)
 
@@ -260,8 +260,12 @@ def test_all_of_it_is_in_the_view_and_nothing_covers_the_picture(view_px: tuple[
     screen = replace(SCREEN, view_px=view_px, pixel_pitch_mm=pitch_mm)
     made = Screening(
         (
-            stereo_acuity(screen, "s", pass_arcsec=200, levels_arcsec=(200,), repeats=1, required=1, depth="both"),
-            near_acuity(screen, "s", pass_logmar=0.3, levels_logmar=(0.3,), repeats=1, required=1),
+            StereoAcuitySpec(
+                test="stereo_acuity", pass_arcsec=200, levels_arcsec=(200,), repeats=1, required=1, depth="both"
+            ).make(screen, "s"),
+            NearAcuitySpec(test="near_acuity", pass_logmar=0.3, levels_logmar=(0.3,), repeats=1, required=1).make(
+                screen, "s"
+            ),
         ),
         style=Style(view_px),
     )
@@ -295,20 +299,23 @@ def test_what_the_rig_cannot_show_is_left_out_or_refused() -> None:
     near = block().tests[2].facts
     assert (near["levels_logmar"], near["not_shown_logmar"]) == ([0.5, 0.2], [-0.3])
     with pytest.raises(SessionError, match=r"0\.14 to .* logMAR, not the pass mark of 0\.1"):
-        near_acuity(SCREEN, "s", pass_logmar=0.1, levels_logmar=(0.5,), repeats=1, required=1)
+        NearAcuitySpec(test="near_acuity", pass_logmar=0.1, levels_logmar=(0.5,), repeats=1, required=1).make(
+            SCREEN, "s"
+        )
     with pytest.raises(SessionError, match=r"disparities of 16 to .* arcsec, not the pass mark of 5 arcsec"):
-        stereo_acuity(SCREEN, "s", pass_arcsec=5, levels_arcsec=(100,), repeats=1, required=1, depth="crossed")
+        StereoAcuitySpec(
+            test="stereo_acuity", pass_arcsec=5, levels_arcsec=(100,), repeats=1, required=1, depth="crossed"
+        ).make(SCREEN, "s")
     with pytest.raises(SessionError, match="deutan line the display shows at most"):
-        colour_vision(
-            SCREEN,
-            "s",
+        ColourVisionSpec(
+            test="colour_vision",
             pass_delta_uv=0.2,
             levels_delta_uv=(0.02,),
             axes=("deutan",),
             repeats=1,
             required=1,
             controls=0,
-        )
+        ).make(SCREEN, "s")
 
 
 @pytest.mark.parametrize("arcsec", [-2000.0, -140.0, -1.0, 1.0, 40.0, 140.0, 2000.0])

@@ -14,10 +14,10 @@ from numpy.typing import NDArray
 from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
-from runner.blocks.screening.colour_vision import colour_vision
-from runner.blocks.screening.near_acuity import near_acuity
-from runner.blocks.screening.screen import Screen
-from runner.blocks.screening.stereo_acuity import FINEST_PX, finest_arcsec, stereo_acuity
+from runner.blocks.screening.colour_vision import ColourVisionSpec
+from runner.blocks.screening.near_acuity import NearAcuitySpec
+from runner.blocks.screening.stereo_acuity import FINEST_PX, StereoAcuitySpec, finest_arcsec
+from runner.blocks.screening.vision_test import Screen
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
@@ -87,9 +87,9 @@ def sent(sampling: Sampling, level: float, seeds: range) -> list[float]:
     screen = Screen((500, 500), 0.2768, 700.0, 65.0, (sampling.step, 1), EyeModels(MODEL, MODEL))
     step, errors = sampling.step, []
     for seed in seeds:
-        test = stereo_acuity(
-            screen, str(seed), pass_arcsec=level, levels_arcsec=(level,), repeats=2, required=1, depth="both"
-        )
+        test = StereoAcuitySpec(
+            test="stereo_acuity", pass_arcsec=level, levels_arcsec=(level,), repeats=2, required=1, depth="both"
+        ).make(screen, str(seed))
         shown = test.series[0].levels[0].presentations
         pictures = {one.picture: one.make for one in shown}
         try:
@@ -144,18 +144,21 @@ def test_the_finest_parallax_is_right_to_a_tenth(sampling: Sampling) -> None:
 def test_making_a_picture_takes_less_time_than_an_answer() -> None:
     """Under 50 ms on an idle processor, at the size of a full HD eye's view; here with room for a busy one."""
     screen = Screen((960, 1080), 0.2768, 700.0, 65.0, (1, 1), EyeModels(MODEL, MODEL))
-    dots = stereo_acuity(screen, "s", pass_arcsec=140, levels_arcsec=(140,), repeats=6, required=1, depth="both")
-    plates = colour_vision(
-        screen,
-        "s",
+    dots = StereoAcuitySpec(
+        test="stereo_acuity", pass_arcsec=140, levels_arcsec=(140,), repeats=6, required=1, depth="both"
+    ).make(screen, "s")
+    plates = ColourVisionSpec(
+        test="colour_vision",
         pass_delta_uv=0.02,
         levels_delta_uv=(0.02,),
         axes=("tritan",),
         repeats=6,
         required=1,
         controls=0,
+    ).make(screen, "s")
+    rings = NearAcuitySpec(test="near_acuity", pass_logmar=0.4, levels_logmar=(0.4,), repeats=6, required=1).make(
+        screen, "s"
     )
-    rings = near_acuity(screen, "s", pass_logmar=0.4, levels_logmar=(0.4,), repeats=6, required=1)
     for test in (dots, plates, rings):
         times_s = []
         for one in test.series[0].levels[0].presentations:

@@ -1,16 +1,79 @@
-"""Descending series: some presentations at each level from coarse to fine, until a level is not passed."""
+"""What the vision tests share: the screen as an eye sees it, and descending series of levels.
+
+A series shows some presentations at each level from coarse to fine, until a level is not passed.
+"""
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Annotated, Any
+
+from pydantic import Field, PositiveFloat, model_validator
 
 from analysis.observers.screening import threshold_estimate
+from devices.display.display_file import EyeModels
+from devices.display.viewing import disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
 from runner.ports import Target
 from runner.presenter.scene import Item
+from runner.protocol.parts import Strict
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.vision_tests.random_dots import SIDES, Side
+from stimuli.vision_tests.shown_range import ShownRange
+
+Repeats = Annotated[int, Field(ge=1, le=20)]
+Levels = Annotated[tuple[PositiveFloat, ...], Field(min_length=1, max_length=20)]
+
+
+@dataclass(frozen=True, slots=True)
+class Screen:
+    """An eye's view of ``view_px`` and the geometry in which it is seen.
+
+    ``grain_px`` is how many pixels of the view, across and down, there are to one that the eye is really shown: 2 where
+    a mode squeezes the view or gives the eye every second row or column, else 1.
+    """
+
+    view_px: tuple[int, int]
+    pixel_pitch_mm: float
+    distance_mm: float
+    interpupillary_distance_mm: float
+    grain_px: tuple[int, int]
+    models: EyeModels
+
+    @property
+    def shown(self) -> ShownRange:
+        """The light that both eyes can be shown."""
+        return ShownRange(self.models)
+
+    def px(self, angle_deg: float) -> float:
+        """Return how many pixels subtend an angle, about the middle of the view."""
+        return float(px_from_mm(size_mm(angle_deg, self.distance_mm), self.pixel_pitch_mm))
+
+    def degrees(self, length_px: float) -> float:
+        """Return the angle of a length about the middle of the view."""
+        return float(visual_angle_deg(mm_from_px(length_px, self.pixel_pitch_mm), self.distance_mm))
+
+    def fitting_px(self, angle_deg: float) -> int:
+        """Return the side of a square of ``angle_deg``, or of the largest one that fits with words above and below."""
+        width, height = self.view_px
+        return int(min(self.px(angle_deg), 0.92 * width, 0.68 * height))
+
+    def parallax_px(self, disparity_arcsec: float) -> float:
+        """Return the right eye's place minus the left's for a disparity: negative is in front, nearer than the screen.
+
+        Undoes `disparity_arcmin` of devices.display.viewing: the eyes converge on the point by as much more than on the
+        screen.
+        """
+        eyes_mm = self.interpupillary_distance_mm
+        screen_deg = float(visual_angle_deg(eyes_mm, self.distance_mm))
+        parallax_mm = eyes_mm - size_mm(screen_deg - disparity_arcsec / 3600.0, self.distance_mm)
+        return float(px_from_mm(parallax_mm, self.pixel_pitch_mm))
+
+    def disparity_arcsec(self, parallax_px: float) -> float:
+        """Return the disparity of a parallax; positive is behind the screen."""
+        geometry = self.pixel_pitch_mm, self.distance_mm, self.interpupillary_distance_mm
+        return 60.0 * float(disparity_arcmin(parallax_px, *geometry))
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,3 +183,20 @@ def four_targets(offset_px: float, size_px: float) -> dict[str, Target]:
         "left": Target((-round(offset_px), 0), size),
         "right": Target((round(offset_px), 0), size),
     }
+
+
+class VisionTestSpec(Strict):
+    """A test; a level is passed by ``required`` right answers of ``repeats``, and the first failed ends a series."""
+
+    repeats: Repeats = 4
+    required: Repeats = 3
+
+    @model_validator(mode="after")
+    def _possible(self) -> VisionTestSpec:
+        if self.required > self.repeats:
+            raise ValueError(f"'required' is {self.required} of only {self.repeats} 'repeats'")
+        return self
+
+    @abstractmethod
+    def make(self, screen: Screen, seed: str) -> VisionTest:
+        """Return the test on ``screen``; raise SessionError if the screen cannot show its pass mark."""

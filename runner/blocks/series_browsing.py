@@ -1,4 +1,4 @@
-"""What is drawn of a series while one leafs through it: the picture, and where it stands among the others."""
+"""Browsing one series: what is drawn of it, and the choice of one picture."""
 
 from __future__ import annotations
 

@@ -1,0 +1,167 @@
+"""What every kind of block is: its entry in an experiment file, and the coroutine that the engine runs."""
+
+from __future__ import annotations
+
+import difflib
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Annotated, Any, Literal, TypeAlias
+
+from pydantic import Field
+
+from runner.blocks.setting import Setting, Stimuli
+from runner.ports import Ask
+from runner.presenter.scene import Offset, Scene
+from runner.protocol.parts import Strict
+from stimuli.pictures.stereo_image import StereoImage
+
+SECONDS_PER_TRIAL = 5.0
+
+
+@dataclass(frozen=True, slots=True)
+class Response:
+    """What came back for an Ask: the key, what it means to the block, and the time since the scene's onset."""
+
+    key: str
+    meaning: str
+    time_s: float
+
+
+@dataclass(frozen=True, slots=True)
+class Hold:
+    """A scene to be shown for ``seconds``, to the nearest whole frame; ``what`` names it in the record."""
+
+    what: str
+    scene: Scene
+    seconds: float
+
+
+class Ended(Exception):
+    """Raised by a block after its last record to end the session there, complete; ``facts`` stand in its end record."""
+
+    def __init__(self, facts: Mapping[str, Any]) -> None:
+        super().__init__()
+        self.facts = dict(facts)
+
+
+@dataclass(frozen=True, slots=True)
+class Draft:
+    """What a block wants recorded of one trial; the engine adds where and when.
+
+    ``stimuli`` are the names shown, for the record of what the gamut clip cost. ``repeatable`` says whether it makes
+    sense to ask it once more, as it does not of a page of words.
+    """
+
+    kind: str
+    data: Mapping[str, Any] = field(default_factory=dict)
+    stimuli: tuple[str, ...] = ()
+    response_time_s: float = 0.0
+    repeatable: bool = True
+
+
+# A block yields an Ask and is sent its Response, yields a Hold and is sent None when it is time for the next scene, or
+# yields a Draft and is sent None once that is on disk.
+Steps: TypeAlias = Generator[Ask | Hold | Draft, Response | None, None]
+
+
+class Block(ABC):
+    """One part of a session."""
+
+    __slots__ = ()
+
+    @property
+    def trials(self) -> int:
+        """How many scored trials it will record."""
+        return 0
+
+    @property
+    def expected_s(self) -> float:
+        """About how long it will take."""
+        return SECONDS_PER_TRIAL * self.trials
+
+    @property
+    def keys(self) -> Mapping[str, str]:
+        """What the keys mean in it, beside the space bar that goes on."""
+        return {}
+
+    @property
+    def pictures(self) -> Mapping[str, Callable[[], StereoImage]]:
+        """Pictures of its own making, by the names that its scenes show them by."""
+        return {}
+
+    @abstractmethod
+    def steps(self) -> Steps:
+        """Start the coroutine; called again after an interruption it must yield the same steps."""
+
+
+def answer(response: Response | None) -> Response:
+    """Return ``response``, which the engine never leaves out after an Ask."""
+    if response is None:
+        raise RuntimeError("the engine sent no response to an Ask")
+    return response
+
+
+Some = Literal["all"] | Annotated[list[str], Field(min_length=1)]
+
+
+@dataclass(frozen=True, slots=True)
+class Fault:
+    """Something wrong with a block, at ``path`` below its entry in the file."""
+
+    message: str
+    path: tuple[str | int, ...] = ()
+    remedy: str = ""
+
+
+class BlockSpec(Strict):
+    """One entry of ``blocks:``. A subclass holds its keys, and says what its ``kind`` is called."""
+
+    kind: str
+
+    @abstractmethod
+    def make(self, setting: Setting) -> Block:
+        """Return the block as the observer of ``setting`` meets it; `faults` has found none."""
+
+    def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
+        """Yield what is wrong with it beyond its own keys: stimuli that there are not, or that do not suit it."""
+        yield from ()
+
+    def rig_faults(self, setting: Setting) -> Iterator[Fault]:
+        """Yield what the rig of ``setting`` cannot show of it, beside its layout."""
+        yield from ()
+
+    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
+        """Return where it shows stimuli, as offsets from the middle of each eye's view.
+
+        Raises
+        ------
+        InputError
+            If something does not fit, about the experiment's ``layout``.
+        """
+        return ()
+
+
+def chosen(some: Some, stimuli: Stimuli) -> tuple[str, ...]:
+    """Return the stimuli that a list of names, or ``all``, means."""
+    return stimuli.names if some == "all" else tuple(some)
+
+
+def name_faults(some: Some, stimuli: Stimuli, *path: str | int, at_least: int = 1) -> Iterator[Fault]:
+    """Yield the faults of a list of stimuli: unknown names, names that stand twice, too few."""
+    if some != "all":
+        for index, name in enumerate(some):
+            if name not in stimuli.factors:
+                yield Fault(
+                    f"the recipe makes no stimulus '{name}'", (*path, index), _nearest(name, tuple(stimuli.factors))
+                )
+            elif name in some[:index]:
+                yield Fault(f"the stimulus '{name}' stands twice", (*path, index), "remove one")
+    count = len(chosen(some, stimuli))
+    if count < at_least:
+        yield Fault(f"{count} stimuli are too few", path, f"name {at_least} or more")
+
+
+def _nearest(name: str, known: Sequence[str]) -> str:
+    near = difflib.get_close_matches(name, known, n=1)
+    return f"did you mean '{near[0]}'?" if near else "the recipe makes: " + ", ".join(known[:20])

@@ -1,0 +1,228 @@
+"""A page on which words or a number are typed: what may be typed, and the frames and buttons of the page."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Generator
+from dataclasses import dataclass
+from decimal import Decimal
+
+from runner.blocks.block import Response, answer
+from runner.blocks.style import Style
+from runner.blocks.tasks import Write
+from runner.ports import Ask
+from runner.presenter.scene import Box, Item, Scene
+
+LONGEST = 500
+LONGEST_NUMBER = 24
+_NUMBER = re.compile(r"[+-]?(\d+([.,]\d*)?|[.,]\d+)")
+
+
+@dataclass(frozen=True, slots=True)
+class Words:
+    """Any words of at most ``longest`` characters."""
+
+    longest: int = LONGEST
+
+    def refusal(self, longer: str) -> str:
+        """Say why ``longer`` cannot be typed; nothing if it can."""
+        return f"There is room for {self.longest} characters" if len(longer) > self.longest else ""
+
+    def fault(self, typed: str) -> str:
+        """Say what is wrong with an answer that is not empty; nothing if it will do."""
+        return ""
+
+    def value(self, typed: str) -> str:
+        """Return the answer."""
+        return typed.strip()
+
+    @property
+    def wanted(self) -> str:
+        """What to type."""
+        return "Type your answer"
+
+    @property
+    def example(self) -> str:
+        """An answer that would do."""
+        return "1"
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A number of ``unit`` from ``lowest`` to ``highest``, both included, without a fraction if ``whole``."""
+
+    unit: str = ""
+    lowest: float | None = None
+    highest: float | None = None
+    whole: bool = False
+
+    def refusal(self, longer: str) -> str:
+        """Say why ``longer`` cannot be typed; nothing if it can."""
+        sign = "" if self.lowest is not None and self.lowest >= 0 else "[+-]?"
+        fraction = "" if self.whole else r"([.,]\d*)?"
+        if re.fullmatch(rf"{sign}\d*{fraction}", longer, re.ASCII) is None:
+            return "Digits only" if self.whole and not sign else "A number only"
+        return "That number is too long" if len(longer) > LONGEST_NUMBER else ""
+
+    def fault(self, typed: str) -> str:
+        """Say what is wrong with an answer that is not empty; nothing if it will do."""
+        if _NUMBER.fullmatch(typed) is None:
+            return self.wanted
+        number = self.value(typed)
+        low = self.lowest is not None and number < self.lowest
+        high = self.highest is not None and number > self.highest
+        return f"{typed} is too {'low' if low else 'high'}: {_lower(self.wanted)}" if low or high else ""
+
+    def value(self, typed: str) -> float | int:
+        """Return the answer; a decimal comma counts as a point."""
+        plain = typed.replace(",", ".")
+        return int(plain) if plain.lstrip("+-").isdigit() else float(plain)
+
+    @property
+    def wanted(self) -> str:
+        """What to type."""
+        unit = f" {self.unit}" if self.unit else ""
+        kind = "whole number" if self.whole else "number"
+        if self.lowest is not None and self.highest is not None:
+            return f"Type a {kind} from {written(self.lowest)} to {written(self.highest)}{unit}"
+        if self.lowest is not None:
+            return f"Type a {kind}, {written(self.lowest)}{unit} or more"
+        if self.highest is not None:
+            return f"Type a {kind}, {written(self.highest)}{unit} or less"
+        return f"Type a {kind}{f' ({self.unit})' if self.unit else ''}"
+
+    @property
+    def example(self) -> str:
+        """An answer that would do."""
+        lowest = -math.inf if self.lowest is None else self.lowest
+        highest = math.inf if self.highest is None else self.highest
+        if lowest <= 1 <= highest:
+            return "1"
+        if self.whole:
+            return str(math.ceil(lowest) if lowest > 1 else math.floor(highest))
+        return written(lowest if lowest > 1 else highest)
+
+
+def written(number: float) -> str:
+    """Return a number as people write it: without an exponent, and with no more digits than it has."""
+    digits = format(Decimal(repr(float(number))) + 0, "f")
+    return digits.rstrip("0").rstrip(".") if "." in digits else digits
+
+
+def _lower(words: str) -> str:
+    return words[:1].lower() + words[1:]
+
+
+_LETTER_WIDTHS = (("WM@%mw", 0.95), ("iljtfr.,:;'|!I ()[]", 0.4))
+
+
+def frame(style: Style, x: float, y: float, width: float, height: float, share: float = 0.25) -> tuple[Box, Box]:
+    """Return a thin frame about a place, black inside."""
+    return style.box(x, y, width, height, share), style.box(x, y, width - 4, height - 4, 0.0)
+
+
+def button(
+    style: Style, words: str, x: float, y: float, width: float, height: float, *, lit: bool = False
+) -> tuple[Item, ...]:
+    """Return a frame with words in it, brighter if ``lit``."""
+    inside = style.text(words, x, y, height=22, width=width - 24, share=0.6 if lit else 0.4)
+    return (*frame(style, x, y, width, height, 0.6 if lit else 0.2), inside)
+
+
+def lines_needed(words: str, height: float, width: float) -> int:
+    """Return about how many lines of ``width`` the words take in type of ``height``; rather one more than one less."""
+    room = width / height
+    return sum(1 + int(1.08 * sum(map(_letter_width, line)) / room) for line in words.split("\n"))
+
+
+def _letter_width(letter: str) -> float:
+    """Return a letter's width in units of the type's height, of the widest of its kind."""
+    for letters, width in _LETTER_WIDTHS:
+        if letter in letters:
+            return width
+    return 1.0 if ord(letter) > 0x2E80 else 0.75 if letter.isupper() else 0.63
+
+
+_PROMPT, _TYPE, _WIDTH = 30, 26, 780
+_LINE_SPACING = 1.25
+_CARET = "▏"
+
+
+def typed(
+    prompt: str, style: Style, *, name: str = "", field: Words | Number | None = None, required: bool = True
+) -> Generator[Ask, Response | None, tuple[str, float]]:
+    """Ask for what ``field`` wants (any words if None); return what was typed and the time it took in s.
+
+    Enter accepts it, or says on the page what is wrong with it; without ``required`` it may be left empty. The time is
+    the sum of the times from each screen's onset to the press that ended it.
+    """
+    field = field or Words()
+    words, told = "", ""
+    took_s = 0.0
+    presses = 0
+    while True:
+        fault = _fault(words, field, required=required)
+        # Every press changes the page, if only how bright a word is: each screen has an onset of its own.
+        bright = 0.5 + 0.1 * (presses % 2)
+        response = answer((yield _page(prompt, words, style, name, field, fault, (told, bright), required=required)))
+        took_s += response.time_s
+        presses += 1
+        told = ""
+        if response.meaning == "accept":
+            return words.strip(), took_s
+        if response.meaning == "refuse":
+            told = fault
+        elif response.meaning == "erase":
+            told = "" if words else "Nothing is typed yet"
+            words = words[:-1]
+        else:
+            longer = words + response.meaning.removeprefix("text ")
+            told = field.refusal(longer)
+            words = words if told else longer
+
+
+def _fault(words: str, field: Words | Number, *, required: bool) -> str:
+    if not words.strip():
+        return field.wanted if required else ""
+    return field.fault(words.strip())
+
+
+def _page(
+    prompt: str,
+    words: str,
+    style: Style,
+    name: str,
+    field: Words | Number,
+    fault: str,
+    told: tuple[str, float],
+    *,
+    required: bool,
+) -> Ask:
+    """Return the prompt above a field with what was typed so far, and below it a button and what is to be done."""
+    number = isinstance(field, Number)
+    rows = 1 if isinstance(field, Number) else max(2, lines_needed(words + _CARET, _TYPE, _WIDTH))
+    high = 28 + rows * _TYPE * _LINE_SPACING
+    wide = 420 if number else _WIDTH + 60
+    prompt_lines = lines_needed(prompt, _PROMPT, _WIDTH)
+    above = -high / 2 - 44 - prompt_lines * _PROMPT * _LINE_SPACING / 2
+    done = high / 2 + 64
+    hint = field.wanted if fault else "Press Enter when you are done"
+    if not words.strip() and not required:
+        hint = f"{field.wanted}, or press Enter to leave it empty"
+    accept = "refuse" if fault else "accept"
+    return Ask(
+        Scene(
+            (
+                style.text(prompt, y=above, height=_PROMPT, width=_WIDTH),
+                *frame(style, 0, 0, wide, high, 0.3),
+                style.text(f"{words}{_CARET}", height=_TYPE, width=_WIDTH),
+                *button(style, "Done", 0, done, 180, 52, lit=not fault),
+                style.text(told[0] or hint, y=done + 70, height=20, width=_WIDTH, share=told[1] if told[0] else 0.2),
+            )
+        ),
+        {"backspace": "erase", "enter": accept, "pad_a": accept},
+        task=Write(name, words, number, field.example),
+        targets={accept: style.target(0, done, 180, 52)},
+        typing=True,
+    )

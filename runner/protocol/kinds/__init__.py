@@ -1,1 +1,0 @@
-"""What can stand under `blocks:` in an experiment file, one kind a file."""
