@@ -1,6 +1,1 @@
-"""What a file means before anyone sits down: read it with all it names, and say what a session would be."""
-
-from runner.check.checked import Checked, Wishes
-from runner.check.files import check_file
-
-__all__ = ["Checked", "Wishes", "check_file"]
+"""What a file means before a session: read it with everything it names, and report what a session would be."""

@@ -1,43 +1,260 @@
-"""An experiment, with everything that a session of it needs."""
+"""Check an experiment: the files it names, its blocks, its geometry, its pictures, and the place where it will run."""
 
 from __future__ import annotations
 
-from documents import InputError, load_document
-from runner.check.checked import Checked, Wishes
-from runner.check.course import course
-from runner.check.geometry import geometry
-from runner.check.named_files import faults_of_named_files, missing_pictures
-from runner.check.onsets import onsets
-from runner.check.pictures import pictures
-from runner.check.results_folder import look_at_results
-from runner.check.screen import look
-from runner.protocol.experiment import ExperimentSpec, read_experiment
+from collections.abc import Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from devices.display.rig_file import Rig, read_rig
+from devices.display.viewing import CYCLES_PER_DEGREE, pixels_per_degree, visual_angle_deg
+from documents import Finding, InputError, load_document
+from documents.files.tidy_path import beside
+from documents.text.counting import counted
+from documents.yaml.source import YamlSource, read_yaml
+from runner.blocks.block import Block
+from runner.blocks.message import CONTINUE_KEYS
+from runner.check.machine import check_results, check_screen
+from runner.check.report import CheckOptions, CheckReport, finding_at
+from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
+from runner.session.ledger import Ledger
+from runner.session.timing_record import NOT_VERIFIED
+from stimuli.build.recipe_to_set import build_set
+from stimuli.build.stimulus_set import StimulusSet
+from stimuli.recipes.build_context import DisplaySetup
+from stimuli.recipes.recipe import read_recipe, unreadable
+
+# ITU-R BT.500: a session should last up to half an hour.
+LONG_MINUTES = 30.0
+# Every observer of pairs meets them in another order, but as many; any will do for counting.
+OBSERVER = "01"
+# One field of view: what the colorimetry of 2 and 10 degree observers is about.
+WIDEST_DEG = 10.0
+NARROWEST_DEG = 0.2
+# A share of a picture's area: an odd pixel at its edge is nothing to warn of.
+LEAST_SEEN = 0.9
 
 
-def check(checked: Checked, wishes: Wishes) -> None:
-    """Check an experiment file: the files it names, the pictures, the geometry, the blocks, the screen, the results."""
+def check_experiment(report: CheckReport, options: CheckOptions) -> None:
+    """Check an experiment file: the files it names, its blocks and pictures, the screen and the results folder."""
     try:
-        design = read_experiment(checked.file)
+        design = read_experiment(report.file)
     except InputError as error:
-        more = [finding for finding in faults_of_named_files(checked.file) if finding not in error.findings]
-        checked.errors += [*error.findings, *more]
+        more = [finding for finding in faults_of_named_files(report.file) if finding not in error.findings]
+        report.errors.extend([*error.findings, *more])
         return
-    _, source = load_document(checked.file, ExperimentSpec)
-    checked.facts = {
-        "kind": "experiment",
-        "name": design.spec.name,
-        "stimuli": len(design.stimulus_names),
-        "mode": design.rig.mode,
-        "crosstalk": "cancelled" if design.rig.crosstalk else "not measured",
-    }
-    course(checked, design, source)
-    onsets(checked, design.rig)
-    geometry(checked, design, source)
-    checked.errors += missing_pictures(design.recipe_file)
-    if not checked.errors and wishes.pictures:
+    _, source = load_document(report.file, ExperimentSpec)
+    report.facts.update(
+        {
+            "kind": "experiment",
+            "name": design.spec.name,
+            "stimuli": len(design.stimulus_names),
+            "mode": design.rig.mode,
+            "crosstalk": "cancelled" if design.rig.crosstalk else "not measured",
+        }
+    )
+    check_blocks(report, design, source)
+    check_onsets(report, design.rig)
+    check_geometry(report, design, source)
+    report.errors.extend(missing_pictures(design.recipe_file))
+    if not report.errors and options.pictures:
         try:
-            pictures(checked, design, source, wishes)
+            check_pictures(report, design, source, options)
         except InputError as error:
-            checked.errors += error.findings
-    look(checked, design.rig, wishes)
-    look_at_results(checked, design.spec.name, wishes.results)
+            report.errors.extend(error.findings)
+    check_screen(report, design.rig, options)
+    check_results(report, design.spec.name, options.results)
+
+
+def faults_of_named_files(experiment_file: Path) -> list[Finding]:
+    """Return the faults of the rig and the recipe that ``experiment_file``, which may be wrong itself, names."""
+    data = read_yaml(experiment_file).data
+    findings: list[Finding] = []
+    for key, faults in (("rig", _rig_faults), ("stimuli", missing_pictures)):
+        name = data.get(key) if isinstance(data, dict) else None
+        if isinstance(name, str) and (named := beside(experiment_file, name)).is_file():
+            findings += faults(named)
+    return findings
+
+
+def missing_pictures(recipe_file: Path) -> list[Finding]:
+    """Return the faults of a recipe, and the files it names that are not there."""
+    try:
+        recipe, source = read_recipe(recipe_file)
+    except InputError as error:
+        return list(error.findings)
+    findings = []
+    for file, where in recipe.inputs().items():
+        if not (recipe_file.parent / file).is_file():
+            findings.append(unreadable(file, where, source, "there is no such file"))
+    return findings
+
+
+def _rig_faults(file: Path) -> list[Finding]:
+    try:
+        read_rig(file)
+    except InputError as error:
+        return list(error.findings)
+    return []
+
+
+def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) -> None:
+    """Report the number of trials, their time and what the keys do, for each block and in total."""
+    blocks = design.blocks(OBSERVER)
+    minutes = sum(block.expected_s for block in blocks) / 60
+    report.facts["trials"] = sum(block.trials for block in blocks)
+    report.facts["minutes"] = round(minutes, 1)
+    report.facts["blocks"] = [_block(spec, block) for spec, block in zip(design.spec.blocks, blocks, strict=True)]
+    everywhere = {"space": "continue", "escape": "pause"}
+    report.facts["keys"] = {key: what for block in blocks for key, what in block.keys.items()} | everywhere
+    if minutes > LONG_MINUTES:
+        what = f"a session takes about {minutes:.0f} minutes, and ITU-R BT.500 has half an hour at most"
+        report.warnings.append(finding_at(source, ("blocks",), what, "split it, or let observers rest"))
+    if not report.facts["trials"]:
+        what = "no block asks anything that is scored"
+        report.warnings.append(finding_at(source, ("blocks",), what, "add a block such as all_pairs"))
+
+
+def _block(spec: Any, block: Block) -> dict[str, Any]:
+    return {
+        "kind": spec.kind,
+        "trials": block.trials,
+        "minutes": round(block.expected_s / 60, 2),
+        "keys": dict(block.keys) or ({} if block.trials else dict.fromkeys(CONTINUE_KEYS, "continue")),
+        **_particulars(spec, block),
+    }
+
+
+def _particulars(spec: Any, block: Block) -> Mapping[str, Any]:
+    """Return what several kinds of blocks have: repeats, breaks, ties, catch trials, scales."""
+    facts: dict[str, Any] = {}
+    if getattr(spec, "repeats", 1) != 1:
+        facts["repeats"] = spec.repeats
+    every = getattr(spec, "break_every", None)
+    if every:
+        facts["breaks"] = max(0, (block.trials - 1) // every)
+    ties = getattr(spec, "ties", "none")
+    if isinstance(ties, str) and ties != "none":
+        facts["ties"] = ties
+    catch = getattr(block, "catch", None)
+    if catch is not None:
+        facts["catch_trials"] = catch.count
+    facts |= getattr(block, "facts", {})
+    ratings = getattr(spec, "ratings", None)
+    if ratings:
+        facts["ratings"] = [scale.name for scale in ratings]
+    return facts
+
+
+def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) -> None:
+    """Report what angle a picture covers and how many pixels there are in a degree; warn of extremes."""
+    distance_mm = design.rig.distance_mm
+    angle = [round(float(visual_angle_deg(size, distance_mm)), 2) for size in design.spec.layout.size_mm]
+    density = pixels_per_degree(design.rig.display.panel.pixel_pitch_mm, distance_mm)
+    report.facts["picture_deg"] = angle
+    report.facts["picture_px"] = list(design.aperture_px)
+    report.facts["pixels_per_degree"] = round(density, 2)
+    if max(angle) > WIDEST_DEG:
+        what = f"a picture covers {max(angle):.1f}°, more than the {WIDEST_DEG:.0f}° of one field"
+        remedy = "make size_mm smaller, or sit further away"
+        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+    if max(angle) < NARROWEST_DEG:
+        what = f"a picture covers {max(angle):g}° only"
+        remedy = "sizes and distances are in millimetres"
+        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+    if density < 2 * CYCLES_PER_DEGREE:
+        what = (
+            f"{density:.1f} pixels per degree carry {density / 2:.1f} cycles per degree; the eye resolves "
+            f"{CYCLES_PER_DEGREE:.0f}, and pixels may be seen"
+        )
+        further_mm = distance_mm * 2 * CYCLES_PER_DEGREE / density
+        remedy = f"they could not be from {further_mm / 10:.0f} cm, or with finer pixels"
+        report.warnings.append(finding_at(source, ("rig",), what, remedy))
+
+
+def check_onsets(report: CheckReport, rig: Rig) -> None:
+    """Report whether onsets were verified with a photodiode, and where that record differs from the rig."""
+    verification = rig.photodiode_verification
+    if verification is None:
+        report.facts["onsets"] = NOT_VERIFIED
+        return
+    differs = verification.mismatches(mode=rig.mode, refresh_hz=rig.display.panel.refresh_hz)
+    report.facts["onsets"] = NOT_VERIFIED if differs else verification.sentence()
+    if differs:
+        what = f"{Path(verification.file).name} does not hold for this rig: {'; '.join(differs)}"
+        report.warnings.append(Finding(what, rig.file, remedy="measure again, or leave it out"))
+
+
+def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, options: CheckOptions) -> None:
+    """Build the stimuli, unless they are in the cache, and report what gamut clipping costs for each eye."""
+    pitch_mm = design.rig.display.panel.pixel_pitch_mm
+    stimuli = build_set(
+        design.recipe_file,
+        pitch_mm,
+        lambda _, done, of: options.progress("Building stimuli", done, of),
+        setup=DisplaySetup.of(design.rig),
+    )
+    ledger = Ledger.of(design, stimuli, design.shown(stimuli.load))
+    clipping = {}
+    for done, name in enumerate(stimuli.names, start=1):
+        clipping[name] = ledger.description(name)["clipping"]
+        options.progress("Looking at stimuli", done, len(stimuli.names))
+    report.facts.update(asdict(ledger.work))
+    report.facts["clipped_percent"] = _per_eye(clipping, "percent_any")
+    report.facts["clip_limit_percent"] = options.clip_limit_percent
+    report.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")
+    if design.mode.mixture(design.rig.models) is not None:
+        report.facts["filters_cost_mean_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_mean")
+    worst = {name: max(eyes) for name, eyes in report.facts["clipped_percent"].items()}
+    over = {name: percent for name, percent in worst.items() if percent > options.clip_limit_percent}
+    if over:
+        most = max(over, key=lambda name: over[name])
+        what = (
+            f"more than {options.clip_limit_percent:g} % of an eye's pixels are outside the gamut in {len(over)} of "
+            f"{counted(len(worst), 'stimulus', 'stimuli')}: {_some(over)}; most in '{most}', {over[most]:.2f} %"
+        )
+        remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
+        report.warnings.append(finding_at(source, ("stimuli",), what, remedy))
+    _sizes(report, design, source, stimuli)
+    if design.rig.gain_map:
+        what = f"the gain map costs {100 * design.rig.gain_map.luminance_lost:.1f} % of the luminance"
+        report.warnings.append(finding_at(source, ("rig",), what))
+
+
+def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli: StimulusSet) -> None:
+    aperture = design.aperture_px
+    small = [name for name in stimuli.names if any(a < b for a, b in zip(stimuli.size_px(name), aperture, strict=True))]
+    if small:
+        what = (
+            f"{counted(len(small), 'stimulus is', 'stimuli are')} smaller than the aperture of {aperture[0]} x "
+            f"{aperture[1]} px: {_some(small)}"
+        )
+        remedy = "black will surround them; make size_mm smaller, or the pictures larger"
+        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+    seen = {name: _seen_share(stimuli.size_px(name), aperture) for name in stimuli.names}
+    cut = {name: share for name, share in seen.items() if share < LEAST_SEEN}
+    if cut:
+        least = min(cut, key=lambda name: cut[name])
+        what = (
+            f"the aperture of {aperture[0]} x {aperture[1]} px shows the middle alone of "
+            f"{counted(len(cut), 'stimulus', 'stimuli')}: "
+            f"{_some(cut)}; least of '{least}', {100 * cut[least]:.0f} % of its area"
+        )
+        remedy = "make size_mm larger, resample the pictures, or accept it"
+        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+
+
+def _seen_share(size_px: tuple[int, int], aperture_px: tuple[int, int]) -> float:
+    """Return how much of a picture's area its aperture leaves to see."""
+    shares = [min(a / b, 1.0) for a, b in zip(aperture_px, size_px, strict=True)]
+    return shares[0] * shares[1]
+
+
+def _some(names: Any) -> str:
+    listed = list(names)
+    return ", ".join(listed[:5]) + (f" and {len(listed) - 5} more" if len(listed) > 5 else "")
+
+
+def _per_eye(clipping: Mapping[str, Mapping[str, Any]], key: str) -> dict[str, list[float]]:
+    return {name: [eyes["left"][key], eyes["right"][key]] for name, eyes in clipping.items()}

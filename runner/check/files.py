@@ -1,4 +1,4 @@
-"""Which kind of file it is, by the keys that tell."""
+"""Check a file of any kind; which kind it is, its keys say."""
 
 from __future__ import annotations
 
@@ -6,46 +6,151 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
+from devices.camera.camera_file import read_camera
+from devices.display.display_file import read_display
+from devices.display.rig_file import read_rig
+from devices.display.verification_file import read_verification
+from devices.display.viewing import pixels_per_degree
 from documents import Finding, InputError
+from documents.yaml.kinds import TELLING
 from documents.yaml.source import read_yaml
-from runner.check import experiment, other_kinds
-from runner.check.checked import Checked, Wishes
+from runner.check.experiment import check_experiment, check_onsets, missing_pictures
+from runner.check.machine import check_screen
+from runner.check.report import CheckOptions, CheckReport
+from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
+from stimuli.comparison.regions_file import read_regions
+from stimuli.recipes.recipe import read_recipe
 
+
+def check_display(report: CheckReport, options: CheckOptions) -> None:
+    """Check a display file."""
+    display = read_display(report.file)
+    white = {
+        mode: {"left": round(float(m.left.white_XYZ_cd_m2[1]), 2), "right": round(float(m.right.white_XYZ_cd_m2[1]), 2)}
+        for mode, m in display.modes.items()
+    }
+    report.facts.update({"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white})
+    report.warnings.extend([display.unfinished(mode) for mode in display.lacking])
+
+
+def check_rig(report: CheckReport, options: CheckOptions) -> None:
+    """Check a rig file, and whether this machine's screen is that of the rig."""
+    rig = read_rig(report.file)
+    density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
+    report.facts.update({"kind": "rig", "mode": rig.mode, "pixels_per_degree": round(density, 2)})
+    check_onsets(report, rig)
+    check_screen(report, rig, options)
+
+
+def check_verification(report: CheckReport, options: CheckOptions) -> None:
+    """Check a record of onsets verified with a photodiode."""
+    verification = read_verification(report.file)
+    spec = verification.spec
+    report.facts.update(
+        {
+            "kind": "verification",
+            "mode": spec.mode,
+            "refresh_hz": spec.refresh_hz,
+            "onsets": verification.sentence(),
+        }
+    )
+
+
+def check_camera(report: CheckReport, options: CheckOptions) -> None:
+    """Check a camera file."""
+    camera = read_camera(report.file)
+    exposure, zone = camera.exposure, camera.safe_luminance_cd_m2
+    report.facts.update(
+        {
+            "kind": "camera",
+            "form": camera.form,
+            **({"exposure": str(exposure)} if exposure else {}),
+            **({"safe_luminance_cd_m2": list(zone)} if zone else {}),
+        }
+    )
+    if zone is None:
+        what = "the camera's safe luminance zone is not known: light outside it would go unnoticed"
+        remedy = "fit the camera to a chart: cyclopean camera fit"
+        report.warnings.append(Finding(what, str(report.file), remedy=remedy))
+
+
+def check_regions(report: CheckReport, options: CheckOptions) -> None:
+    """Check a file of regions to compare; whether they lie inside the pictures only the comparison can say."""
+    regions = read_regions(report.file)
+    report.facts.update(
+        {
+            "kind": "regions",
+            "regions": [f"{one.name} ({one.kind})" for one in regions.spec.regions],
+            "limit_delta_e_00": regions.limits.delta_e,
+        }
+    )
+
+
+def check_recipe_or_observers(report: CheckReport, options: CheckOptions) -> None:
+    """Check a recipe, or a file of simulated observers."""
+    if read_yaml(report.file).data.get("kind") in KINDS:
+        spec = read_observer(report.file)
+        scored = {"stimuli": len(spec.stimuli)} if isinstance(spec, ScoredObserverSpec) else {}
+        report.facts.update({"kind": "observers", **scored})
+        return
+    recipe, _ = read_recipe(report.file)
+    report.errors.extend(missing_pictures(report.file))
+    report.facts.update({"kind": "stimuli", "names": list(recipe.names())})
+
+
+_CHECKS: Mapping[str, Callable[[CheckReport, CheckOptions], None]] = MappingProxyType(
+    {
+        "experiment": check_experiment,
+        "display": check_display,
+        "verification": check_verification,
+        "camera": check_camera,
+        "regions": check_regions,
+        "rig": check_rig,
+        "recipe": check_recipe_or_observers,
+    }
+)
 _UNKNOWN = (
     "an experiment has 'blocks:', a display 'modes:', a rig 'mode:', a photodiode's record 'onset_error_ms:', a camera "
     "'matrix_XYZ_cd_m2:', areas to compare 'regions:', a recipe or observers 'kind:'"
 )
 
 
-def check_file(file: Path, wishes: Wishes | None = None) -> Checked:
-    """Read ``file``, whichever kind it is, with everything it names, and return what it amounts to and what is wrong.
+def check_file(path: Path, options: CheckOptions | None = None) -> CheckReport:
+    """Read a file of any kind with everything it names, and report what it says and what is wrong.
 
-    Nothing is raised for what people wrote: it is among the errors, all of it.
+    An experiment is checked with its rig, display, recipe, pictures, blocks, screen and results folder. Nothing is
+    raised for what people wrote: all faults are among the report's errors.
+
+    Parameters
+    ----------
+    path
+        An experiment, display, rig, recipe, camera, simulated observers, regions, or a record of a photodiode.
+    options
+        What to look at beyond the file itself; the pictures of an experiment are built unless ``pictures`` is False.
+
+    Returns
+    -------
+    CheckReport
+        ``facts`` in the order in which they are printed, ``warnings``, and ``errors``, which keep a session from
+        running. Each warning and error has file, line and column, where known, and a remedy.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> report = check_file(Path("configs/displays/asus_vg248qe.yaml"))
+    >>> report.facts["kind"], report.errors
+    ('display', [])
+    >>> report.facts["modes"]
+    ['quad-buffered', 'side-by-side']
     """
-    checked = Checked(file)
+    report = CheckReport(path)
     try:
-        data = read_yaml(file).data
-        keys = set(data) if isinstance(data, dict) else set()
-        reader = next((reader for telling, reader in _READERS.items() if telling in keys), None)
-        if reader is None:
-            checked.errors.append(Finding("this is no file that cyclopean knows", str(file), remedy=_UNKNOWN))
+        data = read_yaml(path).data
+        kind = next((kind for key, kind in TELLING.items() if key in data), None) if isinstance(data, dict) else None
+        if kind is None:
+            report.errors.append(Finding("this is not a kind of file that cyclopean reads", str(path), remedy=_UNKNOWN))
         else:
-            reader(checked, wishes or Wishes())
+            _CHECKS[kind](report, options or CheckOptions())
     except InputError as error:
-        checked.errors += error.findings
-    return checked
-
-
-# The first key that is there decides.
-_READERS: Mapping[str, Callable[[Checked, Wishes], None]] = MappingProxyType(
-    {
-        "blocks": experiment.check,
-        "modes": other_kinds.check_display,
-        "onset_error_ms": other_kinds.check_verification,
-        "onsets": other_kinds.check_verification,
-        "matrix_XYZ_cd_m2": other_kinds.check_camera,
-        "regions": other_kinds.check_regions,
-        "mode": other_kinds.check_rig,
-        "kind": other_kinds.check_kind,
-    }
-)
+        report.errors.extend(error.findings)
+    return report

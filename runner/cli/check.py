@@ -45,17 +45,17 @@ def command(
     each with file, line, column and what would be right. Errors keep a session from running, and make the exit status
     2; warnings are to be thought about.
     """
-    from runner.check import Wishes, check_file
-    from runner.check.checked import CLIP_LIMIT_PERCENT, Screen
+    from runner.check.files import check_file
+    from runner.check.report import CLIP_LIMIT_PERCENT, CheckOptions, ScreenCheck
     from runner.cli.check_page import print_checked
     from runner.cli.progress import progress_bar
 
     limit = CLIP_LIMIT_PERCENT if clip_limit is None else clip_limit
-    looking: dict[bool | None, Screen] = {None: "if there is one", True: "must do", False: "leave alone"}
+    looking: dict[bool | None, ScreenCheck] = {None: "if there is one", True: "must do", False: "leave alone"}
     all_checked = []
     for file in files:
         with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
-            all_checked.append(check_file(file, Wishes(results, looking[screen], not no_pictures, limit, step)))
+            all_checked.append(check_file(file, CheckOptions(results, looking[screen], not no_pictures, limit, step)))
         if not as_json:
             print_checked(all_checked[-1])
     if as_json:

@@ -9,7 +9,7 @@ from typing import Any
 
 import click
 
-from runner.check.checked import Checked
+from runner.check.report import CheckReport
 
 _LABEL = 22
 # What is called otherwise than in JSON, where the unit is part of the name.
@@ -38,7 +38,7 @@ _APART = (
 )
 
 
-def print_checked(checked: Checked) -> None:
+def print_checked(checked: CheckReport) -> None:
     """Print facts on standard output; warnings and errors after them, errors on the error stream."""
     verdict = _counted(len(checked.errors), "error") if checked.errors else "right"
     doubts = f", {_counted(len(checked.warnings), 'warning')}" if checked.warnings else ""

@@ -8,8 +8,8 @@ import pytest
 
 from devices.display.display_file import read_display
 from devices.errors import DeviceError
-from runner.check.checked import Checked, Wishes
-from runner.check.other_kinds import check_display
+from runner.check.files import check_display
+from runner.check.report import CheckOptions, CheckReport
 
 HEAD = "schema_version: 1\npanel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}\nmodes:\n"
 MODEL = """\
@@ -37,11 +37,11 @@ def test_a_mode_of_one_eye_is_lacking_and_refused_with_what_to_do(tmp_path: Path
 
 
 def test_check_warns_of_it_and_of_none_other(tmp_path: Path) -> None:
-    checked = Checked(_file(tmp_path, "  flat:", f"    left: {MODEL}", f"    right: {MODEL}"))
-    check_display(checked, Wishes())
+    checked = CheckReport(_file(tmp_path, "  flat:", f"    left: {MODEL}", f"    right: {MODEL}"))
+    check_display(checked, CheckOptions())
     assert not checked.warnings
-    checked = Checked(_file(tmp_path, "  flat:", f"    left: {MODEL}"))
-    check_display(checked, Wishes())
+    checked = CheckReport(_file(tmp_path, "  flat:", f"    left: {MODEL}"))
+    check_display(checked, CheckOptions())
     assert [warning.message for warning in checked.warnings] == [
         "the mode 'flat' has no characterisation of the right eye yet, and cannot be used"
     ]

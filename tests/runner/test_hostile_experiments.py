@@ -10,7 +10,8 @@ from typing import Any
 import pytest
 
 from documents import InputError
-from runner.check import Wishes, check_file
+from runner.check.files import check_file
+from runner.check.report import CheckOptions
 from runner.protocol.experiment import check_observer, read_experiment
 from runner.protocol.limits import MOST_TRIALS
 
@@ -22,7 +23,7 @@ pytestmark = pytest.mark.filterwarnings("ignore:overflow encountered:RuntimeWarn
 
 def _findings(study: Study) -> list[str]:
     began_s = time.process_time()
-    checked = check_file(study.experiment, Wishes(study.results, "leave alone", pictures=False))
+    checked = check_file(study.experiment, CheckOptions(study.results, "leave alone", pictures=False))
     assert time.process_time() - began_s < 20
     return [str(error).removeprefix(f"{study.folder}/") for error in checked.errors]
 
@@ -76,7 +77,7 @@ def test_absurd_lengths_and_times_are_refused_at_their_place(
 @pytest.mark.parametrize("distance", ["1e308", "1e-308", "1000000000"])
 def test_absurd_distances_are_warned_of(study: Study, distance: str) -> None:
     study.edit("rig.yaml", "distance_mm: 700", f"distance_mm: {distance}")
-    checked = check_file(study.experiment, Wishes(study.results, "leave alone", pictures=False))
+    checked = check_file(study.experiment, CheckOptions(study.results, "leave alone", pictures=False))
     assert not checked.errors
     assert "a picture covers" in str(checked.warnings[0])
 

@@ -14,7 +14,7 @@ from devices.display.rig_file import read_rig
 from devices.display.verification_file import read_verification
 from documents import InputError
 from documents.yaml.kinds import TELLING
-from runner.check.files import _READERS
+from runner.check.files import _CHECKS
 from runner.protocol.experiment import read_experiment
 from stimuli.comparison.regions_file import read_regions
 from stimuli.recipes.recipe import read_recipe
@@ -66,5 +66,5 @@ def test_a_file_with_the_telling_key_of_its_kind_has_faults_of_its_own(tmp_path:
         assert "this is" not in str(caught.value)
 
 
-def test_the_keys_that_tell_are_those_that_check_goes_by() -> None:
-    assert list(TELLING) == list(_READERS)
+def test_every_kind_that_a_key_tells_can_be_checked() -> None:
+    assert set(TELLING.values()) == set(_CHECKS)

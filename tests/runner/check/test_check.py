@@ -9,9 +9,16 @@ import numpy as np
 import pytest
 
 from analysis.records.session_record import Header
+<<<<<<< HEAD
 from runner.check import Checked, Wishes, check_file
 from runner.check.screen import NO_DISPLAY
 from runner.presenter.surfaces.screens import monitors
+=======
+from runner.check.files import check_file
+from runner.check.machine import NO_DISPLAY
+from runner.check.report import CheckOptions, CheckReport
+from runner.presenter.surfaces.monitors import monitors
+>>>>>>> 05ce2f7 (Check a file by one function with options and a report; twelve files of checks become five)
 from runner.protocol.experiment import read_experiment
 from runner.session.recorder import Recorder
 from stimuli.pictures.exr import write_exr
@@ -21,11 +28,11 @@ Study = Any  # tests/conftest.py
 HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
 
 
-def _check(study: Study, **wishes: Any) -> Checked:
-    return check_file(study.experiment, Wishes(**{"results": study.results, "screen": "leave alone", **wishes}))
+def _check(study: Study, **wishes: Any) -> CheckReport:
+    return check_file(study.experiment, CheckOptions(**{"results": study.results, "screen": "leave alone", **wishes}))
 
 
-def _messages(checked: Checked) -> str:
+def _messages(checked: CheckReport) -> str:
     return "\n".join(map(str, checked.warnings))
 
 
@@ -239,5 +246,5 @@ def test_files_that_are_named_have_no_detour_in_their_path(study: Study, monkeyp
     study.edit("rig.yaml", "distance_mm: 700", "distance_mm: -700")
     study.edit("recipe.yaml", "schema_version: 1", "schema_version: 2")
     monkeypatch.chdir(folder)
-    found = check_file(Path("experiments/small.yaml"), Wishes(results=study.results, screen="leave alone"))
+    found = check_file(Path("experiments/small.yaml"), CheckOptions(results=study.results, screen="leave alone"))
     assert {error.file for error in found.errors} == {"rig.yaml", "recipe.yaml"}

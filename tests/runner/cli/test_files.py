@@ -69,7 +69,7 @@ def test_check_does_not_know_every_file(study: Study) -> None:
     (study.folder / "other.yaml").write_text("a: 1\n")
     result = CliRunner().invoke(group, ["check", str(study.folder / "other.yaml")])
     assert result.exit_code == 2
-    assert "no file that cyclopean knows" in result.output
+    assert "not a kind of file that cyclopean reads" in result.output
 
 
 def test_preview_holds_the_exact_codes_of_each_eye(study: Study) -> None:

@@ -14,7 +14,8 @@ from click.testing import CliRunner
 
 import runner.session.ledger
 from analysis.records.session_record import read_session, session_files
-from runner.check import Wishes, check_file
+from runner.check.files import check_file
+from runner.check.report import CheckOptions
 from runner.cli.main import group
 from runner.presenter.compensation import Compensation
 from runner.protocol.experiment import read_experiment
@@ -221,7 +222,7 @@ def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: 
 
 
 def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
-    wishes = Wishes(results=study.results, screen="leave alone")
+    wishes = CheckOptions(results=study.results, screen="leave alone")
     facts = check_file(study.experiment, wishes).facts
     assert (facts["costs_reckoned"], facts["costs_found"]) == (4, 0)
     again = check_file(study.experiment, wishes).facts

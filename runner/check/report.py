@@ -1,4 +1,4 @@
-"""What came of checking a file: what it amounts to, what is doubtful, what is wrong."""
+"""What a check is asked to look at, and what it reports: facts, warnings and errors."""
 
 from __future__ import annotations
 
@@ -8,31 +8,35 @@ from pathlib import Path
 from typing import Any, Literal
 
 from documents import Finding
+from documents.yaml.source import Path_, YamlSource
 
-# What is written of a file, in the order in which it is told; every value is plain JSON.
+# What a file says, in the order in which it is printed; every value is plain JSON.
 Facts = dict[str, Any]
-Screen = Literal["if there is one", "must do", "leave alone"]
+ScreenCheck = Literal["if there is one", "must do", "leave alone"]
 # Beyond this share of pixels the thesis calls an image excessively oversaturated (its footnote 6).
 CLIP_LIMIT_PERCENT = 0.3
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class CheckOptions:
     """What else to look at: the results folder, the screen, and the pictures, which may have to be built first.
 
     A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped is warned of.
     """
 
     results: Path = Path("results")
-    screen: Screen = "if there is one"
+    screen: ScreenCheck = "if there is one"
     pictures: bool = True
     clip_limit_percent: float = CLIP_LIMIT_PERCENT
     progress: Callable[[str, int, int], None] = lambda what, done, of: None
 
 
-@dataclass(slots=True)
-class Checked:
-    """A file's ``facts``; ``warnings`` are to be thought about, ``errors`` keep a session from running."""
+@dataclass(frozen=True, slots=True)
+class CheckReport:
+    """A file's ``facts``; ``warnings`` are to be thought about, ``errors`` keep a session from running.
+
+    `check_file` fills it as it reads.
+    """
 
     file: Path
     facts: Facts = field(default_factory=dict)
@@ -47,3 +51,9 @@ class Checked:
             "warnings": [asdict(finding) for finding in self.warnings],
             "findings": [asdict(finding) for finding in self.errors],
         }
+
+
+def finding_at(source: YamlSource, path: Path_, message: str, remedy: str | None = None) -> Finding:
+    """Return a finding about what stands at ``path``."""
+    place = source.place(path)
+    return Finding(message, source.file, place.line if place else None, place.column if place else None, remedy)

@@ -1,13 +1,19 @@
-"""Whether this machine's screen is the rig's and can show its mode."""
+"""Check the machine: whether its screen is the rig's and can show the mode, and whether results can be written."""
 
 from __future__ import annotations
 
 import os
+import shutil
 import sys
+from pathlib import Path
 
+from filelock import FileLock, Timeout
+
+from analysis.errors import ResultsError
+from analysis.records.session_record import FILE_NAME, read_session
 from devices.display.rig_file import Rig
 from documents import Finding, InputError
-from runner.check.checked import Checked, Wishes
+from runner.check.report import CheckOptions, CheckReport
 from runner.presenter.errors import GraphicsError
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
@@ -18,17 +24,17 @@ NO_DISPLAY = "not looked at: there is no display here"
 _TRIED_PX = (320, 240)
 
 
-def look(checked: Checked, rig: Rig, wishes: Wishes) -> None:
+def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
     """Open a small window for a moment and hold the screen against the rig.
 
     What does not fit is a warning, since a file may be checked away from its rig, or an error if the screen must do.
     """
-    if wishes.screen == "leave alone":
+    if options.screen == "leave alone":
         return
-    faults = checked.errors if wishes.screen == "must do" else checked.warnings
+    faults = report.errors if options.screen == "must do" else report.warnings
     if not _has_display():
-        checked.facts["screen"] = NO_DISPLAY
-        if wishes.screen == "must do":
+        report.facts["screen"] = NO_DISPLAY
+        if options.screen == "must do":
             faults.append(Finding("there is no display here", rig.file, remedy="check at the rig"))
         return
     mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
@@ -46,10 +52,10 @@ def look(checked: Checked, rig: Rig, wishes: Wishes) -> None:
             facts = surface.facts
             reason = mode.unavailable(panel.resolution_px, stereo=surface.stereo, windows=surface.windows)
     except (GraphicsError, InputError) as error:
-        checked.facts["screen"] = f"not looked at: {error}"
+        report.facts["screen"] = f"not looked at: {error}"
         faults.append(Finding(f"no window can be opened: {error}", rig.file))
         return
-    checked.facts["screen"] = {
+    report.facts["screen"] = {
         "monitors": [str(monitor) for monitor in there],
         "renderer": facts.renderer,
         "compositor": compositor(),
@@ -90,3 +96,56 @@ def _surface_faults(facts: SurfaceFacts, rig: Rig) -> list[tuple[str, str]]:
     if "llvmpipe" in facts.renderer:
         told.append((f"pictures are drawn without a graphics card ({facts.renderer})", "install its driver"))
     return told
+
+
+# A session of a thousand trials takes about a megabyte.
+LITTLE_ROOM_BYTES = 100_000_000
+
+
+def check_results(report: CheckReport, experiment: str, results: Path) -> None:
+    """Say whether ``results`` can be written, who has a session that is not finished, and whose runs right now."""
+    there = next(folder for folder in (results.absolute(), *results.absolute().parents) if folder.exists())
+    report.facts["results"] = str(results)
+    if not there.is_dir():
+        report.errors.append(Finding("a file stands where the results should go", str(there), remedy="move it away"))
+        return
+    if not os.access(there, os.W_OK | os.X_OK):
+        report.errors.append(Finding("the results folder cannot be written", str(there), remedy="choose another"))
+        return
+    free_bytes = shutil.disk_usage(there).free
+    if free_bytes < LITTLE_ROOM_BYTES:
+        what = f"the disk has only {free_bytes / 1e6:.0f} MB left"
+        report.warnings.append(Finding(what, str(there), remedy="make room"))
+    unfinished, running = [], []
+    for person in sorted((results / experiment).glob("sub-*")):
+        files = sorted(person.glob(f"ses-*/{FILE_NAME}"))
+        if not files:
+            continue
+        try:
+            complete = read_session(files[-1]).complete
+        except ResultsError as error:
+            report.warnings.extend(error.findings)
+            continue
+        observer = person.name.removeprefix("sub-")
+        if _is_running(files[-1].parent):
+            running.append(observer)
+        elif not complete:
+            unfinished.append(observer)
+    if unfinished:
+        report.facts["unfinished_sessions_of"] = unfinished
+    if running:
+        report.facts["sessions_running_of"] = running
+
+
+def _is_running(folder: Path) -> bool:
+    """Return whether a process holds the session's lock; a lock's file that was left over holds nothing."""
+    file = folder / ".lock"
+    if not file.exists():
+        return False
+    try:
+        with FileLock(file).acquire(timeout=0):
+            return False
+    except Timeout:
+        return True
+    except OSError:
+        return False  # it cannot be opened: that is told when the session is to go on
