@@ -1,19 +1,19 @@
-"""What this machine can do: graphics, stereo modes, folders, and where the packages come from."""
+"""What this machine can do: graphics, stereo modes, and where the packages are imported from."""
 
 from __future__ import annotations
 
 import importlib
 import os
 import platform
-from collections.abc import Callable
-from dataclasses import asdict
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from devices.display.rig_file import Rig
 from runner.presenter.modes.registry import MODES, available
 from runner.presenter.surfaces.screens import compositor
-from runner.presenter.surfaces.surface import BACKENDS, Buffer, open_surface
+from runner.presenter.surfaces.surface import BACKENDS, Buffer, SurfaceFacts, open_surface
+from runner.presenter.timing import IntervalSummary
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 
@@ -21,21 +21,88 @@ _SIZE_PX = (640, 480)
 _PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner")
 
 
-def examine() -> dict[str, Any]:
-    """Return facts about the machine; every ``problem`` in them is a sentence, or None."""
-    return {
-        "software": software(),
-        "packages": _packages(),
-        "surfaces": {backend: _surface(backend) for backend in BACKENDS},
-        "processors": os.cpu_count(),
-        "machine": platform.machine(),
-    }
+@dataclass(frozen=True, slots=True)
+class PackageReport:
+    """The folder that a package is imported from; ``problem`` says that another distribution hides ours."""
+
+    folder: str
+    problem: str | None
 
 
-def examine_timing(seconds: float, progress: Callable[[float], None], rig: Rig | None = None) -> dict[str, Any]:
-    """Open a window, swap it for ``seconds`` and return the intervals with what they mean.
+@dataclass(frozen=True, slots=True)
+class TenBits:
+    """Whether a surface gives codes of 10 bits, and if not, why not."""
 
-    With ``rig``, they also say whether its record of a photodiode's verification holds here.
+    given: bool
+    problem: str | None
+
+
+@dataclass(frozen=True, slots=True)
+class SurfaceReport:
+    """What one kind of surface can do here.
+
+    ``modes`` gives for each stereo mode why it cannot be shown, None if it can. If the surface cannot be opened,
+    ``problem`` says why, and the rest is empty.
+    """
+
+    problem: str | None = None
+    facts: SurfaceFacts | None = None
+    modes: Mapping[str, str | None] = field(default_factory=dict)
+    ten_bits: TenBits | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class MachineReport:
+    """The versions of the software, where its packages are, and what each kind of surface can do."""
+
+    software: Mapping[str, str]
+    packages: Mapping[str, PackageReport]
+    surfaces: Mapping[str, SurfaceReport]
+    processors: int | None
+    machine: str
+
+
+@dataclass(frozen=True, slots=True)
+class TimingReport:
+    """How evenly a window's frames come, and in ``meaning`` what that means, sentence by sentence."""
+
+    display_server: str
+    renderer: str
+    compositor: str
+    swap_intervals: IntervalSummary
+    verification: str
+    meaning: tuple[str, ...]
+
+
+def examine_machine() -> MachineReport:
+    """Open each kind of surface, try each stereo mode on it, and return what this machine can do.
+
+    Returns
+    -------
+    MachineReport
+        Each ``problem`` in it is a sentence, or None.
+
+    Examples
+    --------
+    >>> report = examine_machine()
+    >>> report.packages["runner"].problem is None
+    True
+    >>> sorted(report.surfaces)
+    ['egl', 'null', 'window']
+    """
+    return MachineReport(
+        software=software(),
+        packages={name: _package(name) for name in _PACKAGES},
+        surfaces={backend: _surface(backend) for backend in BACKENDS},
+        processors=os.cpu_count(),
+        machine=platform.machine(),
+    )
+
+
+def examine_timing(seconds: float, progress: Callable[[float], None], rig: Rig | None = None) -> TimingReport:
+    """Open a window, swap its frames for ``seconds``, and return the intervals with what they mean.
+
+    With ``rig``, the report also says whether the rig's record of a photodiode's verification holds here.
 
     Raises
     ------
@@ -49,39 +116,36 @@ def examine_timing(seconds: float, progress: Callable[[float], None], rig: Rig |
             surface.target(Buffer.BACK).clear()
             surface.swap()
 
-        summary = swap_intervals(frame, seconds, progress)
+        intervals = swap_intervals(frame, seconds, progress)
     verification = rig.photodiode_verification if rig else None
-    judgement = judge(verification, rig.mode if rig else "", facts, swaps_per_second(summary))
-    return {
-        "display_server": facts.display_server,
-        "renderer": facts.renderer,
-        "compositor": compositor(),
-        "swap_intervals": asdict(summary),
-        "verification": judgement.words,
-        "meaning": explain(summary, facts.vsync, judgement),
-    }
+    judgement = judge(verification, rig.mode if rig else "", facts, swaps_per_second(intervals))
+    return TimingReport(
+        facts.display_server,
+        facts.renderer,
+        compositor(),
+        intervals,
+        judgement.words,
+        tuple(explain(intervals, facts.vsync, judgement)),
+    )
 
 
-def _packages() -> dict[str, Any]:
-    """Flat package names can be taken by others: say where each is imported from."""
+def _package(name: str) -> PackageReport:
+    """Flat package names can be taken by others: report where each is imported from."""
     root = Path(__file__).resolve().parents[2]
-    found: dict[str, Any] = {}
-    for name in _PACKAGES:
-        file = importlib.import_module(name).__file__
-        place = Path(file).resolve().parents[1] if file else None
-        problem = None if place == root else f"imported from {place}, not from {root}: another distribution hides it"
-        found[name] = {"folder": str(place), "problem": problem}
-    return found
+    file = importlib.import_module(name).__file__
+    folder = Path(file).resolve().parents[1] if file else None
+    problem = None if folder == root else f"imported from {folder}, not from {root}: another distribution hides it"
+    return PackageReport(str(folder), problem)
 
 
-def _surface(backend: str) -> dict[str, Any]:
+def _surface(backend: str) -> SurfaceReport:
     """Open a small surface, and once more asking for stereo where it may have it, and for codes of 10 bits."""
     try:
         with open_surface(backend, _SIZE_PX, stereo=False, windowed=True) as surface:
-            facts = asdict(surface.facts)
+            facts = surface.facts
             modes = available(surface)
     except Exception as error:
-        return {"problem": str(error), "facts": None, "modes": {}, "ten_bits": None}
+        return SurfaceReport(problem=str(error))
     if backend == "window":
         try:
             with open_surface(backend, _SIZE_PX, stereo=True, windowed=True) as surface:
@@ -94,15 +158,14 @@ def _surface(backend: str) -> dict[str, Any]:
                 modes[name] = available(surface)[name]
         except Exception as error:
             modes[name] = str(error)
-    return {"problem": None, "facts": facts, "modes": modes, "ten_bits": _ten_bits(backend)}
+    return SurfaceReport(facts=facts, modes=modes, ten_bits=_ten_bits(backend))
 
 
-def _ten_bits(backend: str) -> dict[str, Any]:
-    """Say whether the surface has codes of 10 bits when it is asked for them, and why not."""
+def _ten_bits(backend: str) -> TenBits:
     try:
         with open_surface(backend, _SIZE_PX, windowed=True, bits=10) as surface:
             facts = surface.facts
     except Exception as error:
-        return {"given": False, "problem": str(error)}
+        return TenBits(False, str(error))
     given = facts.bits == 10
-    return {"given": given, "problem": None if given else "; ".join(facts.remarks) or f"codes have {facts.bits} bits"}
+    return TenBits(given, None if given else "; ".join(facts.remarks) or f"codes have {facts.bits} bits")

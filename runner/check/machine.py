@@ -29,12 +29,12 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
 
     What does not fit is a warning, since a file may be checked away from its rig, or an error if the screen must do.
     """
-    if options.screen == "leave alone":
+    if options.screen == "skip":
         return
-    faults = report.errors if options.screen == "must do" else report.warnings
+    faults = report.errors if options.screen == "required" else report.warnings
     if not _has_display():
         report.facts["screen"] = NO_DISPLAY
-        if options.screen == "must do":
+        if options.screen == "required":
             faults.append(Finding("there is no display here", rig.file, remedy="check at the rig"))
         return
     mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))

@@ -12,7 +12,7 @@ from documents.yaml.source import Path_, YamlSource
 
 # What a file says, in the order in which it is printed; every value is plain JSON.
 Facts = dict[str, Any]
-ScreenCheck = Literal["if there is one", "must do", "leave alone"]
+ScreenCheck = Literal["if present", "required", "skip"]
 # Beyond this share of pixels the thesis calls an image excessively oversaturated (its footnote 6).
 CLIP_LIMIT_PERCENT = 0.3
 
@@ -25,7 +25,7 @@ class CheckOptions:
     """
 
     results: Path = Path("results")
-    screen: ScreenCheck = "if there is one"
+    screen: ScreenCheck = "if present"
     pictures: bool = True
     clip_limit_percent: float = CLIP_LIMIT_PERCENT
     progress: Callable[[str, int, int], None] = lambda what, done, of: None

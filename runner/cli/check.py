@@ -1,12 +1,45 @@
-"""`cyclopean check`: every fault in a file and in what it names, at once, before anyone sits down."""
+"""`cyclopean check`: every fault in a file and in what it names, at once, before a session."""
 
 from __future__ import annotations
 
 import json
+import shutil
 import sys
+import textwrap
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import click
+
+if TYPE_CHECKING:
+    from runner.check.report import CheckReport
+
+_LABEL = 22
+# What is called otherwise than in JSON, where the unit is part of the name.
+_NAMES = {
+    "picture_deg": "a picture covers",
+    "picture_px": "which is, in pixels",
+    "white_luminance_cd_m2": "white, in cd/m²",
+    "unfinished_sessions_of": "unfinished sessions",
+    "sessions_running_of": "sessions running now",
+    "refresh_hz": "refresh rate, in Hz",
+    "safe_luminance_cd_m2": "safe zone, in cd/m²",
+}
+# What is printed in tables of their own, or is only for programs.
+_APART = (
+    "blocks",
+    "keys",
+    "clipped_percent",
+    "clipping_cost_mean_delta_e_00",
+    "filters_cost_mean_delta_e_00",
+    "clip_limit_percent",
+    "costs_reckoned",
+    "costs_found",
+    "trials",
+    "minutes",
+    "screen",
+)
 
 
 @click.command(short_help="Check an experiment file and everything it names.")
@@ -16,21 +49,22 @@ import click
     type=click.Path(path_type=Path),
     default=Path("results"),
     show_default=True,
-    help="Where sessions are to go.",
+    help="Folder that the results will go to.",
 )
 @click.option(
     "--screen/--no-screen",
     default=None,
-    help="Whether this screen must be able to show it; without either, what it cannot is a warning.",
+    help="Make it an error if this screen cannot show the experiment, or do not look at the screen. "
+    "Default: give a warning.",
 )
-@click.option("--no-pictures", is_flag=True, help="Leave the stimuli unbuilt: nothing is said of what is clipped.")
+@click.option("--no-pictures", is_flag=True, help="Do not build the stimuli; clipping is then not reported.")
 @click.option(
     "--clip-limit",
     type=click.FloatRange(0, 100),
     metavar="PERCENT",
-    help="Warn of stimuli with more of an eye's pixels clipped than this; 0.3 if left out, as in the thesis.",
+    help="Share of an eye's clipped pixels above which a stimulus is warned of. Default: 0.3, as in the thesis.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print what each file amounts to, and the faults, as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     files: tuple[Path, ...],
     results: Path,
@@ -41,24 +75,118 @@ def command(
 ) -> None:
     """Check an experiment file and everything it names.
 
-    FILES may be experiments, displays, rigs, stimulus recipes and simulated observers. All faults are told at once,
-    each with file, line, column and what would be right. Errors keep a session from running, and make the exit status
-    2; warnings are to be thought about.
+    FILES may be experiments, displays, rigs, stimulus recipes, cameras, regions and simulated observers. All errors
+    are reported at once, each with file, line, column and a remedy. With an error no session can run, and the exit
+    status is 2. A warning is something to think about.
     """
     from runner.check.files import check_file
     from runner.check.report import CLIP_LIMIT_PERCENT, CheckOptions, ScreenCheck
-    from runner.cli.check_page import print_checked
     from runner.cli.progress import progress_bar
 
     limit = CLIP_LIMIT_PERCENT if clip_limit is None else clip_limit
-    looking: dict[bool | None, ScreenCheck] = {None: "if there is one", True: "must do", False: "leave alone"}
+    looking: dict[bool | None, ScreenCheck] = {None: "if present", True: "required", False: "skip"}
     all_checked = []
     for file in files:
         with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
             all_checked.append(check_file(file, CheckOptions(results, looking[screen], not no_pictures, limit, step)))
         if not as_json:
-            print_checked(all_checked[-1])
+            _print(all_checked[-1])
     if as_json:
-        click.echo(json.dumps([checked.to_json() for checked in all_checked], ensure_ascii=False))
-    if any(checked.errors for checked in all_checked):
+        click.echo(json.dumps([report.to_json() for report in all_checked], ensure_ascii=False))
+    if any(report.errors for report in all_checked):
         sys.exit(2)
+
+
+def _print(report: CheckReport) -> None:
+    """Print facts on standard output; warnings and errors after them, errors on the error stream."""
+    verdict = _counted(len(report.errors), "error") if report.errors else "right"
+    doubts = f", {_counted(len(report.warnings), 'warning')}" if report.warnings else ""
+    click.secho(f"{report.file}: {verdict}{doubts}", bold=True)
+    for line in _lines(report.facts):
+        click.echo(f"  {line}".rstrip())
+    for finding in report.warnings:
+        click.echo(f"{click.style('warning:', fg='yellow')} {finding}")
+    for finding in report.errors:
+        click.echo(f"{click.style('error:', fg='red')} {finding}", err=True)
+
+
+def _counted(count: float, what: str) -> str:
+    return f"{count:g} {what}" + ("" if count == 1 else "s")
+
+
+def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
+    for name, value in facts.items():
+        if name not in _APART:
+            yield from _labelled(name, _words(name, value))
+    if "trials" in facts:
+        yield from _labelled(
+            "session", f"{_counted(facts['trials'], 'trial')}, about {_counted(facts['minutes'], 'minute')}"
+        )
+        yield ""
+        yield from _blocks(facts["blocks"])
+    if "clipped_percent" in facts:
+        yield ""
+        yield from _clipping(facts)
+    if "screen" in facts:
+        yield ""
+        yield from _screen(facts["screen"])
+
+
+def _labelled(name: str, words: str) -> Iterator[str]:
+    width = max(40, shutil.get_terminal_size((110, 24)).columns - _LABEL - 4)
+    for number, line in enumerate(textwrap.wrap(words, width, break_long_words=False, break_on_hyphens=False) or [""]):
+        yield f"{'' if number else _NAMES.get(name, name).replace('_', ' '):<{_LABEL}}{line}"
+
+
+def _words(name: str, value: object) -> str:
+    if name.endswith("_deg") and isinstance(value, list):
+        return " x ".join(f"{number:g}°" for number in value)
+    if name.endswith("_px") and isinstance(value, list):
+        return " x ".join(map(str, value))
+    if isinstance(value, dict):
+        return ", ".join(f"{key}: {_words('', item)}" for key, item in value.items())
+    if isinstance(value, list):
+        return ", ".join(map(str, value))
+    return str(value)
+
+
+def _blocks(blocks: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    yield f"{'block':<{_LABEL}}{'trials':>6}  {'minutes':>7}  keys"
+    for number, block in enumerate(blocks, start=1):
+        keys: dict[str, list[str]] = {}
+        for key, meaning in block["keys"].items():
+            keys.setdefault(meaning, []).append(key)
+        what = "; ".join(f"{' or '.join(pressed)} = {meaning.replace('_', ' ')}" for meaning, pressed in keys.items())
+        trials = str(block["trials"]) if block["trials"] else "-"
+        lead = f"{number}  {block['kind']}".ljust(_LABEL)
+        lead += f"{trials:>6}  {block['minutes']:>7.1f}  "
+        width = max(40, shutil.get_terminal_size((110, 24)).columns - len(lead) - 2)
+        for line in textwrap.wrap(what, width, break_long_words=False, break_on_hyphens=False) or [""]:
+            yield lead + line
+            lead = " " * len(lead)
+        more = {k: v for k, v in block.items() if k not in ("kind", "trials", "minutes", "keys")}
+        if more:
+            details = "; ".join(f"{key.replace('_', ' ')}: {_words('', value)}" for key, value in more.items())
+            yield f"{'':<{_LABEL + 17}}{details}"
+
+
+def _clipping(facts: Mapping[str, Any]) -> Iterator[str]:
+    shares, costs = facts["clipped_percent"], facts["clipping_cost_mean_delta_e_00"]
+    filters = facts.get("filters_cost_mean_delta_e_00")
+    name_width = max([_LABEL - 2, *(len(name) for name in shares)]) + 2
+    heads = f"{'outside the gamut':<{name_width}}{'% left':>8}{'right':>8}   {'ΔE00 left':>9}{'right':>8}"
+    yield heads + (f"   {'by filters left':>15}{'right':>8}" if filters else "")
+    for name, (left, right) in shares.items():
+        cost_left, cost_right = costs[name]
+        line = f"{name:<{name_width}}{left:>8.2f}{right:>8.2f}   {cost_left:>9.3f}{cost_right:>8.3f}"
+        line += f"   {filters[name][0]:>15.3f}{filters[name][1]:>8.3f}" if filters else ""
+        yield line + ("  !" if max(left, right) > facts["clip_limit_percent"] else "")
+
+
+def _screen(screen: Mapping[str, Any] | str) -> Iterator[str]:
+    if isinstance(screen, str):
+        yield from _labelled("screen", screen)
+        return
+    possible = "can be shown here" if screen["mode_possible"] else "cannot be shown here"
+    yield from _labelled("screen", f"{', '.join(screen['monitors'])}; {screen['bits']} bits; the mode {possible}")
+    yield from _labelled("", f"{screen['renderer']}; {screen['compositor']}")

@@ -1,58 +1,66 @@
-"""`cyclopean doctor`: what this machine can do, and what it lacks."""
+"""`cyclopean doctor`: what this machine can do, and what is missing."""
 
 from __future__ import annotations
 
 import json
+from dataclasses import asdict
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
+if TYPE_CHECKING:
+    from runner.check.doctor import MachineReport
 
-@click.command(short_help="Say what this machine can do.")
-@click.option("--timing", is_flag=True, help="Measure how evenly a window's frames come, and explain.")
+
+@click.command(short_help="Report what this machine can do.")
+@click.option("--timing", is_flag=True, help="Measure how evenly the frames of a window come, and explain.")
 @click.option(
-    "--seconds", type=click.FloatRange(0.5, 600), default=20.0, show_default=True, help="How long to measure."
+    "--seconds", type=click.FloatRange(0.5, 600), default=20.0, show_default=True, help="Duration of --timing."
 )
 @click.option(
     "--rig",
     "rig_file",
     type=click.Path(path_type=Path),
-    help="With --timing, say whether this rig's photodiode verification holds here.",
+    help="Rig whose photodiode record is compared with this machine, with --timing.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the facts as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(timing: bool, seconds: float, rig_file: Path | None, as_json: bool) -> None:
-    """Say what this machine can do.
+    """Report what this machine can do.
 
-    Opens each kind of surface, tries each stereo mode and codes of 10 bits on it, and says why one cannot be had. With
-    --timing it measures the intervals between frames instead.
+    Opens each kind of surface, tries each stereo mode and codes of 10 bits on it, and gives the reason if one cannot
+    be shown. With --timing it measures the intervals between frames instead.
     """
     if timing:
         _timing(seconds, rig_file, as_json)
         return
     if rig_file is not None:
-        raise click.UsageError("A rig is of use with --timing only; `cyclopean check RIG` reads one.")
-    from runner.check.doctor import examine
+        raise click.UsageError("--rig needs --timing. To check a rig file, type: cyclopean check RIG")
+    from runner.check.doctor import examine_machine
 
-    facts = examine()
+    report = examine_machine()
     if as_json:
-        click.echo(json.dumps(facts, indent=2))
-        return
+        click.echo(json.dumps(asdict(report), indent=2))
+    else:
+        _print(report)
+
+
+def _print(report: MachineReport) -> None:
     click.echo("Packages")
-    for name, package in facts["packages"].items():
-        click.echo(f"  {name}: {package['problem'] or 'from ' + package['folder']}")
-    for name, version in facts["software"].items():
+    for name, package in report.packages.items():
+        click.echo(f"  {name}: {package.problem or 'from ' + package.folder}")
+    for name, version in report.software.items():
         click.echo(f"  {name} {version}")
-    for backend, surface in facts["surfaces"].items():
+    for backend, surface in report.surfaces.items():
         click.echo(f"\nSurface '{backend}'")
-        if surface["problem"]:
-            click.echo(f"  not here: {surface['problem']}")
+        facts, ten_bits = surface.facts, surface.ten_bits
+        if facts is None or ten_bits is None:
+            click.echo(f"  not here: {surface.problem}")
             continue
-        drawn = surface["facts"]
-        click.echo(f"  {drawn['renderer']}, OpenGL {drawn['gl_version']}, display server {drawn['display_server']}")
-        for mode, reason in surface["modes"].items():
+        click.echo(f"  {facts.renderer}, OpenGL {facts.gl_version}, display server {facts.display_server}")
+        for mode, reason in surface.modes.items():
             click.echo(f"  {mode}: {'yes' if reason is None else f'no, {reason}'}")
-        ten_bits = surface["ten_bits"]
-        click.echo(f"  codes of 10 bits: {'yes' if ten_bits['given'] else 'no, ' + ten_bits['problem']}")
+        click.echo(f"  codes of 10 bits: {'yes' if ten_bits.given else f'no, {ten_bits.problem}'}")
 
 
 def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
@@ -62,10 +70,10 @@ def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
 
     rig = read_rig(rig_file) if rig_file else None
     with progress_bar(quiet=as_json) as step:
-        facts = examine_timing(seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)), rig)
+        report = examine_timing(seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)), rig)
     if as_json:
-        click.echo(json.dumps(facts, indent=2))
+        click.echo(json.dumps(asdict(report), indent=2))
         return
-    click.echo(f"{facts['renderer']}; {facts['display_server']}; {facts['compositor']}")
-    for sentence in facts["meaning"]:
+    click.echo(f"{report.renderer}; {report.display_server}; {report.compositor}")
+    for sentence in report.meaning:
         click.echo(sentence)

@@ -29,7 +29,7 @@ HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?"
 
 
 def _check(study: Study, **wishes: Any) -> CheckReport:
-    return check_file(study.experiment, CheckOptions(**{"results": study.results, "screen": "leave alone", **wishes}))
+    return check_file(study.experiment, CheckOptions(**{"results": study.results, "screen": "skip", **wishes}))
 
 
 def _messages(checked: CheckReport) -> str:
@@ -164,26 +164,26 @@ def test_without_a_display_the_screen_is_passed_over_unless_it_must_do(
 ) -> None:
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
-    checked = _check(study, screen="if there is one")
+    checked = _check(study, screen="if present")
     assert checked.facts["screen"] == NO_DISPLAY
     assert not checked.errors
-    assert "there is no display here" in str(_check(study, screen="must do").errors[0])
+    assert "there is no display here" in str(_check(study, screen="required").errors[0])
 
 
 def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("DISPLAY", xvfb)
     monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
     assert [monitor.size_px for monitor in monitors()] == [(1920, 1080)]
-    checked = _check(study, screen="if there is one")
+    checked = _check(study, screen="if present")
     assert checked.facts["screen"]["mode_possible"] is True
     assert "no screen here has the panel's 640 x 480 px (there: 1920 x 1080 px" in _messages(checked)
     assert not checked.errors
-    assert "no screen here" in "\n".join(map(str, _check(study, screen="must do").errors))
+    assert "no screen here" in "\n".join(map(str, _check(study, screen="required").errors))
     study.edit("display.yaml", "[640, 480]", "[1920, 1080]")
-    assert "no screen here" not in _messages(_check(study, screen="if there is one"))
+    assert "no screen here" not in _messages(_check(study, screen="if present"))
     study.edit("display.yaml", "pixel_pitch_mm: 0.25", "pixel_pitch_mm: 0.25, bits: 10, refresh_hz: 144")
     study.edit("rig.yaml", "mode: side-by-side", "mode: quad-buffered")
-    checked = _check(study, screen="must do")
+    checked = _check(study, screen="required")
     told = "\n".join(map(str, checked.errors))
     assert "the mode 'quad-buffered' cannot be shown here" in told
     assert checked.facts["screen"]["mode_possible"] is False
@@ -192,7 +192,7 @@ def test_the_screen_is_held_against_the_rig(study: Study, xvfb: str, monkeypatch
 def test_an_unknown_file_and_a_missing_one_are_findings(tmp_path: Path) -> None:
     (tmp_path / "a.yaml").write_text("a: 1\n")
     (tmp_path / "list.yaml").write_text("- 1\n")
-    for name, what in (("a", "no file that"), ("list", "no file that"), ("none", "there is no such file")):
+    for name, what in (("a", "not a kind of file"), ("list", "not a kind of file"), ("none", "there is no such file")):
         (error,) = check_file(tmp_path / f"{name}.yaml").errors
         assert what in error.message
 
@@ -246,5 +246,5 @@ def test_files_that_are_named_have_no_detour_in_their_path(study: Study, monkeyp
     study.edit("rig.yaml", "distance_mm: 700", "distance_mm: -700")
     study.edit("recipe.yaml", "schema_version: 1", "schema_version: 2")
     monkeypatch.chdir(folder)
-    found = check_file(Path("experiments/small.yaml"), CheckOptions(results=study.results, screen="leave alone"))
+    found = check_file(Path("experiments/small.yaml"), CheckOptions(results=study.results, screen="skip"))
     assert {error.file for error in found.errors} == {"rig.yaml", "recipe.yaml"}

@@ -7,7 +7,7 @@ from typing import Any
 
 from click.testing import CliRunner
 
-from runner.cli.check_page import _lines
+from runner.cli.check import _lines
 from runner.cli.main import group
 
 Study = Any  # tests/conftest.py

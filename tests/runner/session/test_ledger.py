@@ -222,7 +222,7 @@ def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: 
 
 
 def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
-    wishes = CheckOptions(results=study.results, screen="leave alone")
+    wishes = CheckOptions(results=study.results, screen="skip")
     facts = check_file(study.experiment, wishes).facts
     assert (facts["costs_reckoned"], facts["costs_found"]) == (4, 0)
     again = check_file(study.experiment, wishes).facts

@@ -1,0 +1,67 @@
+"""The JSON Schema of each kind of file that people write."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+if TYPE_CHECKING:
+    from pydantic import BaseModel
+
+FileKind = Literal["experiment", "rig", "display", "stimuli", "observers", "verification", "camera", "regions"]
+KINDS: tuple[FileKind, ...] = get_args(FileKind)
+
+
+def json_schema(kind: FileKind) -> dict[str, Any]:
+    """Return the JSON Schema (draft 2020-12) of a kind of file, for editors that check while one types.
+
+    Parameters
+    ----------
+    kind
+        One of `KINDS`.
+
+    Returns
+    -------
+    dict
+        The schema, ready for `json.dumps`.
+
+    Examples
+    --------
+    >>> json_schema("experiment")["title"]
+    'ExperimentSpec'
+    """
+    return {**_model(kind).model_json_schema(), "$schema": "https://json-schema.org/draft/2020-12/schema"}
+
+
+def _model(kind: FileKind) -> type[BaseModel]:
+    """Import only what the kind needs."""
+    if kind == "experiment":
+        from runner.protocol.experiment import ExperimentSpec
+
+        return ExperimentSpec
+    if kind == "rig":
+        from devices.display.rig_file import RigSpec
+
+        return RigSpec
+    if kind == "display":
+        from devices.display.display_file import DisplaySpec
+
+        return DisplaySpec
+    if kind == "observers":
+        from runner.observers.observer_file import ObserverFile
+
+        return ObserverFile
+    if kind == "camera":
+        from devices.camera.camera_file import CameraSpec
+
+        return CameraSpec
+    if kind == "regions":
+        from stimuli.comparison.regions_file import RegionsSpec
+
+        return RegionsSpec
+    if kind == "verification":
+        from devices.display.verification_file import VerificationSpec
+
+        return VerificationSpec
+    from stimuli.recipes.recipe import Recipe
+
+    return Recipe
