@@ -23,7 +23,7 @@ COMMANDS = {
     "stimuli": "Build stimuli from photographs, other pictures or made-up plates.",
     "show": "Show one stereo image with the display's response undone.",
     "demo": "Re-enact the thesis's second experiment with simulated observers.",
-    "doctor": "Say what this machine can do.",
+    "doctor": "Report what this machine can do.",
     "schema": "Print the JSON Schema of a file that you write.",
 }
 
