@@ -9,16 +9,10 @@ import numpy as np
 import pytest
 
 from analysis.records.session_record import Header
-<<<<<<< HEAD
-from runner.check import Checked, Wishes, check_file
-from runner.check.screen import NO_DISPLAY
-from runner.presenter.surfaces.screens import monitors
-=======
 from runner.check.files import check_file
 from runner.check.machine import NO_DISPLAY
 from runner.check.report import CheckOptions, CheckReport
-from runner.presenter.surfaces.monitors import monitors
->>>>>>> 05ce2f7 (Check a file by one function with options and a report; twelve files of checks become five)
+from runner.presenter.surfaces.screens import monitors
 from runner.protocol.experiment import read_experiment
 from runner.session.recorder import Recorder
 from stimuli.pictures.exr import write_exr
