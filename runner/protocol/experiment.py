@@ -32,9 +32,9 @@ from runner.protocol.parts import LayoutSpec, Line, Strict
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.recipe import read_recipe
 
-_MOST_TRIALS = 100_000
+MOST_TRIALS = 100_000
 # More than the textures of any graphics card, and than any screen.
-_MOST_PX = 65_536
+MOST_PX = 65_536
 _BIDS_LABEL = re.compile(r"[A-Za-z0-9]+")
 
 
@@ -223,14 +223,14 @@ def _unknown_reference(name: str, known: Sequence[str], source: YamlSource) -> F
 def _too_many(specs: Sequence[BlockSpec], blocks: Sequence[Block]) -> Iterator[Fault]:
     """Yield blocks of more trials than a session can hold."""
     for index, (spec, block) in enumerate(zip(specs, blocks, strict=True)):
-        if block.trials > _MOST_TRIALS:
+        if block.trials > MOST_TRIALS:
             keys = [key for key in ("repeats", "trials") if key in type(spec).model_fields]
             path: Path_ = ("blocks", index, *keys[:1])
-            yield Fault(f"these are {block.trials} trials", path, f"a block has {_MOST_TRIALS} at most")
+            yield Fault(f"these are {block.trials} trials", path, f"a block has {MOST_TRIALS} at most")
 
 
 def _too_large(resolution_px: tuple[int, int]) -> Iterator[Fault]:
     """Yield a panel that no graphics card can serve."""
-    if max(resolution_px) > _MOST_PX:
+    if max(resolution_px) > MOST_PX:
         what = f"the display's panel has {resolution_px[0]} x {resolution_px[1]} px"
-        yield Fault(what, ("rig",), f"at most {_MOST_PX} each way can be drawn; correct resolution_px")
+        yield Fault(what, ("rig",), f"at most {MOST_PX} each way can be drawn; correct resolution_px")

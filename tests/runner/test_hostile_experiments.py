@@ -12,8 +12,7 @@ import pytest
 from documents import InputError
 from runner.check.files import check_file
 from runner.check.report import CheckOptions
-from runner.protocol.experiment import check_observer, read_experiment
-from runner.protocol.limits import MOST_TRIALS
+from runner.protocol.experiment import MOST_TRIALS, check_observer, read_experiment
 
 Study = Any  # tests/conftest.py
 HUGE = ("1000000000", "1" + "0" * 40)
