@@ -22,7 +22,8 @@ from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.read_raw import DEMOSAICS, read_raw
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import measure_sparkles
-from stimuli.spectral import read_spectral, spectral_to_xyz
+from stimuli.spectral.convert import spectral_to_xyz
+from stimuli.spectral.picture import read_spectral
 
 sys.path.insert(0, str(Path(__file__).parents[1]))
 from tests.stimuli.develop.dng import write_dng

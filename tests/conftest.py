@@ -144,7 +144,7 @@ def study(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Study:
     """Four pictures (two stereo, two flat), a display of 640 × 480, a rig, an experiment."""
     import numpy as np
 
-    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.exr_write import write_exr
     from stimuli.pictures.stereo_image import StereoImage
 
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))

@@ -84,7 +84,7 @@ def command(
     from runner.presenter.surfaces.surface import open_surface
     from runner.session.header import clip_costs
     from runner.session.placed_presenter import ReadyPictures
-    from stimuli.pictures.exr import read_exr
+    from stimuli.pictures.exr_read import read_exr
 
     if headless and screenshot is None:
         raise click.UsageError("Without a window there is nothing to see: add --screenshot OUT.png.")

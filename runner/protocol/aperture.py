@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Protocol
 
 from runner.presenter.modes.mode import EyeArea
-from stimuli.pictures.exr.region import Part, Region
+from stimuli.pictures.exr_views import Part, Region
 from stimuli.pictures.stereo_image import StereoImage
 
 

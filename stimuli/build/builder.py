@@ -18,7 +18,7 @@ from documents.files.hashes import sha256_of_file
 from stimuli.build.stimulus_set import MANIFEST, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.recipes.build_context import BuildContext, MadePicture, Progress
 from stimuli.recipes.recipe_kind import RecipeKind
 from stimuli.sparkle.measures.find import Threshold

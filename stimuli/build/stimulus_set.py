@@ -12,7 +12,8 @@ from documents import Finding
 from documents.files.hashes import sha256_of_json
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr import Part, read_exr
+from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures.exr_views import Part
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.build_context import Factors
 

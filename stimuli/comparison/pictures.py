@@ -18,7 +18,7 @@ from stimuli.pictures.picture_input import opened
 if TYPE_CHECKING:
     from devices.camera.camera_model import CameraModel
     from devices.camera.exposure import Exposure
-    from stimuli.pictures.exr.to_xyz import ColourSpace
+    from stimuli.pictures.exr_read import ColourSpace
     from stimuli.spectral.light import Light
     from stimuli.spectral.picture import Quantity
 
@@ -106,12 +106,12 @@ def read_picture(path: Path, reading: Reading, told: Holds | None, what: str, do
         If the file cannot be read, or is camera RGB and there is no camera file, or was taken at an exposure that the
         camera file does not serve, or holds NaN or infinity.
     """
-    from stimuli.develop.metadata import sha256
+    from documents.files.hashes import sha256_of_file
 
     if not path.is_file() and path.suffix.lower() != ".hdr":
         raise _wrong(path, f"there is no such {what}", "check the path")
     holds = told or what_it_holds(path)
-    digest = sha256(path) if path.is_file() else ""
+    digest = sha256_of_file(path) if path.is_file() else ""
     if holds != "spectral":
         _refuse_bytes(path, what)
     if holds == "spectral":
@@ -147,8 +147,8 @@ def what_it_holds(path: Path) -> Holds:
 
 def _exr(path: Path, digest: str, told: Holds | None, done: RowsDone) -> Picture:
     """Read a picture of light a band of rows at a time; negative XYZ is set to 0 and counted."""
-    from stimuli.pictures.exr.read import read_exr_counted
-    from stimuli.pictures.exr.region import Region
+    from stimuli.pictures.exr_read import read_exr_counted
+    from stimuli.pictures.exr_views import Region
 
     space: ColourSpace | None = "xyz" if told == "xyz" else "rec709" if told == "rec709" else None
     width, height = _exr_size(path)
@@ -186,7 +186,7 @@ def _in_rows(error: StimulusError, first: int, last: int, height: int) -> Stimul
 
 
 def _exr_size(path: Path) -> tuple[int, int]:
-    from stimuli.pictures.exr.views import MAX_PIXELS
+    from stimuli.pictures.exr_views import MAX_PIXELS
 
     picture = opened(path)
     try:
@@ -221,8 +221,8 @@ def _refuse_bytes(path: Path, what: str) -> None:
 def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
     """Read a TIFF of floats whose numbers are XYZ in cd/m², or linear Rec. 709 of white 1 cd/m²."""
     from devices.colour.spaces import rgb_to_xyz_matrix
-    from stimuli.develop.read_linear import read_linear
-    from stimuli.pictures.exr.to_xyz import REC709
+    from stimuli.develop.linear_files import read_linear
+    from stimuli.pictures.exr_read import REC709
 
     image = read_linear(path, assume_linear=True)
     if any(step.get("kind", "").startswith("tiff uint") for step in image.steps):
@@ -254,7 +254,8 @@ def _camera_rgb(path: Path, digest: str, reading: Reading, what: str, done: Rows
 
 
 def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDone) -> Picture:
-    from stimuli.spectral import read_spectral, spectral_to_camera, spectral_to_xyz
+    from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
+    from stimuli.spectral.picture import read_spectral
 
     picture = read_spectral(path, reading.quantity)
     if reading.sensitivities is None or reading.full_scale_cd_m2 is None:

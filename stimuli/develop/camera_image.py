@@ -14,6 +14,9 @@ from stimuli.errors import StimulusError
 if TYPE_CHECKING:
     from devices.camera.exposure import Exposure
 
+# Noise seldom lets so many photosites meet at the largest code.
+_MANY = 20
+
 
 @dataclass(frozen=True, eq=False, slots=True)
 class CameraImage:
@@ -21,7 +24,7 @@ class CameraImage:
 
     ``rgb`` is float32, (height, width, 3): 0 is black and 1 full scale. Noise below black stays negative.
     ``saturated`` is bool of the same shape: the channel's value rests on a full photosite and is a lower bound only.
-    ``exposure`` is None where neither the file nor anyone tells. ``source`` names the file. ``steps`` are mappings
+    ``exposure`` is None where it is not known. ``source`` names the file. ``steps`` are mappings
     that JSON can hold, in the order in which they were done, each with its name under ``step``.
     Raises StimulusError if the shapes disagree.
     """
@@ -43,3 +46,17 @@ class CameraImage:
         """Shares of saturated pixels in red, green and blue, 0 to 1."""
         red, green, blue = self.saturated.reshape(-1, 3).mean(axis=0)
         return float(red), float(green), float(blue)
+
+    def full_early(self) -> tuple[str, ...]:
+        """Return a note for each step in which many photosites share a code below that of a full one."""
+        notes = []
+        for step in self.steps:
+            if step["step"] != "linearise":
+                continue
+            largest, many, full = step["largest_code"], step["photosites_at_largest_code"], min(step["saturated_from"])
+            if largest < full and many >= _MANY:
+                notes.append(
+                    f"{many} photosites share the largest code, {largest}, below {full:g}: if it is full there, "
+                    f"tell --saturated {largest}"
+                )
+        return tuple(notes)

@@ -1,25 +1,41 @@
-"""What a camera file says about how it was taken."""
+"""What a picture's file says: how it was taken, which way up it stands, and what was done to it before.
+
+The earlier steps are believed only as far as they are what this program writes.
+"""
 
 from __future__ import annotations
 
 import contextlib
+import json
+import math
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
 from devices.errors import DeviceError
-from stimuli.develop.earlier_steps import kept_exposure
 
 if TYPE_CHECKING:
     import OpenImageIO
     import rawpy
 
+
 # OpenImageIO's names; the older Exif name of the ISO speed is the second.
 _TIME, _F_NUMBER = "ExposureTime", "FNumber"
 _ISO = ("Exif:PhotographicSensitivity", "Exif:ISOSpeedRatings")
 EXPOSURE_ATTRIBUTE = "cyclopean:exposure"
+
+Steps = tuple[Mapping[str, Any], ...]
+
+MOST_CHARACTERS, MOST_STEPS, _MOST_DEEP = 1_000_000, 100, 8
+# The steps that a picture of camera RGB has behind it when it is written.
+NAMES = frozenset({"read", "linearise", "demosaic", "rotate", "scale", "exposure", "spectra_to_camera"})
+
+# LibRaw's flip for each orientation of Exif (and TIFF), 1 to 8.
+EXIF_FLIPS = {1: 0, 2: 1, 3: 3, 4: 2, 5: 4, 6: 6, 7: 7, 8: 5}
 
 
 def exif_exposure(path: Path, raw: rawpy.RawPy | None = None) -> Exposure | None:
@@ -62,14 +78,6 @@ def exposure_step(exposure: Exposure, source: str) -> dict[str, Any]:
     return {"step": "exposure", **numbers, "source": source}
 
 
-def sha256(path: Path) -> str:
-    """Return the file's digest, so that a result can be traced to the very photograph."""
-    import hashlib
-
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
-
-
 def _number(spec: OpenImageIO.ImageSpec, name: str) -> float:
     value = spec.getattribute(name)
     if isinstance(value, (tuple, list)) and value:
@@ -100,3 +108,79 @@ def _attributes(path: Path) -> OpenImageIO.ImageSpec | None:
         return picture.spec()
     finally:
         picture.close()
+
+
+def earlier_steps(kept: object) -> Steps:
+    """Return the steps in ``kept``, the text of a picture's attribute; none at all if any of it is not as written.
+
+    Anybody can write such an attribute, and what it says goes into manifests and reports: it may hold no NaN, no
+    infinity, no names but `NAMES`, and no more than a few steps can.
+    """
+    steps = _parsed(kept)
+    if not isinstance(steps, list) or len(steps) > MOST_STEPS or not all(_is_step(step) for step in steps):
+        return ()
+    return tuple(steps)
+
+
+def kept_exposure(kept: object) -> Exposure | None:
+    """Return the exposure in ``kept``, the text of a picture's attribute, or None if it holds none."""
+    numbers = _parsed(kept)
+    return _checked_exposure(*numbers) if isinstance(numbers, list) and len(numbers) == 3 else None
+
+
+def _parsed(kept: object) -> Any:
+    """Return what a JSON text holds; None if it is no JSON of finite numbers, or longer or deeper than any written."""
+    if isinstance(kept, str) and len(kept) <= MOST_CHARACTERS:
+        with contextlib.suppress(ValueError, RecursionError):
+            value = json.loads(kept)
+            if _is_plain(value, _MOST_DEEP):
+                return value
+    return None
+
+
+def _is_plain(value: Any, deep: int) -> bool:
+    if isinstance(value, float):
+        return math.isfinite(value)
+    if isinstance(value, dict | list):
+        return deep > 0 and all(
+            _is_plain(one, deep - 1) for one in (value.values() if isinstance(value, dict) else value)
+        )
+    return True
+
+
+def _is_step(step: Any) -> bool:
+    if not isinstance(step, dict) or str(step.get("step")) not in NAMES or "luminance_scale" in step:
+        return False
+    said = step.get("said", [])
+    if not (isinstance(said, list) and all(isinstance(one, str) for one in said)):
+        return False
+    if step["step"] == "exposure":
+        return _checked_exposure(*(step.get(key) for key in ("time_s", "f_number", "iso"))) is not None
+    if step["step"] == "linearise":
+        full = step.get("saturated_from")
+        counts = (step.get("largest_code"), step.get("photosites_at_largest_code"))
+        return isinstance(full, list) and len(full) > 0 and all(_is_number(one) for one in (*full, *counts))
+    return isinstance(step.get("kind", ""), str)
+
+
+def _checked_exposure(time_s: Any, f_number: Any, iso: Any) -> Exposure | None:
+    if all(_is_number(value) for value in (time_s, f_number, iso)):
+        with contextlib.suppress(DeviceError, OverflowError):
+            return Exposure(float(time_s), float(f_number), float(iso))
+    return None
+
+
+def _is_number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool)
+
+
+def turned(array: NDArray[Any], flip: int) -> NDArray[Any]:
+    """Return ``array`` (height, width, ...) turned by the bits of LibRaw's ``flip``.
+
+    2 reverses the rows, 1 the columns, and 4, done last, swaps rows with columns.
+    """
+    if flip & 2:
+        array = array[::-1]
+    if flip & 1:
+        array = array[:, ::-1]
+    return array.swapaxes(0, 1) if flip & 4 else array

@@ -13,14 +13,13 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from documents import Finding
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.full_early import full_early
 from stimuli.develop.levels import Levels
+from stimuli.develop.linear_files import write_camera_exr
 from stimuli.develop.read import read_camera_image
 from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.develop.to_xyz import Negative, to_xyz
-from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr.write import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 
@@ -92,6 +91,6 @@ def _told(photo: Path, output: Path, image: CameraImage, holds: str) -> dict[str
         if exposure is None
         else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
         "saturated_share": list(image.saturated_share),
-        "said": list(full_early(image)),
+        "said": list(image.full_early()),
         "steps": [dict(step) for step in image.steps],
     }

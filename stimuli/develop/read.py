@@ -8,7 +8,7 @@ from devices.camera.exposure import Exposure
 from documents import Finding
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
-from stimuli.develop.read_linear import read_linear
+from stimuli.develop.linear_files import read_linear
 from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic, read_raw
 from stimuli.errors import StimulusError
 
@@ -29,7 +29,7 @@ def read_camera_image(
     """Return the linear camera RGB in a raw file, or in a TIFF or OpenEXR file of linear camera RGB.
 
     ``demosaic``: `stimuli.develop.read_raw.DEMOSAICS`, for raw files alone. ``levels`` take the place of the file's
-    black and white, ``exposure`` that of its metadata. ``assume_linear``: see `stimuli.develop.read_linear`.
+    black and white, ``exposure`` that of its metadata. ``assume_linear``: see `stimuli.develop.linear_files`.
 
     Raises
     ------

@@ -11,13 +11,21 @@ from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
 from documents import Finding
+from documents.files.hashes import sha256_of_file
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.demosaic import Linear, interpolate, superpixel
+from stimuli.develop.demosaic import (
+    COLOURS,
+    REACH_PX,
+    Adaptive,
+    Linear,
+    Mosaic,
+    interpolate,
+    libraw_interpolate,
+    quantum,
+    superpixel,
+)
 from stimuli.develop.levels import Levels
-from stimuli.develop.libraw import REACH_PX, Adaptive, libraw_interpolate, quantum
-from stimuli.develop.metadata import exif_exposure, exposure_step, sha256
-from stimuli.develop.mosaic import COLOURS, Mosaic
-from stimuli.develop.orientation import turned
+from stimuli.develop.metadata import exif_exposure, exposure_step, turned
 from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:
@@ -87,7 +95,7 @@ def _developed(
     rgb, saturated = np.ascontiguousarray(turned(rgb, flip)), np.ascontiguousarray(turned(saturated, flip))
     step["saturated_pixels"] = saturated.reshape(-1, 3).sum(axis=0).tolist()
     exposure, from_where = (told, "told") if told else (exif_exposure(path, raw), "metadata")
-    read = {"step": "read", "file": path.name, "kind": "raw", "sha256": sha256(path)}
+    read = {"step": "read", "file": path.name, "kind": "raw", "sha256": sha256_of_file(path)}
     turn = {"step": "rotate", "libraw_flip": flip, "size_px": [rgb.shape[1], rgb.shape[0]]}
     steps: tuple[Mapping[str, Any], ...] = (read, linearised, step, turn)
     if exposure:

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 Filter = Literal["area", "linear", "cubic"]
 Floats = NDArray[np.float64]
 MAX_PIXELS = 16384  # along one axis; no display has more
-MAX_AREA_PX = 100_000_000  # more than `stimuli.pictures.exr` reads
+MAX_AREA_PX = 100_000_000  # more than `stimuli.pictures.exr_views` reads
 # Of a display's pixel; what is smaller is a slip of the pen, and its weights fill the memory.
 _LEAST_PIXELS = 0.01
 _DEGREE = {"linear": 1, "cubic": 3}

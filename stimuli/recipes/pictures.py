@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, PositiveFloat
 
-from stimuli.pictures.exr.to_xyz import ColourSpace, Negative
+from stimuli.pictures.exr_read import ColourSpace, Negative
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.from_files import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import Fault

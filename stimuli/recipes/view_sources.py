@@ -12,8 +12,7 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from documents import Finding, InputError
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr.read import read_exr_counted
-from stimuli.pictures.exr.to_xyz import ColourSpace, Negative
+from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr_counted
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 from stimuli.recipes.build_context import Step
 from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
@@ -128,9 +127,9 @@ def _photograph(
 
 
 def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZImage, tuple[Step, ...]]:
+    from stimuli.spectral.convert import spectral_to_xyz
     from stimuli.spectral.light import Light
-    from stimuli.spectral.read import read_spectral
-    from stimuli.spectral.to_xyz import spectral_to_xyz
+    from stimuli.spectral.picture import read_spectral
 
     illuminant = spectral.illuminant
     if illuminant is not None and illuminant.lower().endswith(".csv"):

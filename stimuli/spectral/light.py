@@ -96,13 +96,13 @@ def weighted(picture: SpectralPicture, weights: Floats) -> NDArray[np.float32]:
 
 def spectral_step(name: str, picture: SpectralPicture, light: Light) -> dict[str, Any]:
     """Return the step that tells which file it was, its bands and its light."""
-    from stimuli.develop.metadata import sha256
+    from documents.files.hashes import sha256_of_file
 
     waves = picture.wavelengths_nm
     return {
         "step": name,
         "file": picture.path.name,
-        "sha256": sha256(picture.path),
+        "sha256": sha256_of_file(picture.path),
         "quantity": picture.quantity,
         "bands": len(waves),
         "first_nm": float(waves[0]),

@@ -1,4 +1,4 @@
-"""A picture of many wavelengths that is read a few rows at a time."""
+"""A picture of many wavelengths, from an OpenEXR or ENVI file, read a few rows at a time."""
 
 from __future__ import annotations
 
@@ -107,3 +107,24 @@ class SpectralPicture:
     def wrong(self, message: str, remedy: str) -> StimulusError:
         """Return the error that says what is wrong with the file."""
         return StimulusError(Finding(message, str(self.path), remedy=remedy))
+
+
+def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPicture:
+    """Return the spectral picture at ``path``, OpenEXR (.exr) or ENVI (.hdr, or the data beside it).
+
+    Only the header is read; the values come with `SpectralPicture.blocks`. ``quantity`` says what they are where the
+    file does not.
+
+    Raises
+    ------
+    StimulusError
+        If the file is missing or neither; if its bands do not rise, leave out a part of 400..700 nm, or are more than
+        20 nm apart; if it does not say what its values are. The finding names file and reason.
+    """
+    from stimuli.spectral.envi_bands import envi_bands
+    from stimuli.spectral.exr_bands import exr_bands
+
+    path = Path(path)
+    if not path.is_file() and path.suffix.lower() != ".hdr":
+        raise StimulusError(Finding("there is no such file", str(path), remedy="check the path"))
+    return (exr_bands if path.suffix.lower() == ".exr" else envi_bands)(path, quantity)

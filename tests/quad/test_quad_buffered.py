@@ -17,7 +17,8 @@ from PIL import Image
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
-from stimuli.pictures.exr import read_exr, write_exr
+from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 ROOT = Path(__file__).parents[2]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from devices.display.display_file import read_display
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 
 Person = Any  # tests/conftest.py
 pytestmark = pytest.mark.window

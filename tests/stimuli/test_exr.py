@@ -15,9 +15,9 @@ from hypothesis.extra import numpy as hnp
 
 from devices.colour.spaces import rgb_to_xyz_matrix
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr import read_exr, read_views, write_exr
-from stimuli.pictures.exr.read import read_exr_counted
-from stimuli.pictures.exr.to_xyz import REC709
+from stimuli.pictures.exr_read import REC709, read_exr, read_exr_counted
+from stimuli.pictures.exr_views import read_views
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 SHARED = Path(__file__).parents[2] / ".." / "shared" / "data" / "stereo"

@@ -11,7 +11,9 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr import Region, read_exr, read_views, write_exr
+from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures.exr_views import Region, read_views
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 

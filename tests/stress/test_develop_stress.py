@@ -13,7 +13,8 @@ from stimuli.develop.levels import Levels
 from stimuli.develop.read import read_camera_image
 from stimuli.develop.read_raw import DEMOSAICS, Demosaic
 from stimuli.errors import StimulusError
-from stimuli.spectral import read_spectral, spectral_to_xyz
+from stimuli.spectral.convert import spectral_to_xyz
+from stimuli.spectral.picture import read_spectral
 from tests.stimuli.develop.dng import save_dng, smooth, write_dng
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
@@ -113,7 +114,7 @@ def test_a_large_spectral_picture_does_not_fill_memory(tmp_path: Path) -> None:
     for path in (save_envi(tmp_path / "a.hdr", np.asarray(values)), save_exr(tmp_path / "a.exr", values, form="{}nm")):
         program = (
             "from pathlib import Path; import colour, spectral, OpenImageIO;"
-            "from stimuli.spectral import read_spectral, spectral_to_xyz;"
+            "from stimuli.spectral.convert import spectral_to_xyz; from stimuli.spectral.picture import read_spectral;"
             f"{PEAK_KB} before = peak_kb();"
             f"found = spectral_to_xyz(read_spectral(Path({str(path)!r}), 'radiance'));"
             "print((peak_kb() - before) / 1024)"

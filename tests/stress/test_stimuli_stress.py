@@ -19,7 +19,9 @@ from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from stimuli.build.recipe_to_set import build_set
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr import read_exr, read_views, write_exr
+from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures.exr_views import read_views
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 pytestmark = pytest.mark.stress

@@ -171,14 +171,13 @@ def _photographed(
     linear: bool,
 ) -> tuple[Correspondences, Exposure | None, dict[str, Any]]:
     from stimuli.chart.photographed import read_chart
-    from stimuli.develop.full_early import full_early
     from stimuli.develop.read import read_camera_image
 
     # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
     image = read_camera_image(photo, demosaic="bilinear", levels=levels, exposure=at, assume_linear=linear)
     chart = read_chart(image.rgb, image.saturated, patches, corners, file=str(photo))
     told = chart.to_json()
-    told["said"] += full_early(image)
+    told["said"] += image.full_early()
     return chart.colours, image.exposure, told
 
 

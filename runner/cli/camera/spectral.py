@@ -56,12 +56,12 @@ def command(
 
     from devices.camera.exposure import parse_exposure
     from documents import Finding, InputError
-    from stimuli.develop.write import write_camera_exr
-    from stimuli.pictures.exr.write import write_exr
+    from stimuli.develop.linear_files import write_camera_exr
+    from stimuli.pictures.exr_write import write_exr
     from stimuli.pictures.stereo_image import StereoImage
-    from stimuli.spectral import read_spectral, spectral_to_camera, spectral_to_xyz
+    from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
     from stimuli.spectral.light import Light
-    from stimuli.spectral.picture import Quantity
+    from stimuli.spectral.picture import Quantity, read_spectral
 
     if (sensitivities is None) != (full_scale is None):
         raise click.UsageError("--sensitivities and --full-scale go together")

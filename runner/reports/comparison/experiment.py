@@ -15,7 +15,7 @@ from documents import Finding, InputError
 from documents.text.characters import visible
 from stimuli.comparison.results import Comparison
 from stimuli.comparison.row_source import RowSource
-from stimuli.pictures.exr.write import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 PICTURES = ("photograph", "rendering")

@@ -17,7 +17,7 @@ from documents import InputError
 from runner.cli.main import group
 from runner.presenter.compensation import Compensation
 from runner.protocol.experiment import read_experiment
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 
 Study = Any  # tests/conftest.py
 ROOT = Path(__file__).parents[3]

@@ -18,7 +18,7 @@ from devices.display.display_file import EyeModels, read_display
 from runner.cli.run import command
 from runner.errors import SessionError
 from runner.observers.image_distance import mean_delta_e_00
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 Study = Any  # tests/conftest.py

@@ -18,7 +18,7 @@ from devices.compensation.crosstalk_cancel import seen_XYZ
 from devices.display.rig_file import read_rig
 from runner.cli.main import group
 from runner.protocol.experiment import read_experiment
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 
 Study = Any  # tests/conftest.py
 CROSSTALK = """    crosstalk:
@@ -56,7 +56,7 @@ def _mean_delta_e(study: Study) -> list[float]:
 @pytest.fixture
 def inside(study: Study) -> Study:
     """The study with pictures well inside the gamut, so that nothing but crosstalk moves a colour."""
-    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.exr_write import write_exr
     from stimuli.pictures.stereo_image import StereoImage
 
     white = read_rig(study.folder / "rig.yaml").models.left.white_XYZ_cd_m2
@@ -99,7 +99,7 @@ def _report(study: Study) -> dict[str, Any]:
 
 
 def _dark_against_bright(folder: Path) -> None:
-    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.exr_write import write_exr
     from stimuli.pictures.stereo_image import StereoImage
 
     white = read_rig(folder / "rig.yaml").models.left.white_XYZ_cd_m2
@@ -247,7 +247,7 @@ def test_the_ledger_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> Non
 
 
 def test_dithering_of_the_rig_reaches_the_screen_and_keeps_the_mean_light(study: Study) -> None:
-    from stimuli.pictures.exr import write_exr
+    from stimuli.pictures.exr_write import write_exr
     from stimuli.pictures.stereo_image import StereoImage
 
     model = read_rig(study.folder / "rig.yaml").models.left

@@ -16,7 +16,8 @@ from numpy.typing import NDArray
 from PIL import Image
 
 from devices.display.display_file import read_display
-from stimuli.pictures.exr import read_exr, write_exr
+from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 ROOT = Path(__file__).parents[3]

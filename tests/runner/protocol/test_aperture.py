@@ -21,7 +21,8 @@ from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import open_surface
 from runner.protocol.aperture import LoadPart, through_aperture
 from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.exr import Part, write_exr
+from stimuli.pictures.exr_views import Part
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 SIZES = st.tuples(st.integers(1, 40), st.integers(1, 40))

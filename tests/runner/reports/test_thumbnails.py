@@ -16,7 +16,7 @@ from runner.protocol.experiment import Experiment, read_experiment
 from runner.reports.thumbnails import find_shown, png, small, srgb, thumbnails
 from runner.session.header import hashes, make_header
 from stimuli.build.recipe_to_set import StimulusSet, build_set
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 ROOT = Path(__file__).parents[3]

@@ -22,7 +22,7 @@ from runner.protocol.experiment import read_experiment
 from runner.session.header import describe_stimulus
 from runner.session.ledger import Ledger
 from stimuli.build.recipe_to_set import build_set
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 Study = Any  # tests/conftest.py

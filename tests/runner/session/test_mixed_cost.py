@@ -23,7 +23,7 @@ from runner.cli.main import group
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.session.mixed_cost import mixed_costs
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 Study = Any  # tests/conftest.py

@@ -19,7 +19,7 @@ from documents import InputError
 from stimuli.build.cache import cache_folder
 from stimuli.build.recipe_to_set import build_set
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 PLATE: dict[str, Any] = {

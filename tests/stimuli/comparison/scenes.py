@@ -15,7 +15,7 @@ from scipy.special import ndtr
 from devices.chart.layout import COLORCHECKER, perspective, project
 from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
-from stimuli.pictures.exr.write import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 Floats32 = NDArray[np.float32]

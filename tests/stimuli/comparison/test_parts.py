@@ -23,7 +23,7 @@ from stimuli.comparison.bring import brought, flags_brought
 from stimuli.comparison.drawn import draw_pictures
 from stimuli.comparison.placing import Placing, place
 from stimuli.comparison.row_file import RowFile
-from stimuli.pictures.exr.to_xyz import REC709
+from stimuli.pictures.exr_read import REC709
 from tests.stimuli.comparison.scenes import (
     CHART,
     PLATE,

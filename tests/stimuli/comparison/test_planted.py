@@ -12,7 +12,7 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from devices.colour.spaces import XYZ_from_xyY, xyY_from_XYZ
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.write import write_camera_exr
+from stimuli.develop.linear_files import write_camera_exr
 from tests.stimuli.comparison.scenes import (
     CHART,
     PATCHES,

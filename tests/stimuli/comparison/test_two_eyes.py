@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.records.session_record import read_session
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, Cyclopean, compared, said, spots, written
 
 

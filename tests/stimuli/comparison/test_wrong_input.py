@@ -12,7 +12,7 @@ from devices.camera.camera_file import write_camera
 from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.write import write_camera_exr
+from stimuli.develop.linear_files import write_camera_exr
 from tests.stimuli.comparison.scenes import CHART, PLATE, RIG, SIZE, Cyclopean, chart, patch_XYZ, spots, written
 
 Refused = Callable[..., str]

@@ -12,13 +12,11 @@ import pytest
 
 from devices.camera.exposure import Exposure, parse_exposure
 from devices.errors import DeviceError
-from stimuli.develop import read_linear as reader
+from stimuli.develop import linear_files as reader
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.earlier_steps import MOST_CHARACTERS, MOST_STEPS, earlier_steps, kept_exposure
-from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE
-from stimuli.develop.read_linear import STEPS_ATTRIBUTE, read_linear
+from stimuli.develop.linear_files import STEPS_ATTRIBUTE, read_linear, write_camera_exr
+from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE, MOST_CHARACTERS, MOST_STEPS, earlier_steps, kept_exposure
 from stimuli.develop.read_raw import read_raw
-from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from devices.camera.exposure import Exposure
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
+from stimuli.develop.linear_files import write_camera_exr
 from stimuli.develop.read import read_camera_image
-from stimuli.develop.write import write_camera_exr
 from stimuli.errors import StimulusError
 
 CODES = np.random.default_rng(0).integers(0, 65536, (8, 9, 3)).astype(np.uint16)

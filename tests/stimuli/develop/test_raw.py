@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
+from stimuli.develop.demosaic import REACH_PX
 from stimuli.develop.levels import Levels
-from stimuli.develop.libraw import REACH_PX
 from stimuli.develop.read import read_camera_image
 from stimuli.develop.read_raw import DEMOSAICS, Demosaic
 from stimuli.errors import StimulusError

@@ -17,8 +17,8 @@ from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr import read_exr, write_exr
-from stimuli.pictures.exr.read import read_exr_counted
+from stimuli.pictures.exr_read import read_exr, read_exr_counted
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.resample import resample_picture
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.photographs import DevelopSpec

@@ -10,9 +10,10 @@ import pytest
 
 from stimuli.errors import StimulusError
 from stimuli.spectral import picture as pictures
-from stimuli.spectral import read_spectral, spectral_to_camera, spectral_to_xyz
+from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
 from stimuli.spectral.curves import read_illuminant, read_sensitivities
 from stimuli.spectral.light import Light
+from stimuli.spectral.picture import read_spectral
 
 WAVES = np.arange(400.0, 710.0, 10.0)
 LISTED = "wavelength = {" + ", ".join(f"{wave:g}" for wave in WAVES) + "}\nwavelength units = Nanometers\n"

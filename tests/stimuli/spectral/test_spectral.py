@@ -13,9 +13,9 @@ from devices.camera.exposure import Exposure
 from devices.measurements.spectra import xyz_from_spectra
 from stimuli.errors import StimulusError
 from stimuli.spectral import picture as picture_module
-from stimuli.spectral import read_spectral, spectral_to_camera, spectral_to_xyz
+from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
 from stimuli.spectral.light import Light
-from stimuli.spectral.picture import Quantity
+from stimuli.spectral.picture import Quantity, read_spectral
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
 LIGHT = bumps(WAVES)

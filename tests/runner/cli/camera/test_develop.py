@@ -17,7 +17,7 @@ from runner.cli.camera import command as group
 from runner.cli.camera.develop import command as develop_command
 from stimuli.develop.read import read_camera_image
 from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, DEMOSAICS
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, 5.0], [1.0, 10.0, 120.0]])

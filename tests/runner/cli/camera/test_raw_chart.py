@@ -16,7 +16,7 @@ from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import InputError
 from runner.cli.camera import command as group
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng
 
 MATRIX = np.array([[220.0, 37.0, 3.0], [84.0, 146.0, -46.0], [12.0, -35.0, 220.0]])

@@ -13,7 +13,7 @@ from devices.measurements.spectra import xyz_from_spectra
 from documents import InputError
 from runner.cli.camera.spectral import command
 from stimuli.develop.read import read_camera_image
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
 LIGHT = bumps(WAVES)

@@ -12,7 +12,7 @@ from click.testing import CliRunner
 from documents import InputError
 from runner.cli.main import group
 from stimuli.build.cache import cache_folder
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
 Build = Callable[..., str]

@@ -12,7 +12,7 @@ import yaml
 from click.testing import CliRunner
 
 from runner.cli.main import group
-from stimuli.pictures.exr import read_exr
+from stimuli.pictures.exr_read import read_exr
 from stimuli.pictures.resample import resample_picture
 from stimuli.pictures.stereo_image import StereoImage
 from tests.stimuli.photographs.raw_pair import (

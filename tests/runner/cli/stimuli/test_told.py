@@ -15,7 +15,7 @@ from runner.cli.main import group
 from runner.cli.stimuli.build import notes
 from stimuli.build.cache import locked
 from stimuli.build.report import BuiltStimulus
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe
 

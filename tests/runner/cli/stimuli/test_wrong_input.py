@@ -18,7 +18,7 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from documents import InputError
 from runner.cli.main import group
-from stimuli.pictures.exr import write_exr
+from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 from tests.stimuli.photographs.raw_pair import MATRIX, chart_csv, write_recipe

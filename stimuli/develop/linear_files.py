@@ -1,7 +1,8 @@
-"""From a TIFF or OpenEXR file of linear camera RGB to a camera's picture."""
+"""TIFF and OpenEXR files of linear camera RGB: read as a camera's picture, and written so that they read back."""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,17 +12,18 @@ from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
 from documents import Finding
+from documents.files.hashes import sha256_of_file
 from documents.text.counting import counted
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.earlier_steps import earlier_steps
 from stimuli.develop.levels import Levels
-from stimuli.develop.metadata import exposure_step, sha256, spec_exposure
-from stimuli.develop.orientation import EXIF_FLIPS, turned
+from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_write import write_whole
 from stimuli.pictures.picture_input import opened, reason
 
 if TYPE_CHECKING:
     import OpenImageIO
+
 
 MAX_PIXELS = 200_000_000
 # Rows that are held in double precision at a time.
@@ -111,7 +113,7 @@ def _read(
     flip = EXIF_FLIPS.get(_orientation(spec), 0) if rotate else 0
     steps: tuple[Mapping[str, Any], ...] = earlier_steps(spec.getattribute(STEPS_ATTRIBUTE))
     kind = f"{picture.format_name()} {spec.format}"
-    steps += ({"step": "read", "file": path.name, "kind": kind, "sha256": sha256(path)},)
+    steps += ({"step": "read", "file": path.name, "kind": kind, "sha256": sha256_of_file(path)},)
     steps += ({"step": "scale", "black": black, "white": white, "saturated_from": full, "saturation_map": map_from},)
     if flip:
         steps += ({"step": "rotate", "libraw_flip": flip},)
@@ -164,3 +166,30 @@ def _orientation(spec: OpenImageIO.ImageSpec) -> int:
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
     return StimulusError(Finding(message, str(path), remedy=remedy))
+
+
+def write_camera_exr(path: Path, image: CameraImage) -> None:
+    """Write ``image`` to ``path``, as a whole or not at all: R, G, B in single precision and the saturation map.
+
+    Exposure and steps go along, and no chromaticities, because a camera's RGB has none. Nothing is rounded:
+    `read_linear` returns the same numbers.
+
+    Raises
+    ------
+    StimulusError
+        If the file cannot be written.
+    """
+    import OpenImageIO as oiio
+
+    path = Path(path)
+    height, width, _ = image.rgb.shape
+    spec = oiio.ImageSpec(width, height, 6, "float")
+    spec.channelnames = ("R", "G", "B", *SATURATED)
+    spec.channelformats = (oiio.FLOAT,) * 3 + (oiio.HALF,) * 3
+    spec.attribute(STEPS_ATTRIBUTE, json.dumps(list(image.steps), ensure_ascii=False))
+    if image.exposure:
+        numbers = (image.exposure.time_s, image.exposure.f_number, image.exposure.iso)
+        spec.attribute(EXPOSURE_ATTRIBUTE, json.dumps(numbers))
+        spec.attribute("ExposureTime", numbers[0])
+        spec.attribute("FNumber", numbers[1])
+    write_whole(path, spec, np.concatenate([image.rgb, image.saturated.astype(np.float32)], axis=-1))

@@ -6,21 +6,21 @@ its unprefixed channels belonging to the first of them; and several parts, each 
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr.region import Region
 from stimuli.pictures.picture_input import opened, reason
 
 if TYPE_CHECKING:
     import OpenImageIO
+
 
 MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
 MAX_PARTS = 64
@@ -245,3 +245,32 @@ def _spelling(name: str) -> str:
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
     return StimulusError(Finding(message, str(path), remedy=remedy))
+
+
+@dataclass(frozen=True, slots=True)
+class Region:
+    """``height`` rows from ``top`` and ``width`` columns from ``left``, in pixels from a picture's top left corner."""
+
+    left: int
+    top: int
+    width: int
+    height: int
+
+    @property
+    def right(self) -> int:
+        """The first column beyond it."""
+        return self.left + self.width
+
+    @property
+    def bottom(self) -> int:
+        """The first row beyond it."""
+        return self.top + self.height
+
+    def is_within(self, width_px: int, height_px: int) -> bool:
+        """Whether it has a pixel, and all of them are those of a picture of that size."""
+        across = 0 <= self.left < self.right <= width_px
+        return across and 0 <= self.top < self.bottom <= height_px
+
+
+# From a picture's (width, height) in pixels to the part of it to read.
+Part: TypeAlias = Callable[[tuple[int, int]], Region]
