@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from documents.text.characters import visible
+from documents.text.words import visible
 
 # Nobody reads more of one message; what files hold comes up in it.
 _SHOWN = 600

@@ -20,7 +20,7 @@ from analysis.bids.sources import Source
 from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Sequence
 
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files.separators import other_separator
+from documents.files.tables import other_separator
+from documents.text.words import did_you_mean
 
 COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties")
 REQUIRED = ("winner", "loser")
@@ -32,8 +32,7 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
     findings = []
     for field, name in enumerate(names):
         if name not in COLUMNS:
-            near = difflib.get_close_matches(name.lower(), COLUMNS, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else f"the columns are {', '.join(COLUMNS)}, parted by commas"
+            remedy = did_you_mean(name.lower(), COLUMNS, f"the columns are {', '.join(COLUMNS)}, separated by commas")
             findings.append(Finding(f"unknown column '{name}'", file, 1, column_of(field, line), remedy))
         elif name in names[:field]:
             findings.append(Finding(f"the column '{name}' stands twice", file, 1, column_of(field, line), "keep one"))

@@ -27,7 +27,7 @@ from analysis.observers.screening import Outcome, outcomes, passed_screening
 from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
 from analysis.scaling.bradley_terry import BradleyTerryFit, fit
-from documents.text.counting import counted
+from documents.text.words import counted
 
 
 @dataclass(frozen=True, slots=True)

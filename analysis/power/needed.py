@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.power.power import Power
 from documents import Finding
+from documents.text.words import did_you_mean
 
 TARGET = 0.8
 
@@ -142,16 +143,13 @@ def check_target(target: float) -> None:
 
 def chosen_pairs(items: Sequence[str], pairs: Sequence[tuple[str, str]]) -> NDArray[np.intp]:
     """Return the indices of ``pairs``, by name, in the order of ``numpy.triu_indices``, each once."""
-    import difflib
-
     first, second = np.triu_indices(len(items), 1)
     index = {pair: place for place, pair in enumerate(zip(first.tolist(), second.tolist(), strict=True))}
     found = []
     for pair in pairs:
         for name in pair:
             if name not in items:
-                near = difflib.get_close_matches(name, items, n=1)
-                remedy = f"did you mean '{near[0]}'?" if near else "there are: " + ", ".join(items[:20])
+                remedy = did_you_mean(name, items, "there are: " + ", ".join(items[:20]))
                 raise ResultsError(Finding(f"there is no item '{name}' to compare", remedy=remedy))
         one, other = sorted(items.index(name) for name in pair)
         if one == other:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from analysis.scaling.pair_scores import ModelScores
 from analysis.scaling.parameter import Parameter
 from analysis.scaling.terminal import CLASS_STYLES, TOO_MANY
-from documents.text.counting import counted
+from documents.text.words import counted
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -24,7 +24,7 @@ from analysis.series.just_noticeable import StepSize, step_size
 from analysis.series.picture_scores import WEIGHT, PictureScore, picture_scores
 from analysis.series.rating_means import CellMean, path_lengths, rating_means, response_times_s
 from analysis.series.rating_tests import RatingTest, rating_test
-from documents.text.counting import counted
+from documents.text.words import counted
 
 Floats = NDArray[np.float64]
 

@@ -9,13 +9,14 @@ from typing import Annotated, Any, Literal
 
 import numpy as np
 import yaml
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeFloat, PositiveFloat
+from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat
 
 from devices.camera.camera_model import CameraModel, ExposureSet, Form
 from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.files.whole_file import write_whole
+from documents.yaml.load import Strict
 
 Triple = tuple[float, float, float]
 
@@ -32,11 +33,7 @@ def _seconds(value: Any) -> Any:
 Seconds = Annotated[PositiveFloat, BeforeValidator(_seconds)]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class ExposureSpec(_Strict):
+class ExposureSpec(Strict):
     """An exposure; ``time_s`` may be written as on a camera, 1/15."""
 
     time_s: Seconds
@@ -48,7 +45,7 @@ class ExposureSpec(_Strict):
         return Exposure(self.time_s, self.f_number, self.iso)
 
 
-class ExposureSetSpec(_Strict):
+class ExposureSetSpec(Strict):
     """Shutter speeds at which a chart was photographed in one light (thesis Table 4.2)."""
 
     white_luminance_cd_m2: PositiveFloat
@@ -63,7 +60,7 @@ class ExposureSetSpec(_Strict):
         )
 
 
-class MatrixSpec(_Strict):
+class MatrixSpec(Strict):
     """XYZ in cd/m² for camera R, G and B of full scale each: the rows of A in thesis Expression 4.2."""
 
     X: Triple
@@ -71,7 +68,7 @@ class MatrixSpec(_Strict):
     Z: Triple
 
 
-class CameraSpec(_Strict):
+class CameraSpec(Strict):
     """A camera file."""
 
     schema_version: Literal[1]

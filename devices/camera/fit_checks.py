@@ -11,7 +11,7 @@ from devices.camera.solve import condition_of
 from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 
 Floats = NDArray[np.float64]
 

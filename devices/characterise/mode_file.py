@@ -160,9 +160,7 @@ def _put(path: Path, text: str) -> None:
 
 
 def _refusal(message: str, source: YamlSource, *key: str, remedy: str) -> DeviceError:
-    place = source.place(key, key=True)
-    line, column = (place.line, place.column) if place else (None, None)
-    return DeviceError(Finding(message, source.file, line, column, remedy))
+    return DeviceError(source.finding(key, message, remedy, key=True))
 
 
 def _by_key(lines: Sequence[str]) -> dict[str, list[str]]:

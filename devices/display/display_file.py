@@ -5,7 +5,6 @@ A mode may also hold what leaks between the eyes and how evenly the panel shines
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -17,9 +16,11 @@ from devices.compensation.crosstalk import Crosstalk, check_leakage
 from devices.compensation.gain_map import GainMap
 from devices.display.mode_extras import CrosstalkSpec, GainMapSpec
 from devices.display.model import DisplayModel
-from devices.display.model_spec import ModelSpec, Strict
+from devices.display.model_spec import ModelSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
+from documents.text.words import did_you_mean
+from documents.yaml.load import Strict
 from documents.yaml.source import YamlSource
 
 Eye = Literal["left", "right"]
@@ -166,14 +167,13 @@ class Display:
             return self.modes[mode]
         if mode in self.lacking:
             raise DeviceError(self.unfinished(mode))
-        near = difflib.get_close_matches(mode, self.modes, n=1)
         known = ", ".join(sorted(self.modes))
-        hint = f"did you mean '{near[0]}'? " if near else ""
+        hint = did_you_mean(mode, self.modes, "")
         raise DeviceError(
             Finding(
                 f"the display was not characterised in the mode '{mode}'",
                 self.file,
-                remedy=f"{hint}characterised here: {known}; measure the mode through the glasses and add it",
+                remedy=f"{hint} characterised here: {known}; measure the mode through the glasses and add it".lstrip(),
             )
         )
 
@@ -235,14 +235,14 @@ def _measured(name: str, spec: DisplaySpec, source: YamlSource) -> tuple[str, Bo
     seen = [name]
     mode = spec.modes[name]
     while isinstance(mode, SameAsSpec):
-        place = source.place(("modes", seen[-1], "same_as"))
-        where = (source.file, place.line if place else None, place.column if place else None)
+        where = ("modes", seen[-1], "same_as")
         if mode.same_as in seen:
-            raise DeviceError(Finding(f"the mode '{seen[-1]}' is the same as itself", *where, "name a measured mode"))
+            raise DeviceError(
+                source.finding(where, f"the mode '{seen[-1]}' is the same as itself", "name a measured mode")
+            )
         if mode.same_as not in spec.modes:
-            near = difflib.get_close_matches(mode.same_as, spec.modes, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(sorted(spec.modes))
-            raise DeviceError(Finding(f"there is no mode '{mode.same_as}'", *where, remedy))
+            remedy = did_you_mean(mode.same_as, sorted(spec.modes))
+            raise DeviceError(source.finding(where, f"there is no mode '{mode.same_as}'", remedy))
         seen.append(mode.same_as)
         mode = spec.modes[mode.same_as]
     return seen[-1], mode
@@ -253,6 +253,4 @@ def _located(make: Callable[[], Made], source: YamlSource, key: tuple[str, ...])
     try:
         return make()
     except DeviceError as error:
-        place = source.place(key, key=True)
-        line, column = (place.line, place.column) if place else (None, None)
-        raise DeviceError([Finding(f.message, source.file, line, column, f.remedy) for f in error.findings]) from error
+        raise DeviceError([source.finding(key, f.message, f.remedy, key=True) for f in error.findings]) from error

@@ -5,21 +5,18 @@ from __future__ import annotations
 from typing import Annotated
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+from pydantic import Field, PositiveFloat
 
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.gain_map import GainMap, Normalise, Positions
 from devices.errors import DeviceError
+from documents.yaml.load import Strict
 
 Triple = tuple[float, float, float]
 Matrix = tuple[Triple, Triple, Triple]
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class CrosstalkSpec(_Strict):
+class CrosstalkSpec(Strict):
     """What leaks into each eye: seen = own + matrix · other, in XYZ above black; three rows of three numbers each."""
 
     left: Matrix
@@ -31,7 +28,7 @@ class CrosstalkSpec(_Strict):
         return Crosstalk(np.array(self.left), np.array(self.right))
 
 
-class GainMapSpec(_Strict):
+class GainMapSpec(Strict):
     """Luminance readings over the panel, top row first, in one unit; see `devices.compensation.gain_map.GainMap`."""
 
     luminance: Annotated[list[Annotated[list[PositiveFloat], Field(min_length=1)]], Field(min_length=1)]

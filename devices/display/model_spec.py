@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+from pydantic import Field, PositiveFloat
 
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
@@ -13,14 +13,9 @@ from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import Curve, ToneCurve
 from devices.errors import DeviceError
 from documents import Finding
+from documents.yaml.load import Strict
 
 Triple = tuple[float, float, float]
-
-
-class Strict(BaseModel):
-    """What is read from a file: every key known, every number finite, nothing changed later."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class PrimariesSpec(Strict):

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat
+from pydantic import Field, PositiveFloat
 
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import refuse_lift
@@ -17,15 +17,14 @@ from devices.display.display_file import Display, EyeModels, read_display
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
 from documents import Finding, InputError, load_document
-from documents.files.tidy_path import beside
+from documents.files.paths import beside
+from documents.yaml.load import Strict
 
 Read = TypeVar("Read")
 
 
-class RigSpec(BaseModel):
+class RigSpec(Strict):
     """A rig file."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
     schema_version: Literal[1]
     display: str
@@ -99,14 +98,8 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
     spec, source = load_document(path, RigSpec, "rig")
 
     def located(error: InputError, key: str) -> InputError:
-        place = source.place((key,))
-        line, column = (place.line, place.column) if place else (None, None)
-        return InputError(
-            [
-                Finding(f"{f.message}: {f.file}" if f.file else f.message, source.file, line, column, f.remedy)
-                for f in error.findings
-            ]
-        )
+        said = ((f"{f.message}: {f.file}" if f.file else f.message, f.remedy) for f in error.findings)
+        return InputError([source.finding((key,), message, remedy) for message, remedy in said])
 
     def named(key: str, name: str, what: str, read: Callable[[Path], Read]) -> Read | None:
         """Read the file that the rig names, and keep what is wrong with it."""

@@ -12,10 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, NonNegativeFloat, PositiveFloat, model_validator
+from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, model_validator
 
 from devices.display.display_file import Eye
 from documents import load_document
+from documents.yaml.load import Strict
 
 # Window systems tell the refresh in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
 REFRESH_TOLERANCE = 0.02
@@ -30,11 +31,7 @@ def _day(value: Any) -> datetime.date:
         raise ValueError("expected a day such as 2026-03-14") from None
 
 
-class _Strict(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
-
-
-class OnsetErrorSpec(_Strict):
+class OnsetErrorSpec(Strict):
     """The photodiode's onset minus the recorded onset, in ms: positive where light came later than recorded.
 
     ``worst`` is the error of the largest magnitude, with its sign.
@@ -51,7 +48,7 @@ class OnsetErrorSpec(_Strict):
         return self
 
 
-class VerificationSpec(_Strict):
+class VerificationSpec(Strict):
     """A record of a photodiode's verification."""
 
     schema_version: Literal[1]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import shlex
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
@@ -15,6 +14,7 @@ from devices.instruments.manual import Manual
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
 from devices.patches.arrangement import PatchEye
 from documents import Finding
+from documents.text.words import did_you_mean
 
 INSTRUMENTS: Mapping[str, str] = MappingProxyType(
     {
@@ -76,8 +76,7 @@ def open_instrument(name: str, wiring: Wiring) -> Instrument:
         _only(("spotread",), wiring.options)
         return Spotread(wiring.port, shlex.split(wiring.options.get("spotread", "")), wiring.ask)
     if name not in INSTRUMENTS:
-        near = difflib.get_close_matches(name, INSTRUMENTS, n=1)
-        remedy = f"did you mean '{near[0]}'?" if near else f"expected one of: {', '.join(INSTRUMENTS)}"
+        remedy = did_you_mean(name, INSTRUMENTS)
         raise DeviceError(Finding(f"there is no instrument '{name}'", remedy=remedy))
     return _serial(name, wiring)
 

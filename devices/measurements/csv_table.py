@@ -8,7 +8,6 @@ The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``
 from __future__ import annotations
 
 import csv
-import difflib
 import io
 import math
 from collections.abc import Iterable
@@ -21,8 +20,8 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.files.bounded_file import bounded_bytes
-from documents.files.separators import other_separator
+from documents.files.tables import bounded_bytes, other_separator
+from documents.text.words import nearest
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")
@@ -138,11 +137,10 @@ def _header(cells: list[str], file: str, line: int) -> tuple[dict[str, int], lis
         by_case = {known.lower(): known for known in _KNOWN}
         column = _ALSO.get(bare.lower()) or by_case.get(bare.lower())
         if column is None:
-            near = difflib.get_close_matches(bare, _KNOWN, n=1, cutoff=0.75)
+            near = nearest(bare, _KNOWN, cutoff=0.75)
             if near:
-                raise DeviceError(
-                    Finding(f"there is no column '{bare}'", file, line, place + 1, f"did you mean '{near[0]}'?")
-                )
+                remedy = f"did you mean '{near}'?"
+                raise DeviceError(Finding(f"there is no column '{bare}'", file, line, place + 1, remedy))
             ignored.append(bare)
         elif column in columns:
             raise DeviceError(Finding(f"the column '{column}' stands twice", file, line, place + 1))

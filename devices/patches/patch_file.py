@@ -10,7 +10,7 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.patch import Patch, PatchSet
 from documents import Finding
-from documents.files.separators import other_separator
+from documents.files.tables import other_separator
 
 _COLUMNS = ("red", "green", "blue")
 _MOST_FINDINGS = 20

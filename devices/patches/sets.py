@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import itertools
 from collections.abc import Callable, Mapping, Sequence
 from importlib.resources import files
@@ -14,6 +13,7 @@ from devices.patches import diagnostic_sets
 from devices.patches.patch import Patch, PatchSet
 from devices.patches.patch_file import parse_patches, read_patches
 from documents import Finding
+from documents.text.words import did_you_mean
 
 _GREY_STEPS = 32
 _CUBE_STEPS = 5
@@ -116,8 +116,7 @@ def find_patches(name: str, code_range: str | None = None) -> PatchSet:
         return BUILT_IN[name]()
     if Path(name).suffix or Path(name).exists():
         return read_patches(Path(name), code_range)
-    near = difflib.get_close_matches(name, [*BUILT_IN, ALL], n=1)
-    remedy = f"did you mean '{near[0]}'?" if near else f"expected {', '.join(BUILT_IN)}, {ALL} or a CSV file"
+    remedy = did_you_mean(name, [*BUILT_IN, ALL], f"expected {', '.join(BUILT_IN)}, {ALL} or a CSV file")
     raise DeviceError(Finding(f"there is no set of patches '{name}'", remedy=remedy))
 
 

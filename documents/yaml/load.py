@@ -2,17 +2,17 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Iterable
 from functools import cache
 from pathlib import Path
-from typing import Any, TypeVar
+from types import MappingProxyType
+from typing import Any, Literal, TypeVar
 
-from pydantic import BaseModel, ValidationError
+from pydantic import BaseModel, ConfigDict, ValidationError
 from pydantic_core import ErrorDetails
 
 from documents.findings import Finding, InputError
-from documents.yaml.kinds import Kind, wrong_kind
+from documents.text.words import did_you_mean
 from documents.yaml.source import Path_, YamlSource, read_yaml
 
 # Nobody reads more; a file of nothing but faults would take minutes to explain.
@@ -27,6 +27,42 @@ _ALLOWED = {
 }
 
 Model = TypeVar("Model", bound=BaseModel)
+
+Kind = Literal["experiment", "display", "verification", "camera", "regions", "rig", "recipe"]
+
+# The first key that is there tells.
+TELLING = MappingProxyType(
+    {
+        "blocks": "experiment",
+        "modes": "display",
+        "onset_error_ms": "verification",
+        "onsets": "verification",
+        "matrix_XYZ_cd_m2": "camera",
+        "regions": "regions",
+        "mode": "rig",
+        "kind": "recipe",
+    }
+)
+_CALLED = MappingProxyType(
+    {
+        "experiment": "an experiment",
+        "display": "a display file",
+        "verification": "a photodiode's record",
+        "camera": "a camera file",
+        "regions": "a file of areas to compare",
+        "rig": "a rig file",
+        "recipe": "a recipe or observers file",
+    }
+)
+# What only a file of the wanted kind has: with it, it is that kind, and has faults.
+_OWN = MappingProxyType({"rig": ("display",), "recipe": ("kind",)})
+_WANTED = MappingProxyType({**_CALLED, "recipe": "a recipe"})
+
+
+class Strict(BaseModel):
+    """Base of every model of a YAML file: frozen; unknown keys, NaN and infinity are refused."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> tuple[Model, YamlSource]:
@@ -47,6 +83,20 @@ def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> t
         if kind and (wrong := wrong_kind(source, kind)):
             raise InputError(wrong) from None
         raise InputError(_findings(error.errors(include_url=False), source, model)) from None
+
+
+def wrong_kind(source: YamlSource, wanted: Kind) -> Finding | None:
+    """Return that a file is of another kind than ``wanted``, where its keys tell; else None."""
+    data: Any = source.data
+    if not isinstance(data, dict):
+        return None
+    own = _OWN.get(wanted) or tuple(key for key, kind in TELLING.items() if kind == wanted)
+    key = next((key for key in TELLING if key in data), None)
+    if key is None or TELLING[key] == wanted or any(one in data for one in own):
+        return None
+    what = f"this is {_CALLED[TELLING[key]]}, not {_WANTED[wanted]}"
+    remedy = f"{_WANTED[wanted]} has '{own[0]}:'; check the path"
+    return source.finding((key,), what, remedy, key=True)
 
 
 def _findings(errors: Iterable[ErrorDetails], source: YamlSource, model: type[BaseModel]) -> list[Finding]:
@@ -71,40 +121,33 @@ def _finding(error: ErrorDetails, source: YamlSource, model: type[BaseModel]) ->
     kind = error["type"]
     key = path[-1] if path else ""
     if kind == "extra_forbidden":
-        place = source.place(path, key=True)
         known = _fields_at(model, error["loc"][:-1])
-        return _at(source, place, f"unknown key '{name}'", _nearest(str(key), known))
+        return source.finding(path, f"unknown key '{name}'", _nearest(str(key), known), key=True)
     if kind == "missing":
-        place = source.place(path[:-1])
-        return _at(source, place, f"the key '{name}' is missing", f"add '{key}:'")
-    place = source.place(path)
+        return source.finding(path[:-1], f"the key '{name}' is missing", f"add '{key}:'")
     if kind in ("union_tag_invalid", "literal_error"):
         context = error.get("ctx", {})
         expected = str(context.get("expected_tags") or context.get("expected") or "")
         value = context.get("tag", error["input"])
         options = [word.strip().strip("'") for word in expected.replace(" or ", ", ").split(",")]
         if kind == "union_tag_invalid":
-            place = source.place((*path, "kind"))
             name = f"{name}.kind" if path else "kind"
-        return _at(source, place, f"'{name}' is {_short(repr(value))}", _nearest(str(value), options))
+            path = (*path, "kind")
+        return source.finding(path, f"'{name}' is {_short(repr(value))}", _nearest(str(value), options))
     if kind == "union_tag_not_found":
-        return _at(source, place, f"'{name}' has no 'kind'", "add 'kind:'")
+        return source.finding(path, f"'{name}' has no 'kind'", "add 'kind:'")
     if kind == "too_short":
         least = error.get("ctx", {}).get("min_length", 1)
-        return _at(source, source.place(path), f"'{name}' holds too little", f"give it at least {least}")
+        return source.finding(path, f"'{name}' holds too little", f"give it at least {least}")
+    value = _short(repr(error["input"]))
     if kind == "string_pattern_mismatch" and (allowed := _ALLOWED.get(error.get("ctx", {}).get("pattern", ""))):
-        return _at(source, place, f"'{name}' is {_short(repr(error['input']))}", allowed)
+        return source.finding(path, f"'{name}' is {value}", allowed)
     message = error["msg"].removeprefix("Value error, ").removeprefix("Assertion failed, ")
-    return _at(source, place, f"'{name}' is {_short(repr(error['input']))}", message[:1].lower() + message[1:])
+    return source.finding(path, f"'{name}' is {value}", message[:1].lower() + message[1:])
 
 
 def _short(text: str) -> str:
     return text if len(text) <= _SHOWN else f"{text[: _SHOWN - 3]}..."
-
-
-def _at(source: YamlSource, place: Any, message: str, remedy: str) -> Finding:
-    line, column = (place.line, place.column) if place else (None, None)
-    return Finding(message, source.file, line, column, remedy)
 
 
 def _real_path(location: tuple[str | int, ...], data: Any) -> Path_:
@@ -128,10 +171,7 @@ def _real_path(location: tuple[str | int, ...], data: Any) -> Path_:
 
 def _nearest(word: str, options: Iterable[str]) -> str:
     known = sorted(set(options))
-    close = difflib.get_close_matches(word[:_SHOWN], known, n=1, cutoff=0.6)
-    if close:
-        return f"did you mean '{close[0]}'?"
-    return "expected one of: " + ", ".join(known) if known else "remove it"
+    return did_you_mean(word, known, None if known else "remove it")
 
 
 @cache

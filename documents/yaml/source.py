@@ -15,8 +15,7 @@ from typing import Any
 import yaml
 
 from documents.findings import Finding, InputError
-from documents.text.characters import hidden_character
-from documents.yaml.remedy import remedy_of
+from documents.text.words import hidden_character
 
 MAX_BYTES = 1_000_000
 MAX_NODES = 100_000
@@ -26,6 +25,25 @@ _SHOWN = 60
 Path_ = tuple[str | int, ...]
 
 _CORE_TAGS = {f"tag:yaml.org,2002:{name}" for name in ("null", "bool", "int", "float", "str", "seq", "map")}
+
+
+# What the parser says, and what to do about it. The first that is found holds.
+_REMEDIES = (
+    (r"character '\\t'", "a tab stands there: put spaces"),
+    (r"found character '", "put the text in quotes"),
+    (
+        r"mapping values are not allowed",
+        "put text that holds a colon in quotes; keys that belong together begin below one another",
+    ),
+    (r"could not find expected ':'", "write 'key: value', with a space after the colon"),
+    (r"expected ',' or '([}\]])'", "the '{open}' of line {line} is not closed, or a comma is missing"),
+    (r"unexpected end of stream", "the quotation mark of line {line} is not closed"),
+    (r"expected <block end>, but found '[}\]]'", "there is one '}}' or ']' too many"),
+    (r"expected <block end>, but found '<scalar>'", "text goes on after its quotation mark: write '' for ' in it"),
+    (r"unknown escape character", "use single quotes, in which a backslash is one"),
+    (r"expected <block end>", "keys of one block, or the hyphens of one list, begin below one another"),
+    (r"alias|anchor", "put text that begins with '*' or '&' in quotes"),
+)
 
 
 @dataclass(frozen=True, slots=True)
@@ -54,6 +72,12 @@ class YamlSource:
             if found:
                 return found
         return None
+
+    def finding(self, path: Path_, message: str, remedy: str | None = None, *, key: bool = False) -> Finding:
+        """Return a finding about the value at ``path`` (about its key if asked), with its line and column."""
+        place = self.place(path, key=key)
+        line, column = (place.line, place.column) if place else (None, None)
+        return Finding(message, self.file, line, column, remedy)
 
 
 class _Loader(yaml.SafeLoader):
@@ -164,6 +188,20 @@ def _documents(loader: _Loader) -> Iterator[yaml.Node]:
             yield node
 
 
+def remedy_of(error: yaml.MarkedYAMLError) -> str | None:
+    """Return what would most likely make the text valid; None where nobody can tell.
+
+    A line that is named is the one in which the parser began what it could not end.
+    """
+    begun = error.context_mark or error.problem_mark
+    for pattern, remedy in _REMEDIES:
+        found = re.search(pattern, error.problem or "")
+        if found:
+            closing = found[1] if found.groups() else ""
+            return remedy.format(open={"}": "{", "]": "["}.get(closing, ""), line=begun.line + 1 if begun else 1)
+    return None
+
+
 def parse_yaml(text: str, file: str) -> YamlSource:
     """Parse one YAML document; ``file`` is the name that findings carry.
 
@@ -205,7 +243,7 @@ def read_yaml(path: Path) -> YamlSource:
     """
     file = str(path)
     try:
-        with path.open("rb") as stream:  # of some files, nobody knows the size before
+        with path.open("rb") as stream:  # some files have no size
             content = stream.read(MAX_BYTES + 1)
         if len(content) > MAX_BYTES:
             raise InputError(Finding(f"the file is larger than {MAX_BYTES // 1000} kB", file))

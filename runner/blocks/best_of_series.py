@@ -9,6 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Discriminator, Field, PositiveInt, Tag
 
+from documents.yaml.load import Strict
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Response, Steps, answer, name_faults
 from runner.blocks.layouts import SingleLayout
 from runner.blocks.message import page
@@ -20,7 +21,7 @@ from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Browse
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene
-from runner.protocol.parts import Line, Strict
+from runner.protocol.parts import Line
 
 SIMILARITY = Scale(
     "similarity",

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,10 +9,11 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
+from documents.text.words import did_you_mean
+from documents.yaml.load import Strict
 from runner.blocks.setting import Setting, Stimuli
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene
-from runner.protocol.parts import Strict
 from stimuli.pictures.stereo_image import StereoImage
 
 SECONDS_PER_TRIAL = 5.0
@@ -163,5 +163,4 @@ def name_faults(some: Some, stimuli: Stimuli, *path: str | int, at_least: int = 
 
 
 def _nearest(name: str, known: Sequence[str]) -> str:
-    near = difflib.get_close_matches(name, known, n=1)
-    return f"did you mean '{near[0]}'?" if near else "the recipe makes: " + ", ".join(known[:20])
+    return did_you_mean(name, known, "the recipe makes: " + ", ".join(known[:20]))

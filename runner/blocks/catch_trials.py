@@ -15,9 +15,9 @@ from typing import Annotated, Literal
 
 from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
 
+from documents.yaml.load import Strict
 from runner.blocks.block import Fault, name_faults
 from runner.blocks.setting import Stimuli
-from runner.protocol.parts import Strict
 
 Catch = Literal["obvious", "identical"]
 

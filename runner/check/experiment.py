@@ -10,13 +10,13 @@ from typing import Any
 from devices.display.rig_file import Rig, read_rig
 from devices.display.viewing import CYCLES_PER_DEGREE, pixels_per_degree, visual_angle_deg
 from documents import Finding, InputError, load_document
-from documents.files.tidy_path import beside
-from documents.text.counting import counted
+from documents.files.paths import beside
+from documents.text.words import counted
 from documents.yaml.source import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS
 from runner.check.machine import check_results, check_screen
-from runner.check.report import CheckOptions, CheckReport, finding_at
+from runner.check.report import CheckOptions, CheckReport
 from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
 from runner.session.ledger import Ledger
 from runner.session.timing_record import NOT_VERIFIED
@@ -110,10 +110,10 @@ def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) ->
     report.facts["keys"] = {key: what for block in blocks for key, what in block.keys.items()} | everywhere
     if minutes > LONG_MINUTES:
         what = f"a session takes about {minutes:.0f} minutes, and ITU-R BT.500 has half an hour at most"
-        report.warnings.append(finding_at(source, ("blocks",), what, "split it, or let observers rest"))
+        report.warnings.append(source.finding(("blocks",), what, "split it, or let observers rest"))
     if not report.facts["trials"]:
         what = "no block asks anything that is scored"
-        report.warnings.append(finding_at(source, ("blocks",), what, "add a block such as all_pairs"))
+        report.warnings.append(source.finding(("blocks",), what, "add a block such as all_pairs"))
 
 
 def _block(spec: Any, block: Block) -> dict[str, Any]:
@@ -158,11 +158,11 @@ def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) 
     if max(angle) > WIDEST_DEG:
         what = f"a picture covers {max(angle):.1f}°, more than the {WIDEST_DEG:.0f}° of one field"
         remedy = "make size_mm smaller, or sit further away"
-        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+        report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
     if max(angle) < NARROWEST_DEG:
         what = f"a picture covers {max(angle):g}° only"
         remedy = "sizes and distances are in millimetres"
-        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+        report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
     if density < 2 * CYCLES_PER_DEGREE:
         what = (
             f"{density:.1f} pixels per degree carry {density / 2:.1f} cycles per degree; the eye resolves "
@@ -170,7 +170,7 @@ def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) 
         )
         further_mm = distance_mm * 2 * CYCLES_PER_DEGREE / density
         remedy = f"they could not be from {further_mm / 10:.0f} cm, or with finer pixels"
-        report.warnings.append(finding_at(source, ("rig",), what, remedy))
+        report.warnings.append(source.finding(("rig",), what, remedy))
 
 
 def check_onsets(report: CheckReport, rig: Rig) -> None:
@@ -215,11 +215,11 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
             f"{counted(len(worst), 'stimulus', 'stimuli')}: {_some(over)}; most in '{most}', {over[most]:.2f} %"
         )
         remedy = "`cyclopean preview --clipping` marks them; scale the luminance down, or accept it"
-        report.warnings.append(finding_at(source, ("stimuli",), what, remedy))
+        report.warnings.append(source.finding(("stimuli",), what, remedy))
     _sizes(report, design, source, stimuli)
     if design.rig.gain_map:
         what = f"the gain map costs {100 * design.rig.gain_map.luminance_lost:.1f} % of the luminance"
-        report.warnings.append(finding_at(source, ("rig",), what))
+        report.warnings.append(source.finding(("rig",), what))
 
 
 def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli: StimulusSet) -> None:
@@ -231,7 +231,7 @@ def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli:
             f"{aperture[1]} px: {_some(small)}"
         )
         remedy = "black will surround them; make size_mm smaller, or the pictures larger"
-        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+        report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
     seen = {name: _seen_share(stimuli.size_px(name), aperture) for name in stimuli.names}
     cut = {name: share for name, share in seen.items() if share < LEAST_SEEN}
     if cut:
@@ -242,7 +242,7 @@ def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli:
             f"{_some(cut)}; least of '{least}', {100 * cut[least]:.0f} % of its area"
         )
         remedy = "make size_mm larger, resample the pictures, or accept it"
-        report.warnings.append(finding_at(source, ("layout", "size_mm"), what, remedy))
+        report.warnings.append(source.finding(("layout", "size_mm"), what, remedy))
 
 
 def _seen_share(size_px: tuple[int, int], aperture_px: tuple[int, int]) -> float:

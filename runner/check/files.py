@@ -12,7 +12,7 @@ from devices.display.rig_file import read_rig
 from devices.display.verification_file import read_verification
 from devices.display.viewing import pixels_per_degree
 from documents import Finding, InputError
-from documents.yaml.kinds import TELLING
+from documents.yaml.load import TELLING
 from documents.yaml.source import read_yaml
 from runner.check.experiment import check_experiment, check_onsets, missing_pictures
 from runner.check.machine import check_screen

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, Literal
 
 from documents import Finding
-from documents.yaml.source import Path_, YamlSource
 
 # What a file says, in the order in which it is printed; every value is plain JSON.
 Facts = dict[str, Any]
@@ -51,9 +50,3 @@ class CheckReport:
             "warnings": [asdict(finding) for finding in self.warnings],
             "findings": [asdict(finding) for finding in self.errors],
         }
-
-
-def finding_at(source: YamlSource, path: Path_, message: str, remedy: str | None = None) -> Finding:
-    """Return a finding about what stands at ``path``."""
-    place = source.place(path)
-    return Finding(message, source.file, place.line if place else None, place.column if place else None, remedy)

@@ -15,7 +15,7 @@ from collections.abc import Callable
 from typing import Protocol, TextIO
 
 from documents.platform import reads_terminal
-from documents.text.characters import visible
+from documents.text.words import visible
 
 HELP = (
     "n WORDS, or just words: a note, kept with its place in the session · "

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from documents.text.counting import counted
+from documents.text.words import counted
 
 
 @click.command(name="export")

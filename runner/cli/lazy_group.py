@@ -8,6 +8,8 @@ from typing import Any
 
 import click
 
+from documents.text.words import nearest
+
 
 class LazyGroup(click.Group):
     """Commands by name, each the ``command`` of the module of its name in ``package``.
@@ -37,10 +39,8 @@ class LazyGroup(click.Group):
         """Find the command that ``args`` begins with; a misspelt one is refused with the nearest spelling."""
         name = click.utils.make_str(args[0])
         if name not in self._commands_help and not name.startswith("-"):
-            import difflib
-
-            near = difflib.get_close_matches(name, self._commands_help, n=1)
-            hint = f" Did you mean '{near[0]}'?" if near else ""
+            near = nearest(name, self._commands_help)
+            hint = f" Did you mean '{near}'?" if near else ""
             within = f"{self.name} " if ctx.parent else ""
             raise click.UsageError(f"There is no command '{within}{name}'.{hint}", ctx)
         return super().resolve_command(ctx, args)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from documents.text.counting import counted
+from documents.text.words import counted
 
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from documents.text.counting import counted
+from documents.text.words import counted
 
 if TYPE_CHECKING:
     from analysis.comparisons.comparisons import Comparisons

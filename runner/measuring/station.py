@@ -22,6 +22,7 @@ from devices.instruments.open import Wiring
 from devices.instruments.simulated import SimulatedDisplay
 from devices.patches import PatchEye, PatchSet, Step, steps
 from documents import Finding
+from documents.text.words import did_you_mean
 from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.errors import MeasuringError
@@ -266,14 +267,11 @@ def _check_alike(session: Session, facts: Mapping[str, Any]) -> None:
 
 
 def _chosen(session: Session, labels: Sequence[str]) -> tuple[Step, ...]:
-    import difflib
-
     known = {step.label: step for step in session.steps}
     findings = []
     for label in labels:
         if label not in known:
-            near = difflib.get_close_matches(label, known, n=1)
-            remedy = f"did you mean '{near[0]}'?" if near else None
+            remedy = did_you_mean(label, known, "")
             findings.append(Finding(f"there is no patch '{label}'", str(session.file), remedy=remedy))
     if findings:
         raise MeasuringError(findings)

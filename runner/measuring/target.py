@@ -14,7 +14,7 @@ from devices.display.display_file import EyeModels, PanelSpec, read_display
 from devices.display.rig_file import RigSpec
 from devices.instruments.simulated import SimulatedDisplay
 from documents import Finding, load_document
-from documents.files.tidy_path import beside
+from documents.files.paths import beside
 from documents.yaml.source import read_yaml
 from runner.measuring.errors import MeasuringError
 from runner.presenter.modes.mode import Mode
@@ -67,11 +67,9 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         rig, source = load_document(path, RigSpec, "rig")
         display_file = beside(path, rig.display)
         if not display_file.is_file():
-            place = source.place(("display",))
-            line, column = (place.line, place.column) if place else (None, None)
             remedy = f"check the path; it is relative to {path.parent}"
             what = f"there is no such display file: {rig.display}"
-            raise MeasuringError(Finding(what, str(path), line, column, remedy))
+            raise MeasuringError(source.finding(("display",), what, remedy))
         if mode is None or mode == rig.mode:
             options = rig.mode_options
         mode = mode or rig.mode

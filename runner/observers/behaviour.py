@@ -6,7 +6,8 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from runner.protocol.parts import Label, Strict
+from documents.yaml.load import Strict
+from runner.protocol.parts import Label
 
 Share = Annotated[float, Field(ge=0, le=1)]
 

@@ -8,10 +8,11 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, PositiveFloat, RootModel
 
 from documents import Finding, load_document
+from documents.yaml.load import Strict
 from documents.yaml.source import YamlSource
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec
-from runner.protocol.parts import Line, Strict
+from runner.protocol.parts import Line
 
 
 class PublishedSpec(Strict):
@@ -97,7 +98,4 @@ def read_scored_observer(path: Path, stimuli: tuple[str, ...] = ()) -> ScoredObs
 
 
 def _fault(message: str, source: YamlSource, key: str, remedy: str) -> SessionError:
-    place = source.place((key,))
-    return SessionError(
-        Finding(message, source.file, place.line if place else None, place.column if place else None, remedy)
-    )
+    return SessionError(source.finding((key,), message, remedy))

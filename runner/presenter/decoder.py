@@ -10,7 +10,7 @@ import numpy as np
 
 from devices.display.display_file import Eye
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 from runner.presenter.errors import PresentationError
 from runner.presenter.uploading import as_uploaded
 from stimuli.pictures.stereo_image import StereoImage

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 import hashlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -14,7 +13,9 @@ from pydantic import Field
 
 from devices.display.rig_file import Rig, read_rig
 from documents import Finding, InputError, load_document
-from documents.files.tidy_path import beside
+from documents.files.paths import beside
+from documents.text.words import did_you_mean
+from documents.yaml.load import Strict
 from documents.yaml.source import Path_, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
 from runner.blocks.registry import AnyBlockSpec
@@ -28,7 +29,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
 from runner.protocol.aperture import LoadPart, through_aperture
 from runner.protocol.layout import aperture_px
-from runner.protocol.parts import LayoutSpec, Line, Strict
+from runner.protocol.parts import LayoutSpec, Line
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.recipe import read_recipe
 
@@ -177,7 +178,7 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
     if stimuli:
         for index, block in enumerate(spec.blocks):
             for fault in block.faults(stimuli):
-                findings.append(_finding(fault.message, source, ("blocks", index, *fault.path), fault.remedy))
+                findings.append(source.finding(("blocks", index, *fault.path), fault.message, fault.remedy))
     if rig and view_px:
         experiment = Experiment(file, spec, rig, recipe_file, stimuli or Stimuli({}), view_px)
         faults = list(_too_large(rig.display.panel.resolution_px))
@@ -185,14 +186,14 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
             for block, setting in zip(spec.blocks, experiment.settings("01"), strict=True):
                 for fault in block.rig_faults(setting):
                     path = ("blocks", setting.index, *fault.path)
-                    findings.append(_finding(fault.message, source, path, fault.remedy))
+                    findings.append(source.finding(path, fault.message, fault.remedy))
         try:
             _ = experiment.places_px
             if not findings and not faults:
                 faults += _too_many(spec.blocks, experiment.blocks("01"))
         except InputError as error:
             findings += _placed(error, source, ("layout", "size_mm"))
-        findings += [_finding(fault.message, source, fault.path, fault.remedy) for fault in faults]
+        findings += [source.finding(fault.path, fault.message, fault.remedy) for fault in faults]
     if findings or experiment is None:
         raise SessionError(findings)
     return experiment
@@ -200,24 +201,18 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
 
 def _existing(path: Path, key: str, value: str, source: YamlSource) -> Path:
     if not path.is_file():
-        raise SessionError(_finding(f"there is no such file: {value}", source, (key,), "check the path"))
+        raise SessionError(source.finding((key,), f"there is no such file: {value}", "check the path"))
     return path
-
-
-def _finding(message: str, source: YamlSource, path: Path_, remedy: str) -> Finding:
-    place = source.place(path)
-    return Finding(message, source.file, place.line if place else None, place.column if place else None, remedy)
 
 
 def _placed(error: InputError, source: YamlSource, path: Path_) -> list[Finding]:
     """Return the findings, those without a file of their own placed at ``path``."""
-    return [f if f.file else _finding(f.message, source, path, f.remedy or "") for f in error.findings]
+    return [f if f.file else source.finding(path, f.message, f.remedy or "") for f in error.findings]
 
 
 def _unknown_reference(name: str, known: Sequence[str], source: YamlSource) -> Finding:
-    near = difflib.get_close_matches(name, ("physical", *known), n=1)
-    remedy = f"did you mean '{near[0]}'?" if near else "write 'physical', or the name of a stimulus"
-    return _finding(f"the reference '{name}' is no stimulus of the recipe", source, ("layout", "reference"), remedy)
+    remedy = did_you_mean(name, ("physical", *known), "write 'physical', or the name of a stimulus")
+    return source.finding(("layout", "reference"), f"the reference '{name}' is no stimulus of the recipe", remedy)
 
 
 def _too_many(specs: Sequence[BlockSpec], blocks: Sequence[Block]) -> Iterator[Fault]:

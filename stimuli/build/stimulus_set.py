@@ -10,6 +10,7 @@ from typing import Any
 
 from documents import Finding
 from documents.files.hashes import sha256_of_json
+from documents.text.words import did_you_mean
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import read_exr
@@ -52,10 +53,7 @@ class StimulusSet:
             if entry["name"] == name:
                 found: Mapping[str, Any] = entry
                 return found
-        import difflib
-
-        near = difflib.get_close_matches(name, self.names, n=1)
-        remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(self.names)
+        remedy = did_you_mean(name, self.names)
         raise StimulusError(Finding(f"there is no stimulus '{name}'", str(self.recipe_path), remedy=remedy))
 
     def factors(self, name: str) -> Factors:

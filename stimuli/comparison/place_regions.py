@@ -47,10 +47,8 @@ def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = 
             placer.fault(placer.number_of(region.entry), "name", f"there are two regions '{region.name}'", "rename one")
     wanted = regions.spec.white_region
     if wanted is not None and wanted not in first:
-        place = regions.source.place(("white_region",))
-        line, column = (place.line, place.column) if place else (None, None)
         remedy = "expected one of: " + ", ".join(list(first)[:30])
-        placer.findings.append(Finding(f"there is no region '{wanted}'", regions.file, line, column, remedy))
+        placer.findings.append(regions.source.finding(("white_region",), f"there is no region '{wanted}'", remedy))
     if placer.findings:
         raise PictureError(placer.findings)
     return PlacedRegions(tuple(found), tuple(placer.charts))
@@ -106,9 +104,7 @@ class _Placer:
         return self._numbers[entry]
 
     def fault(self, number: int, key: str, message: str, remedy: str | None = None) -> None:
-        place = self.regions.source.place(("regions", number, key))
-        line, column = (place.line, place.column) if place else (None, None)
-        self.findings.append(Finding(message, self.regions.file, line, column, remedy))
+        self.findings.append(self.regions.source.finding(("regions", number, key), message, remedy))
 
     def areas(self, number: int, spec: Spec) -> Iterator[Region]:
         """Yield the areas of an entry, none if there is a fault in its outline."""

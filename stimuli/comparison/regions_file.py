@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import BaseModel, ConfigDict, Field, PositiveFloat, PositiveInt
+from pydantic import Field, PositiveFloat, PositiveInt
 
-from documents import Finding, InputError, load_document
+from documents import InputError, load_document
+from documents.yaml.load import Strict
 from documents.yaml.source import YamlSource
 from stimuli.comparison.limits import Limits
 from stimuli.comparison.region_table import LuminanceMode
@@ -26,12 +27,6 @@ Name = Annotated[str, Field(min_length=1, max_length=80)]
 Share = Annotated[float, Field(gt=0, le=1)]
 _PATCHES = {"colorchecker": 24}
 Units = Literal["px", "share"]
-
-
-class Strict(BaseModel):
-    """Every key known, every number finite, nothing changed later."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 class ColorCheckerSpec(Strict):
@@ -154,10 +149,8 @@ def read_regions(path: Path) -> RegionsFile:
     for number, region in enumerate(spec.regions):
         areas += region.rows * region.columns if isinstance(region, GridSpec) else _PATCHES.get(region.kind, 1)
         if areas > MOST_AREAS:
-            place = source.place(("regions", number))
             message = f"with '{region.name}' these are {areas} areas"
-            line, column = (place.line, place.column) if place else (None, None)
             remedy = f"a regions file has {MOST_AREAS} at most"
-            raise InputError(Finding(message, source.file, line, column, remedy))
+            raise InputError(source.finding(("regions", number), message, remedy))
     given = {name: value for name, value in spec.limits.model_dump().items() if value is not None}
     return RegionsFile(spec, source, Limits(**given))

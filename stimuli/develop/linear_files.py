@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from devices.camera.exposure import Exposure
 from documents import Finding
 from documents.files.hashes import sha256_of_file
-from documents.text.counting import counted
+from documents.text.words import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned

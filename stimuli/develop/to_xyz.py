@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from devices.camera.camera_model import CameraModel
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.errors import StimulusError
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from devices.colour.spaces import rgb_to_xyz_matrix
 from devices.errors import DeviceError
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import Region, View, read_views
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, PositiveFloat, model_validator
 
 from devices.camera.camera_file import ExposureSpec
-from documents.files.tidy_path import tidy
+from documents.files.paths import tidy
+from documents.yaml.load import Strict
 from documents.yaml.source import Path_
 from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.pictures.stereo_image import View
@@ -17,7 +18,6 @@ from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.from_files import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import Fault
 from stimuli.recipes.values import MAX_STIMULI, InsideFile
-from stimuli.sparkle.recipe import Strict
 
 if TYPE_CHECKING:
     from stimuli.recipes.view_sources import Source, ViewReader

@@ -39,7 +39,7 @@ def read_recipe(path: Path) -> tuple[RecipeKind, YamlSource]:
         If the file cannot be read or says what a recipe cannot say; one finding per fault.
     """
     document, source = load_document(path, Recipe, "recipe")
-    findings = [_finding(fault.message, source, fault.location, fault.remedy) for fault in document.root.faults()]
+    findings = [source.finding(fault.location, fault.message, fault.remedy) for fault in document.root.faults()]
     if findings:
         raise StimulusError(findings)
     return document.root, source
@@ -49,10 +49,4 @@ def unreadable(file: str, where: Path_, source: YamlSource, reason: str) -> Find
     """Return what to say of a ``file``, named in the recipe at ``where``, that cannot be read."""
     what = "picture" if where[0] == "stimuli" else "file"
     message = f"the {what} '{file}' cannot be read: {reason}"
-    return _finding(message, source, where, "check the path, relative to the recipe")
-
-
-def _finding(message: str, source: YamlSource, where: Path_, remedy: str) -> Finding:
-    place = source.place(where)
-    line, column = (place.line, place.column) if place else (None, None)
-    return Finding(message, source.file, line, column, remedy)
+    return source.finding(where, message, "check the path, relative to the recipe")

@@ -11,10 +11,10 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from documents.yaml.load import Strict
 from documents.yaml.source import Path_
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
 from stimuli.recipes.values import SparklesSpec, Views
-from stimuli.sparkle.recipe import Strict
 
 
 @dataclass(frozen=True, slots=True)

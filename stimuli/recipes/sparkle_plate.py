@@ -9,12 +9,13 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, PositiveFloat
 
+from documents.yaml.load import Strict
 from documents.yaml.source import Path_
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
 from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, Views
-from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec, Strict
+from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec
 
 # What a plate may ask for: either takes a few GB of memory.
 MAX_FLAKES = 50_000_000

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import Field, NonNegativeFloat, PositiveFloat, ValidationError
 
 from documents import Finding
+from documents.yaml.load import Strict
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
@@ -34,7 +35,6 @@ from stimuli.sparkle.recipe import (
     PlateSpec,
     Share,
     ShareSpectrum,
-    Strict,
 )
 
 if TYPE_CHECKING:

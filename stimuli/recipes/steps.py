@@ -10,10 +10,11 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
+from documents.yaml.load import Strict
 from stimuli.align.interpolate import Interpolation
 from stimuli.luminance.tone_map import LIMIT_PERCENT
 from stimuli.pictures.resample import Filter
-from stimuli.sparkle.recipe import Chromaticity, Strict
+from stimuli.sparkle.recipe import Chromaticity
 
 Place = tuple[float, float]
 Pixels = tuple[NonNegativeInt, NonNegativeInt, PositiveInt, PositiveInt]

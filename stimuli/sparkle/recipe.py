@@ -7,21 +7,14 @@ from typing import Annotated
 
 from pydantic import (
     AfterValidator,
-    BaseModel,
-    ConfigDict,
     Field,
     NonNegativeFloat,
     PositiveFloat,
     model_validator,
 )
 
+from documents.yaml.load import Strict
 from stimuli.sparkle.scene import Camera, Clusters, Lamp, Noise, Plate, Spectrum
-
-
-class Strict(BaseModel):
-    """A part of a recipe: no unknown keys, no NaN or infinity."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, allow_inf_nan=False)
 
 
 def _chromaticity(value: tuple[float, float]) -> tuple[float, float]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_sensitivities

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.files.bounded_file import bounded_bytes
-from documents.files.separators import other_separator
+from documents.files.tables import bounded_bytes, other_separator
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 

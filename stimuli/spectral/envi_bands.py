@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import Quantity, SpectralPicture
 

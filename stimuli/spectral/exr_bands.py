@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.text.characters import visible
+from documents.text.words import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened
 from stimuli.spectral.picture import Quantity, SpectralPicture

@@ -9,7 +9,7 @@ from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Paragraph, Picture, Section, Table
 from analysis.report.clipping import clipping_rows
 from analysis.report.words import fixed
-from documents.text.counting import counted
+from documents.text.words import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
 MOST_UNFOLDED = 24

@@ -15,9 +15,9 @@ from pydantic import Field, PositiveFloat, model_validator
 from analysis.observers.screening import threshold_estimate
 from devices.display.display_file import EyeModels
 from devices.display.viewing import disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
+from documents.yaml.load import Strict
 from runner.ports import Target
 from runner.presenter.scene import Item
-from runner.protocol.parts import Strict
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.vision_tests.random_dots import SIDES, Side
 from stimuli.vision_tests.shown_range import ShownRange

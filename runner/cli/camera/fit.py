@@ -198,7 +198,7 @@ def _triple(text: str, option: str) -> tuple[float, float, float]:
 
 
 def _source(form: str, loss: str, chart: Path) -> str:
-    from documents.text.characters import visible
+    from documents.text.words import visible
 
     return f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {visible(chart.name)}"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from documents.text.counting import counted
+from documents.text.words import counted
 from runner.cli.display.measuring_options import (
     Choosing,
     Reading,

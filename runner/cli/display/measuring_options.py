@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from documents.text.counting import counted
+from documents.text.words import counted
 
 if TYPE_CHECKING:
     from devices.instruments.open import Wiring

@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from typing import Any, TypeAlias
 
 from documents import Finding
+from documents.text.words import did_you_mean
 from runner.presenter.errors import PresentationError
 
 Read: TypeAlias = Callable[[Any], Any]  # raises ValueError with what was expected
@@ -39,7 +39,7 @@ def one_of(choices: Mapping[str, Any]) -> Read:
 
     def read(value: Any) -> Any:
         if not isinstance(value, str) or value not in choices:
-            raise ValueError(_nearest(str(value), choices))
+            raise ValueError(did_you_mean(str(value), choices))
         return choices[value]
 
     return read
@@ -57,7 +57,7 @@ def read_options(options: Mapping[str, Any], readers: Mapping[str, Read]) -> dic
     findings: list[Finding] = []
     for key, value in options.items():
         if key not in readers:
-            findings.append(Finding(f"unknown mode option '{key}'", remedy=_nearest(str(key), readers)))
+            findings.append(Finding(f"unknown mode option '{key}'", remedy=did_you_mean(str(key), readers)))
             continue
         try:
             values[key] = readers[key](value)
@@ -66,8 +66,3 @@ def read_options(options: Mapping[str, Any], readers: Mapping[str, Read]) -> dic
     if findings:
         raise PresentationError(findings)
     return values
-
-
-def _nearest(word: str, known: Mapping[str, Any]) -> str:
-    near = difflib.get_close_matches(word, known, n=1)
-    return f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(known)

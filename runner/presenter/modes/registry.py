@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
 from documents import Finding
+from documents.text.words import did_you_mean
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.adjusted import Adjusted
 from runner.presenter.modes.anaglyph import AnaglyphAmberBlue, AnaglyphGreenMagenta, AnaglyphRedCyan
@@ -53,8 +53,7 @@ def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
         If there is no such mode, with the nearest name; or if it cannot be adjusted so.
     """
     if name not in MODES:
-        near = difflib.get_close_matches(name, MODES, n=1)
-        remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(MODES)
+        remedy = did_you_mean(name, MODES)
         raise PresentationError(Finding(f"there is no stereo mode '{name}'", remedy=remedy))
     mode = MODES[name]()
     if options is None or options == ModeOptions():

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import difflib
 from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
@@ -12,6 +11,7 @@ import moderngl
 
 from devices.display.display_file import Eye
 from documents import Finding
+from documents.text.words import did_you_mean
 from runner.ports import KeyPress
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
@@ -150,8 +150,7 @@ def open_surface(
         install or use instead.
     """
     if backend not in BACKENDS:
-        near = difflib.get_close_matches(backend, BACKENDS, n=1)
-        remedy = f"did you mean '{near[0]}'?" if near else "expected one of: " + ", ".join(BACKENDS)
+        remedy = did_you_mean(backend, BACKENDS)
         raise PresentationError(Finding(f"there is no backend '{backend}'", remedy=remedy))
     if backend == "egl":
         from runner.presenter.surfaces.egl import EglSurface

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from documents import Finding, InputError
-from documents.text.characters import visible
+from documents.text.words import visible
 from stimuli.comparison.results import Comparison
 from stimuli.comparison.row_source import RowSource
 from stimuli.pictures.exr_write import write_exr

@@ -9,7 +9,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from devices.diagnostics.diagnosis import Line, Panel
-from documents.text.characters import visible
+from documents.text.words import visible
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.text.counting import counted
+from documents.text.words import counted
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Background, Floats, Luminance, local_background
 

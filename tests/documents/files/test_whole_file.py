@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from documents.files.whole_file import write_whole
+from documents.files.whole_file import whole_file, write_whole
 
 
 def test_a_file_is_written_with_its_folder_and_nothing_beside_it(tmp_path: Path) -> None:
@@ -52,3 +52,15 @@ def test_a_folder_is_not_replaced(tmp_path: Path) -> None:
     with pytest.raises(OSError):  # noqa: PT011  # which one differs between systems
         write_whole(tmp_path / "page.html", "text")
     assert [one.name for one in tmp_path.iterdir()] == ["page.html"]
+
+
+def test_a_body_that_fails_leaves_nothing(tmp_path: Path) -> None:
+    def fail() -> None:
+        with whole_file(tmp_path / "plate.exr", keep_suffix=True) as draft:
+            draft.write_bytes(b"half")
+            assert draft.suffix == ".exr"
+            raise ValueError("halfway")
+
+    with pytest.raises(ValueError, match="halfway"):
+        fail()
+    assert list(tmp_path.iterdir()) == []

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from documents.files.tidy_path import beside, tidy
+from documents.files.paths import beside, tidy
 
 
 @pytest.fixture

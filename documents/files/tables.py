@@ -1,0 +1,42 @@
+"""Tables that people write: read to a limit, and refused where their columns are not separated by commas."""
+
+from __future__ import annotations
+
+import errno
+import os
+from collections.abc import Sequence
+from pathlib import Path
+
+from documents.findings import Finding
+
+_OTHER = {";": "semicolons", "\t": "tabs"}
+
+
+def bounded_bytes(path: str | os.PathLike[str], most_bytes: int) -> bytes:
+    """Return the content of the file at ``path``; one without an end, such as ``/dev/zero``, is read no further.
+
+    Raises
+    ------
+    OSError
+        If it cannot be read or holds more than ``most_bytes``; ``strerror`` then says so.
+    """
+    with Path(path).open("rb") as file:
+        content = file.read(most_bytes + 1)
+    if len(content) > most_bytes:
+        raise OSError(errno.EFBIG, f"it is larger than {most_bytes / 1e6:g} MB", str(path))
+    return content
+
+
+def other_separator(header: Sequence[str], file: str, line: int) -> Finding | None:
+    """Return what is wrong with a ``header``, split at commas, that is separated by semicolons or tabs; else None.
+
+    Such tables are refused, not read: where semicolons separate columns, spreadsheets write decimal commas, and ``0,5``
+    then is one number in one program and two in another.
+    """
+    if len(header) != 1:
+        return None
+    separator = next((word for mark, word in _OTHER.items() if mark in header[0].strip()), None)
+    if separator is None:
+        return None
+    remedy = "save it as CSV with a comma between columns and a point in numbers, such as 0.5"
+    return Finding(f"the table is separated by {separator}", file, line, remedy=remedy)

@@ -1,0 +1,76 @@
+"""Words for people: counts with their noun, the nearest spelling, text without hidden characters."""
+
+from __future__ import annotations
+
+import unicodedata
+from collections.abc import Iterable
+
+# No name is longer; finding the nearest spelling of a very long one would take seconds.
+_LONGEST_WORD = 60
+_LAYOUT = frozenset("\t\n\r")
+# Unicode's bidirectional formatting characters (UAX 9): with them, one name looks like another.
+_BIDIRECTIONAL = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u2066\u2067\u2068\u2069")
+
+
+def counted(count: float, one: str, many: str) -> str:
+    """Return ``count`` and its noun: ``one`` where it is 1, else ``many``.
+
+    Examples
+    --------
+    >>> counted(1, "answer is", "answers are"), counted(3, "answer is", "answers are")
+    ('1 answer is', '3 answers are')
+    """
+    return f"{count:.12g} {one if count == 1 else many}"
+
+
+def nearest(word: str, known: Iterable[str], *, cutoff: float = 0.6) -> str | None:
+    """Return the word of ``known`` that is spelled most like ``word``; None if none is near.
+
+    ``cutoff`` is the least similarity in 0..1, as `difflib.get_close_matches` has it.
+
+    Examples
+    --------
+    >>> nearest("gama", ["gamma", "gain"])
+    'gamma'
+    """
+    import difflib
+
+    close = difflib.get_close_matches(word[:_LONGEST_WORD], list(known), n=1, cutoff=cutoff)
+    return close[0] if close else None
+
+
+def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) -> str:
+    """Return the remedy for an unknown ``word``: the nearest of ``known``, else ``otherwise``, else all of them.
+
+    Examples
+    --------
+    >>> did_you_mean("gama", ["gamma", "gain"])
+    "did you mean 'gamma'?"
+    >>> did_you_mean("x", ["gamma", "gain"])
+    'expected one of: gamma, gain'
+    """
+    words = list(known)
+    near = nearest(word, words)
+    if near is not None:
+        return f"did you mean '{near}'?"
+    return "expected one of: " + ", ".join(words) if otherwise is None else otherwise
+
+
+def hidden_character(text: str) -> str | None:
+    """Return the first control character, lone surrogate or direction mark of ``text``; None if there is none.
+
+    Tabs and ends of lines are none.
+    """
+    if text.isascii() and text.isprintable():
+        return None
+    for character in text:
+        if character in _BIDIRECTIONAL or (
+            unicodedata.category(character) in ("Cc", "Cs") and character not in _LAYOUT
+        ):
+            return character
+    return None
+
+
+def visible(text: str) -> str:
+    """Return ``text`` without hidden characters, and with spaces for tabs and ends of lines."""
+    return "".join(" " if c in _LAYOUT else c for c in text if c in _LAYOUT or hidden_character(c) is None)
