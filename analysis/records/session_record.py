@@ -10,7 +10,6 @@ attempt counts. The reader defines the contract, so it stands here; the runner w
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
@@ -18,6 +17,7 @@ from typing import Any
 
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.files.json_lines import DamagedLineError, read_lines
 
 SCHEMA_VERSION = 1
 FILE_NAME = "session.jsonl"
@@ -202,7 +202,7 @@ def read_session(file: Path) -> SessionLog:
     """Read one session log.
 
     A last line cut short by a power cut is an answer that was never recorded: it is left out and returned in
-    ``torn_tail``. A last line that only lacks its line end is whole and counts.
+    ``torn_tail``. A last line of which only the line end is missing is whole and counts.
 
     Raises
     ------
@@ -213,10 +213,6 @@ def read_session(file: Path) -> SessionLog:
         content = file.read_bytes()
     except OSError as error:
         raise ResultsError(Finding(f"the results cannot be read: {error.strerror}", str(file))) from error
-    lines = content.split(b"\n")
-    tail_is_open = lines[-1] != b""
-    if not tail_is_open:
-        lines.pop()
     header: Header | None = None
     answers: list[Trial] = []
     notes: list[Note] = []
@@ -224,32 +220,28 @@ def read_session(file: Path) -> SessionLog:
     resumptions: list[Resumption] = []
     complete = False
 
-    def log(header: Header, torn_tail: bytes = b"") -> SessionLog:
-        kept = tuple(notes), tuple(marks), tuple(resumptions)
-        return SessionLog(file, header, tuple(answers), complete, torn_tail, *kept)
+    def take(number: int, line: dict[str, Any]) -> None:
+        nonlocal header, complete
+        kind = line["record"]
+        if kind == "session":
+            header = _header(line)
+        elif kind == "trial":
+            answers.append(_trial(line))
+        elif kind == "note":
+            notes.append(Note(**_without_record(line)))
+        elif kind == "mark":
+            marks.append(Mark(**_without_record(line)))
+        elif kind == "resume":
+            resumptions.append(Resumption(**_without_record(line)))
+        elif kind == "end":
+            complete = True
 
-    for number, raw in enumerate(lines, start=1):
-        try:
-            line = json.loads(raw)
-            kind = line["record"]
-            if kind == "session":
-                header = _header(line)
-            elif kind == "trial":
-                answers.append(_trial(line))
-            elif kind == "note":
-                notes.append(Note(**_without_record(line)))
-            elif kind == "mark":
-                marks.append(Mark(**_without_record(line)))
-            elif kind == "resume":
-                resumptions.append(Resumption(**_without_record(line)))
-            elif kind == "end":
-                complete = True
-        except (ArithmeticError, KeyError, RecursionError, TypeError, ValueError) as error:
-            if number == len(lines) and tail_is_open and header:
-                return log(header, torn_tail=raw)
-            raise ResultsError(
-                Finding(f"this line is no session record: {error}", str(file), number, 1, "restore the file")
-            ) from error
+    try:
+        torn_tail = read_lines(content, take)
+    except DamagedLineError as error:
+        message = f"this line is no session record: {error}"
+        raise ResultsError(Finding(message, str(file), error.number, 1, "restore the file")) from error
     if header is None:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1))
-    return log(header)
+    kept = tuple(notes), tuple(marks), tuple(resumptions)
+    return SessionLog(file, header, tuple(answers), complete, torn_tail, *kept)

@@ -4,4 +4,4 @@ from documents import InputError
 
 
 class MeasuringError(InputError):
-    """A measurement cannot be made or gone on with as asked."""
+    """A measurement cannot be made or resumed as asked."""

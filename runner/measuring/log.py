@@ -6,20 +6,17 @@ spectra, the wavelengths that they are at. A patch read again has a later line, 
 
 from __future__ import annotations
 
-import json
-import os
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 from types import TracebackType
-from typing import Any, BinaryIO
-
-from filelock import FileLock, Timeout
+from typing import Any
 
 from devices.instruments import Reading
 from devices.patches import Patch, Place, Step
-from documents import Finding, InputError
-from documents.platform import sync_folder
+from documents import Finding
+from documents.files.durable_log import DurableLog, LogInUseError
+from documents.files.json_lines import DamagedLineError, read_lines
 from runner.measuring.errors import MeasuringError
 from runner.measuring.patch_screen import Shown
 
@@ -43,14 +40,17 @@ class Kept:
 
 @dataclass(frozen=True, slots=True)
 class Session:
-    """A measurement as far as it went. ``readings`` holds the last of each step, by position."""
+    """A measurement as far as it went. ``readings`` holds the last of each step, by position.
+
+    ``torn_tail`` are the bytes of a last line that was cut short, and does not count.
+    """
 
     file: Path
     header: Mapping[str, Any]
     steps: tuple[Step, ...]
     readings: Mapping[int, Kept]
     failures: Mapping[int, str]
-    torn_bytes: int = 0
+    torn_tail: bytes = b""
 
     @property
     def missing(self) -> tuple[Step, ...]:
@@ -59,12 +59,13 @@ class Session:
 
 
 class MeasurementLog:
-    """An open measurement; use as a context manager. What `keep` was given is on disk when it returns."""
+    """An open measurement, a `DurableLog`; use as a context manager.
 
-    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO) -> None:
-        self.file = file
-        self._lock = lock
-        self._stream = stream
+    What `keep`, `fail` and `note` are given is on disk when they return.
+    """
+
+    def __init__(self, log: DurableLog) -> None:
+        self._log = log
         self._wavelengths_nm: tuple[float, ...] = ()
 
     @classmethod
@@ -77,24 +78,23 @@ class MeasurementLog:
             If it exists already or cannot be written.
         """
         if file.exists():
-            remedy = "go on with it by --resume, or choose another name"
+            remedy = "resume it with --resume, or choose another name"
             raise MeasuringError(Finding("this measurement exists already", str(file), remedy=remedy))
         try:
             file.parent.mkdir(parents=True, exist_ok=True)
-            lock = _locked(file)
-            part = file.with_name(f".{file.name}.part")
-            with open(part, "wb", buffering=0) as stream:
-                _write(stream, {"record": "header", "format": FORMAT, "version": VERSION, **header})
-            os.replace(part, file)
-            sync_folder(file.parent)
-            return cls(file, lock, open(file, "ab", buffering=0))
+            first = {"record": "header", "format": FORMAT, "version": VERSION, **header}
+            return cls(DurableLog.create(file, _lock_file(file), first))
+        except LogInUseError:
+            raise _in_use(file) from None
         except OSError as error:
             what = f"the measurement cannot be written: {error.strerror}"
             raise MeasuringError(Finding(what, str(file), remedy="make room, or choose another place")) from error
 
     @classmethod
     def reopen(cls, file: Path) -> tuple[MeasurementLog, Session]:
-        """Open a measurement to go on with it, less a line that was cut short, and return what it holds.
+        """Open a measurement to resume it, and return what it holds.
+
+        A line cut short by a power cut is kept beside the log as ``NAME.torn-*.bin`` and taken off its end.
 
         Raises
         ------
@@ -104,14 +104,14 @@ class MeasurementLog:
         if not file.exists():
             raise MeasuringError(Finding("there is no such measurement", str(file), remedy="begin it without --resume"))
         try:
-            lock = _locked(file)
-            session = read_session(file)
-            if session.torn_bytes:
-                os.truncate(file, file.stat().st_size - session.torn_bytes)
-            return cls(file, lock, open(file, "ab", buffering=0)), session
+            torn_file = file.with_name(f"{file.name}.torn.bin")
+            log, session = DurableLog.reopen(file, _lock_file(file), torn_file, read_session)
+        except LogInUseError:
+            raise _in_use(file) from None
         except OSError as error:
-            what = f"the measurement cannot be gone on with: {error.strerror}"
+            what = f"the measurement cannot be resumed: {error.strerror}"
             raise MeasuringError(Finding(what, str(file), remedy="let it be written")) from error
+        return cls(log), session
 
     def keep(self, step: Step, time_s: float, reading: Reading, shown: Shown | None = None) -> None:
         """Put a reading on disk, with what stood on the screen if that was read back."""
@@ -132,13 +132,12 @@ class MeasurementLog:
         self._write({**what, "time_s": round(time_s, 3)})
 
     def note(self, **facts: Any) -> None:
-        """Put other facts on disk, such as when and with what the measurement was gone on with."""
+        """Put other facts on disk, such as when and with what the measurement was resumed."""
         self._write({"record": "note", **facts})
 
     def close(self) -> None:
-        """Close the file and let others have it."""
-        self._stream.close()
-        self._lock.release()
+        """Close the file and let others open it."""
+        self._log.close()
 
     def __enter__(self) -> MeasurementLog:
         return self
@@ -150,14 +149,14 @@ class MeasurementLog:
 
     def _write(self, line: Mapping[str, Any]) -> None:
         try:
-            _write(self._stream, line)
+            self._log.append(line)
         except OSError as error:
             what = f"the reading cannot be written: {error.strerror}"
-            raise MeasuringError(Finding(what, str(self.file), remedy="make room, then --resume")) from error
+            raise MeasuringError(Finding(what, str(self._log.file), remedy="make room, then --resume")) from error
 
 
 def read_session(file: Path) -> Session:
-    """Read the measurement in ``file``; a last line that was cut short is left out and counted.
+    """Read the measurement in ``file``; a last line that was cut short does not count.
 
     Raises
     ------
@@ -169,39 +168,41 @@ def read_session(file: Path) -> Session:
     except OSError as error:
         what = f"the measurement cannot be read: {error.strerror}"
         raise MeasuringError(Finding(what, str(file), remedy="check the path")) from error
-    *whole, torn = data.split(b"\n")
     readings: dict[int, Kept] = {}
     failures: dict[int, str] = {}
     wavelengths_nm: tuple[float, ...] = ()
     header: dict[str, Any] = {}
     steps: tuple[Step, ...] = ()
-    for number, text in enumerate(whole, start=1):
-        try:
-            line = json.loads(text)
-            kind = line["record"]
-            if number == 1:
-                if kind != "header" or line.get("format") != FORMAT or line.get("version") != VERSION:
-                    raise ValueError("not the header of a measurement")
-                header = line
-                steps = _steps(line["steps"])
-            elif kind == "wavelengths":
-                wavelengths_nm = tuple(line["nm"])
-            elif kind == "failure":
-                failures[_position(line, steps)] = str(line["why"])
-            elif kind == "reading":
-                X, Y, Z = map(float, line["XYZ_cd_m2"])
-                spectrum = tuple(map(float, line.get("spectrum", ())))
-                reading = Reading((X, Y, Z), spectrum, wavelengths_nm if spectrum else ())
-                position = _position(line, steps)
-                readings[position] = Kept(position, float(line["time_s"]), reading, _shown(line.get("shown")))
-                failures.pop(position, None)
-        except (ValueError, TypeError, KeyError, IndexError, InputError) as error:
-            what = "the line is damaged" if number > 1 else "this is no measurement"
-            remedy = "take the line out, if what it held can be measured again"
-            raise MeasuringError(Finding(f"{what}: {error}", str(file), number, remedy=remedy)) from error
+
+    def take(number: int, line: dict[str, Any]) -> None:
+        nonlocal wavelengths_nm, header, steps
+        kind = line["record"]
+        if number == 1:
+            if kind != "header" or line.get("format") != FORMAT or line.get("version") != VERSION:
+                raise ValueError("not the header of a measurement")
+            header = line
+            steps = _steps(line["steps"])
+        elif kind == "wavelengths":
+            wavelengths_nm = tuple(line["nm"])
+        elif kind == "failure":
+            failures[_position(line, steps)] = str(line["why"])
+        elif kind == "reading":
+            X, Y, Z = map(float, line["XYZ_cd_m2"])
+            spectrum = tuple(map(float, line.get("spectrum", ())))
+            reading = Reading((X, Y, Z), spectrum, wavelengths_nm if spectrum else ())
+            position = _position(line, steps)
+            readings[position] = Kept(position, float(line["time_s"]), reading, _shown(line.get("shown")))
+            failures.pop(position, None)
+
+    try:
+        torn_tail = read_lines(data, take)
+    except DamagedLineError as error:
+        what = "the line is damaged" if error.number > 1 else "this is no measurement"
+        remedy = "take the line out, if what it held can be measured again"
+        raise MeasuringError(Finding(f"{what}: {error}", str(file), error.number, remedy=remedy)) from error
     if not header:
         raise MeasuringError(Finding("this is no measurement: it has no header", str(file), 1))
-    return Session(file, header, steps, readings, failures, len(torn))
+    return Session(file, header, steps, readings, failures, torn_tail)
 
 
 def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
@@ -260,24 +261,9 @@ def _position(line: Mapping[str, Any], steps: tuple[Step, ...]) -> int:
     return position
 
 
-def _write(stream: BinaryIO, line: Mapping[str, Any]) -> None:
-    data = json.dumps(line, ensure_ascii=True, allow_nan=False, separators=(",", ":")).encode() + b"\n"
-    before = os.fstat(stream.fileno()).st_size
-    try:
-        left = memoryview(data)
-        while left:
-            left = left[stream.write(left) :]
-        os.fsync(stream.fileno())
-    except OSError:
-        os.ftruncate(stream.fileno(), before)
-        raise
+def _lock_file(file: Path) -> Path:
+    return file.with_name(f".{file.name}.lock")
 
 
-def _locked(file: Path) -> FileLock:
-    lock = FileLock(file.with_name(f".{file.name}.lock"))
-    try:
-        lock.acquire(timeout=0)
-    except Timeout:
-        what = "another process is writing this measurement"
-        raise MeasuringError(Finding(what, str(file), remedy="close it first")) from None
-    return lock
+def _in_use(file: Path) -> MeasuringError:
+    return MeasuringError(Finding("another process is writing this measurement", str(file), remedy="close it first"))

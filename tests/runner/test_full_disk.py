@@ -40,9 +40,9 @@ class _Disk(FileIO):
 def test_a_note_that_did_not_fit_spoils_no_later_answer(tmp_path: Path, room: int) -> None:
     folder = tmp_path / "s"
     with Recorder.create(folder, HEADER) as recorder:
-        recorder._stream.close()
+        recorder._log._stream.close()
         disk = _Disk(folder / FILE_NAME, "ab")
-        recorder._stream = disk
+        recorder._log._stream = disk
         disk.room = room
         with pytest.raises(OSError, match="No space left"):
             recorder.note(NOTE)
@@ -99,5 +99,5 @@ def test_a_folder_that_may_not_be_written_is_one_clear_message(tmp_path: Path) -
         [sys.executable, "-c", code, "s", nobody], capture_output=True, text=True, check=True, cwd=tmp_path
     )
     folder.chmod(0o755)
-    assert "the session cannot be gone on with: Permission denied" in told.stdout
+    assert "the session cannot be resumed: Permission denied" in told.stdout
     assert (folder / FILE_NAME).read_bytes() == before

@@ -26,7 +26,7 @@ KINDS: dict[str, tuple[Write, Callable[[SessionLog], int]]] = {
     "attempt": (lambda recorder: recorder.append(AGAIN), lambda log: len(log.answers) - len(log.first_attempts)),
     "note": (lambda recorder: recorder.note(NOTE), lambda log: len(log.notes)),
     "mark": (lambda recorder: recorder.mark(MARK), lambda log: len(log.marks)),
-    "resume": (lambda recorder: recorder._write(RESUMPTION.to_json()), lambda log: len(log.resumptions)),
+    "resume": (lambda recorder: recorder._log.append(RESUMPTION.to_json()), lambda log: len(log.resumptions)),
     "end": (lambda recorder: recorder.end({"work": {"draws": 3}}), lambda log: int(log.complete)),
 }
 BEFORE = ("trial", "note", "mark", "resume", "attempt")
@@ -97,7 +97,7 @@ def test_a_broken_line_in_the_middle_is_refused_with_its_place(tmp_path: Path, l
     folder = tmp_path / "s"
     with Recorder.create(folder, HEADER) as recorder:
         recorder.note(NOTE)
-        recorder._stream.write(line)
+        recorder._log._stream.write(line)
         recorder.note(NOTE)
     with pytest.raises(ResultsError, match=r"session.jsonl:3:1: this line is no session record"):
         read_session(folder / FILE_NAME)

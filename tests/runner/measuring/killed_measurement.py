@@ -1,4 +1,4 @@
-"""Measurements killed with SIGKILL at random moments, and gone on with until they are complete."""
+"""Measurements killed with SIGKILL at random moments, and resumed until they are complete."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_ROUNDS = 60
 def kill_and_resume(folder: Path, seed: int) -> None:
     """Measure the rig of ``folder`` to m.jsonl, killed again and again; assert that no reading is lost or doubled.
 
-    What an uninterrupted run would have read is told by one, in whole.jsonl: the noise of a patch depends on the seed
+    An uninterrupted run, in whole.jsonl, says what should have been read: the noise of a patch depends on the seed
     and its place alone.
     """
     code = "from runner.cli.main import main; main()"
@@ -36,10 +36,10 @@ def kill_and_resume(folder: Path, seed: int) -> None:
         arguments = [*command, "-o", str(file), "--instrument-option", "takes_s=0.02", *more]
         process = subprocess.Popen(arguments, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
         assert process.stderr is not None
-        told, stop_after = 0, rng.randrange(1, 20)
+        reported, stop_after = 0, rng.randrange(1, 20)
         for line in process.stderr:
-            told += " cd/m²" in line
-            if told >= stop_after:
+            reported += " cd/m²" in line
+            if reported >= stop_after:
                 break
         time.sleep(rng.uniform(0.0, 0.04))
         if process.poll() is None:
@@ -47,7 +47,7 @@ def kill_and_resume(folder: Path, seed: int) -> None:
             kills += 1
         process.communicate()
         after = read_session(file).readings
-        assert len(after) >= len(before) + told, "a reading that was told is not on disk"
+        assert len(after) >= len(before) + reported, "a reading that was reported is not on disk"
         assert {place: after[place] for place in before} == before
         if len(after) == len(whole):
             break

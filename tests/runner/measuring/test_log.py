@@ -52,7 +52,8 @@ def test_a_line_cut_anywhere_loses_that_line_alone(tmp_path_factory: pytest.Temp
     first = whole.index(b"\n") + 1
     kept_bytes = first + cut % (len(whole) - first)
     os.truncate(file, kept_bytes)
-    lines = whole[:kept_bytes].count(b"\n") - 1
+    # A last line of which only the end is missing is whole.
+    lines = whole[: kept_bytes + 1].count(b"\n") - 1
     log, session = MeasurementLog.reopen(file)
     with log:
         assert len(session.readings) == lines
@@ -185,5 +186,15 @@ def test_a_full_disk_is_said_and_leaves_no_half_line(tmp_path: Path, monkeypatch
             log.keep(STEPS[2], 0.0, Reading((1.0, 1.0, 1.0)))
     session = read_session(file)
     assert len(session.readings) == 2
-    assert session.torn_bytes == 0
+    assert session.torn_tail == b""
     json.loads(file.read_text().splitlines()[-1])
+
+
+def test_what_was_torn_off_is_kept(tmp_path: Path) -> None:
+    file = tmp_path / "m.jsonl"
+    _write(file, 2)
+    with open(file, "ab") as stream:
+        stream.write(b'{"record":"rea')
+    MeasurementLog.reopen(file)[0].close()
+    (kept,) = tmp_path.glob("m.jsonl.torn-*.bin")
+    assert kept.read_bytes() == b'{"record":"rea'

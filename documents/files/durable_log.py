@@ -1,0 +1,171 @@
+"""A log of JSON lines that survives a crash: each line is on disk before `append` returns.
+
+One process at a time has the log open. A line that could not be written whole is taken off again, so that a later line
+never joins the rest of a broken one. A last line that a power cut left unfinished is kept in a file of its own when the
+log is opened again, and taken off the log; a last line that is whole but for its line end counts.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import threading
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import TracebackType
+from typing import Any, BinaryIO, Protocol, TypeVar
+
+from filelock import FileLock, Timeout
+
+from documents.files.whole_file import whole_file
+from documents.platform import sync_folder
+
+
+class LogInUseError(Exception):
+    """Another process, or another part of this one, has the log open."""
+
+
+class HasTail(Protocol):
+    """What a log's reader returns: ``torn_tail`` are the bytes of an unfinished last line."""
+
+    @property
+    def torn_tail(self) -> bytes:
+        """The bytes of an unfinished last line, empty if there is none."""
+
+
+Content = TypeVar("Content")
+Read = TypeVar("Read", bound=HasTail)
+
+
+class DurableLog:
+    """An open log; use as a context manager. ``append`` may be called from several threads."""
+
+    def __init__(self, file: Path, lock: FileLock, stream: BinaryIO) -> None:
+        self.file = file
+        self._lock = lock
+        self._stream = stream
+        self._turn = threading.Lock()
+
+    @classmethod
+    def create(cls, file: Path, lock_file: Path, header: Mapping[str, Any]) -> DurableLog:
+        """Make the log ``file`` with ``header`` as its first line; it appears with the whole header or not at all.
+
+        Raises
+        ------
+        LogInUseError
+            If somebody else holds ``lock_file``.
+        OSError
+            If the log cannot be written.
+        """
+        lock = _locked(lock_file)
+        try:
+            with whole_file(file) as draft, open(draft, "wb", buffering=0) as stream:
+                _write(stream, header)
+            sync_folder(file.parent)
+            return cls(file, lock, _open(file))
+        except BaseException:
+            lock.release()
+            raise
+
+    @classmethod
+    def reopen(
+        cls, file: Path, lock_file: Path, torn_file: Path, read: Callable[[Path], Read]
+    ) -> tuple[DurableLog, Read]:
+        """Open the log ``file`` to append to it, and return it with what ``read`` returns of it.
+
+        An unfinished last line is moved to ``torn_file``, with its place in the log added to the name:
+        ``torn.bin`` becomes ``torn-1024.bin``.
+
+        Raises
+        ------
+        LogInUseError
+            If somebody else holds ``lock_file``.
+        OSError
+            If the log cannot be written.
+        """
+        lock = _locked(lock_file)
+        try:
+            content = read(file)
+            if content.torn_tail:
+                _set_aside(file, content.torn_tail, torn_file)
+            log = cls(file, lock, _open(file))
+            if not file.read_bytes().endswith(b"\n"):
+                log._stream.write(b"\n")
+                os.fsync(log._stream.fileno())
+            return log, content
+        except BaseException:
+            lock.release()
+            raise
+
+    def append(self, line: Mapping[str, Any]) -> None:
+        """Write ``line`` and return when it is on disk.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; the log then ends as it did before.
+        """
+        with self._turn:
+            _write(self._stream, line)
+
+    def read(self, read: Callable[[Path], Content]) -> Content:
+        """Return ``read(file)`` at a moment when no line is being written."""
+        with self._turn:
+            return read(self.file)
+
+    def close(self) -> None:
+        """Close the log and let others open it."""
+        self._stream.close()
+        self._lock.release()
+
+    def __enter__(self) -> DurableLog:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self.close()
+
+
+def _open(file: Path) -> BinaryIO:
+    return open(file, "ab", buffering=0)
+
+
+def _write(stream: BinaryIO, line: Mapping[str, Any]) -> None:
+    text = json.dumps(line, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    # What no encoding has (half of a surrogate pair) stays as the escape that JSON has for it.
+    data = text.encode("utf-8", "backslashreplace") + b"\n"
+    before = os.fstat(stream.fileno()).st_size
+    try:
+        left = memoryview(data)
+        while left:  # a disk that is nearly full takes a part, and says at the next attempt what is wrong
+            left = left[stream.write(left) :]
+        os.fsync(stream.fileno())
+    except OSError:
+        os.ftruncate(stream.fileno(), before)
+        raise
+
+
+def _set_aside(file: Path, tail: bytes, torn_file: Path) -> None:
+    """Take ``tail`` off the end of ``file``, once it is on disk in a file of its own."""
+    whole = file.stat().st_size - len(tail)
+    stem, number = f"{torn_file.stem}-{whole}", 1
+    aside = torn_file.with_stem(stem)
+    while aside.exists() and aside.read_bytes() != tail:  # the log was torn here before
+        number += 1
+        aside = torn_file.with_stem(f"{stem}-{number}")
+    with open(aside, "wb") as kept:
+        kept.write(tail)
+        kept.flush()
+        os.fsync(kept.fileno())
+    sync_folder(aside.parent)
+    os.truncate(file, whole)
+
+
+def _locked(file: Path) -> FileLock:
+    lock = FileLock(file)
+    try:
+        lock.acquire(timeout=0)
+    except Timeout as error:
+        raise LogInUseError(str(file)) from error
+    return lock
