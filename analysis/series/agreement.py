@@ -1,7 +1,12 @@
-"""How far the observers of an experiment with series agree, on ratings and on choices."""
+"""How far observers agree: Kendall's W and intraclass correlation on ratings, Fleiss' κ, Krippendorff's α on choices.
+
+Each is 1 where all agree. W is 0 where ranks cancel out, κ and α where agreement is that of chance, below 0 where it is
+less. Intraclass correlations follow [Shrout1979], their intervals [McGraw1996].
+"""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,15 +14,205 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.series.choices import Choices
-from analysis.series.concordance import (
-    Coefficient,
-    fleiss_kappa,
-    kendall_w,
-    kendall_w_p,
-    krippendorff_alpha,
-    with_jackknife,
-)
-from analysis.series.intraclass import intraclass
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficient:
+    """A coefficient with the limits of its interval; None where it cannot be told, such as where nothing varies.
+
+    ``p`` is the chance of a value at least as high without any agreement, where that is tested.
+    """
+
+    name: str
+    value: float | None
+    low: float | None = None
+    high: float | None = None
+    p: float | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {"name": self.name, "value": self.value, "low": self.low, "high": self.high, "p": self.p}
+
+
+def kendall_w(ratings: Floats) -> float | None:
+    """Return Kendall's coefficient of concordance, corrected for ties [Kendall1939].
+
+    Parameters
+    ----------
+    ratings
+        Shape (observers, n): each observer's ratings of the same n things, of which only the order counts.
+
+    Returns
+    -------
+    0 to 1; None where every observer rates everything alike, or there is only one observer or thing.
+    """
+    from scipy.stats import rankdata
+
+    m, n = ratings.shape
+    if m < 2 or n < 2:
+        return None
+    ranks = rankdata(ratings, axis=1)
+    sums = ranks.sum(axis=0)
+    ties = sum(float((count**3 - count).sum()) for count in (np.unique(row, return_counts=True)[1] for row in ranks))
+    most = m * m * (n**3 - n) - m * ties
+    return float(12 * ((sums - sums.mean()) ** 2).sum() / most) if most > 0 else None
+
+
+def fleiss_kappa(counts: Floats) -> float | None:
+    """Return Fleiss' κ [Fleiss1971].
+
+    Parameters
+    ----------
+    counts
+        Shape (n, categories): how many of the m observers put each of n things into each category. Rows sum to m.
+
+    Returns
+    -------
+    At most 1; None where all fall into one category, or there is only one observer.
+    """
+    m = counts.sum(axis=1)
+    if len(m) < 1 or m[0] < 2 or (m != m[0]).any():
+        return None
+    alike = float(((counts**2).sum(axis=1) - m).mean() / (m[0] * (m[0] - 1)))
+    chance = float(((counts.sum(axis=0) / counts.sum()) ** 2).sum())
+    return (alike - chance) / (1 - chance) if chance < 1 else None
+
+
+def krippendorff_alpha(values: Floats, *, nominal: bool) -> float | None:
+    """Return Krippendorff's α [Krippendorff2011].
+
+    Parameters
+    ----------
+    values
+        Shape (observers, n): what each observer said of each of n things, NaN where nothing.
+    nominal
+        Whether values differ or not (δ² = 1 or 0), else by how much they differ (δ² = (v − w)²).
+
+    Returns
+    -------
+    At most 1; None where no value differs from another, or no thing has two of them.
+    """
+    values = values[:, np.isfinite(values).sum(axis=0) > 1]
+    said = np.isfinite(values)
+    if not said.any():
+        return None
+    known, which = np.unique(values[said], return_inverse=True)
+    place = np.nonzero(said)[1]
+    counts = np.zeros((values.shape[1], len(known)))
+    np.add.at(counts, (place, which.ravel()), 1.0)
+    each = counts.sum(axis=1)
+    distance = (known[:, None] != known).astype(np.float64) if nominal else (known[:, None] - known) ** 2
+    within = float((np.einsum("nk,kl,nl->n", counts, distance, counts) / (each - 1)).sum())
+    total = counts.sum(axis=0)
+    overall = float(total @ distance @ total) / (total.sum() - 1)
+    return float(1 - within / overall) if overall > 0 else None
+
+
+def with_jackknife(name: str, coefficient: Callable[[Floats], float | None], rows: Floats) -> Coefficient:
+    """Return the coefficient of ``rows``, one for each observer, with 95 % limits from leaving out each in turn.
+
+    Tukey's pseudo-values [Miller1974], by Student's t; cut at 1. Drawing observers anew would not do: an observer drawn
+    twice agrees with themselves. No limits with fewer than four observers, or where a coefficient cannot be told.
+    """
+    from scipy.special import stdtrit
+
+    value = coefficient(rows)
+    people = len(rows)
+    if value is None or people < 4:
+        return Coefficient(name, value)
+    left_out = [coefficient(np.delete(rows, number, axis=0)) for number in range(people)]
+    known = np.array([one for one in left_out if one is not None])
+    if len(known) < people:
+        return Coefficient(name, value)
+    pseudo = people * value - (people - 1) * known
+    reach = float(stdtrit(people - 1, 0.975)) * float(pseudo.std(ddof=1)) / np.sqrt(people)
+    return Coefficient(name, value, float(pseudo.mean() - reach), min(1.0, float(pseudo.mean() + reach)))
+
+
+def kendall_w_p(w: float | None, observers: int, things: int) -> float | None:
+    """Return the chance of a W at least as high without agreement: m (n − 1) W by χ² with n − 1 degrees of freedom."""
+    from scipy.special import chdtrc
+
+    return None if w is None else float(chdtrc(things - 1, observers * (things - 1) * w))
+
+
+Floats = NDArray[np.float64]
+
+
+def intraclass(ratings: Floats, *, level: float = 0.95) -> tuple[Coefficient, ...]:
+    """Return ICC(2,1), ICC(3,1), ICC(2,k) and ICC(3,k).
+
+    (2, ·) asks whether observers give the same numbers, (3, ·) whether they give them in the same proportion, each
+    about a mean of their own; (·, 1) is the reliability of one observer, (·, k) that of the mean of all of them.
+
+    Parameters
+    ----------
+    ratings
+        Shape (observers, n), without gaps: each observer's rating of the same n things.
+
+    Returns
+    -------
+    Four coefficients with F-distributed limits; without values where things do not vary, or with fewer than two
+    observers or things. ``p`` is that of the F test that things do not differ.
+    """
+    names = "ICC(2,1)", "ICC(3,1)", "ICC(2,k)", "ICC(3,k)"
+    k, n = ratings.shape
+    if k < 2 or n < 2:
+        return tuple(Coefficient(name, None) for name in names)
+    mean = ratings.mean()
+    of_things, of_observers = ratings.mean(axis=0), ratings.mean(axis=1)
+    between = k * float(((of_things - mean) ** 2).sum()) / (n - 1)
+    judges = n * float(((of_observers - mean) ** 2).sum()) / (k - 1)
+    rest = ratings - of_things - of_observers[:, None] + mean
+    error = float((rest**2).sum()) / ((n - 1) * (k - 1))
+    smallest = 1e-24 * max(float((ratings**2).sum()), 1e-300)
+    if between <= smallest:  # rounding of zero: nothing varies that could be told apart
+        return tuple(Coefficient(name, None) for name in names)
+    error = error if error > smallest else 0.0
+    agreement = (between - error) / (between + (k - 1) * error + k * (judges - error) / n)
+    consistency = (between - error) / (between + (k - 1) * error)
+    if error == 0:
+        mean_agreement = between / (between + judges / n)
+        return tuple(Coefficient(a, b) for a, b in zip(names, (agreement, 1.0, mean_agreement, 1.0), strict=True))
+    of_mean = between + (judges - error) / n
+    from scipy.special import fdtrc, fdtri
+
+    p = float(fdtrc(n - 1, (n - 1) * (k - 1), between / error))
+    f = between / error
+    upper_tail = (1 + level) / 2
+    low_f = f / float(fdtri(n - 1, (n - 1) * (k - 1), upper_tail))
+    high_f = f * float(fdtri((n - 1) * (k - 1), n - 1, upper_tail))
+    consistent = (low_f - 1) / (low_f + k - 1), (high_f - 1) / (high_f + k - 1)
+    alike = _agreement_limits(between, judges, error, agreement, (k, n), upper_tail)
+    stepped = [k * end / (1 + (k - 1) * end) if 1 + (k - 1) * end > 0 else None for end in alike]
+    return (
+        Coefficient(names[0], agreement, *alike, p),
+        Coefficient(names[1], consistency, *consistent, p),
+        Coefficient(names[2], (between - error) / of_mean if of_mean > 0 else None, stepped[0], stepped[1], p),
+        Coefficient(names[3], (between - error) / between, 1 - 1 / low_f, 1 - 1 / high_f, p),
+    )
+
+
+def _agreement_limits(
+    between: float, judges: float, error: float, agreement: float, shape: tuple[int, int], upper_tail: float
+) -> tuple[float, float]:
+    """Return the limits of ICC(2,1), with Satterthwaite's degrees of freedom [McGraw1996, Table 7]."""
+    from scipy.special import fdtri
+
+    k, n = shape
+    share = k * agreement / (n * (1 - agreement)) if agreement < 1 else np.inf
+    rest = 1 + k * agreement * (n - 1) / (n * (1 - agreement))
+    df = (share * judges + rest * error) ** 2 / (
+        (share * judges) ** 2 / (k - 1) + (rest * error) ** 2 / ((n - 1) * (k - 1))
+    )
+    low_f, high_f = float(fdtri(n - 1, df, upper_tail)), float(fdtri(df, n - 1, upper_tail))
+    spread = k * judges + (k * n - k - n) * error
+    low = n * (between - low_f * error) / (low_f * spread + n * between)
+    high = n * (high_f * between - error) / (spread + n * high_f * between)
+    return float(low), float(high)
+
 
 Floats = NDArray[np.float64]
 
@@ -45,7 +240,7 @@ class SeriesAgreement:
         }
 
 
-def agreement(choices: Choices) -> SeriesAgreement:
+def series_agreement(choices: Choices) -> SeriesAgreement:
     """Return how far observers agree. Of several choices by one observer from one series the first one counts."""
     plan = choices.design
     index = np.full((len(choices.observers), len(plan.series)), -1)

@@ -10,20 +10,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.records.session_record import SessionLog
-from analysis.series.agreement import SeriesAgreement, agreement
-from analysis.series.choice_tests import (
+from analysis.series.agreement import SeriesAgreement, series_agreement
+from analysis.series.choices import Choices, gather
+from analysis.series.condition_tests import (
     KindsTest,
     LevelTest,
     NeighboursTest,
+    RatingTest,
     kinds_tests,
     level_tests,
     neighbours_tests,
+    rating_test,
 )
-from analysis.series.choices import Choices, gather
 from analysis.series.just_noticeable import StepSize, step_size
-from analysis.series.picture_scores import WEIGHT, PictureScore, picture_scores
-from analysis.series.rating_means import CellMean, path_lengths, rating_means, response_times_s
-from analysis.series.rating_tests import RatingTest, rating_test
+from analysis.series.picture_scores import (
+    WEIGHT,
+    CellMean,
+    PictureScore,
+    path_lengths,
+    picture_scores,
+    rating_means,
+    response_times_s,
+)
 from documents.text.words import counted
 
 Floats = NDArray[np.float64]
@@ -137,7 +145,7 @@ def summarise_series(
         Of one experiment.
     by, across, along
         The stimuli's factors that tell kinds of series and paints apart, and that rise along a series; found where None
-        (`analysis.series.design.design`).
+        (`analysis.series.choices.design`).
     weight
         The scale by which choices count in the scores.
 
@@ -161,7 +169,7 @@ def summarise_series(
         path_lengths=path_lengths(choices),
         steps=tuple(step_size(choices, kind) for kind in plan.kinds),
         neighbours=neighbours_tests(choices),
-        agreement=agreement(choices),
+        agreement=series_agreement(choices),
         kind_tests=_tests(matrices, [one.kind for one in plan.series], plan.kinds),
         paint_tests=_tests(matrices, [one.paint for one in plan.series], plan.paints),
         choice_tests=kinds_tests(choices),

@@ -10,8 +10,7 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog, Trial
-from analysis.series.choices import gather
-from analysis.series.design import Factors, design
+from analysis.series.choices import Factors, design, gather
 
 Maker = Callable[..., SessionLog]
 

@@ -11,14 +11,14 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 from scipy.stats import friedmanchisquare, spearmanr
 
-from analysis.series.concordance import (
+from analysis.series.agreement import (
     fleiss_kappa,
+    intraclass,
     kendall_w,
     kendall_w_p,
     krippendorff_alpha,
     with_jackknife,
 )
-from analysis.series.intraclass import intraclass
 
 NAN = float("nan")
 # Krippendorff (2011), "Computing Krippendorff's alpha-reliability", example C: four observers, twelve units.

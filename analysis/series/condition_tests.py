@@ -5,7 +5,7 @@ All tests keep each observer's choices together: an observer who chose from five
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
 from typing import Any
@@ -14,8 +14,17 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import holm
+from analysis.series.agreement import kendall_w, kendall_w_p
 from analysis.series.choices import Choices
-from analysis.series.sign_flips import p_by_flips
+from analysis.series.observer_means import Estimate, means
+from analysis.series.paired_tests import (
+    cochran,
+    mean_difference_p,
+    nemenyi_p,
+    p_by_flips,
+    quadratic_form,
+    stuart_maxwell,
+)
 
 Floats = NDArray[np.float64]
 
@@ -137,34 +146,11 @@ def kinds_tests(choices: Choices) -> tuple[KindsTest, ...]:
     for one, other in combinations(range(len(plan.kinds)), 2):
         differences = counts[:, one] - counts[:, other]
         statistic, df = stuart_maxwell(differences)
-        p = p_by_flips(differences, _quadratic(differences))
+        p = p_by_flips(differences, quadratic_form(differences))
         shift = float((differences.sum(axis=0) * places).sum() / counts[:, one].sum())
         found.append((plan.kinds[one], plan.kinds[other], len(counts), statistic, df, p, shift))
     adjusted = holm(np.array([one[5] for one in found])) if found else np.zeros(0)
     return tuple(KindsTest(*one[:6], float(q), one[6]) for one, q in zip(found, adjusted, strict=True))
-
-
-def _quadratic(differences: Floats) -> Callable[[Floats], Floats]:
-    """Return Stuart and Maxwell's statistic of sums; no sign changes the variance."""
-    inverse = np.linalg.pinv(differences.T @ differences, rcond=1e-10, hermitian=True)
-    return lambda sums: np.asarray(((sums @ inverse) * sums).sum(axis=1))
-
-
-def stuart_maxwell(differences: Floats) -> tuple[float, int]:
-    """Return Stuart and Maxwell's statistic and its degrees of freedom.
-
-    Parameters
-    ----------
-    differences
-        Shape (observers, k): how often each observer chose each of k categories under one condition, less under the
-        other. With one choice each it is the classical test of marginal homogeneity; with several, the variance is the
-        one among observers.
-    """
-    sums = differences.sum(axis=0)
-    variance = differences.T @ differences
-    return float(_quadratic(differences)(sums[None])[0]), int(
-        np.linalg.matrix_rank(variance, tol=1e-10 * max(1.0, variance.max()))
-    )
 
 
 def level_tests(choices: Choices) -> tuple[LevelTest, ...]:
@@ -185,37 +171,6 @@ def level_tests(choices: Choices) -> tuple[LevelTest, ...]:
     return tuple(
         LevelTest(*one, float(adjusted[number]) if number in adjusted else None) for number, one in enumerate(found)
     )
-
-
-def cochran(rows: Floats) -> tuple[float | None, float | None]:
-    """Return Cochran's Q and its p value by exchanging conditions within observers.
-
-    Parameters
-    ----------
-    rows
-        Shape (observers, k): how often each observer said yes under each of k conditions; 0 or 1 in the classical test.
-
-    Returns
-    -------
-    Q = (k − 1) · S · (between conditions) / (within observers), in sums of squares; None where no observer's answers
-    differ. The p value is from 20,000 draws with a fixed seed: its standard error is 0.0015 near 0.05.
-    """
-    k = rows.shape[1]
-    centred = rows - rows.mean(axis=1, keepdims=True)
-    within = float((centred**2).sum())
-    if within <= 0:
-        return None, None
-    varying = centred[(centred != 0).any(axis=1)]
-    statistic = (k - 1) * float((varying.sum(axis=0) ** 2).sum()) / within
-    random = np.random.default_rng(1950)
-    varying = np.sort(varying, axis=1)
-    varying = varying[np.lexsort(varying.T)]
-    draws = 20_000
-    sums = np.zeros((draws, k))
-    for row in varying:
-        sums += random.permuted(np.broadcast_to(row, (draws, k)), axis=1)
-    drawn = (k - 1) * (sums**2).sum(axis=1) / within
-    return statistic, float((1 + (drawn >= statistic - 1e-9 * max(1.0, statistic)).sum()) / (1 + draws))
 
 
 def neighbours_tests(choices: Choices) -> tuple[NeighboursTest, ...]:
@@ -242,3 +197,126 @@ def neighbours_tests(choices: Choices) -> tuple[NeighboursTest, ...]:
             chosen = total[low], total[low + 1]
             found.append(NeighboursTest(kind, levels[low], levels[low + 1], chosen, p, float(q)))
     return tuple(found)
+
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True)
+class PairTest:
+    """Two conditions.
+
+    Attributes
+    ----------
+    one, other
+        The conditions.
+    difference
+        Mean of one less other over the observers, with its interval.
+    effect
+        Cohen's d_z: that mean over the standard deviation of the observers' differences; None where they do not vary.
+    higher, lower
+        How many observers rated ``one`` higher, and lower, than ``other``.
+    p, p_holm
+        Two-sided, by flipping observers' signs; adjusted for all pairs [Holm1979].
+    p_nemenyi
+        By the distance of mean ranks [Nemenyi1963], for all pairs at once.
+    """
+
+    one: str
+    other: str
+    difference: Estimate
+    effect: float | None
+    higher: int
+    lower: int
+    p: float
+    p_holm: float
+    p_nemenyi: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "one": self.one,
+            "other": self.other,
+            "difference": self.difference.to_json(),
+            "effect": self.effect,
+            "higher": self.higher,
+            "lower": self.lower,
+            "p": self.p,
+            "p_holm": self.p_holm,
+            "p_nemenyi": self.p_nemenyi,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class RatingTest:
+    """Friedman's test of all conditions, and each pair of them.
+
+    ``statistic`` is Friedman's χ², corrected for ties, with ``df`` degrees of freedom; ``w`` is Kendall's W of the same
+    ranks, the effect size. None where every observer rates all conditions alike.
+    """
+
+    scale: str
+    conditions: tuple[str, ...]
+    observers: int
+    statistic: float | None
+    df: int
+    p: float | None
+    w: float | None
+    pairs: tuple[PairTest, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "scale": self.scale,
+            "conditions": list(self.conditions),
+            "observers": self.observers,
+            "statistic": self.statistic,
+            "df": self.df,
+            "p": self.p,
+            "w": self.w,
+            "pairs": [pair.to_json() for pair in self.pairs],
+        }
+
+
+def rating_test(scale: str, conditions: Sequence[str], ratings: Floats) -> RatingTest | None:
+    """Test ``ratings``, shape (observers, conditions), each an observer's mean; None with fewer than two of either.
+
+    Friedman's test [Friedman1937] takes ranks within each observer. The pairs are tested twice: by Nemenyi's distances
+    of mean ranks, and by the means themselves, whose permutation test assumes no law and no equal variances.
+    """
+    observers, k = ratings.shape
+    if observers < 2 or k < 2:
+        return None
+    w = kendall_w(ratings)
+    nemenyi = nemenyi_p(ratings)
+    pairs = list(combinations(range(k), 2))
+    differences = np.stack([ratings[:, one] - ratings[:, other] for one, other in pairs], axis=1)
+    estimates = means(differences, np.ones(differences.shape))
+    p = np.array([mean_difference_p(difference) for difference in differences.T])
+    adjusted = holm(p)
+    tests = []
+    for number, ((one, other), difference) in enumerate(zip(pairs, differences.T, strict=True)):
+        spread = float(difference.std(ddof=1))
+        tests.append(
+            PairTest(
+                conditions[one],
+                conditions[other],
+                estimates[number],
+                float(difference.mean()) / spread if spread > 1e-12 * float(np.abs(difference).max()) else None,
+                int((difference > 0).sum()),
+                int((difference < 0).sum()),
+                float(p[number]),
+                float(adjusted[number]),
+                float(nemenyi[one, other]),
+            )
+        )
+    return RatingTest(
+        scale,
+        tuple(conditions),
+        observers,
+        None if w is None else observers * (k - 1) * w,
+        k - 1,
+        kendall_w_p(w, observers, k),
+        w,
+        tuple(tests),
+    )
