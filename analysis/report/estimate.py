@@ -64,7 +64,7 @@ class Estimate:
     stability: Stability | None
 
 
-def estimate(
+def estimate_scores(
     comparisons: Comparisons,
     *,
     alpha: float,

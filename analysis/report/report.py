@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.session_comparisons import is_comparison
 from analysis.errors import ResultsError
+from analysis.factors.result import FactorEffects
 from analysis.observers.filters import Filter, Kept, keep
 from analysis.observers.table import ObserverTable, observers_in_sessions
 from analysis.ratings.preferences import Preferences, preferences
@@ -19,11 +20,13 @@ from analysis.report.estimate import CovarianceWish
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
 from analysis.report.summary import Summary, summarise
+from analysis.scaling.terminal import Published, print_scores
+from analysis.series.summary import SeriesSummary, summarise_series
 from documents import Finding
 
-if TYPE_CHECKING:  # its figures take their colours from here
-    from analysis.factors.result import FactorEffects
-    from analysis.series.summary import SeriesSummary
+if TYPE_CHECKING:
+    from rich.console import Console
+
 
 SHUFFLES = 999  # names of stimuli shuffled so often, against strangers: three digits of p
 KIND_WORDS = {
@@ -137,11 +140,7 @@ def describe(
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
     compared = any(is_comparison(trial) for session in stayed for trial in session.trials)
     pairs = summarise(stayed, alpha, adjust, covariance) if compared else None
-    series = None
-    if "best_of_series" in kinds:
-        from analysis.series.summary import summarise_series
-
-        series = summarise_series(stayed)
+    series = summarise_series(stayed) if "best_of_series" in kinds else None
     notes = list(pairs.notes) if pairs else on_sessions(stayed)
     notes += [note for note in series.notes if "simulated" not in note] if series else []
     preferred = preferences(stayed) if "preference" in kinds else None
@@ -159,3 +158,19 @@ def describe(
         preferences=preferred,
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
+    """Print scores where there are any, a sentence for each part, who was left out, and what must be known."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = console or Console()
+    if report.pairs is not None:
+        print_scores(report.pairs.scores, published, console)
+    for sentence in report.sentences:
+        console.print(Text(sentence))
+    if report.kept.left_out:
+        console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
+    for note in report.notes:
+        console.print(Text(f"Note: {note}", style="yellow"))

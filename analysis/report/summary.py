@@ -17,7 +17,7 @@ from analysis.errors import ResultsError
 from analysis.observers.catch_trials import catch_results
 from analysis.ratings.preferences import preferences
 from analysis.records.session_record import Header, SessionLog
-from analysis.report.estimate import COVARIANCE_WISHES, TWO_SIDED_95, CovarianceWish, Estimate, estimate
+from analysis.report.estimate import COVARIANCE_WISHES, TWO_SIDED_95, CovarianceWish, Estimate, estimate_scores
 from analysis.report.notes import notes_on
 from analysis.scaling.scores import Scores
 from documents import Finding
@@ -150,7 +150,7 @@ def summarise(
     adjust = _adjustment(header, sessions[0]) if adjust is None else adjust
     covariance = _covariance(header, sessions[0]) if covariance is None else covariance
     chosen = any(trial.kind == "active_pairs" for session in sessions for trial in session.trials)
-    found = estimate(comparisons, alpha=alpha, adjust=adjust, covariance=covariance, chosen=chosen)
+    found = estimate_scores(comparisons, alpha=alpha, adjust=adjust, covariance=covariance, chosen=chosen)
     scores = found.scores
     times = [trial.response_time_s for session in sessions for trial in session.trials if is_comparison(trial)]
     share = comparisons.first_share()

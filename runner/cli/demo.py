@@ -29,8 +29,9 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     """
     from dataclasses import asdict
 
-    from analysis.records.session_record import read_session, session_files
-    from analysis.report import print_table, write_report
+    from analysis.records.results import read_results
+    from analysis.report.page import write_report
+    from analysis.report.report import print_report
     from analysis.scaling.agreement import agreement, expected_classes
     from runner.cli.progress import build_stimuli, progress_bar
     from runner.observers.observer_file import read_scored_observer
@@ -52,7 +53,7 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
                 station.run(observer, station.simulated(law, observer), simulated=True)
                 step("Running simulated observers", number, observers)
             work = station.presenter.counters
-        sessions = [read_session(file) for file in session_files(folder)]
+        sessions = read_results(folder)
         step("Writing the report", 0, 1)
         published = {name: (stimulus.score, stimulus.perceptual_class) for name, stimulus in law.stimuli.items()}
         report = folder / "report.html"
@@ -63,7 +64,7 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps({"scores": summary.to_json(), "report": str(report), "work": asdict(work)}))
         return
-    print_table(summary, published)
+    print_report(written, published)
     found = agreement(summary.scores, published)
     if found:
         click.echo(

@@ -80,8 +80,9 @@ def command(
     from analysis.observers.filters import Filter
     from analysis.observers.screening import outcomes
     from analysis.records.session_record import FILE_NAME, read_session, session_files
-    from analysis.report import print_report, write_report
     from analysis.report.estimate import CovarianceWish
+    from analysis.report.page import write_report
+    from analysis.report.report import print_report
     from documents import Finding
     from runner.cli.main import WorkError
     from runner.reports.print_page import print_pdf

@@ -12,7 +12,7 @@ import yaml
 from scipy.stats import chi2
 
 from analysis.records.session_record import SessionLog, read_session
-from analysis.series.figures import rating_figure, score_figure
+from analysis.report.sections.series import rating_figure, score_figure
 from analysis.series.summary import summarise_series
 from runner.observers.observer_file import read_observer
 from runner.protocol.experiment import read_experiment

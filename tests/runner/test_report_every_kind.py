@@ -14,8 +14,8 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
-from analysis.report import describe, write_report
-from analysis.report.report import KIND_WORDS
+from analysis.report.page import write_report
+from analysis.report.report import KIND_WORDS, describe
 from runner.ports import Holding
 from runner.presenter.scene import Scene
 from runner.session.session import Session

@@ -9,7 +9,7 @@ import pytest
 
 from analysis.bootstrap.stability import Covariance
 from analysis.comparisons.comparisons import Answer, from_answers
-from analysis.report.estimate import FEWEST_FOR_SANDWICH, estimate
+from analysis.report.estimate import FEWEST_FOR_SANDWICH, estimate_scores
 
 pytestmark = pytest.mark.stress
 STUDIES, ITEMS = 600, 10
@@ -29,7 +29,7 @@ def false_differences(observer_sd: float, covariance: Covariance, seed: int) -> 
                 pair = (one, other) if better else (other, one)
                 answers.append(Answer(names[pair[0]], names[pair[1]], 1.0, str(observer), names[one], False))
         comparisons = from_answers(answers, names)
-        found = estimate(comparisons, alpha=0.05, adjust="holm", covariance=covariance, draw=False)
+        found = estimate_scores(comparisons, alpha=0.05, adjust="holm", covariance=covariance, draw=False)
         if found.way == "ml" and found.scores.classes is not None:
             studies += 1
             wrong += len(found.scores.classes.members) > 1

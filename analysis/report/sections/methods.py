@@ -12,10 +12,9 @@ from analysis.observers.catch_trials import catch_results
 from analysis.observers.filters import Kept
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
-from analysis.report.clipping import clipping_rows
 from analysis.report.references import Citations
 from analysis.report.sections.observers import left_out_words
-from analysis.report.sections.shown import timing_facts
+from analysis.report.sections.shown import clipping_rows, timing_facts
 from analysis.report.summary import Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
 

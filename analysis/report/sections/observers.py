@@ -1,10 +1,15 @@
-"""Every observer on a line, with nobody left out unless asked; and whom it was asked to leave out."""
+"""The observers: a line for each, who is left out, vision tests, and what people wrote (all of it stays text)."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 from analysis.observers.filters import Kept
+from analysis.observers.screening import outcomes
 from analysis.observers.table import ObserverLine, ObserverTable
+from analysis.records.session_record import SessionLog, Trial
 from analysis.report.blocks import Block, Cell, Column, Paragraph, Section, Table
+from analysis.report.words import counted
 
 _COLUMNS = (
     Column("Observer", "observer"),
@@ -70,3 +75,84 @@ def _row(line: ObserverLine) -> tuple[Cell, ...]:
         f"{catch.missed} of {catch.obvious}" if catch and catch.obvious else None,
         vision,
     )
+
+
+def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
+    """Return the outcome of every test of vision; None if none was taken."""
+    found = [outcome for session in sessions for outcome in outcomes(session)]
+    if not found:
+        return None
+    columns = (
+        Column("Observer", "observer"),
+        Column("Test", "test"),
+        Column("Outcome", "outcome"),
+        Column("Finest passed", "threshold", "number", 2),
+        Column("Estimate", "estimate", "number", 2),
+        Column("Pass mark", "pass_mark", "number", 2),
+        Column("Unit", "unit"),
+    )
+    rows = tuple(
+        (
+            one.observer,
+            one.test.replace("_", " "),
+            "passed" if one.passed else "failed",
+            one.threshold,
+            one.estimate,
+            one.pass_mark,
+            one.unit,
+        )
+        for one in found
+    )
+    failed = len(dict.fromkeys(one.observer for one in found if not one.passed))
+    words = f"{counted(failed, 'observer')} failed a test." if failed else "Every test that was taken was passed."
+    table = Table("vision", f"{counted(len(found), 'test')} of vision", columns, rows, folded=len(rows) > 20)
+    return Section("vision", "Vision tests", (Paragraph(words), table))
+
+
+QUESTIONNAIRE = "questionnaire"
+
+
+def people_section(sessions: Sequence[SessionLog]) -> Section | None:
+    """Return notes, and answers to questionnaires; None if there are neither."""
+    tables = [table for table in (_notes(sessions), _answers(sessions)) if table.rows]
+    return Section("notes", "What people wrote", tuple(tables)) if tables else None
+
+
+def _notes(sessions: Sequence[SessionLog]) -> Table:
+    columns = (
+        Column("Observer", "observer"),
+        Column("By", "by"),
+        Column("Block", "block", "number"),
+        Column("Trial", "trial", "number"),
+        Column("When (UTC)", "utc"),
+        Column("Note", "text"),
+    )
+    rows = tuple(
+        (session.header.observer, note.by, note.block + 1, note.trial + 1, note.utc, note.text)
+        for session in sessions
+        for note in session.notes
+    )
+    return Table("notes", "Notes", columns, rows)
+
+
+def _answers(sessions: Sequence[SessionLog]) -> Table:
+    columns = (
+        Column("Observer", "observer"),
+        Column("Question", "question"),
+        Column("Answer", "answer"),
+        Column("Unit", "unit"),
+    )
+    rows = tuple(
+        (session.header.observer, _words(data.get("question", data.get("name"))), _words(data.get("answer")), unit)
+        for session in sessions
+        for data, unit in ((trial.data, _words(trial.data.get("unit"))) for trial in _questions(session))
+    )
+    return Table("questionnaire", "Answers to questions", columns, rows, folded=len(rows) > 12)
+
+
+def _questions(session: SessionLog) -> list[Trial]:
+    return [trial for trial in session.trials if trial.kind == QUESTIONNAIRE]
+
+
+def _words(value: object) -> Cell:
+    return None if value is None or value == "" else str(value)

@@ -12,9 +12,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.records.session_record import SessionLog
-from analysis.report import write_report
 from analysis.report.blocks import Column, Table
 from analysis.report.csv_files import csv_text, inert, write_csv_files
+from analysis.report.page import write_report
 
 Maker = Callable[..., SessionLog]
 DANGEROUS = ("=", "+", "-", "@", "\t", "\r", "\n")

@@ -16,7 +16,7 @@ from analysis.classes.classes import classify
 from analysis.comparisons.session_comparisons import from_sessions
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
-from analysis.report import summarise
+from analysis.report.summary import summarise
 from analysis.scaling.gaussian_prior import learnt_posterior
 from analysis.scaling.pair_fit import fit_model
 

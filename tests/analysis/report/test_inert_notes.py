@@ -8,7 +8,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 from analysis.records.session_record import Note, SessionLog, Trial
-from analysis.report import write_report
+from analysis.report.page import write_report
 
 Maker = Callable[..., SessionLog]
 HOSTILE = "<script>x()</script><img src=x onerror=x()></td></table><iframe src=//x></iframe>{{ 7*7 }}"

@@ -13,8 +13,9 @@ from pathlib import Path
 import pytest
 
 from analysis.records.session_record import SessionLog
-from analysis.report import summarise, write_report
-from analysis.report.figure import scores_svg
+from analysis.report.figures import scores_svg
+from analysis.report.page import write_report
+from analysis.report.summary import summarise
 from analysis.report.words import plain
 
 Maker = Callable[..., SessionLog]

@@ -14,10 +14,9 @@ import pytest
 from analysis.errors import ResultsError
 from analysis.observers.filters import Filter
 from analysis.records.session_record import Note, SessionLog, Trial
-from analysis.report import Report, describe, write_report
-from analysis.report.contents import sections_of
-from analysis.report.page import render
-from analysis.report.sections.preferences import sign_test
+from analysis.report.page import render, sections_of, write_report
+from analysis.report.report import Report, describe
+from analysis.report.sections.ratings import sign_test
 
 Maker = Callable[..., SessionLog]
 Sessions = Callable[..., list[SessionLog]]

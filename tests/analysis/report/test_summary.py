@@ -13,8 +13,8 @@ from rich.console import Console
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
-from analysis.report import print_table, summarise
-from analysis.report.summary import wilson_interval
+from analysis.report.report import describe, print_report
+from analysis.report.summary import summarise, wilson_interval
 
 Maker = Callable[..., SessionLog]
 
@@ -92,8 +92,9 @@ def test_the_terminal_table_shows_published_scores_and_treats_markup_as_text(mak
     names = ("[red]a[/red]", "b")
     answers = [(names[0], "b")] * 3 + [("b", names[0])] * 2
     out = io.StringIO()
-    summary = summarise([make_session(names=names, answers=answers)])
-    print_table(summary, {"b": (0.25, "3+4")}, Console(file=out, width=120))
+    print_report(
+        describe([make_session(names=names, answers=answers)]), {"b": (0.25, "3+4")}, Console(file=out, width=120)
+    )
     assert "[red]a[/red]" in out.getvalue()
     assert "0.2500" in out.getvalue()
     assert "3+4" in out.getvalue()

@@ -13,8 +13,8 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
+from analysis.report.sections.series import rating_figure, score_figure
 from analysis.series.choices import gather
-from analysis.series.figures import rating_figure, score_figure
 from analysis.series.picture_scores import picture_scores
 from analysis.series.summary import SeriesSummary, summarise_series
 

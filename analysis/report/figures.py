@@ -1,0 +1,268 @@
+"""The report's figures as SVG: scores (like the thesis's Figure 4.18), classes, values with intervals, and bars.
+
+Colours of perceptual classes are those of Figure 4.18: 1 green, 2 blue, 3 yellow, 4 brown, 5 red.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from analysis.report.summary import Summary
+from analysis.report.words import percent
+from analysis.series.observer_means import Estimate
+from documents.pages.drawing import DEEP, FAINT, INK, drawing, rows_only, short, svg_of
+
+MOST_NAMED = 5
+
+
+def scores_svg(summary: Summary, width_in: float) -> str:
+    """Return an ``<svg>`` element: log10 scores with 95 % intervals, a row per stimulus, best at the top.
+
+    Text stays text. An item in several classes has a marker of several colours; the class stands beside each row,
+    so that nothing depends on colour.
+    """
+    from matplotlib.path import Path
+
+    items = summary.scores.items
+    height_in = 0.75 + 0.31 * len(items)
+    with drawing("scores", width_in, height_in) as (figure, axes):
+        rows = np.arange(len(items))
+        scores = {row: item.log10_score for row, item in enumerate(items) if item.log10_score is not None}
+        shown = list(scores)
+        low, high = summary.log10_interval[shown].T
+        axes.hlines(shown, low, high, color=INK, linewidth=1.3, capstyle="butt", zorder=2)
+        axes.plot([*low, *high], [*shown, *shown], "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=2)
+        for (part, parts), markers in _markers(summary).items():
+            # Wedges from the top, anticlockwise: the better class on the left.
+            turn = 360 / parts
+            wedge = Path.wedge(90 + part * turn, 90 + (part + 1) * turn) if parts > 1 else "o"
+            at, row, colours = zip(*markers, strict=True)
+            axes.scatter(at, row, s=95, marker=wedge, color=colours, linewidths=0, zorder=4)
+        axes.scatter(
+            list(scores.values()), shown, s=95, marker="o", facecolors="none", edgecolors=INK, linewidths=1.1, zorder=5
+        )
+        axes.set_yticks(rows, [short(item.name) for item in items])
+        axes.set_ylim(len(items) - 0.4, -0.6)
+        beside = axes.secondary_yaxis("right")
+        beside.set_yticks(rows, [_few(item.label or "–") for item in items], fontweight="bold")
+        beside.tick_params(length=0)
+        beside.set_ylabel("class", rotation=0, ha="left", va="bottom", color=INK)
+        beside.yaxis.set_label_coords(1.01, 1.0)
+        axes.set_xlabel("log₁₀ score")
+        axes.hlines(rows, 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=1)
+        axes.tick_params(axis="y", length=0, colors=INK)
+        axes.tick_params(axis="x", colors=INK)
+        for spines in (axes.spines, beside.spines):
+            spines[["top", "right", "left"]].set_visible(False)
+        axes.spines["bottom"].set_color(INK)
+        return svg_of(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
+
+
+def _markers(summary: Summary) -> dict[tuple[int, int], list[tuple[float, int, str]]]:
+    """Return log10 score, row and colour of the markers by shape, the part of how many: a shape is drawn at once."""
+    found: dict[tuple[int, int], list[tuple[float, int, str]]] = {}
+    for row, item in enumerate(summary.scores.items):
+        if item.log10_score is None:
+            continue
+        colours = class_colours(item.label)
+        for part, colour in enumerate(colours):
+            found.setdefault((part, len(colours)), []).append((item.log10_score, row, colour))
+    return found
+
+
+def _few(label: str) -> str:
+    """Return a label such as "3+4", that of an item in very many classes cut short."""
+    return label if label.count("+") < MOST_NAMED else "+".join(label.split("+")[:MOST_NAMED]) + "+…"
+
+
+CLASS_COLOURS = ("#2f9e58", "#3a76d2", "#f0c52e", "#8c5a2b", "#d03b36")
+FURTHER_COLOURS = ("#7b5ea7", "#6d7782", "#2aa7a0", "#c06a9b")
+NO_CLASS = "#9aa3ab"
+
+
+def class_colours(label: str | None) -> tuple[str, ...]:
+    """Return one colour for each class in a label such as "3+4"; a grey for no class."""
+    if not label:
+        return (NO_CLASS,)
+    return tuple(_colour(int(number)) for number in label.split("+"))
+
+
+def _colour(number: int) -> str:
+    if number <= len(CLASS_COLOURS):
+        return CLASS_COLOURS[number - 1]
+    return FURTHER_COLOURS[(number - len(CLASS_COLOURS) - 1) % len(FURTHER_COLOURS)]
+
+
+BEYOND = 0.36  # how far a bar reaches beyond its first and last stimulus, in rows
+
+
+def classes_svg(summary: Summary, width_in: float) -> str:
+    """Return an ``<svg>``: a row per stimulus, best at the top, and a bar per class with a dot for each member.
+
+    Where a stimulus between two members is none itself, the bar is a thin line.
+
+    Where observers were drawn anew, between each two rows stands in how many of the draws they share a class.
+    """
+    scores, stability = summary.scores, summary.estimate.stability
+    classes = scores.classes
+    assert classes is not None
+    row_of = {item: row for row, item in enumerate(scores.order)}
+    count = len(classes.members)
+    with drawing("classes", width_in, 0.55 + 0.31 * len(scores.items)) as (figure, axes):
+        axes.hlines(range(len(scores.items)), -0.6, count - 0.4, color=FAINT, linewidth=0.7, zorder=1)
+        for number, members in enumerate(classes.members):
+            rows = sorted(row_of[item] for item in members)
+            (colour,) = class_colours(str(number + 1))
+            axes.plot([number] * 2, [rows[0], rows[-1]], color=colour, linewidth=1.5, zorder=2)
+            for first, last in runs(rows):
+                ends = [first - BEYOND, last + BEYOND]
+                axes.plot([number] * 2, ends, color=colour, linewidth=10, solid_capstyle="butt", zorder=2)
+            axes.plot([number] * len(rows), rows, "o", color="white", markeredgecolor=INK, markersize=6, zorder=3)
+        if stability is not None:
+            for row, (one, other) in enumerate(zip(scores.order, scores.order[1:], strict=False)):
+                place = {name: index for index, name in enumerate(stability.items)}
+                names = scores.comparisons.items
+                share = float(stability.shared[place[names[one]], place[names[other]]])
+                axes.text(count - 0.25, row + 0.5, percent(share), va="center", ha="left", fontsize=8.5, color=INK)
+            axes.text(count - 0.25, -0.75, "share a class", va="bottom", ha="left", fontsize=8.5, color=INK)
+        axes.set_yticks(range(len(scores.items)), [short(item.name) for item in scores.items])
+        axes.set_ylim(len(scores.items) - 0.4, -0.6)
+        axes.set_xlim(-0.6, count + (0.9 if stability is not None else -0.4))
+        axes.xaxis.tick_top()
+        axes.set_xticks(range(count), [str(number + 1) for number in range(count)], fontweight="bold")
+        axes.tick_params(length=0, colors=INK)
+        axes.spines[:].set_visible(False)
+        return svg_of(figure, f"{count} classes of {len(scores.items)} stimuli")
+
+
+def runs(rows: Sequence[int]) -> list[tuple[int, int]]:
+    """Return the first and last of each stretch of neighbouring rows; ``rows`` rise."""
+    found: list[tuple[int, int]] = []
+    for row in rows:
+        if found and found[-1][1] == row - 1:
+            found[-1] = found[-1][0], row
+        else:
+            found.append((row, row))
+    return found
+
+
+Row = tuple[str, float | None, float | None, float | None]
+
+
+def dots_svg(rows: Sequence[Row], axis: str, title: str, width_in: float, reference: float | None = None) -> str:
+    """Return an ``<svg>``: for each (name, value, low, high) a dot with its interval; a line at ``reference``."""
+    with drawing(title, width_in, 0.75 + 0.31 * len(rows)) as (figure, axes):
+        for place, (_, value, low, high) in enumerate(rows):
+            if value is None:
+                continue
+            if low is not None and high is not None:
+                axes.plot([low, high], [place, place], color=INK, linewidth=1.3, solid_capstyle="butt", zorder=2)
+                axes.plot([low, high], [place, place], "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=2)
+            axes.plot([value], [place], "o", color=DEEP, markersize=8, zorder=3)
+        if reference is not None:
+            axes.axvline(reference, color=INK, linewidth=0.8, linestyle=(0, (4, 3)), zorder=1)
+        axes.set_yticks(range(len(rows)), [short(row[0]) for row in rows])
+        axes.set_ylim(len(rows) - 0.4, -0.6)
+        axes.set_xlabel(axis, color=INK)
+        rows_only(axes, len(rows))
+        return svg_of(figure, title)
+
+
+# In the thesis's figures base is purple, brighter blue and grey grey; what comes beyond follows.
+COLOURS = ("#7b5ea7", "#3a76d2", "#9aa3ab", "#2f9e58", "#f0c52e", "#8c5a2b", "#2aa7a0", "#d03b36")
+HATCHES = ("", "//", "..", "xx", "--", "\\\\", "++", "oo")
+
+
+@dataclass(frozen=True, slots=True)
+class BarFigure:
+    """Bars: ``estimates[g][b]`` is that of bar b in group g, None where there is none.
+
+    ``unit`` stands beside the value axis; ``group_title`` says what the groups are.
+    """
+
+    title: str
+    group_title: str
+    unit: str
+    groups: tuple[str, ...]
+    bars: tuple[str, ...]
+    estimates: tuple[tuple[Estimate | None, ...], ...]
+
+    @property
+    def columns(self) -> tuple[str, ...]:
+        """The table's head."""
+        return (self.group_title, *self.bars)
+
+    @property
+    def rows(self) -> tuple[tuple[str, ...], ...]:
+        """The table: a row for each group, each cell a value with its interval in brackets."""
+        return tuple(
+            (group, *(cell(one) for one in row)) for group, row in zip(self.groups, self.estimates, strict=True)
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "title": self.title,
+            "group_title": self.group_title,
+            "unit": self.unit,
+            "groups": list(self.groups),
+            "bars": list(self.bars),
+            "estimates": [[None if one is None else one.to_json() for one in row] for row in self.estimates],
+        }
+
+    def svg(self, width_in: float) -> str:
+        """Return an ``<svg>`` element, ``width_in`` inches wide.
+
+        Text stays text; bars differ in colour and in hatching.
+        """
+        with drawing(self.title, width_in, 3.3, hatch_pt=0.6) as (figure, axes):
+            width = 0.8 / max(1, len(self.bars))
+            for number, bar in enumerate(self.bars):
+                here = [row[number] for row in self.estimates]
+                x = np.arange(len(self.groups)) + (number - (len(self.bars) - 1) / 2) * width
+                heights = [0.0 if one is None or one.value is None else one.value for one in here]
+                axes.bar(
+                    x,
+                    heights,
+                    width * 0.92,
+                    label=_short(bar),
+                    color=COLOURS[number % len(COLOURS)],
+                    hatch=HATCHES[number % len(HATCHES)],
+                    edgecolor="white",
+                    linewidth=0,
+                    zorder=2,
+                )
+                for place, one in zip(x, here, strict=True):
+                    if one is not None and one.low is not None and one.high is not None:
+                        axes.plot([place, place], [one.low, one.high], color=INK, linewidth=1.2, zorder=3)
+                        axes.plot([place, place], [one.low, one.high], "_", color=INK, markersize=5, zorder=3)
+            axes.set_xticks(np.arange(len(self.groups)), [_short(group) for group in self.groups])
+            axes.set_xlabel(self.group_title, color=INK)
+            axes.set_ylabel(self.unit, color=INK)
+            axes.grid(axis="y", color=FAINT, linewidth=0.7, zorder=1)
+            axes.set_axisbelow(True)
+            axes.tick_params(axis="x", length=0, colors=INK)
+            axes.tick_params(axis="y", length=0, colors=INK)
+            axes.spines[["top", "right", "left"]].set_visible(False)
+            axes.spines["bottom"].set_color(INK)
+            if len(self.bars) > 1:
+                figure.legend(loc="outside upper left", ncols=len(self.bars), frameon=False, labelcolor=INK)
+            return svg_of(figure, self.title)
+
+
+def cell(estimate: Estimate | None, digits: int = 2) -> str:
+    """Return a value and its interval as text, with a real minus sign; a dash for none."""
+    if estimate is None or estimate.value is None:
+        return "–"
+    text = f"{estimate.value:.{digits}f}"
+    if estimate.low is not None and estimate.high is not None:
+        text += f" ({estimate.low:.{digits}f} to {estimate.high:.{digits}f})"
+    return text.replace("-", "−")
+
+
+def _short(name: str) -> str:
+    return name if len(name) <= 18 else name[:17] + "…"
