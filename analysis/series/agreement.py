@@ -138,9 +138,6 @@ def kendall_w_p(w: float | None, observers: int, things: int) -> float | None:
     return None if w is None else float(chdtrc(things - 1, observers * (things - 1) * w))
 
 
-Floats = NDArray[np.float64]
-
-
 def intraclass(ratings: Floats, *, level: float = 0.95) -> tuple[Coefficient, ...]:
     """Return ICC(2,1), ICC(3,1), ICC(2,k) and ICC(3,k).
 
@@ -212,9 +209,6 @@ def _agreement_limits(
     low = n * (between - low_f * error) / (low_f * spread + n * between)
     high = n * (high_f * between - error) / (spread + n * high_f * between)
     return float(low), float(high)
-
-
-Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)

@@ -199,9 +199,6 @@ def neighbours_tests(choices: Choices) -> tuple[NeighboursTest, ...]:
     return tuple(found)
 
 
-Floats = NDArray[np.float64]
-
-
 @dataclass(frozen=True, slots=True)
 class PairTest:
     """Two conditions.
