@@ -19,8 +19,8 @@ from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.cull import LEAST_LOBE_SHARE as USUAL
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
-from stimuli.sparkle.photograph import SparkleMap, sparkle_map
 from stimuli.sparkle.scene import Camera, Lamp, Plate
+from stimuli.sparkle.studio import SparkleMap, sparkle_map
 
 RECIPE = Path(__file__).parents[1] / "configs/stimuli/manitoba_gray.yaml"
 FLAKES_PER_MM2 = (10, 100)

@@ -15,8 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from documents import Finding
-from stimuli.align.agreement import LEAST_AGREEMENT, agreement
-from stimuli.align.phase import Peak, correlation, find_peak, hann
+from stimuli.align.phase import LEAST_AGREEMENT, Peak, agreement, correlation, find_peak, hann
 from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
 from stimuli.align.refine import MARGIN_PX, MOST_PIXELS, Fit, refine
 from stimuli.errors import StimulusError

@@ -13,9 +13,7 @@ from devices.camera.correspondences import Correspondences
 from devices.chart.layout import COLORCHECKER, ChartLayout
 from devices.errors import DeviceError
 from documents import Finding
-from stimuli.chart.corners import check_corners
-from stimuli.chart.find import find_corners
-from stimuli.chart.orient import turn_upright
+from stimuli.chart.find import find_corners, turn_upright
 from stimuli.chart.sample import Bools, Floats, PatchValues, Picture, sample_patches
 from stimuli.errors import StimulusError
 
@@ -109,3 +107,34 @@ def _find(rgb: Picture, saturated: Bools, layout: ChartLayout, file: str | None)
                 remedy="photograph the chart again with a shorter exposure",
             )
         ) from error
+
+
+def check_corners(corners_px: ArrayLike, shape: tuple[int, ...], file: str | None = None) -> Floats:
+    """Return the corners (4, 2), x and y in pixels; StimulusError unless they are a convex quadrangle in the picture.
+
+    Pixel centres lie at whole numbers and a half: the picture is from 0 to its width and height.
+    """
+    corners = np.asarray(corners_px, dtype=np.float64)
+    height, width = shape[:2]
+    if corners.shape != (4, 2) or not np.all(np.isfinite(corners)):
+        raise StimulusError(Finding(f"a chart has four corners x,y, not {corners.tolist()}", file))
+    if np.any(corners < 0) or np.any(corners > [width, height]):
+        raise StimulusError(
+            Finding(
+                f"a corner of the chart lies outside the picture of {width} × {height} pixels: {corners.tolist()}",
+                file,
+                remedy="give x,y in pixels from the top left",
+            )
+        )
+    sides = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(sides, -1, axis=0)
+    turns = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
+    if not (np.all(turns > 0) or np.all(turns < 0)):
+        raise StimulusError(
+            Finding(
+                "the chart's corners are no convex quadrangle",
+                file,
+                remedy="give them around the chart: top left, top right, bottom right, bottom left",
+            )
+        )
+    return corners

@@ -1,6 +1,7 @@
 """One factor for all XYZ of a picture: its luminance changes, its chromaticities and the ratio of its eyes do not.
 
 Thesis Section 4.5.1.1: pictures are brought to one luminance, preserving the colorimetric ratios.
+In the grayscale series each pixel keeps its luminance and gets one chromaticity.
 """
 
 from __future__ import annotations
@@ -9,7 +10,9 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from devices.colour.spaces import XYZ_from_xyY
 from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
@@ -107,3 +110,26 @@ def factor_series(step_percent: float, count: int, first: float = 1.0) -> Sequen
     if not factors or not all(math.isfinite(factor) and factor > 0 for factor in factors):
         raise StimulusError(f"there is no series of {count} factors from {first} on in steps of {step_percent} %")
     return factors
+
+
+def greyscale(xyz_cd_m2: XYZImage, white_xy: ArrayLike) -> XYZImage:
+    """Return XYZ (..., 3), float32, with the Y of ``xyz_cd_m2``, bit for bit, and the chromaticity ``white_xy`` (x, y).
+
+    Thesis Section 4.5.1.1: the grayscale series.
+
+    Raises
+    ------
+    StimulusError
+        If no light has that chromaticity.
+    """
+    xy = np.asarray(white_xy, dtype=np.float64)
+    if xy.shape != (2,) or not np.all(np.isfinite(xy)) or xy[0] < 0 or xy[1] <= 0 or xy.sum() > 1:
+        raise StimulusError(f"no light has the chromaticity {xy.tolist()}; x, y and 1 - x - y are shares, y above 0")
+    white = XYZ_from_xyY([*xy, 1.0]).astype(np.float32)
+    return np.asarray(xyz_cd_m2[..., 1:2] * white)
+
+
+def grey_picture(image: StereoImage, white_xy: ArrayLike) -> StereoImage:
+    """Return the picture without colour; a flat picture stays flat. Raises as `greyscale` does."""
+    left = greyscale(image.left, white_xy)
+    return StereoImage(left, left if image.is_flat else greyscale(image.right, white_xy))

@@ -11,10 +11,10 @@ from collections.abc import Iterator
 
 from documents import Finding
 from stimuli.errors import StimulusError
-from stimuli.luminance.greyscale import grey_picture
 from stimuli.luminance.scale import (
     eyes_once,
     factor_to,
+    grey_picture,
     max_luminance_cd_m2,
     mean_luminance_cd_m2,
     scaled_picture,

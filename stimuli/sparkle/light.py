@@ -1,12 +1,13 @@
 """The light that reaches the camera: a few maps of luminance, each with one colour, and a spectrum if it has one.
 
-A plate's light is a sum of such terms: the base under each lamp, its flop, and the sparkles. So XYZ and any number of
-spectral bands follow from few maps, and none is computed before it is asked for.
+A plate's light is a sum of such terms: the base under each lamp, matt or shining and darker with the angle (flop), and
+the sparkles. So XYZ and any number of spectral bands follow from few maps, and none is computed before it is asked for.
+Spectra of lamps and reflectances lie on the CIE's grid of 5 nm.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -15,10 +16,21 @@ from numpy.typing import NDArray
 from devices.colour.spaces import XYZ_from_xyY
 from stimuli.errors import StimulusError
 from stimuli.pictures.resample import area_weights, resample
-from stimuli.sparkle.scene import Lamp, Row, Spectrum
-from stimuli.sparkle.spectrum import XYZ_of
+from stimuli.sparkle.lamplight import illuminance_lx
+from stimuli.sparkle.optics import mirror
+from stimuli.sparkle.scene import Camera, Lamp, Plate, Row, Spectrum
 
 Map = NDArray[np.float32]
+
+Floats = NDArray[np.float64]
+
+FIRST_NM, LAST_NM, STEP_NM = 380, 780, 5
+# Planck's second constant, in nm · K (CODATA 2018; exact since 2019).
+_SECOND_CONSTANT_NM_K = 1.438776877e7
+
+# Places along an axis at which a field is computed at least, and how many per stretch over which it changes.
+_LEAST_NODES = 17
+_NODES_PER_STRETCH = 6
 
 
 @dataclass(frozen=True, slots=True)
@@ -110,3 +122,90 @@ def colour_under(
     if chromaticity_xy is None and lamp.spectrum is not None:
         own = tuple((np.array(lamp.spectrum) / XYZ_of(lamp.spectrum)[1]).tolist())
     return 1.0, Colour((x, y, z), own)
+
+
+def wavelengths_nm() -> Floats:
+    """Return the grid, shape (81,): 380 to 780 nm."""
+    return np.arange(FIRST_NM, LAST_NM + 1, STEP_NM, dtype=np.float64)
+
+
+def planck(temperature_K: float) -> Spectrum:
+    """Return the spectrum of a black body, relative to its value at 560 nm; halogen lamps are close to one."""
+    waves = wavelengths_nm()
+    exponent = _SECOND_CONSTANT_NM_K / temperature_K
+    light = (560.0 / waves) ** 5 * np.expm1(exponent / 560.0) / np.expm1(exponent / waves)
+    return tuple(light.tolist())
+
+
+def on_grid(nm: Sequence[float], values: Sequence[float]) -> Spectrum:
+    """Return values at rising wavelengths on the grid: straight lines between, the first and last held beyond."""
+    return tuple(np.interp(wavelengths_nm(), nm, values).tolist())
+
+
+def XYZ_of(spectrum: Spectrum) -> Floats:
+    """Return XYZ (3,) in cd/m² of a spectral radiance in W/(sr m² nm) on the grid."""
+    from devices.measurements.spectra import xyz_from_spectra
+
+    return np.asarray(xyz_from_spectra(np.array(spectrum), wavelengths_nm())[0])
+
+
+def matt_luminance(plate: Plate, lamp: Lamp, camera: Camera) -> NDArray[np.float32] | float:
+    """Return the matt base's luminance, reflectance · E/π: one number if the lamp is far, else (rows, columns)."""
+    if lamp.distance_mm is None or plate.base_reflectance == 0:
+        return plate.base_reflectance * lamp.illuminance_lx / np.pi
+
+    def luminance(x_mm: Floats, y_mm: Floats) -> Floats:
+        return np.asarray(plate.base_reflectance / np.pi * illuminance_lx(lamp, x_mm, y_mm))
+
+    return over_pixels(luminance, plate, lamp, camera, 1.0)
+
+
+def flop_luminance(plate: Plate, lamp: Lamp, camera: Camera, eye_mm: Floats) -> NDArray[np.float32] | float:
+    """Return the luminance (rows, columns) of what shines in the base, as the eye at ``eye_mm`` sees it.
+
+    Flakes too fine to be seen one by one are one mirror that lies flat: their tilts widen its lobe.
+    """
+    if plate.flop_reflectance == 0:
+        return 0.0
+    sd = float(np.radians(plate.flop_lobe_sd_deg))
+
+    def luminance(x_mm: Floats, y_mm: Floats) -> Floats:
+        flat = np.array([0.0, 0.0, 1.0])
+        return mirror((x_mm, y_mm), flat, plate.flop_reflectance, sd, plate, lamp, eye_mm).luminance_cd_m2
+
+    return over_pixels(luminance, plate, lamp, camera, sd)
+
+
+def over_pixels(
+    luminance: Callable[[Floats, Floats], Floats], plate: Plate, lamp: Lamp, camera: Camera, turn_rad: float
+) -> NDArray[np.float32]:
+    """Return a smooth ``luminance(x_mm, y_mm)`` at each camera pixel's middle, float32 (rows, columns).
+
+    It is computed at a few places and interpolated by cubic splines, unless these places are more than the pixels. It
+    changes over stretches that turn the direction to eye or lamp by ``turn_rad``, or leave the lamp's beam.
+    """
+    from scipy.interpolate import RectBivariateSpline
+
+    turn = min(turn_rad, 0.5)
+    per_mm = 1.0 / camera.distance_mm
+    position = lamp.position_mm
+    if position is not None:
+        per_mm += 1.0 / position[2]
+        if lamp.beam_angle_deg is not None:
+            turn = min(turn, np.radians(lamp.beam_angle_deg / 2))
+    columns, rows = camera.grid_px(plate)
+    across = ((np.arange(columns) + 0.5) / columns - 0.5) * plate.width_mm
+    up = (0.5 - (np.arange(rows) + 0.5) / rows) * plate.height_mm
+    nodes_x, nodes_y = (
+        max(_LEAST_NODES, int(np.ceil(_NODES_PER_STRETCH * size * per_mm / turn)))
+        for size in (plate.width_mm, plate.height_mm)
+    )
+    if nodes_x * nodes_y >= columns * rows:
+        found = np.stack([luminance(across, np.full_like(across, height)) for height in up])
+    else:
+        x = np.linspace(-0.5, 0.5, nodes_x) * plate.width_mm
+        y = np.linspace(-0.5, 0.5, nodes_y) * plate.height_mm
+        grid = np.meshgrid(x, y)
+        known = luminance(grid[0].ravel(), grid[1].ravel()).reshape(grid[0].shape)
+        found = np.asarray(RectBivariateSpline(y, x, known)(up[::-1], across))[::-1]
+    return np.maximum(found, 0.0).astype(np.float32)

@@ -49,7 +49,7 @@ class SpectrumSpec(Strict):
 
     def on_grid(self) -> Spectrum:
         """Return the values on the grid of 5 nm."""
-        from stimuli.sparkle.spectrum import on_grid
+        from stimuli.sparkle.light import on_grid
 
         return on_grid(self.nm, self.values)
 
@@ -212,7 +212,7 @@ class LampSpec(Strict):
             x, y = self.chromaticity_xy
         else:
             from devices.colour.spaces import xyY_from_XYZ
-            from stimuli.sparkle.spectrum import XYZ_of, planck
+            from stimuli.sparkle.light import XYZ_of, planck
 
             spectrum = self.spectrum.on_grid() if self.spectrum else planck(self.temperature_K or 0.0)
             x, y, _ = xyY_from_XYZ(XYZ_of(spectrum)).tolist()

@@ -44,7 +44,7 @@ class Plate:
 
     ``flake_chromaticity_xy`` is that of the lamp's light once it has gone through the coat to a flake and back; None
     if the coat is colourless, so that it is the lamp's own. ``base_chromaticity_xy`` is that of the base's light, and
-    None where ``base_spectrum`` says it. Spectra multiply the reflectance, on the grid of `stimuli.sparkle.spectrum`.
+    None where ``base_spectrum`` says it. Spectra multiply the reflectance, on the grid of `stimuli.sparkle.light`.
     """
 
     width_mm: float
@@ -80,7 +80,7 @@ class Lamp:
     It shines from afar, or from ``distance_mm`` from the plate's middle: its direction, its size and its light then
     change over the plate. ``angular_radius_deg`` is that of its disc as seen from the middle. A beam is aimed at the
     middle, and half as strong at half of ``beam_angle_deg`` from its axis; None shines into all directions alike.
-    ``spectrum`` is relative, on the grid of `stimuli.sparkle.spectrum`.
+    ``spectrum`` is relative, on the grid of `stimuli.sparkle.light`.
     """
 
     illuminance_lx: float

@@ -1,16 +1,29 @@
-"""One made-up plate before the camera: every viewpoint rendered once, every exposure of it developed once."""
+"""From a plate, lamps and a camera to photographs in absolute XYZ on the display's grid.
+
+A `Studio` renders every viewpoint once, and develops every exposure of it once.
+"""
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from stimuli.pictures.resample import area_weights, resample
 from stimuli.pictures.resolution import resolution
-from stimuli.pictures.stereo_image import View
-from stimuli.sparkle.flakes import scatter_flakes
-from stimuli.sparkle.light import Light
-from stimuli.sparkle.photograph import Photograph, photograph, plate_light
+from stimuli.pictures.stereo_image import View, XYZImage
+from stimuli.sparkle.camera import expose, sensor_of, splat, through_the_eye
+from stimuli.sparkle.cull import LEAST_LOBE_SHARE, that_matter
+from stimuli.sparkle.flakes import Flakes, scatter_flakes
+from stimuli.sparkle.light import Light, Term, colour_under, flop_luminance, gathered, matt_luminance
+from stimuli.sparkle.optics import shade
 from stimuli.sparkle.recipe import CameraSpec, LampSpec, PlateSpec
+from stimuli.sparkle.scene import Camera, Lamp, Plate
+from stimuli.sparkle.tiles import TILE_PX, tiles_of
 
 
 def viewpoints(view: View) -> tuple[str, ...]:
@@ -95,3 +108,122 @@ class Studio:
         if place not in self._lights:
             self._lights[place] = plate_light(self._plate, self._lamps, self._camera, eye, self._flakes)
         return self._lights[place]
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class SparkleMap:
+    """What flakes add to the plate for one viewpoint and lamp: cd/m² (rows, columns), and how much work that was.
+
+    Of ``flakes``, ``shaded`` may send light to the eye by their slopes and ``splatted`` do; of ``tiles``,
+    ``tiles_visited`` have any of these.
+    """
+
+    luminance_cd_m2: NDArray[np.float32]
+    flakes: int
+    shaded: int
+    splatted: int
+    tiles: int
+    tiles_visited: int
+
+    @property
+    def counts(self) -> dict[str, int]:
+        """The work by name, for a manifest."""
+        names = ("flakes", "shaded", "splatted", "tiles", "tiles_visited")
+        return {name: getattr(self, name) for name in names}
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Photograph:
+    """A photograph in XYZ (cd/m²) on the display's grid, and the percentage of full camera pixels per channel.
+
+    ``below_black_percent`` of the display's pixels had XYZ below 0 by noise, which was set to 0.
+    """
+
+    xyz_cd_m2: XYZImage
+    saturated_percent: tuple[float, float, float]
+    below_black_percent: float = 0.0
+
+
+def sparkle_map(
+    plate: Plate,
+    lamp: Lamp,
+    camera: Camera,
+    eye: str,
+    flakes: Flakes,
+    *,
+    cull: bool = True,
+    least_share: float = LEAST_LOBE_SHARE,
+    tile_px: int = TILE_PX,
+) -> SparkleMap:
+    """Return what ``flakes`` add for ``left``, ``right`` or ``center``; without ``cull``, by brute force.
+
+    Flakes that send less than ``least_share`` of their lobe's peak are left out.
+    """
+    position, tiles = camera.position_mm(eye), tiles_of(plate, camera, tile_px)
+    kept = flakes.chosen(that_matter(flakes, plate, lamp, position, tiles, least_share)) if cull else flakes
+    sparkles = shade(kept, plate, lamp, position)
+    if cull:
+        sparkles = sparkles.chosen(sparkles.lobe_share >= least_share)
+    luminance, visited = splat(sparkles, plate, camera, tile_px)
+    seen = through_the_eye(luminance, camera)
+    return SparkleMap(seen, len(flakes), len(kept), len(sparkles.x_mm), len(tiles), visited)
+
+
+def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, flakes: Flakes) -> Light:
+    """Return the light of base and flakes under all lamps as it reaches ``left``, ``right`` or ``center``.
+
+    A lamp without light is left out, and a plate without flakes has no map of them.
+
+    Raises
+    ------
+    StimulusError
+        If the plate has spectra and a lamp has none.
+    """
+    terms: list[Term] = []
+    counts = Counter({"lamps": 0, "flakes": 0, "shaded": 0, "splatted": 0, "tiles": 0, "tiles_visited": 0})
+    for lamp in lamps:
+        if lamp.illuminance_lx == 0:
+            continue
+        counts["lamps"] += 1
+        share, colour = colour_under(lamp, plate.base_chromaticity_xy, plate.base_spectrum)
+        terms.append(Term(_times(matt_luminance(plate, lamp, camera), share), colour))
+        flakes_share, flakes_colour = colour_under(lamp, plate.flake_chromaticity_xy, plate.flake_spectrum)
+        flop_colour = flakes_colour
+        flop_share = flakes_share
+        if plate.flop_chromaticity_xy is not None:
+            flop_share, flop_colour = colour_under(lamp, plate.flop_chromaticity_xy, None)
+        flop = flop_luminance(plate, lamp, camera, camera.position_mm(eye))
+        terms.append(Term(_times(flop, flop_share), flop_colour))
+        if len(flakes) and plate.flake_reflectance > 0:
+            found = sparkle_map(plate, lamp, camera, eye, flakes)
+            counts.update(found.counts)
+            terms.append(Term(_times(found.luminance_cd_m2, flakes_share), flakes_colour))
+    return Light(gathered(terms), camera.grid_px(plate), (plate.width_mm, plate.height_mm), dict(counts))
+
+
+def photograph(
+    light: Light, camera: Camera, exposure_s: float, pixel_pitch_mm: float, noise_seed: Sequence[int] = (0,)
+) -> Photograph:
+    """Expose the sensor to the light, take its reading back to XYZ, and resample once, in linear light.
+
+    Noise, where the camera has any, is drawn afresh for each ``noise_seed``.
+    """
+    sensor = sensor_of(camera)
+    channels = expose(light, exposure_s, sensor, camera.noise, noise_seed)
+    columns = area_weights(light.grid_px[0], light.size_mm[0], pixel_pitch_mm)
+    rows = area_weights(light.grid_px[1], light.size_mm[1], pixel_pitch_mm)
+    # The way from the channels to XYZ is linear: resampling first does it for fewer pixels, with the same outcome.
+    small = np.stack([resample(channel, rows, columns) for channel in channels], axis=-1)
+    xyz = small @ sensor.XYZ_from_raw.T / exposure_s
+    red, green, blue = (100.0 * float(np.mean(channel >= 1.0)) for channel in channels)
+    below = 0.0
+    if camera.noise is not None:
+        below = 100.0 * float(np.mean((xyz < 0).any(axis=-1)))
+        xyz = np.maximum(xyz, 0.0)
+    return Photograph(xyz.astype(np.float32), (red, green, blue), below)
+
+
+def _times(luminance: NDArray[np.float32] | float, share: float) -> NDArray[np.float32] | float:
+    if share == 1.0:
+        return luminance
+    return luminance * share if isinstance(luminance, float) else luminance * np.float32(share)

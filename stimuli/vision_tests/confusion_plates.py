@@ -1,21 +1,32 @@
 """Pseudoisochromatic plates: a Landolt ring of dots that differ from the dots around them in colour alone.
 
 As in the Cambridge Colour Test [Regan1994]: dots of several sizes hide the ring's outline, and each dot's light is
-scaled at random, so that lightness tells nothing. The ring's colour lies on the ground's confusion line; as it is mixed
-(see `confusion_lines`), every cone that the dichromat has answers to ring and ground alike, dot for dot.
+scaled at random, so that lightness gives nothing away. The ring's colour is one that someone who is missing one kind of
+cones cannot distinguish from the ground's.
+
+In the CIE 1931 chromaticity diagram such colours lie on lines through one point, the chromaticity of light that the
+missing cones alone would answer to. The three points are those of [Wyszecki1982], Section 5.14.2. In XYZ it is simpler:
+two lights are the same to a dichromat if they differ by any amount k of the light P that has the missing point's
+chromaticity, because no cone that is left answers to it. `confused` adds such light, and thereby moves a colour along
+its confusion line without changing anything that the dichromat sees, brightness included: every cone that the dichromat
+has answers to ring and ground alike, dot for dot.
+
+The points hold for the average dichromat and for the 2° observer; a person's differ, and so do other tables'
+[Smith1975] gives (1.400, -0.400) for deutan in Judd's revised space.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage
-from stimuli.vision_tests.confusion_lines import Axis, confused
-from stimuli.vision_tests.dot_packing import packed
 from stimuli.vision_tests.optotypes import in_ring
 from stimuli.vision_tests.random_dots import Side
 from stimuli.vision_tests.shown_range import ShownRange
@@ -28,6 +39,12 @@ _SIZES = (0.042, 0.034, 0.027, 0.02)  # the dots' radii, as shares of the plate'
 _GAP = 0.008
 _RING = 0.92  # the ring's outer radius, as a share of the plate's reach for it
 _REACH = 0.72
+
+Axis = Literal["protan", "deutan", "tritan"]
+AXES: tuple[Axis, ...] = ("protan", "deutan", "tritan")
+COPUNCTAL_XY: Mapping[Axis, tuple[float, float]] = MappingProxyType(
+    {"protan": (0.747, 0.253), "deutan": (1.080, -0.080), "tritan": (0.171, 0.0)}
+)
 
 
 @dataclass(frozen=True)
@@ -98,3 +115,89 @@ def _covered(places: Floats, radius: float, side_px: int) -> tuple[NDArray[np.in
     inside = ((rows >= 0) & (rows < side_px))[:, :, None] & ((columns >= 0) & (columns < side_px))[:, None, :]
     which, row, column = np.nonzero(inside & (covered > 0))
     return rows[which, row] * side_px + columns[which, column], covered[which, row, column], which
+
+
+def uv_from_XYZ(xyz: ArrayLike) -> Floats:
+    """Return CIE 1976 u', v', shape (..., 2), for XYZ, shape (..., 3)."""
+    values = np.asarray(xyz, dtype=np.float64)
+    total = values @ (1.0, 15.0, 3.0)
+    return np.asarray(values[..., :2] * (4.0, 9.0) / total[..., None])
+
+
+def missing_light(axis: Axis) -> Floats:
+    """Return XYZ (3,) with X + Y + Z = 1 of the light to which only the cones that the dichromat lacks answer."""
+    x, y = COPUNCTAL_XY[axis]
+    return np.array([x, y, 1.0 - x - y])
+
+
+def confused(axis: Axis, ground_XYZ: ArrayLike, delta_uv: float) -> Floats:
+    """Return XYZ (3,) that the dichromat confuses with ``ground_XYZ`` and others see at a distance of it.
+
+    ``delta_uv`` is the distance in CIE 1976 u', v': positive towards the missing point, negative away from it. The
+    colour is the ground plus k times the missing light.
+
+    Raises
+    ------
+    StimulusError
+        If there is no such colour: the line ends before.
+    """
+    ground = np.asarray(ground_XYZ, dtype=np.float64)
+    light = missing_light(axis)
+    weights = np.array([1.0, 15.0, 3.0])
+    # u'v' moves along a straight line by s(k) = |a| k / (D + d k), with D and d the denominators of ground and light.
+    total, per_k = float(ground @ weights), float(light @ weights)
+    start = uv_from_XYZ(ground)
+    step = (light[:2] * (4.0, 9.0) - start * per_k) / total  # the derivative at k = 0
+    speed = float(np.hypot(*step))
+    # A colour at k has moved by speed · k / (1 + k per_k / total).
+    denominator = speed - delta_uv * per_k / total
+    if denominator <= 0:
+        raise StimulusError(f"no colour lies {delta_uv} in u'v' along the {axis} line")
+    k = delta_uv / denominator
+    if k * per_k / total <= -1:
+        raise StimulusError(f"no colour lies {delta_uv} in u'v' along the {axis} line")
+    return np.asarray(ground + k * light)
+
+
+def packed(radius: float, sizes: tuple[float, ...], gap: float, rng: np.random.Generator) -> tuple[Floats, Floats]:
+    """Return middles (n, 2) and radii (n,) of discs within a circle of ``radius`` about 0.
+
+    ``sizes`` are the discs' radii, thrown largest first, each into the room that is left; ``gap`` stays free between
+    two. The smallest are thrown longest, and fill what is left.
+    """
+    places, radii = np.empty((0, 2)), np.empty(0)
+    for size in sorted(sizes, reverse=True):
+        smallest = size == min(sizes)
+        room = (radius / (size + gap / 2)) ** 2
+        for _ in range(8 if smallest else 2):
+            count = int(room * (0.5 if smallest else 0.25)) + 8
+            angle, distance = rng.uniform(0, 2 * np.pi, count), (radius - size) * np.sqrt(rng.uniform(0, 1, count))
+            thrown = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            thrown = thrown[_clear(thrown, places, radii + size + gap)]
+            thrown = thrown[_first(thrown, 2 * size + gap)]
+            places = np.concatenate([places, thrown])
+            radii = np.concatenate([radii, np.full(len(thrown), size)])
+    return places, radii
+
+
+def _clear(thrown: Floats, places: Floats, apart: Floats) -> NDArray[np.bool_]:
+    """Return which of ``thrown`` keep their distance from all ``places``."""
+    if not len(places):
+        return np.ones(len(thrown), dtype=bool)
+    return np.asarray((_squares(thrown, places) >= apart**2).all(axis=1))
+
+
+def _first(thrown: Floats, apart: float) -> NDArray[np.bool_]:
+    """Return which of ``thrown`` keep their distance from all that were thrown before them."""
+    near = np.triu(_squares(thrown, thrown) < apart**2, k=1)
+    return np.asarray(~near.any(axis=0))
+
+
+def _squares(first: Floats, second: Floats) -> Floats:
+    """Return the squares of all distances; a product of matrices would wake every processor for so little."""
+    squares = np.subtract.outer(first[:, 0], second[:, 0])
+    squares *= squares
+    down = np.subtract.outer(first[:, 1], second[:, 1])
+    down *= down
+    squares += down
+    return np.asarray(squares)

@@ -15,13 +15,12 @@ from devices.colour.spaces import XYZ_from_xyY
 from devices.display.display_file import read_display
 from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
+from stimuli.sparkle.camera import expose, sensor_of, splat
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.light import Colour, Light, Term
 from stimuli.sparkle.optics import Sparkles, half_way, lobe_sd, refract, shade, transmittance, view_directions
-from stimuli.sparkle.photograph import photograph, plate_light, sparkle_map
 from stimuli.sparkle.scene import Camera, Lamp, Plate
-from stimuli.sparkle.sensor import expose, sensor_of
-from stimuli.sparkle.splat import splat
+from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
 
 ROOT = Path(__file__).parents[2]
 NONE = np.zeros(0, np.int64)

@@ -18,16 +18,13 @@ from documents import InputError
 from stimuli.errors import StimulusError
 from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.base_light import flop_luminance, matt_luminance
-from stimuli.sparkle.eye_optics import eye_mtf, through_the_eye
+from stimuli.sparkle.camera import eye_mtf, through_the_eye
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.lamplight import angular_radius, illuminance_lx, lamp_directions
-from stimuli.sparkle.light import gathered
+from stimuli.sparkle.light import flop_luminance, gathered, matt_luminance, planck, wavelengths_nm
 from stimuli.sparkle.optics import DIFFRACTION_SD, half_way, lobe_sd, mirror, refract, shade, view_directions
-from stimuli.sparkle.photograph import photograph, plate_light
 from stimuli.sparkle.scene import Clusters, Lamp, Noise, Plate
-from stimuli.sparkle.spectrum import planck, wavelengths_nm
-from stimuli.sparkle.studio import Studio
+from stimuli.sparkle.studio import Studio, photograph, plate_light
 
 ROOT = Path(__file__).parents[2]
 CABIN = ROOT / "configs" / "stimuli" / "solux_cabin.yaml"
@@ -346,7 +343,7 @@ def test_noise_is_off_unless_asked_for_and_as_large_as_it_says() -> None:
     np.testing.assert_array_equal(one.xyz_cd_m2, again.xyz_cd_m2)
     assert not np.array_equal(one.xyz_cd_m2, other.xyz_cd_m2)
     assert one.xyz_cd_m2[..., 1].mean() == pytest.approx(quiet.xyz_cd_m2[..., 1].mean(), rel=2e-3)
-    from stimuli.sparkle.sensor import expose, sensor_of
+    from stimuli.sparkle.camera import expose, sensor_of
 
     sensor = sensor_of(CAMERA)
     for clean, dirty in zip(expose(light, 0.125, sensor), expose(light, 0.125, sensor, noisy.noise), strict=True):

@@ -15,8 +15,8 @@ from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.cull import that_matter
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.optics import shade
-from stimuli.sparkle.photograph import photograph, plate_light, sparkle_map
 from stimuli.sparkle.scene import Noise
+from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
 from stimuli.sparkle.tiles import tiles_of
 
 pytestmark = pytest.mark.stress

@@ -21,8 +21,7 @@ from runner.blocks.screening.vision_test import (
     four_targets,
 )
 from runner.errors import SessionError
-from stimuli.vision_tests.confusion_lines import AXES, COPUNCTAL_XY, Axis
-from stimuli.vision_tests.confusion_plates import SCALES, Plate
+from stimuli.vision_tests.confusion_plates import AXES, COPUNCTAL_XY, SCALES, Axis, Plate
 from stimuli.vision_tests.random_dots import SIDES, Side
 
 NAME = "colour_vision"

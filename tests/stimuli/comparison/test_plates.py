@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.sparkle.flakes import scatter_flakes
-from stimuli.sparkle.photograph import sparkle_map
+from stimuli.sparkle.studio import sparkle_map
 from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, Cyclopean, coloured, compared, said, written
 
 RECIPE, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")

@@ -11,10 +11,11 @@ from hypothesis import strategies as st
 
 from devices.colour.spaces import xyY_from_XYZ
 from stimuli.errors import StimulusError
-from stimuli.luminance.greyscale import grey_picture, greyscale
 from stimuli.luminance.scale import (
     factor_series,
     factor_to,
+    grey_picture,
+    greyscale,
     max_luminance_cd_m2,
     mean_luminance_cd_m2,
     scaled,

@@ -16,9 +16,8 @@ from scipy.special import ndtr
 
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import local_background
-from stimuli.sparkle.measures.both_eyes import shared_sparkles
 from stimuli.sparkle.measures.find import Threshold, find_peaks
-from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles
+from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles, shared_sparkles
 from stimuli.sparkle.measures.moments import FWHM_PER_SD
 
 Floats = NDArray[np.float64]

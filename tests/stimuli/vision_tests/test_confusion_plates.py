@@ -11,9 +11,18 @@ from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from stimuli.errors import StimulusError
-from stimuli.vision_tests.confusion_lines import AXES, COPUNCTAL_XY, Axis, confused, missing_light, uv_from_XYZ
-from stimuli.vision_tests.confusion_plates import GROUND_SHARE, SCALES, Plate
-from stimuli.vision_tests.dot_packing import packed
+from stimuli.vision_tests.confusion_plates import (
+    AXES,
+    COPUNCTAL_XY,
+    GROUND_SHARE,
+    SCALES,
+    Axis,
+    Plate,
+    confused,
+    missing_light,
+    packed,
+    uv_from_XYZ,
+)
 from stimuli.vision_tests.random_dots import SIDES, Side
 from stimuli.vision_tests.shown_range import ShownRange
 
