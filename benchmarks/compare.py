@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from stimuli.align.homography import mapped
-from stimuli.comparison.placing import place
-from stimuli.comparison.row_file import RowFile
+from stimuli.comparison.registering import align
+from stimuli.comparison.rows import RowFile
 
 Floats = NDArray[np.float64]
 Floats32 = NDArray[np.float32]
@@ -44,7 +44,7 @@ def run() -> dict[str, object]:
 
 def _found(method: str, one: Floats32, two: Floats32, files: tuple[RowFile, RowFile]) -> Floats | None:
     if method == "squares":
-        return place(*files, "auto").matrix
+        return align(*files, "auto").matrix
     start = np.eye(2, 3, dtype=np.float32)
     if "SIFT" in method:
         found = _sift(one, two)

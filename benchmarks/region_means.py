@@ -15,9 +15,9 @@ from curves import seconds, times_faster, write
 from numpy.typing import NDArray
 
 from devices.chart.layout import patch_quadrangles
-from stimuli.comparison.area_means import AreaMean, area_means
-from stimuli.comparison.region_table import region_table
-from stimuli.comparison.regions import Region, inside, window
+from stimuli.comparison.areas import AreaMean, area_means, inside, window
+from stimuli.comparison.regions import Region
+from stimuli.comparison.table import region_table
 
 Floats = NDArray[np.float64]
 SHAPE = (1600, 2400, 3)

@@ -12,7 +12,7 @@ from curves import seconds, write
 from numpy.typing import NDArray
 
 from stimuli.comparison import scielab
-from stimuli.comparison.difference_map import difference_map
+from stimuli.comparison.by_pixel import difference_map
 
 SIZE_PX = (342, 512)
 PIXELS_PER_DEGREE = 178.0  # a camera's 146 pixels per centimetre, seen from 70 cm

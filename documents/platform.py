@@ -8,15 +8,10 @@ from __future__ import annotations
 import os
 import signal
 import sys
-import tempfile
-import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import BinaryIO, cast
-
-_seeking = threading.Lock()
 
 
 def cores() -> int:
@@ -55,31 +50,6 @@ def serial_errors() -> tuple[type[Exception], ...]:
     import termios
 
     return (OSError, TypeError, ValueError, termios.error)
-
-
-def nameless_file() -> BinaryIO:
-    """Return an open, unbuffered temporary file that is removed when it is closed, also if the process is killed."""
-    return cast(BinaryIO, tempfile.TemporaryFile(prefix="cyclopean-", buffering=0))
-
-
-def read_at(descriptor: int, view: memoryview, offset: int) -> int:
-    """Read bytes of the file from ``offset`` on into ``view``; return how many, 0 at the end of the file."""
-    if sys.platform == "win32":
-        with _seeking:  # there the place in the file is shared by all threads
-            os.lseek(descriptor, offset, os.SEEK_SET)
-            data = os.read(descriptor, len(view))
-        view[: len(data)] = data
-        return len(data)
-    return os.preadv(descriptor, [view], offset)
-
-
-def write_at(descriptor: int, view: memoryview, offset: int) -> int:
-    """Write ``view`` into the file from ``offset`` on; return how many bytes were written."""
-    if sys.platform == "win32":
-        with _seeking:
-            os.lseek(descriptor, offset, os.SEEK_SET)
-            return os.write(descriptor, view)
-    return os.pwrite(descriptor, view, offset)
 
 
 def sync_folder(folder: Path) -> None:

@@ -2,19 +2,17 @@
 
 from __future__ import annotations
 
-from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     import numpy as np
     from numpy.typing import NDArray
 
-    from stimuli.comparison.pictures import Reading
-    from stimuli.comparison.reason import Outcome
-    from stimuli.comparison.regions_file import RegionsFile
-    from stimuli.comparison.results import Comparison
+    from stimuli.comparison.results import CompareOptions, Viewing
 
 _MOST_PX = 1e9
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
@@ -84,58 +82,52 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
     from runner.cli.progress import progress_bar
     from runner.reports.comparison.experiment import checked_name, write_experiment
     from runner.reports.comparison.page import write_page
-    from stimuli.comparison.compare import compare
-    from stimuli.comparison.pictures import read_picture
-    from stimuli.comparison.results import Wishes
+    from stimuli.comparison.compare import compare_pictures
+    from stimuli.comparison.wording import summary
 
     corners = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     name = options["experiment_name"]
     if name is not None and not options["rig"]:
         raise click.UsageError("--experiment needs --rig RIG.yaml: an experiment is run on one")
     output = Path(options["output"]) if options["output"] else None
-    files = [Path(photo), Path(rendering)]
     if output is not None:
-        _refuse_output(output, [*files, Path(options["regions"])])
+        _refuse_output(output, [Path(photo), Path(rendering), Path(options["regions"])])
     if name is not None:
         checked_name(name, Path())
-    per_degree, white, told = _seen(options)
-    regions = _regions(options)
-    reading = _reading(options)
-    wishes = Wishes(options["registering"], corners, per_degree, white, draw=output is not None)
-    settings = {**told, **{key: value for key, value in options.items() if value not in (None, False, ())}}
+    compare_options = _compare_options(options, corners)
+    settings = {key: value for key, value in options.items() if value not in (None, False, ())}
     try:
         with progress_bar(as_json or not sys.stderr.isatty()) as step:
-            pictures = [
-                read_picture(
-                    file,
-                    reading,
-                    options[f"{key}_holds"],
-                    what,
-                    partial(step, f"Reading the {what}"),
-                )
-                for file, key, what in zip(files, ("photo", "rendering"), ("photograph", "rendering"), strict=True)
-            ]
-            found = compare(pictures[0], pictures[1], regions, wishes, step, settings)
+            comparison = compare_pictures(
+                photo, rendering, options["regions"], compare_options, progress=step, settings=settings
+            )
     except OSError as error:
         raise WorkError(f"no room for temporary files, or a file cannot be read: {error.strerror or error}") from error
     written: dict[str, Any] = {}
     try:
         if name is not None:
-            written["experiment"] = [str(one) for one in write_experiment(found, name, Path(options["rig"]), Path())]
+            files = write_experiment(comparison, name, Path(options["rig"]), Path())
+            written["experiment"] = [str(file) for file in files]
         if output is not None:
-            write_page(found, output)
+            write_page(comparison, output)
             written["page"] = str(output)
     except OSError as error:
         raise WorkError(f"{error.filename or output} cannot be written: {error.strerror}") from error
     if as_json:
-        click.echo(json.dumps(found.to_json() | {"written": written}, indent=2, allow_nan=False, ensure_ascii=False))
+        record = comparison.to_json() | {"written": written}
+        click.echo(json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False))
     else:
-        _tell(found, written)
+        for line in summary(comparison):
+            click.echo(line)
+        for what, where in written.items():
+            click.echo(f"{what.capitalize()}: {where if isinstance(where, str) else ', '.join(where)}")
     sys.stdout.flush()
-    context.exit(0 if found.verdict.decision == "validated" else 1)
+    context.exit(0 if comparison.verdict.decision == "validated" else 1)
 
 
-def _corners(photo: tuple[str, ...], rendering: tuple[str, ...], registering: str) -> Any:
+def _corners(
+    photo: tuple[str, ...], rendering: tuple[str, ...], registering: str
+) -> tuple[NDArray[np.float64], NDArray[np.float64]] | None:
     import numpy as np
 
     if bool(photo) != bool(rendering):
@@ -144,7 +136,7 @@ def _corners(photo: tuple[str, ...], rendering: tuple[str, ...], registering: st
         raise click.UsageError("corners go with --register corners")
     if not photo:
         return None
-    return tuple(np.array([_pair(text) for text in one]) for one in (photo, rendering))
+    return np.array([_pair(text) for text in photo]), np.array([_pair(text) for text in rendering])
 
 
 def _pair(text: str) -> tuple[float, float]:
@@ -157,7 +149,7 @@ def _pair(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _refuse_output(output: Any, inputs: list[Any]) -> None:
+def _refuse_output(output: Path, inputs: list[Path]) -> None:
     from documents import Finding, InputError
 
     if output.suffix.lower() not in (".html", ".htm"):
@@ -171,65 +163,25 @@ def _refuse_output(output: Any, inputs: list[Any]) -> None:
         raise InputError(Finding("the page would take a folder's place", str(output), remedy="name a file"))
     if not above.is_dir():
         raise InputError(Finding(f"{above} is no folder", str(output), remedy="name another place"))
-    if output.exists() and any(one.exists() and output.samefile(one) for one in inputs):
+    if output.exists() and any(file.exists() and output.samefile(file) for file in inputs):
         raise InputError(Finding("an input would be written over", str(output), remedy="name another output"))
 
 
-def _seen(options: dict[str, Any]) -> tuple[float | None, NDArray[np.float64] | None, dict[str, Any]]:
-    """Return pixels per degree and the display's white, XYZ (3,), None where not known, and where they come from."""
-    from pathlib import Path
-
-    from devices.display.display_file import read_display
-    from devices.display.rig_file import read_rig
-    from devices.display.viewing import pixels_per_degree
-
-    display_file, distance = options["display"], options["distance_mm"]
-    if display_file and options["rig"]:
-        raise click.UsageError("--rig names a display already; give one of --display and --rig")
-    if display_file and distance is None:
-        raise click.UsageError("--display needs --distance-mm")
-    if distance is not None and not (display_file or options["rig"]):
-        raise click.UsageError("--distance-mm needs --display or --rig: how large is a pixel?")
-    if options["rig"]:
-        rig = read_rig(Path(options["rig"]))
-        pitch, distance = rig.display.panel.pixel_pitch_mm, distance if distance is not None else rig.distance_mm
-        modes = [rig.models]
-    elif display_file:
-        display = read_display(Path(display_file))
-        pitch, modes = display.panel.pixel_pitch_mm, list(display.modes.values())
-    else:
-        return None, None, {}
-    # Of several modes, none is said to be the one that the pictures are seen in.
-    whites = [model.white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
-    told = {"pixel_pitch_mm": pitch, "distance_mm": distance}
-    return pixels_per_degree(pitch, distance), max(whites, key=lambda white: float(white[1]), default=None), told
-
-
-def _regions(options: dict[str, Any]) -> RegionsFile:
-    """Return the regions file, with what the command line says in place of what it says."""
-    from dataclasses import replace
-    from pathlib import Path
-
-    from stimuli.comparison.regions_file import read_regions
-
-    regions = read_regions(Path(options["regions"]))
-    told = {"white": "white", "white_luminance": "white_luminance_cd_m2", "luminance": "luminance"}
-    given = {key: options[name] for name, key in told.items() if options[name] is not None}
-    limits = regions.limits if options["limit"] is None else replace(regions.limits, delta_e=options["limit"])
-    return replace(regions, spec=regions.spec.model_copy(update=given), limits=limits)
-
-
-def _reading(options: dict[str, Any]) -> Reading:
+def _compare_options(
+    options: dict[str, Any], corners_px: tuple[NDArray[np.float64], NDArray[np.float64]] | None
+) -> CompareOptions:
     from pathlib import Path
 
     from devices.camera.camera_file import read_camera
     from devices.camera.exposure import parse_exposure
     from stimuli.comparison.pictures import Reading
+    from stimuli.comparison.results import CompareOptions
     from stimuli.spectral.light import Light
 
+    viewing = _viewing(options)
     if (options["sensitivities"] is None) != (options["full_scale"] is None):
         raise click.UsageError("--sensitivities and --full-scale go together")
-    return Reading(
+    reading = Reading(
         camera=read_camera(Path(options["camera"])) if options["camera"] else None,
         exposure=parse_exposure(options["exposure"]) if options["exposure"] else None,
         assume_linear=options["linear"],
@@ -238,29 +190,32 @@ def _reading(options: dict[str, Any]) -> Reading:
         light=Light(options["illuminant"], options["illuminant_luminance"]),
         quantity=options["quantity"],
     )
+    return CompareOptions(
+        reading=reading,
+        photo_holds=options["photo_holds"],
+        rendering_holds=options["rendering_holds"],
+        viewing=viewing,
+        register=options["registering"],
+        corners_px=corners_px,
+        white=options["white"],
+        white_luminance_cd_m2=options["white_luminance"],
+        luminance=options["luminance"],
+        delta_e_limit=options["limit"],
+    )
 
 
-def _tell(found: Comparison, written: dict[str, Any]) -> None:
-    from runner.reports.comparison.words import decision_sentence, kept, kept_heading, told
+def _viewing(options: dict[str, Any]) -> Viewing | None:
+    from pathlib import Path
 
-    click.echo(decision_sentence(found.verdict))
-    marks: tuple[tuple[Outcome, str], ...] = (("fails", "✗"), ("cannot say", "?"), ("noted", "·"))
-    for outcome, mark in marks:
-        for line in told(found.verdict, outcome):
-            click.echo(f"  {mark} {line}")
-    lines = kept(found.verdict)
-    if lines:
-        click.echo(kept_heading(found.verdict))
-    for line in lines:
-        click.echo(f"  ✓ {line}")
-    remarks: dict[str, list[str]] = {}
-    for eye, one in found.eyes.items():
-        for said in one.said:
-            remarks.setdefault(said, []).append("" if eye == "both" else f"{eye} eye: ")
-    for said, eyes in remarks.items():
-        click.echo(f"Note: {eyes[0] if len(eyes) == 1 else ''}{said}.")
-    for picture in (found.photo, found.rendering):
-        for said in picture.said:
-            click.echo(f"Note: {picture.file}: {said}.")
-    for what, where in written.items():
-        click.echo(f"{what.capitalize()}: {where if isinstance(where, str) else ', '.join(where)}")
+    from stimuli.comparison.results import Viewing
+
+    display, rig, distance_mm = options["display"], options["rig"], options["distance_mm"]
+    if display and rig:
+        raise click.UsageError("--rig names a display already; give one of --display and --rig")
+    if display and distance_mm is None:
+        raise click.UsageError("--display needs --distance-mm")
+    if distance_mm is not None and not (display or rig):
+        raise click.UsageError("--distance-mm needs --display or --rig: how large is a pixel?")
+    if rig:
+        return Viewing.on_rig(Path(rig), distance_mm)
+    return Viewing.on_display(Path(display), distance_mm) if display else None

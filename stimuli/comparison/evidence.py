@@ -6,8 +6,8 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-from stimuli.comparison.difference_map import DifferenceSummary
-from stimuli.comparison.region_table import RegionTable
+from stimuli.comparison.by_pixel import DifferenceSummary
+from stimuli.comparison.table import RegionTable
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,12 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from stimuli.comparison.row_file import RowFile
+from stimuli.comparison.rows import Floats, Floats32, RowFile, block_means
 from stimuli.comparison.squares import move
 from stimuli.errors import StimulusError
-
-Floats = NDArray[np.float64]
-Floats32 = NDArray[np.float32]
 
 # Features are trusted within this; more is another picture size, which resampling by points would alias.
 MOST_SCALE = 1.1
@@ -19,11 +16,11 @@ _START_PIXELS = 1 << 20
 _LEAST_INLIERS, _LEAST_INLIER_SHARE = 12, 0.15
 
 
-def first_guess(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
+def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
     """Return a first guess: one shift for all, or, where that fails, a similarity from features."""
     from stimuli.align.register import register_planes
 
-    (one, bin_px), (two, other_px) = small_plane(photo), small_plane(rendering)
+    (one, bin_px), (two, other_px) = _small_plane(photo), _small_plane(rendering)
     reason: StimulusError | None = None
     if photo.shape == rendering.shape:
         try:
@@ -38,10 +35,10 @@ def first_guess(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
         raise StimulusError(
             [
                 Finding(
-                    f"the rendering cannot be brought onto the photograph: {one_.message}",
+                    f"the rendering cannot be brought onto the photograph: {finding.message}",
                     remedy="give --photo-corners and --rendering-corners, or say --register none if they lie alike",
                 )
-                for one_ in reason.findings
+                for finding in reason.findings
             ]
         )
     bring = _binning(other_px) @ found @ np.linalg.inv(_binning(bin_px))
@@ -56,18 +53,11 @@ def first_guess(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
     return bring, "features"
 
 
-def small_plane(picture: RowFile, most_pixels: int = _START_PIXELS) -> tuple[Floats32, int]:
-    """Return Y as means over squares, so that it has at most about ``most_pixels``, and a square's side."""
+def _small_plane(picture: RowFile) -> tuple[Floats32, int]:
+    """Return Y as means over squares, so that it has at most about a million, and a square's side."""
     height, width = picture.shape[:2]
-    bin_px = int(np.ceil(np.sqrt(height * width / most_pixels)))
-    columns = width // bin_px
-    found = np.empty((height // bin_px, columns), dtype=np.float32)
-    rows = max(1, (1 << 20) // (width * bin_px))
-    for first in range(0, len(found), rows):
-        last = min(first + rows, len(found))
-        part = picture[first * bin_px : last * bin_px][:, : columns * bin_px, 1]
-        found[first:last] = part.reshape(last - first, bin_px, columns, bin_px).mean(axis=(1, 3))
-    return found, bin_px
+    bin_px = int(np.ceil(np.sqrt(height * width / _START_PIXELS)))
+    return block_means(picture, bin_px, 1), bin_px
 
 
 def _features(one: Floats32, two: Floats32) -> Floats | None:

@@ -4,42 +4,37 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
-from numpy.typing import NDArray
 
 from documents import Finding
-from stimuli.comparison.bring import brought, flags_brought
-from stimuli.comparison.compare_regions import ComparedRegions, compare_regions
-from stimuli.comparison.difference_map import Floats32, difference_map, summarise
-from stimuli.comparison.drawn import Drawn, draw_map, draw_pictures, draw_profiles
+from stimuli.comparison.alignment import Alignment, resample, resample_flags
+from stimuli.comparison.areas import inside, window
+from stimuli.comparison.by_pixel import difference_map, overview, seen_regions, summarise
+from stimuli.comparison.by_region import ComparedRegions, compare_regions
 from stimuli.comparison.evidence import Evidence, RegistrationEvidence
+from stimuli.comparison.judging import judge
 from stimuli.comparison.pictures import View
-from stimuli.comparison.place_regions import place_regions
-from stimuli.comparison.placing import Placing
-from stimuli.comparison.regions import Floats, PlacedRegions, Region, inside, window
+from stimuli.comparison.regions import PlacedRegions, Region, place_regions
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.comparison.registered import registered
-from stimuli.comparison.results import EyeComparison, Wishes
-from stimuli.comparison.row_file import RowFile
-from stimuli.comparison.scaled import ScaledRows
+from stimuli.comparison.registering import register_views
+from stimuli.comparison.results import CompareOptions, EyeComparison
+from stimuli.comparison.rows import Floats, Mask, RowFile, ScaledRows
 from stimuli.comparison.scielab import SeenPicture
-from stimuli.comparison.seen_regions import seen_regions
 from stimuli.comparison.sparkles import SparkleArea, sparkle_area
-from stimuli.comparison.verdict import judge
 from stimuli.errors import StimulusError
 
-Mask = NDArray[np.bool_]
 # Called with what is being done, how much of it is done, and of how much.
-Step = Callable[[str, int, int], None]
+Progress = Callable[[str, int, int], None]
 
 # A region of which more lies beyond the rendering's edge is not compared.
 _MOST_OUTSIDE = 0.05
-_MOST_TOLD = 5
+_MOST_REASONS = 5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Registered:
+class EyePair:
     """Both views of one eye on the photograph's grid; ``within`` and the flags are bool (height, width)."""
 
     photo: View
@@ -47,27 +42,28 @@ class Registered:
     moved: RowFile
     within: Mask
     saturated: Mask | None
-    placing: Placing
+    alignment: Alignment
     placed: PlacedRegions
     safe_cd_m2: tuple[float, float] | None
-    step: Step
+    step: Progress
 
     def regions(
-        self, regions: RegionsFile, wishes: Wishes, white: Floats | None = None, scaled_by: float | None = None
+        self, regions: RegionsFile, options: CompareOptions, white: Floats | None = None, scaled_by: float | None = None
     ) -> ComparedRegions:
         """Return what the regions differ by."""
+        display_white = options.display_white_XYZ
         return compare_regions(
             self.photo.xyz,
             self.moved,
             self.placed,
             regions,
             white_XYZ=white,
-            display_white_cd_m2=wishes.display_white_cd_m2,
+            display_white_cd_m2=None if display_white is None else float(display_white[1]),
             scaled_by=scaled_by,
             photo_saturated=self.photo.saturated,
             rendering_saturated=self.saturated,
             safe_luminance_cd_m2=self.safe_cd_m2,
-            rows_done=lambda done, of: self.step("Measuring regions", done, of),
+            rows_done=partial(self.step, "Measuring regions"),
         )
 
 
@@ -77,29 +73,31 @@ def register_eye(
     file: str,
     safe_cd_m2: tuple[float, float] | None,
     regions: RegionsFile,
-    wishes: Wishes,
-    step: Step,
-) -> Registered:
+    options: CompareOptions,
+    step: Progress,
+) -> EyePair:
     """Bring the rendering, of the file named, onto the photograph's grid.
 
     Raises
     ------
-    StimulusError, PictureError
-        As `registered` and `place_regions` do, or if a region lies beyond the rendering's edge.
+    StimulusError
+        As `register_views` and `place_regions` do, or if a region lies beyond the rendering's edge.
     """
     step("Registering", 0, 1)
-    placing = registered(photo, rendering, file, regions, wishes)
+    alignment = register_views(photo, rendering, file, regions, options)
     step("Registering", 1, 1)
     height, width = photo.xyz.shape[:2]
     size = (width, height)
-    moved, within = brought(rendering.xyz, placing, size, lambda done, of: step("Bringing to one grid", done, of))
-    full = None if rendering.saturated is None else flags_brought(rendering.saturated, placing, size)
+    moved, within = resample(rendering.xyz, alignment, size, partial(step, "Bringing to one grid"))
+    full = None if rendering.saturated is None else resample_flags(rendering.saturated, alignment, size)
     placed = place_regions(regions, photo.xyz.shape)
     _refuse_outside(placed, within, regions.file)
-    return Registered(photo, rendering, moved, within, full, placing, placed, safe_cd_m2, step)
+    return EyePair(photo, rendering, moved, within, full, alignment, placed, safe_cd_m2, step)
 
 
-def judge_eye(one: Registered, found: ComparedRegions, regions: RegionsFile, wishes: Wishes) -> EyeComparison:
+def judge_eye(
+    pair: EyePair, compared_regions: ComparedRegions, regions: RegionsFile, options: CompareOptions
+) -> EyeComparison:
     """Compare what one eye sees pixel by pixel and by its sparkles, and judge all of it.
 
     Raises
@@ -107,64 +105,63 @@ def judge_eye(one: Registered, found: ComparedRegions, regions: RegionsFile, wis
     StimulusError
         If no region is left to compare.
     """
-    table, said, limits, step = found.table, list(found.said), regions.limits, one.step
-    photo, scaled, placed = one.photo.xyz, ScaledRows(one.moved, found.table.scaled_by), one.placed
+    table, said, limits, step = compared_regions.table, list(compared_regions.said), regions.limits, pair.step
+    photo, rendering, placed = pair.photo.xyz, ScaledRows(pair.moved, table.scaled_by), pair.placed
     counts = [region for region, row in zip(placed.regions, table.rows, strict=True) if not row.excluded]
-    compared = _compared(counts, one.within, one.photo.saturated, one.saturated)
+    compared = _compared(counts, pair.within, pair.photo.saturated, pair.saturated)
     if not compared.any():
         reasons = [
             Finding(f"the region '{row.name}' does not count: {'; '.join(row.excluded)}") for row in table.excluded
         ]
-        raise StimulusError([Finding("no region is left to compare", regions.file), *reasons[:_MOST_TOLD]])
-    sparkle = _sparkle(one, wishes)
+        raise StimulusError([Finding("no region is left to compare", regions.file), *reasons[:_MOST_REASONS]])
+    sparkle = _sparkle(pair, options)
     elsewhere = {area.name for area in sparkle if area.other_flakes}
     other_flakes = False
     if elsewhere:
-        same = compared & ~_compared([region for region in counts if region.name in elsewhere], one.within)
+        same = compared & ~_compared([region for region in counts if region.name in elsewhere], pair.within)
         other_flakes = not same.any()
         if not other_flakes:
             compared = same
             names = ", ".join(f"'{name}'" for name in sorted(elsewhere))
             said.append(f"single pixels of {names} are left out: their flakes lie elsewhere in the rendering")
-    drawn: dict[str, str] = {}
-
-    def drawing(name: str, delta_e: Floats32) -> None:
-        if wishes.draw:
-            drawn.update(draw_map(name, delta_e, limits.delta_e, one.within, compared))
-
-    delta_e = difference_map(photo, scaled, table.white_XYZ, lambda done, of: step("Colour differences", done, of))
-    plain = summarise(delta_e, limits.delta_e, compared)
-    drawing("plain", delta_e)
+    delta_e = difference_map(photo, rendering, table.white_XYZ, partial(step, "Colour differences"))
+    plain, plain_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
     del delta_e
-    seen, by_region = None, {}
-    if wishes.pixels_per_degree is None:
+    seen, seen_overview, by_region = None, None, {}
+    if options.pixels_per_degree is None:
         said.append("no viewing distance was told, so that nothing is known of what the eye resolves")
     else:
         step("As the eye sees it", 0, photo.shape[0])
-        first, second = (SeenPicture(each, wishes.pixels_per_degree, table.white_XYZ) for each in (photo, scaled))
-        delta_e = difference_map(first, second, table.white_XYZ, lambda done, of: step("As the eye sees it", done, of))
-        seen, by_region = summarise(delta_e, limits.delta_e, compared), seen_regions(delta_e, counts)
-        drawing("seen", delta_e)
+        first, second = (SeenPicture(rows, options.pixels_per_degree, table.white_XYZ) for rows in (photo, rendering))
+        delta_e = difference_map(first, second, table.white_XYZ, partial(step, "As the eye sees it"))
+        seen, seen_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
+        by_region = seen_regions(delta_e, counts)
         del delta_e
-    placing = one.placing
+    alignment = pair.alignment
     evidence = Evidence(
         table,
         plain,
         seen,
-        tuple(each for area in sparkle for each in area.pairs),
-        RegistrationEvidence(placing.residual_px, placing.shift_px, placing.shift_se_px, placing.rotation_deg),
+        tuple(numbers for area in sparkle for numbers in area.pairs),
+        RegistrationEvidence(alignment.residual_px, alignment.shift_px, alignment.shift_se_px, alignment.rotation_deg),
         seen_regions=by_region,
         other_flakes=other_flakes,
     )
-    said += placing.remarks()
-    figures = None
-    if wishes.draw:
-        profiles = draw_profiles(photo, scaled, placed.regions)
-        seen_on = wishes.display_white_XYZ
-        pictures = draw_pictures(photo, scaled, table.white_XYZ if seen_on is None else seen_on)
-        figures = Drawn(drawn, *pictures, profiles, white_is_display=seen_on is not None)
-    verdict = judge(evidence, limits)
-    return EyeComparison(photo, scaled, placing, table, plain, seen, sparkle, verdict, tuple(said), placed, figures)
+    said += alignment.remarks()
+    return EyeComparison(
+        photo,
+        rendering,
+        alignment,
+        table,
+        plain,
+        plain_overview,
+        seen,
+        seen_overview,
+        sparkle,
+        judge(evidence, limits),
+        tuple(said),
+        placed,
+    )
 
 
 def _refuse_outside(placed: PlacedRegions, within: Mask, file: str) -> None:
@@ -198,14 +195,16 @@ def _compared(regions: Sequence[Region], within: Mask, *flags: Mask | None) -> M
     return found
 
 
-def _sparkle(one: Registered, wishes: Wishes) -> tuple[SparkleArea, ...]:
-    asked = [region for region in one.placed.regions if region.sparkle]
-    found = []
+def _sparkle(pair: EyePair, options: CompareOptions) -> tuple[SparkleArea, ...]:
+    asked = [region for region in pair.placed.regions if region.sparkle]
+    areas = []
     for done, region in enumerate(asked):
-        one.step("Measuring sparkle", done, len(asked))
-        area = sparkle_area(region, one.photo.xyz, one.rendering.xyz, one.moved, one.placing, wishes.pixels_per_degree)
+        pair.step("Measuring sparkle", done, len(asked))
+        area = sparkle_area(
+            region, pair.photo.xyz, pair.rendering.xyz, pair.moved, pair.alignment, options.pixels_per_degree
+        )
         if area is not None:
-            found.append(area)
+            areas.append(area)
     if asked:
-        one.step("Measuring sparkle", len(asked), len(asked))
-    return tuple(found)
+        pair.step("Measuring sparkle", len(asked), len(asked))
+    return tuple(areas)

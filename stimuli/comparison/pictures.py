@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from documents import Finding, InputError
-from stimuli.comparison.row_file import RowFile, bands
+from stimuli.comparison.rows import Mask, RowFile, RowsDone, bands
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened
 
@@ -23,10 +22,7 @@ if TYPE_CHECKING:
     from stimuli.spectral.picture import Quantity
 
 Holds = Literal["xyz", "rec709", "camera-rgb", "spectral"]
-HOLDS: tuple[Holds, ...] = ("xyz", "rec709", "camera-rgb", "spectral")
 Eye = Literal["both", "left", "right"]
-# Called with how many rows of how many are read.
-RowsDone = Callable[[int, int], None]
 
 _TIFF = (".tif", ".tiff")
 _FOR_SCREENS = (".png", ".jpg", ".jpeg", ".bmp", ".gif", ".webp", ".tif", ".tiff")
@@ -56,7 +52,7 @@ class View:
     """What one eye sees: XYZ in cd/m², and where a sensor was full, bool (height, width), or None if none was asked."""
 
     xyz: RowFile
-    saturated: NDArray[np.bool_] | None
+    saturated: Mask | None
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -154,32 +150,32 @@ def _exr(path: Path, digest: str, told: Holds | None, done: RowsDone) -> Picture
     width, height = _exr_size(path)
     views: dict[Eye, RowFile] = {}
     clipped = 0
-    for first, last in bands((height, width)):
-        part = Region(0, first, width, last - first)
+    for band in bands((height, width)):
+        part = Region(0, band.start, width, band.stop - band.start)
         try:
             read = read_exr_counted(path, space, negative="clip", region=part)
         except StimulusError as error:
-            raise _in_rows(error, first, last, height) from error
+            raise _in_rows(error, band, height) from error
         clipped += read.clipped_pixels
         eyes: tuple[Eye, ...] = ("both",) if read.image.is_flat else ("left", "right")
         for eye in eyes:
             if eye not in views:
                 views[eye] = RowFile((height, width, 3))
-            views[eye].write(first, read.image.left if eye != "right" else read.image.right)
-        done(last, height)
+            views[eye].write(band.start, read.image.left if eye != "right" else read.image.right)
+        done(band.stop, height)
     said = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
     step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
     found: dict[Eye, View] = {eye: View(rows, None) for eye, rows in views.items()}
     return Picture(path, digest, told or "xyz", found, None, said, (step,))
 
 
-def _in_rows(error: StimulusError, first: int, last: int, height: int) -> StimulusError:
+def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
     """Say which rows a finding is about, where the rest of the picture was not looked at."""
-    if (first, last) == (0, height):
+    if (rows.start, rows.stop) == (0, height):
         return error
     return StimulusError(
         [
-            Finding(f"{one.message}, in rows {first} to {last - 1}", one.file, remedy=one.remedy)
+            Finding(f"{one.message}, in rows {rows.start} to {rows.stop - 1}", one.file, remedy=one.remedy)
             for one in error.findings
         ]
     )
@@ -231,11 +227,11 @@ def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
     height, width, _ = image.rgb.shape
     rows = RowFile((height, width, 3))
     below = 0
-    for first, last in rows.bands():
-        xyz = (image.rgb[first:last].astype(np.float64) @ matrix.T).astype(np.float32)
+    for band in bands(rows.shape):
+        xyz = (image.rgb[band].astype(np.float64) @ matrix.T).astype(np.float32)
         below += int((xyz < 0).any(axis=-1).sum())
-        rows.write(first, np.maximum(xyz, np.float32(0)))
-        done(last, height)
+        rows.write(band.start, np.maximum(xyz, np.float32(0)))
+        done(band.stop, height)
     said = (f"{below} pixels with negative XYZ were set to 0",) if below else ()
     return Picture(path, digest, holds, {"both": View(rows, None)}, None, said, image.steps)
 

@@ -1,23 +1,36 @@
-"""What is compared: named areas of a photograph and of its rendering, as outlines in pixels.
-
-The origin is the top left corner of the picture and pixels are squares: the first pixel's centre lies at (0.5, 0.5) and
-the picture ends at its width and height. A pixel belongs to an area if its centre lies inside, and of two areas that
-share an edge to one only.
-"""
+"""Regions: named areas of a photograph and of its rendering, placed by a regions file, with every fault found."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
-from devices.chart.layout import COLORCHECKER, ChartLayout
+from devices.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
+from devices.patches.colorchecker import colorchecker_xyY
+from documents import Finding
+from stimuli.comparison.areas import crosses_itself
+from stimuli.comparison.regions_file import (
+    ColorCheckerSpec,
+    GridSpec,
+    PlateSpec,
+    PolygonSpec,
+    RectangleSpec,
+    RegionsFile,
+)
+from stimuli.comparison.rows import Floats
+from stimuli.errors import StimulusError
 
-Floats = NDArray[np.float64]
-Mask = NDArray[np.bool_]
 Kind = Literal["patch", "rectangle", "polygon", "plate", "cell"]
+Spec = ColorCheckerSpec | RectangleSpec | PolygonSpec | PlateSpec | GridSpec
+Shape = tuple[int, ...]
+
+
+# What a file calls the outline, and the picture, of each side.
+_SIDES = (("", "photograph"), ("rendering_", "rendering"))
+_WHOLE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -56,49 +69,154 @@ class PlacedRegions:
     charts: tuple[Chart, ...] = ()
 
 
-def window(outline_px: Floats, shape: tuple[int, ...]) -> tuple[slice, slice]:
-    """Return the rows and columns of a picture (height, width, ...) that an outline (n, 2) reaches into."""
-    low = np.maximum(np.floor(outline_px.min(axis=0)).astype(int), 0)
-    high = np.minimum(np.ceil(outline_px.max(axis=0)).astype(int), [shape[1], shape[0]])
-    return slice(int(low[1]), max(int(low[1]), int(high[1]))), slice(int(low[0]), max(int(low[0]), int(high[0])))
+def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = None) -> PlacedRegions:
+    """Return the regions at their places in a photograph of shape (height, width, ...) and in its rendering.
+
+    Without the ``rendering``'s shape the two lie on one grid, and outlines that are given for the rendering alone are
+    not used. With it, a region without such an outline has the photograph's numbers there.
+
+    Raises
+    ------
+    StimulusError
+        For every region that reaches out of its picture, crosses itself, or has another's name.
+    """
+    placer = _Placer(regions, photo, rendering)
+    found = [area for number, spec in enumerate(regions.spec.regions) for area in placer.areas(number, spec)]
+    first: dict[str, Region] = {}
+    for region in found:
+        if first.setdefault(region.name, region) is not region:
+            placer.fault(placer.number_of(region.entry), "name", f"there are two regions '{region.name}'", "rename one")
+    wanted = regions.spec.white_region
+    if wanted is not None and wanted not in first:
+        remedy = "expected one of: " + ", ".join(list(first)[:30])
+        placer.findings.append(regions.source.finding(("white_region",), f"there is no region '{wanted}'", remedy))
+    if placer.findings:
+        raise StimulusError(placer.findings)
+    return PlacedRegions(tuple(found), tuple(placer.charts))
 
 
-def inside(outline_px: Floats, rows: slice, columns: slice) -> Mask:
-    """Return which pixels of a window lie inside an outline (n, 2), shape (rows, columns), by the even-odd rule."""
-    y = np.arange(rows.start, rows.stop) + 0.5
-    width = columns.stop - columns.start
-    # Where the outline crosses a row of centres, inside turns into outside: from the next centre on.
-    crossings = np.zeros((len(y), width + 1), dtype=np.int32)
-    for ends in zip(outline_px, np.roll(outline_px, -1, axis=0), strict=True):
-        # From above down, so that two outlines round a shared side alike whichever way each goes along it.
-        (x1, y1), (x2, y2) = ends if ends[0][1] <= ends[1][1] else ends[::-1]
-        at = np.flatnonzero((y >= y1) & (y < y2))
-        if len(at):
-            x = x1 + (y[at] - y1) * ((x2 - x1) / (y2 - y1))
-            np.add.at(crossings, (at, np.clip(np.ceil(x - 0.5).astype(int) - columns.start, 0, width)), 1)
-    return np.asarray(np.cumsum(crossings[:, :width], axis=1, dtype=np.int32) & 1, dtype=np.bool_)
+def corner_pairs(regions: RegionsFile, photo: Shape, rendering: Shape) -> tuple[Floats, Floats] | None:
+    """Return the places (n, 2) that a file gives in both pictures, in pixels as `Region` has them; None without any.
+
+    The homography through them brings one picture onto the other.
+    """
+    here: list[Floats] = []
+    there: list[Floats] = []
+    for spec in regions.spec.regions:
+        one, two = (_given(spec, prefix) for prefix, _ in _SIDES)
+        if one is not None and two is not None and len(one) == len(two):
+            here.append(one * _unit(regions, photo))
+            there.append(two * _unit(regions, rendering))
+    return (np.concatenate(here), np.concatenate(there)) if here else None
 
 
-def crosses_itself(outline_px: Floats) -> bool:
-    """Return whether two sides of an outline (n, 2) that are no neighbours meet, or a side goes back on the last."""
-    start, end = outline_px, np.roll(outline_px, -1, axis=0)
-    count = len(start)
+def _key(spec: Spec) -> str:
+    """Return what an entry calls its outline."""
+    return "box" if isinstance(spec, RectangleSpec) else "points" if isinstance(spec, PolygonSpec) else "corners"
 
-    def side_of(a: Floats, b: Floats, p: Floats) -> Floats:
-        """Twice the signed area of a, b, p for all sides (i) and points (j): 0 where p is on the line."""
-        ab = (b - a)[:, None, :]
-        ap = p[None, :, :] - a[:, None, :]
-        return np.asarray(ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0])
 
-    to_start, to_end = side_of(start, end, start), side_of(start, end, end)
-    apart = (to_start * to_end) > 0  # both ends of side j on one side of side i
-    low, high = np.minimum(start, end), np.maximum(start, end)
-    boxes = np.all((low[:, None] <= high[None]) & (low[None] <= high[:, None]), axis=-1)
-    meet = boxes & ~apart & ~apart.T
-    gap = np.abs(np.arange(count)[:, None] - np.arange(count)[None])
-    meet &= (gap > 1) & (gap < count - 1)
-    following = np.roll(end - start, -1, axis=0)
-    sides = end - start
-    turn = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
-    back = (turn == 0) & (np.sum(sides * following, axis=1) < 0)
-    return bool(meet.any() or back.any())
+def _given(spec: Spec, prefix: str) -> Floats | None:
+    """Return the outline (n, 2) that an entry gives for one picture, in the file's unit."""
+    if isinstance(spec, RectangleSpec):
+        box = getattr(spec, f"{prefix}box")
+        if box is None:
+            return None
+        left, top, width, height = box
+        return np.asarray(np.array([left, top]) + _WHOLE * np.array([width, height]))
+    points = getattr(spec, prefix + _key(spec))
+    return None if points is None else np.array(points, dtype=np.float64)
+
+
+def _unit(regions: RegionsFile, shape: Shape) -> Floats:
+    return np.array([shape[1], shape[0]], dtype=np.float64) if regions.spec.units == "share" else np.ones(2)
+
+
+class _Placer:
+    """Gathers areas, charts and faults."""
+
+    def __init__(self, regions: RegionsFile, photo: Shape, rendering: Shape | None) -> None:
+        self.regions = regions
+        self.shapes = (photo, rendering)
+        self.findings: list[Finding] = []
+        self.charts: list[Chart] = []
+        self._numbers: dict[str, int] = {}
+
+    def number_of(self, entry: str) -> int:
+        return self._numbers[entry]
+
+    def fault(self, number: int, key: str, message: str, remedy: str | None = None) -> None:
+        self.findings.append(self.regions.source.finding(("regions", number, key), message, remedy))
+
+    def areas(self, number: int, spec: Spec) -> Iterator[Region]:
+        """Yield the areas of an entry, none if there is a fault in its outline."""
+        self._numbers[spec.name] = number
+        photo = self._outline(number, spec, 0)
+        rendering = photo if self.shapes[1] is None else self._outline(number, spec, 1)
+        if photo is None or rendering is None:
+            return
+        if isinstance(spec, RectangleSpec | PolygonSpec):
+            kind: Kind = "rectangle" if isinstance(spec, RectangleSpec) else "polygon"
+            yield Region(spec.name, kind, photo, rendering, spec.name, sparkle=spec.sparkle)
+            return
+        layout, names = _parts(spec)
+        one, two = (patch_quadrangles(outline, layout, spec.inner) for outline in (photo, rendering))
+        if isinstance(spec, PlateSpec):
+            yield Region(spec.name, "plate", one[0], two[0], spec.name, sparkle=spec.sparkle)
+            return
+        if isinstance(spec, ColorCheckerSpec) and spec.colours == "published":
+            self.charts.append(Chart(spec.name, photo, rendering, spec.inner))
+        kind = "patch" if isinstance(spec, ColorCheckerSpec) else "cell"
+        for place, name in enumerate(names):
+            yield Region(name, kind, one[place], two[place], spec.name, place + 1)
+
+    def _outline(self, number: int, spec: Spec, side: int) -> Floats | None:
+        """Return the outline of an entry in one picture, in pixels; None, and a fault told, if it is none."""
+        shape = self.shapes[side] or self.shapes[0]
+        prefix, picture = _SIDES[side]
+        given = _given(spec, prefix)
+        if given is None and side:
+            prefix, given = "", _given(spec, "")
+        height, width = shape[:2]
+        if given is None:
+            return np.asarray(_WHOLE * np.array([width, height]))
+        outline = given * _unit(self.regions, shape)
+        key = prefix + (_key(spec))
+        slack = 1e-9 * max(width, height)
+        if np.any(outline < -slack) or np.any(outline > np.array([width, height]) + slack):
+            low, high = outline.min(axis=0), outline.max(axis=0)
+            unit = "shares of the picture" if self.regions.spec.units == "share" else "pixels from the top left"
+            self.fault(
+                number,
+                key,
+                f"the region '{spec.name}' reaches from ({low[0]:.6g}, {low[1]:.6g}) to "
+                f"({high[0]:.6g}, {high[1]:.6g}) px and the {picture} has {width} × {height}",
+                f"coordinates are in {unit}",
+            )
+            return None
+        if crosses_itself(outline):
+            remedy = "give the points around it in order"
+            if len(outline) == 4:
+                remedy = "give them around it: top left, top right, bottom right, bottom left"
+            self.fault(number, key, f"the outline of the region '{spec.name}' crosses itself", remedy)
+            return None
+        if not isinstance(spec, RectangleSpec | PolygonSpec) and not _convex(outline):
+            self.fault(number, key, f"the corners of '{spec.name}' are no convex quadrangle", "check each corner")
+            return None
+        return outline
+
+
+def _parts(spec: ColorCheckerSpec | PlateSpec | GridSpec) -> tuple[ChartLayout, tuple[str, ...]]:
+    if isinstance(spec, ColorCheckerSpec):
+        names, _ = colorchecker_xyY()
+        return COLORCHECKER, tuple(f"{spec.name} {place} {name}" for place, name in enumerate(names, 1))
+    if isinstance(spec, PlateSpec):
+        return ChartLayout(1, 1, 0.0), (spec.name,)
+    cells = [(row, column) for row in range(1, spec.rows + 1) for column in range(1, spec.columns + 1)]
+    return ChartLayout(spec.rows, spec.columns, 0.0), tuple(f"{spec.name} row {r} column {c}" for r, c in cells)
+
+
+def _convex(corners: Floats) -> bool:
+    sides = np.roll(corners, -1, axis=0) - corners
+    following = np.roll(sides, -1, axis=0)
+    turns = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
+    return bool(np.all(turns > 0) or np.all(turns < 0))

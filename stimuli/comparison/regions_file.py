@@ -11,8 +11,8 @@ from pydantic import Field, PositiveFloat, PositiveInt
 from documents import InputError, load_document
 from documents.yaml.load import Strict
 from documents.yaml.source import YamlSource
-from stimuli.comparison.limits import Limits
-from stimuli.comparison.region_table import LuminanceMode
+from stimuli.comparison.luminance import LuminanceMode
+from stimuli.comparison.verdict import Limits
 
 # What a file may ask for at most: areas in all, and places in pixels or shares. No picture has as many.
 MOST_AREAS = 10_000
@@ -27,6 +27,7 @@ Name = Annotated[str, Field(min_length=1, max_length=80)]
 Share = Annotated[float, Field(gt=0, le=1)]
 _PATCHES = {"colorchecker": 24}
 Units = Literal["px", "share"]
+WhiteName = Literal["icc-d50", "d50", "d65", "a", "e"]
 
 
 class ColorCheckerSpec(Strict):
@@ -113,7 +114,7 @@ class RegionsSpec(Strict):
     schema_version: Literal[1]
     units: Units = "px"
     regions: Annotated[tuple[RegionSpec, ...], Field(min_length=1, max_length=1000)]
-    white: Literal["icc-d50", "d50", "d65", "a", "e"] = "icc-d50"
+    white: WhiteName = "icc-d50"
     white_luminance_cd_m2: PositiveFloat | None = None
     white_region: str | None = None
     luminance: LuminanceMode = "absolute"

@@ -1,92 +1,158 @@
-"""How to compare, and what was found."""
+"""How two pictures are compared, and the result of it."""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field
-from typing import Any
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
 
+from stimuli.comparison.alignment import Alignment
+from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.depth import DisparityPair
-from stimuli.comparison.difference_map import DifferenceSummary
-from stimuli.comparison.drawn import Drawn
-from stimuli.comparison.pictures import Eye, Picture
-from stimuli.comparison.placing import Placing, Registering
-from stimuli.comparison.region_table import RegionTable
-from stimuli.comparison.regions import Floats, PlacedRegions
-from stimuli.comparison.row_file import RowFile
-from stimuli.comparison.scaled import ScaledRows
+from stimuli.comparison.luminance import LuminanceMode
+from stimuli.comparison.pictures import Eye, Holds, Picture, Reading
+from stimuli.comparison.regions import PlacedRegions
+from stimuli.comparison.regions_file import RegionsFile, WhiteName
+from stimuli.comparison.rows import Floats, RowFile, ScaledRows
 from stimuli.comparison.sparkles import SparkleArea
+from stimuli.comparison.table import RegionTable
 from stimuli.comparison.verdict import Verdict
+
+Registering = Literal["auto", "none", "corners"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Wishes:
-    """How to compare: ``corners_px`` are four places in the photograph and in the rendering, as `Region` has them.
+class Viewing:
+    """How the pictures are seen: how many of their pixels are in a degree of visual angle, and on what display.
 
-    ``pixels_per_degree`` is None where it is not known from where the pictures are seen, ``display_white_XYZ`` (3,)
-    where it is not known on what. ``draw`` asks for figures.
+    One pixel of a picture is one of the display. ``display_white_XYZ``, (3,), in cd/m², is None where it is not known,
+    such as on a display with several modes. Pixel pitch and distance are kept for the record.
     """
 
-    registering: Registering = "auto"
-    corners_px: tuple[Floats, Floats] | None = None
-    pixels_per_degree: float | None = None
+    pixels_per_degree: float
     display_white_XYZ: Floats | None = None
-    draw: bool = False
+    pixel_pitch_mm: float | None = None
+    distance_mm: float | None = None
+
+    @classmethod
+    def on_rig(cls, rig_file: Path, distance_mm: float | None = None) -> Viewing:
+        """Return how pictures are seen on a rig, from its own distance if none is given. Raises InputError."""
+        from devices.display.rig_file import read_rig
+
+        rig = read_rig(rig_file)
+        distance_mm = rig.distance_mm if distance_mm is None else distance_mm
+        return cls._of([rig.models], rig.display.panel.pixel_pitch_mm, distance_mm)
+
+    @classmethod
+    def on_display(cls, display_file: Path, distance_mm: float) -> Viewing:
+        """Return how pictures are seen on a display from a distance. Raises InputError."""
+        from devices.display.display_file import read_display
+
+        display = read_display(display_file)
+        return cls._of(list(display.modes.values()), display.panel.pixel_pitch_mm, distance_mm)
+
+    @classmethod
+    def _of(cls, modes: list[Any], pixel_pitch_mm: float, distance_mm: float) -> Viewing:
+        from devices.display.viewing import pixels_per_degree
+
+        whites = [model.white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
+        white = max(whites, key=lambda white: float(white[1]), default=None)
+        return cls(pixels_per_degree(pixel_pitch_mm, distance_mm), white, pixel_pitch_mm, distance_mm)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class CompareOptions:
+    """How two pictures are compared.
+
+    Parameters
+    ----------
+    reading
+        How both files are read.
+    photo_holds, rendering_holds
+        What the numbers of a file are, where the file does not say.
+    viewing
+        Where the pictures are seen; without it nothing is known of what the eye resolves.
+    register
+        ``auto`` finds shift and turn, ``none`` takes the pixels as they are, ``corners`` brings four corners together.
+    corners_px
+        Four places (4, 2) in the photograph and in the rendering, in pixels from the top left corner.
+    white, white_luminance_cd_m2, luminance, delta_e_limit
+        Take the place of what the regions file says of white, of luminances and of the limit of ΔE00.
+    """
+
+    reading: Reading = field(default_factory=Reading)
+    photo_holds: Holds | None = None
+    rendering_holds: Holds | None = None
+    viewing: Viewing | None = None
+    register: Registering = "auto"
+    corners_px: tuple[Floats, Floats] | None = None
+    white: WhiteName | None = None
+    white_luminance_cd_m2: float | None = None
+    luminance: LuminanceMode | None = None
+    delta_e_limit: float | None = None
 
     @property
-    def display_white_cd_m2(self) -> float | None:
-        """The luminance of the display's white, None where it is not known."""
-        return None if self.display_white_XYZ is None else float(self.display_white_XYZ[1])
+    def pixels_per_degree(self) -> float | None:
+        """How finely the pictures are seen, None where it is not known."""
+        return None if self.viewing is None else self.viewing.pixels_per_degree
+
+    @property
+    def display_white_XYZ(self) -> Floats | None:
+        """The white of the display, XYZ (3,), None where it is not known."""
+        return None if self.viewing is None else self.viewing.display_white_XYZ
+
+    def applied_to(self, regions: RegionsFile) -> RegionsFile:
+        """Return a regions file with what these options say in place of what it says."""
+        names = ("white", "white_luminance_cd_m2", "luminance")
+        given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
+        limits = regions.limits
+        if self.delta_e_limit is not None:
+            limits = replace(limits, delta_e=self.delta_e_limit)
+        return replace(regions, spec=regions.spec.model_copy(update=given), limits=limits)
 
 
 @dataclass(frozen=True, eq=False, slots=True)
 class EyeComparison:
-    """What was found for one eye; ``rendering`` is it on the photograph's pixels, times the table's ``scaled_by``.
+    """The result for one eye; ``rendering`` is on the photograph's pixels and multiplied by the table's ``scaled_by``.
 
     Summaries are of the pixels within regions that count, without those that are saturated or beyond the rendering's
-    edge. ``seen`` is None where the viewing distance is not known.
+    edge. ``seen`` is None where the viewing distance is not known. The overviews are for drawing.
     """
 
     photo: RowFile
     rendering: ScaledRows
-    placing: Placing
+    alignment: Alignment
     table: RegionTable
     per_pixel: DifferenceSummary
+    per_pixel_overview: DifferenceOverview
     seen: DifferenceSummary | None
+    seen_overview: DifferenceOverview | None
     sparkle: tuple[SparkleArea, ...]
     verdict: Verdict
     said: tuple[str, ...]
     regions: PlacedRegions
-    drawn: Drawn | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers."""
         return {
             "verdict": self.verdict.to_json(),
-            "registration": self.placing.to_json(),
+            "registration": self.alignment.to_json(),
             "regions": self.table.to_json(),
             "per_pixel": self.per_pixel.to_json(),
             "as_seen": None if self.seen is None else self.seen.to_json(),
-            "sparkle": [
-                {
-                    "region": area.name,
-                    "pixels": area.pixels,
-                    "rendering_as_rendered": area.own_pixels,
-                    "in_both": area.matched,
-                    "photograph": area.photo.to_json(),
-                    "rendering": area.rendering.to_json(),
-                    "pairs": [pair.to_json() for pair in area.pairs],
-                }
-                for area in self.sparkle
-            ],
+            "sparkle": [area.to_json() for area in self.sparkle],
             "said": list(self.said),
         }
 
 
-@dataclass(frozen=True, eq=False, slots=True)
+@dataclass(frozen=True, eq=False, slots=True, repr=False)
 class Comparison:
-    """What was found for all eyes, and the verdict on all of it."""
+    """The result for all eyes, and the verdict on all of it.
+
+    ``settings`` are how the comparison was asked for, by name, for its record.
+    """
 
     photo: Picture
     rendering: Picture
@@ -94,31 +160,33 @@ class Comparison:
     disparity: DisparityPair | None
     verdict: Verdict
     regions_file: str
-    wishes: Wishes
-    settings: Mapping[str, Any] = field(default_factory=dict)
+    options: CompareOptions
+    settings: Mapping[str, Any]
+
+    def __repr__(self) -> str:
+        return f"<Comparison of {self.photo.file.name} and {self.rendering.file.name}: {self.verdict.decision}>"
 
     def to_json(self) -> dict[str, Any]:
         """Return everything as JSON values; None for what is no finite number."""
-        found: dict[str, Any] = _finite(self._everything())
-        return found
-
-    def _everything(self) -> dict[str, Any]:
-        return {
-            "decision": self.verdict.decision,
-            "verdict": self.verdict.to_json(),
-            "photograph": self.photo.to_json(),
-            "rendering": self.rendering.to_json(),
-            "regions_file": self.regions_file,
-            "pixels_per_degree": self.wishes.pixels_per_degree,
-            "settings": dict(self.settings),
-            "eyes": {eye: one.to_json() for eye, one in self.eyes.items()},
-            "disparity": None if self.disparity is None else self.disparity.to_json(),
-        }
+        values: dict[str, Any] = _finite(
+            {
+                "decision": self.verdict.decision,
+                "verdict": self.verdict.to_json(),
+                "photograph": self.photo.to_json(),
+                "rendering": self.rendering.to_json(),
+                "regions_file": self.regions_file,
+                "pixels_per_degree": self.options.pixels_per_degree,
+                "settings": dict(self.settings),
+                "eyes": {eye: result.to_json() for eye, result in self.eyes.items()},
+                "disparity": None if self.disparity is None else self.disparity.to_json(),
+            }
+        )
+        return values
 
 
 def _finite(value: Any) -> Any:
     if isinstance(value, Mapping):
-        return {key: _finite(one) for key, one in value.items()}
+        return {key: _finite(item) for key, item in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(one) for one in value]
+        return [_finite(item) for item in value]
     return None if isinstance(value, float) and not math.isfinite(value) else value

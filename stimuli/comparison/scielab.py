@@ -6,7 +6,7 @@ resolves averages out, in colour sooner than in lightness, and a uniform field s
 beyond its edges as its own mirror image.
 
 The channels are those of G. M. Johnson and M. D. Fairchild 2003, "A top down description of S-CIELAB and CIEDE2000",
-reckoned from XYZ scaled so that the white is that of D65: greys then have no colour, and a grey pattern gets none by
+computed from XYZ scaled so that the white is that of D65: greys then have no colour, and a grey pattern gets none by
 being blurred. With the channels of 1997 it would, because their luminance and colour are not apart.
 
 A narrow Gaussian runs over the pixels; a wide one over cells of several pixels, and its outcome is interpolated back:
@@ -22,13 +22,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour.white_points import WHITE_POINTS_XYZ
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.row_source import RowSource, bands
+from stimuli.comparison.rows import Floats32, Rows, bands
+from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
-
-Floats32 = NDArray[np.float32]
 
 # Rows: luminance, red-green and blue-yellow, of XYZ of the 2° observer under D65; the last two of a grey are 0.
 OPPONENT_FROM_XYZ_D65 = np.array([[0.0556, 0.9981, -0.0254], [0.9510, -0.9038, 0.0], [0.0386, 1.0822, -1.0276]])
@@ -60,29 +58,29 @@ class _Blur:
 
 
 class SeenPicture:
-    """A picture as the eye resolves it; a `RowSource` of XYZ like the picture itself.
+    """A picture as the eye resolves it; a `Rows` of XYZ like the picture itself.
 
     Cells of the wide Gaussians are filled when it is made, in one pass over the picture.
     """
 
-    def __init__(self, picture: RowSource, pixels_per_degree: float, white_XYZ: ArrayLike) -> None:
+    def __init__(self, picture: Rows, pixels_per_degree: float, white_XYZ: ArrayLike) -> None:
         """Take a ``picture`` in XYZ, shape (height, width, 3), seen at so many pixels per degree of visual angle.
 
         ``white_XYZ``, shape (3,), says what is grey; its luminance does not matter.
 
         Raises
         ------
-        PictureError
+        StimulusError
             If the pixels per degree or the white's components are not finite numbers above 0, or the former beyond
             100,000.
         """
         white = np.asarray(white_XYZ, dtype=np.float64)
         if white.shape != (3,) or not (np.all(np.isfinite(white)) and np.all(white > 0)):
-            raise PictureError(f"a white needs three finite numbers above 0, not {white.tolist()}")
+            raise StimulusError(f"a white needs three finite numbers above 0, not {white.tolist()}")
         if not (np.isfinite(pixels_per_degree) and pixels_per_degree > 0):
-            raise PictureError(f"pixels_per_degree is {pixels_per_degree}; it must be a finite number above 0")
+            raise StimulusError(f"pixels_per_degree is {pixels_per_degree}; it must be a finite number above 0")
         if pixels_per_degree > MOST_PIXELS_PER_DEGREE:
-            raise PictureError(
+            raise StimulusError(
                 f"the picture is seen at {pixels_per_degree:.4g} pixels per degree, more than "
                 f"{MOST_PIXELS_PER_DEGREE:g}: check the viewing distance"
             )
@@ -153,7 +151,7 @@ def _mirrored(index: NDArray[np.int64], length: int) -> NDArray[np.int64]:
     return np.asarray(np.minimum(place, 2 * length - 1 - place))
 
 
-def _mirrored_rows(picture: RowSource, start: int, stop: int) -> NDArray[np.floating]:
+def _mirrored_rows(picture: Rows, start: int, stop: int) -> NDArray[np.floating]:
     wanted = _mirrored(np.arange(start, stop), picture.shape[0])
     low, high = int(wanted.min()), int(wanted.max()) + 1
     rows = picture[low:high]
@@ -173,7 +171,7 @@ class _Layer:
         return np.asarray(self.pixel_columns @ (self.pixel_rows[start:stop] @ self.cells).T, dtype=np.float32).T
 
 
-def _wide_layers(picture: RowSource, matrix: NDArray[np.float64], blurs: list[_Blur]) -> list[_Layer]:
+def _wide_layers(picture: Rows, matrix: NDArray[np.float64], blurs: list[_Blur]) -> list[_Layer]:
     from scipy.ndimage import convolve1d
 
     height, width = picture.shape[:2]

@@ -8,18 +8,17 @@ error is that of those alone that one of them has [McNemar1947].
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from stimuli.comparison.alignment import Alignment
+from stimuli.comparison.areas import inside, window
 from stimuli.comparison.evidence import SparklePair
-from stimuli.comparison.placing import Placing
-from stimuli.comparison.regions import Region, inside, window
-from stimuli.comparison.row_file import RowFile
+from stimuli.comparison.regions import Region
+from stimuli.comparison.rows import Floats32, Mask, RowFile
 from stimuli.sparkle.measures.find import Peaks, Threshold
 from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles
-
-Floats32 = NDArray[np.float32]
 
 # Less is no turn and no growth.
 _TURNED_DEG, _GROWN = 1e-6, 1e-6
@@ -46,6 +45,18 @@ class SparkleArea:
     rendering: SparkleMeasures
     pairs: tuple[SparklePair, ...]
 
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers by name."""
+        return {
+            "region": self.name,
+            "pixels": self.pixels,
+            "rendering_as_rendered": self.own_pixels,
+            "in_both": self.matched,
+            "photograph": self.photo.to_json(),
+            "rendering": self.rendering.to_json(),
+            "pairs": [pair.to_json() for pair in self.pairs],
+        }
+
     @property
     def other_flakes(self) -> bool:
         """Whether both sparkle, and elsewhere."""
@@ -57,13 +68,13 @@ def sparkle_area(
     photo: RowFile,
     rendering: RowFile,
     brought: RowFile,
-    placing: Placing,
+    alignment: Alignment,
     pixels_per_degree: float | None = None,
 ) -> SparkleArea | None:
     """Return the sparkles of a region of the photograph, and of the same of the rendering; None if it is too small."""
     rows, columns = window(region.photo_px, photo.shape)
-    shifted = (abs(placing.rotation_deg) < _TURNED_DEG and abs(placing.scale - 1) < _GROWN) or not placing.moved
-    across, down = (round(one) for one in placing.shift_px) if placing.moved else (0, 0)
+    shifted = (abs(alignment.rotation_deg) < _TURNED_DEG and abs(alignment.scale - 1) < _GROWN) or not alignment.moved
+    across, down = (round(one) for one in alignment.shift_px) if alignment.moved else (0, 0)
     source = brought
     if shifted:
         # What a shift carries out of the rendering is left out of both.
@@ -86,7 +97,7 @@ def sparkle_area(
     threshold = Threshold()
     measured = measure_sparkles(one, threshold), measure_sparkles(two, threshold)
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
-    left = (placing.shift_px[0] - across, placing.shift_px[1] - down) if placing.moved and shifted else (0.0, 0.0)
+    left = (alignment.shift_px[0] - across, alignment.shift_px[1] - down) if alignment.moved and shifted else (0.0, 0.0)
     matched = _matched(measured[0].peaks, measured[1].peaks, left)
     # Of flakes that both have there is no chance in the difference.
     beside = [max(one.count.value - matched, 1.0) for one in measured] if matched is not None else None
@@ -113,7 +124,7 @@ def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> i
     return both if both >= SAME_SHARE * max(len(one), len(two)) else None
 
 
-def _filled(picture: RowFile, rows: slice, columns: slice, mask: NDArray[np.bool_]) -> Floats32:
+def _filled(picture: RowFile, rows: slice, columns: slice, mask: Mask) -> Floats32:
     """Return the luminance of a window; outside of the area it is the area's median, which has no sparkles."""
     plane = np.ascontiguousarray(picture[rows][:, columns, 1])
     if not mask.all():

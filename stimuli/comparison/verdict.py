@@ -1,9 +1,4 @@
-"""Is the rendering validated? The numbers held against their limits, every one with its reason.
-
-Colour is judged on the regions' means, and pixel by pixel as the eye resolves it: a difference that only stands between
-pixels cancels at the viewing distance and is noted, not failed (the plate of thesis Table 5.5). Sparkle is judged by
-`sparkle_reasons`. Where a number that would decide is missing or too uncertain, nothing can be said.
-"""
+"""A verdict: what a rendering must keep to be called validated, and every reason for what was decided."""
 
 from __future__ import annotations
 
@@ -11,15 +6,72 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from typing import Any, Literal
 
-from stimuli.comparison.evidence import Evidence
-from stimuli.comparison.judge_colour import colour_reasons
-from stimuli.comparison.judge_place import disparity_reasons, registration_reasons
-from stimuli.comparison.judge_sparkle import sparkle_reasons
-from stimuli.comparison.limits import Limits
-from stimuli.comparison.reason import Outcome, Reason
-from stimuli.comparison.standing_out import region_notes
+from documents import Finding
+from stimuli.errors import StimulusError
 
+Outcome = Literal["passes", "fails", "cannot say", "noted"]
 Decision = Literal["validated", "not validated", "cannot say"]
+
+
+@dataclass(frozen=True, slots=True)
+class Limits:
+    """The limits of a verdict.
+
+    Parameters
+    ----------
+    delta_e
+        ΔE00 up to which two colours count as equal: 1.0 ± 0.4 of Berns and Hou for car paint, thesis Section 5.5.
+    above_limit_percent
+        So many percent of the pixels may differ by more, as the eye resolves them.
+    registration_residual_px
+        Pictures that lie further apart are not compared pixel by pixel.
+    sparkle_relative, sparkle_z, sparkle_relative_se
+        Sparkle differs if it does by more than this share and by more than so many standard errors; if a share's
+        standard error is larger than the last, nothing can be said.
+    disparity_px
+        So far may the disparities of photograph and rendering lie apart.
+    stands_out_delta_xy, stands_out_luminance, stands_out_z
+        A region whose chromaticity, or share of luminance, departs from that of the others by more is named.
+    """
+
+    delta_e: float = 1.4
+    above_limit_percent: float = 5.0
+    registration_residual_px: float = 0.25
+    sparkle_relative: float = 0.10
+    sparkle_z: float = 2.58
+    sparkle_relative_se: float = 0.25
+    disparity_px: float = 0.5
+    stands_out_delta_xy: float = 0.001
+    stands_out_luminance: float = 0.01
+    stands_out_z: float = 3.0
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if not 0 < value < float("inf"):
+                raise StimulusError(Finding(f"the limit '{name}' is {value}", remedy="a finite number above 0"))
+
+    def to_json(self) -> dict[str, float]:
+        """Return the limits by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Reason:
+    """One thing that was judged: ``value`` against ``limit`` (None where there is none), and a sentence."""
+
+    subject: str
+    measure: str
+    outcome: Outcome
+    said: str
+    value: float | None = None
+    limit: float | None = None
+    unit: str = ""
+
+
+def decimals(value: float, count: int) -> str:
+    """Return a number with ``count`` decimals; nought has no sign."""
+    text = f"{value:.{count}f}"
+    return text.lstrip("-") if float(text) == 0 else text
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,19 +91,6 @@ class Verdict:
         return asdict(self)
 
 
-def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
-    """Return the verdict on one pair."""
-    limits = limits or Limits()
-    reasons = [
-        *colour_reasons(evidence, limits),
-        *sparkle_reasons(evidence.sparkle, limits),
-        *registration_reasons(evidence.registration, limits),
-        *disparity_reasons(evidence.disparity, limits),
-        *region_notes(evidence.regions, limits),
-    ]
-    return _decided(reasons, limits)
-
-
 def together(verdicts: Mapping[str, Verdict]) -> Verdict:
     """Return the verdict on several pairs, such as both eyes', by name: one that is not validated decides.
 
@@ -67,10 +106,11 @@ def together(verdicts: Mapping[str, Verdict]) -> Verdict:
         for name, verdict in verdicts.items()
         for reason in verdict.reasons
     ]
-    return _decided(reasons, next(iter(verdicts.values())).limits)
+    return decided(reasons, next(iter(verdicts.values())).limits)
 
 
-def _decided(reasons: list[Reason], limits: Limits) -> Verdict:
+def decided(reasons: list[Reason], limits: Limits) -> Verdict:
+    """Return the verdict that follows from the reasons: one failure is enough for "not validated"."""
     order: tuple[Outcome, ...] = ("fails", "cannot say", "noted", "passes")
     ordered = tuple(sorted(reasons, key=lambda reason: order.index(reason.outcome)))
     outcomes = {reason.outcome for reason in reasons}

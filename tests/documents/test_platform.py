@@ -24,7 +24,7 @@ def system(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> s
         monkeypatch.delattr(os, "sched_getaffinity", raising=False)
         monkeypatch.delattr("time.clock_gettime", raising=False)
     if name == "win32":
-        for owner, attribute in ((os, "preadv"), (os, "pwrite"), (os, "tcgetpgrp"), (signal, "pthread_sigmask")):
+        for owner, attribute in ((os, "tcgetpgrp"), (signal, "pthread_sigmask")):
             monkeypatch.delattr(owner, attribute, raising=False)
     return name
 
@@ -36,18 +36,6 @@ def test_there_is_a_core_at_least(system: str) -> None:
 def test_time_passes(system: str) -> None:
     first = platform.elapsed_s()
     assert platform.elapsed_s() >= first
-
-
-def test_bytes_stand_where_they_were_written(system: str) -> None:
-    with platform.nameless_file() as file:
-        descriptor = file.fileno()
-        assert platform.write_at(descriptor, memoryview(b"after"), 3) == 5
-        assert platform.write_at(descriptor, memoryview(b"bef"), 0) == 3
-        content = memoryview(bytearray(10))
-        assert platform.read_at(descriptor, content[:8], 0) == 8
-        assert bytes(content) == b"befafter\x00\x00"
-        assert platform.read_at(descriptor, content, 6) == 2
-        assert platform.read_at(descriptor, content, 8) == 0
 
 
 def test_a_folder_is_synced_or_left_alone(system: str, tmp_path: Path) -> None:

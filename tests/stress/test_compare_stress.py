@@ -12,8 +12,8 @@ import numpy as np
 import pytest
 
 from documents import InputError
-from stimuli.comparison.placing import place
-from stimuli.comparison.row_file import RowFile
+from stimuli.comparison.registering import align
+from stimuli.comparison.rows import RowFile
 from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, spots, written
 
 pytestmark = pytest.mark.stress
@@ -75,7 +75,7 @@ def test_any_shift_and_turn_is_found_or_refused(seed: int) -> None:
     ]
     noisy = [np.maximum(one * (1 + noise * rng.standard_normal(one.shape)), 0).astype(np.float32) for one in pair]
     try:
-        found = place(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
+        found = align(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
     except InputError:
         assert noise > 0.1 or abs(angle) > 20 or np.hypot(dx, dy) > 30
         return
@@ -90,4 +90,4 @@ def test_any_shift_and_turn_is_found_or_refused(seed: int) -> None:
 def test_nothing_in_common_is_refused(seed: int) -> None:
     one, two = spots(seed=seed, size=(320, 260)), spots(seed=seed + 100, size=(320, 260))
     with pytest.raises(InputError):
-        place(RowFile.of(one), RowFile.of(two), "auto")
+        align(RowFile.of(one), RowFile.of(two), "auto")

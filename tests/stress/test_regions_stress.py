@@ -12,16 +12,15 @@ from devices.chart.layout import COLORCHECKER, patch_quadrangles
 from devices.chart.way_round import WAYS
 from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
-from stimuli.comparison.area_means import AreaMean, area_means
-from stimuli.comparison.chart_way import check_charts
-from stimuli.comparison.compare_regions import compare_regions
-from stimuli.comparison.errors import PictureError
+from stimuli.comparison.areas import AreaMean, area_means, crosses_itself, inside, window
+from stimuli.comparison.by_region import compare_regions
+from stimuli.comparison.charts import check_charts
 from stimuli.comparison.evidence import Evidence
-from stimuli.comparison.place_regions import place_regions
-from stimuli.comparison.region_table import region_table
-from stimuli.comparison.regions import Chart, Region, crosses_itself, inside, window
+from stimuli.comparison.judging import judge
+from stimuli.comparison.regions import Chart, Region, place_regions
 from stimuli.comparison.regions_file import MOST_AREAS, read_regions
-from stimuli.comparison.verdict import judge
+from stimuli.comparison.table import region_table
+from stimuli.errors import StimulusError
 from tests.stress.sheet import WHITE, Sheet
 
 pytestmark = pytest.mark.stress
@@ -116,7 +115,7 @@ def test_charts_from_anywhere_any_way_round() -> None:
         given[list(WAYS[way])] = corners
         chart = Chart("chart", given, given, 0.5)
         if way:
-            with pytest.raises(PictureError, match=f"lies {way} in the photograph"):
+            with pytest.raises(StimulusError, match=f"lies {way} in the photograph"):
                 check_charts(picture, [chart], "photograph")
         else:
             assert check_charts(picture, [chart], "photograph") == ()

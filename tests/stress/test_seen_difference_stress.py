@@ -7,7 +7,7 @@ import tracemalloc
 import numpy as np
 import pytest
 
-from stimuli.comparison.difference_map import difference_map, summarise
+from stimuli.comparison.by_pixel import difference_map, summarise
 from stimuli.comparison.scielab import SeenPicture
 from tests.stress.sheet import WHITE, Sheet
 

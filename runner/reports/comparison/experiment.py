@@ -14,7 +14,7 @@ import numpy as np
 from documents import Finding, InputError
 from documents.text.words import visible
 from stimuli.comparison.results import Comparison
-from stimuli.comparison.row_source import RowSource
+from stimuli.comparison.rows import Rows
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -53,7 +53,7 @@ def _places(name: str, root: Path) -> Mapping[str, Path]:
     }
 
 
-def write_experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> tuple[Path, ...]:
+def write_experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -> tuple[Path, ...]:
     """Write experiment, recipe and both pictures below ``root``, all or nothing, and return their places.
 
     The rendering is as it was compared: on the photograph's pixels, and times the luminance factor if one was undone.
@@ -74,9 +74,10 @@ def write_experiment(found: Comparison, name: str, rig_file: Path, root: Path) -
     made: list[Path] = []
     try:
         for picture in PICTURES:
-            write_exr(draft / f"{picture}.exr", _image(found, picture))
+            write_exr(draft / f"{picture}.exr", _image(comparison, picture))
         draft.chmod(0o755)
-        for what, text in (("recipe", _recipe(found, name)), ("experiment", _experiment(found, name, rig_file, root))):
+        texts = {"recipe": _recipe(comparison, name), "experiment": _experiment(comparison, name, rig_file, root)}
+        for what, text in texts.items():
             with places[what].open("x", encoding="utf-8") as file:
                 made.append(places[what])
                 file.write(text)
@@ -89,21 +90,22 @@ def write_experiment(found: Comparison, name: str, rig_file: Path, root: Path) -
     return places["experiment"], places["recipe"], *(places["pictures"] / f"{picture}.exr" for picture in PICTURES)
 
 
-def _image(found: Comparison, picture: str) -> StereoImage:
-    def whole(rows: RowSource) -> np.ndarray:
+def _image(comparison: Comparison, picture: str) -> StereoImage:
+    def whole(rows: Rows) -> np.ndarray:
         return np.asarray(rows[0 : rows.shape[0]], dtype=np.float32)
 
-    sides = [one.photo if picture == "photograph" else one.rendering for one in found.eyes.values()]
+    sides = [one.photo if picture == "photograph" else one.rendering for one in comparison.eyes.values()]
     if len(sides) == 1:
         return StereoImage.flat(whole(sides[0]))
     return StereoImage(whole(sides[0]), whole(sides[1]))
 
 
-def _recipe(found: Comparison, name: str) -> str:
-    stereo = len(found.eyes) == 2
+def _recipe(comparison: Comparison, name: str) -> str:
+    stereo = len(comparison.eyes) == 2
+    photo, rendering = comparison.photo.file.name, comparison.rendering.file.name
     lines = [
-        f"# The two pictures that `cyclopean compare` held beside each other: {visible(found.photo.file.name)} and",
-        f"# {visible(found.rendering.file.name)}, in absolute XYZ on the photograph's pixels.",
+        f"# The two pictures that `cyclopean compare` held beside each other: {visible(photo)} and",
+        f"# {visible(rendering)}, in absolute XYZ on the photograph's pixels.",
         "schema_version: 1",
         "kind: pictures",
     ]
@@ -115,7 +117,7 @@ def _recipe(found: Comparison, name: str) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> str:
+def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -> str:
     import yaml
 
     from devices.display.rig_file import read_rig
@@ -125,7 +127,7 @@ def _experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> str
     rig = read_rig(rig_file)
     panel = rig.display.panel
     view_px = find_mode(rig.mode, ModeOptions.parse(rig.mode_options)).areas(panel.resolution_px)[0].view_px
-    arrangement, size_mm = _layout(found.photo.size_px, view_px, panel.pixel_pitch_mm)
+    arrangement, size_mm = _layout(comparison.photo.size_px, view_px, panel.pixel_pitch_mm)
     rig_path = Path(os.path.relpath(rig_file.resolve(), (root / "experiments").resolve())).as_posix()
     vertical = arrangement == "vertical"
     (first, one), (second, other) = (
@@ -135,7 +137,7 @@ def _experiment(found: Comparison, name: str, rig_file: Path, root: Path) -> str
     return "\n".join(
         [
             "# Written by `cyclopean compare`: does the rendering pass for the photograph before people? Its objective",
-            f"# verdict was: {found.verdict.decision}. Change what you like; the question is the study's own.",
+            f"# verdict was: {comparison.verdict.decision}. Change what you like; the question is the study's own.",
             f"# Check this file with:  cyclopean check experiments/{name}.yaml",
             "schema_version: 1",
             f"name: {name}",

@@ -2,65 +2,99 @@
 
 from __future__ import annotations
 
+import re
+from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+from markupsafe import Markup
+
 from documents.files.whole_file import write_whole
 from documents.pages.environment import page_environment
-from runner.reports.comparison.words import decision_sentence, kept, kept_heading, told
-from stimuli.comparison.reason import Outcome
+from runner.reports.comparison.picture_figures import draw_pictures, draw_profiles, histogram_figure, map_figure
+from runner.reports.comparison.region_figures import chromaticity_figure, delta_e_figure, luminance_figure
 from stimuli.comparison.results import Comparison, EyeComparison
+from stimuli.comparison.verdict import Outcome
+from stimuli.comparison.wording import decision_sentence, outcome_lines, passing_heading, passing_lines
 
 _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "noted": "noted"}
 
 
-def write_page(found: Comparison, output: Path) -> None:
+@dataclass(frozen=True, slots=True)
+class _Drawings:
+    """What the page shows of one eye: figures by name, names of profiles, and both pictures as data URLs.
+
+    ``white_cd_m2`` is the luminance that the pictures show as white, which has the colour of the display's white if
+    ``white_is_display``, else that of CIELAB's.
+    """
+
+    figures: dict[str, Markup]
+    profiles: tuple[str, ...]
+    photo_url: str
+    rendering_url: str
+    white_cd_m2: float
+    white_is_display: bool
+
+
+def write_page(comparison: Comparison, output: Path) -> None:
     """Write the page to ``output``, whole or not at all; its folder is made if need be. Raises OSError if it cannot."""
-    write_whole(output, render(found))
+    write_whole(output, render(comparison))
 
 
-def render(found: Comparison) -> str:
-    """Return the page's HTML; text from people is escaped. ``found`` must have been drawn."""
+def render(comparison: Comparison) -> str:
+    """Return the page's HTML; text from people is escaped."""
     from runner.reports.display.page import short, typeset
 
     # The style is that of the report on a display.
     environment = page_environment("runner.reports.comparison", "runner.reports.display")
     environment.filters.update({"short": short, "typeset": typeset, "places": _places, "signed": _signed})
-    eyes = [(eye, one, _figures(one, found.verdict.limits.delta_e, str(eye))) for eye, one in found.eyes.items()]
+    verdict = comparison.verdict
     return environment.get_template("compare.html.j2").render(
-        found=found,
-        sentence=decision_sentence(found.verdict),
-        reasons=[(outcome, mark, line) for outcome, mark in _MARKS.items() for line in told(found.verdict, outcome)],
-        kept=kept(found.verdict),
-        kept_heading=kept_heading(found.verdict),
-        eyes=eyes,
+        comparison=comparison,
+        sentence=decision_sentence(verdict),
+        reasons=[(outcome, mark, line) for outcome, mark in _MARKS.items() for line in outcome_lines(verdict, outcome)],
+        passing=passing_lines(verdict),
+        passing_heading=passing_heading(verdict),
+        eyes=[(eye, result, _drawings(comparison, result, str(eye))) for eye, result in comparison.eyes.items()],
         versions={name: version(name) for name in ("cyclopean", "numpy", "scipy", "opencv-python-headless")},
-        settings=[(key.replace("_", " "), _plain(value)) for key, value in found.settings.items() if key != "regions"],
-        steps=[(picture, [_told(step) for step in picture.steps]) for picture in (found.photo, found.rendering)],
+        settings=[
+            (key.replace("_", " "), _plain(value)) for key, value in comparison.settings.items() if key != "regions"
+        ],
+        steps=[
+            (picture, [_in_words(step) for step in picture.steps])
+            for picture in (comparison.photo, comparison.rendering)
+        ],
     )
 
 
-def _figures(one: EyeComparison, limit: float, eye: str) -> dict[str, Any]:
-    from markupsafe import Markup
-
-    from stimuli.comparison.region_figures import chromaticity_figure, delta_e_figure, luminance_figure
-
-    figures = dict(one.drawn.figures) if one.drawn else {}
-    for place, (_, svg) in enumerate(one.drawn.profiles if one.drawn else ()):
+def _drawings(comparison: Comparison, result: EyeComparison, eye: str) -> _Drawings:
+    limit, table = comparison.verdict.limits.delta_e, result.table
+    figures: dict[str, str] = {}
+    for name, words, overview in (
+        ("plain", "pixel by pixel", result.per_pixel_overview),
+        ("seen", "as the eye resolves it", result.seen_overview),
+    ):
+        if overview is not None:
+            figures[f"{name} map"] = map_figure(overview.reduced, f"ΔE00 {words}, 0 to 10")
+            label = f"How many pixels differ by how much, {words}"
+            figures[f"{name} histogram"] = histogram_figure(overview, limit, label)
+    profiles = draw_profiles(result.photo, result.rendering, result.regions.regions)
+    for place, (_, svg) in enumerate(profiles):
         figures[f"profile {place}"] = svg
-    figures["luminance"] = luminance_figure(one.table, "Luminance of the photograph over that of the rendering")
-    figures["chromaticity"] = chromaticity_figure(one.table, "Chromaticities, and where the rendering's lie")
-    if len(one.table.rows) > 1:
-        figures["bars"] = delta_e_figure(one.table, limit, "ΔE00 of each region")
+    figures["luminance"] = luminance_figure(table, "Luminance of the photograph over that of the rendering")
+    figures["chromaticity"] = chromaticity_figure(table, "Chromaticities, and where the rendering's lie")
+    if len(table.rows) > 1:
+        figures["bars"] = delta_e_figure(table, limit, "ΔE00 of each region")
+    white = comparison.options.display_white_XYZ
+    pictures = draw_pictures(result.photo, result.rendering, table.white_XYZ if white is None else white)
     # matplotlib escapes the text that it writes.
-    return {name: Markup(_own_names(svg, f"{eye}-{name.replace(' ', '-')}")) for name, svg in figures.items()}
+    safe = {name: Markup(_own_names(svg, f"{eye}-{name.replace(' ', '-')}")) for name, svg in figures.items()}
+    return _Drawings(safe, tuple(name for name, _ in profiles), *pictures, white_is_display=white is not None)
 
 
 def _own_names(svg: str, prefix: str) -> str:
     """Return a figure whose names no other figure on the page has."""
-    import re
-
     names = set(re.findall(r'\bid="([^"]+)"', svg))
     if not names:
         return svg
@@ -91,7 +125,7 @@ def _plain(value: Any) -> str:
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 
-def _told(step: Any) -> str:
+def _in_words(step: Any) -> str:
     """Return a step of reading as words."""
     parts = [f"{key.replace('_', ' ')} {_plain(value)}" for key, value in step.items() if key not in ("step", "sha256")]
     return f"{str(step.get('step', '')).replace('_', ' ')}: " + ", ".join(parts)

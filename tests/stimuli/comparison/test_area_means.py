@@ -5,10 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stimuli.comparison import row_source
-from stimuli.comparison.area_means import area_means
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.regions import inside
+from stimuli.comparison import rows
+from stimuli.comparison.areas import area_means, inside
+from stimuli.errors import StimulusError
 
 TRIANGLE = np.array([[3.0, 2.0], [60.0, 20.0], [10.0, 70.0]])
 SQUARE = np.array([[0.0, 0.0], [64.0, 0.0], [64.0, 64.0], [0.0, 64.0]])
@@ -19,7 +18,7 @@ def test_bands_give_the_means_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> N
     full = picture[..., 0] > 20
     mask = inside(TRIANGLE, slice(0, 80), slice(0, 70))
     whole = area_means(picture, [("all", TRIANGLE)], full)[0]
-    monkeypatch.setattr(row_source, "BAND_PIXELS", 300)
+    monkeypatch.setattr(rows, "BAND_PIXELS", 300)
     got = area_means(picture, [("all", TRIANGLE)], full)[0]
     values = picture[mask].astype(np.float64)
     for one in (whole, got):
@@ -53,7 +52,7 @@ class Counted:
 
 
 def test_only_rows_with_regions_are_read(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(row_source, "BAND_PIXELS", 64 * 10)
+    monkeypatch.setattr(rows, "BAND_PIXELS", 64 * 10)
     picture = Counted(1000)
     two = [("one", SQUARE + [0, 105]), ("two", SQUARE + [0, 801])]
     area_means(picture, two)
@@ -92,7 +91,7 @@ def test_what_cannot_be_averaged_is_refused() -> None:
     picture[40, 12, 1] = np.nan
     picture[40:42, 13, 2] = np.inf
     outlines = [("all", TRIANGLE), ("tiny", np.array([[1.0, 1.0], [3.0, 1.0], [3.0, 3.0]]))]
-    with pytest.raises(PictureError) as caught:
+    with pytest.raises(StimulusError) as caught:
         area_means(picture, outlines, least_pixels=25, what="photograph")
     first, second = caught.value.findings
     assert first.message == "the region 'all' holds 3 pixels of the photograph that are no numbers"

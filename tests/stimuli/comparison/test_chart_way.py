@@ -9,12 +9,11 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.chart.way_round import WAYS
-from stimuli.comparison import row_source
-from stimuli.comparison.chart_way import check_charts
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.place_regions import place_regions
-from stimuli.comparison.regions import Chart
+from stimuli.comparison import rows
+from stimuli.comparison.charts import check_charts
+from stimuli.comparison.regions import Chart, place_regions
 from stimuli.comparison.regions_file import RegionsFile
+from stimuli.errors import StimulusError
 
 Draw = Callable[..., NDArray[np.float64]]
 Write = Callable[..., RegionsFile]
@@ -34,7 +33,7 @@ def test_each_way_round_is_told_with_the_right_corners(chart_picture: Draw, way:
     if not way:
         assert check_charts(picture, [chart(given)], "photograph") == ()
         return
-    with pytest.raises(PictureError) as caught:
+    with pytest.raises(StimulusError) as caught:
         check_charts(picture, [chart(given)], "photograph", file="r.yaml")
     (finding,) = caught.value.findings
     assert finding.message == f"the chart 'chart' lies {way} in the photograph"
@@ -48,12 +47,12 @@ def test_another_white_and_a_camera_of_its_own_do_not_matter(chart_picture: Draw
 
 
 def test_bands_do_not_matter(chart_picture: Draw, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(row_source, "BAND_PIXELS", 700)
+    monkeypatch.setattr(rows, "BAND_PIXELS", 700)
     assert check_charts(chart_picture(), [chart(CORNERS)], "photograph") == ()
 
 
 def test_what_is_no_chart_is_told(chart_picture: Draw) -> None:
-    with pytest.raises(PictureError, match="in no way round in the rendering"):
+    with pytest.raises(StimulusError, match="in no way round in the rendering"):
         check_charts(chart_picture(), [chart(CORNERS[::1] * 0.6)], "rendering")
 
 

@@ -8,10 +8,10 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from stimuli.comparison import row_source
-from stimuli.comparison.difference_figures import histogram_figure, map_figure, profile, profile_figure, reduced
-from stimuli.comparison.difference_map import difference_map, histogram, summarise
-from stimuli.comparison.errors import PictureError
+from runner.reports.comparison.picture_figures import histogram_figure, map_figure, profile, profile_figure
+from stimuli.comparison import rows
+from stimuli.comparison.by_pixel import difference_map, histogram, overview, reduced, summarise
+from stimuli.errors import StimulusError
 
 WHITE = np.array([96.4, 100.0, 82.5])
 
@@ -24,7 +24,7 @@ def pair() -> tuple[NDArray[np.float32], NDArray[np.float32]]:
 def test_bands_make_the_map_of_the_whole(monkeypatch: pytest.MonkeyPatch) -> None:
     photo, rendering = pair()
     whole = delta_e_2000(xyz_to_lab(photo, WHITE), xyz_to_lab(rendering, WHITE))
-    monkeypatch.setattr(row_source, "BAND_PIXELS", 100)
+    monkeypatch.setattr(rows, "BAND_PIXELS", 100)
     done: list[tuple[int, int]] = []
     got = difference_map(photo, rendering, WHITE, lambda rows, of: done.append((rows, of)))
     np.testing.assert_array_equal(got, whole.astype(np.float32))
@@ -44,11 +44,11 @@ def test_light_below_none_counts_as_none() -> None:
 
 def test_what_cannot_be_compared_is_refused() -> None:
     photo, rendering = pair()
-    with pytest.raises(PictureError, match="bring them to one grid"):
+    with pytest.raises(StimulusError, match="bring them to one grid"):
         difference_map(photo, rendering[:-1], WHITE)
     rendering[3, 4, 1] = np.nan
     rendering[5, 6, 0] = np.inf
-    with pytest.raises(PictureError, match="2 pixels cannot be compared"):
+    with pytest.raises(StimulusError, match="2 pixels cannot be compared"):
         difference_map(photo, rendering, WHITE)
 
 
@@ -63,7 +63,7 @@ def test_the_summary_of_known_differences() -> None:
     assert summary.largest == pytest.approx(8.9)
     assert summary.above_limit_percent == pytest.approx(100 * 75 / 90)
     assert summarise(delta_e, 1.4).pixels == 100
-    with pytest.raises(PictureError, match="all are excluded"):
+    with pytest.raises(StimulusError, match="all are excluded"):
         summarise(delta_e, 1.4, np.zeros((10, 10), dtype=np.bool_))
 
 
@@ -96,9 +96,10 @@ def test_a_profile_follows_its_line() -> None:
 
 def test_figures_say_what_they_show() -> None:
     delta_e = np.full((30, 40), 2.0, dtype=np.float32)
-    svg = map_figure(delta_e, "difference <map>")
+    shown = overview(delta_e)
+    svg = map_figure(shown.reduced, "difference <map>")
     assert svg.startswith("<svg")
     assert "difference &lt;map&gt;" in svg
     assert "ΔE00" in svg
-    assert "limit 1.4" in histogram_figure(delta_e, 1.4, "histogram")
+    assert "limit 1.4" in histogram_figure(shown, 1.4, "histogram")
     assert "rendering" in profile_figure(np.arange(5.0), np.arange(5.0), "profile")

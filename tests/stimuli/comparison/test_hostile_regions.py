@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from documents import InputError
-from stimuli.comparison.area_means import area_means
-from stimuli.comparison.place_regions import corner_pairs, place_regions
+from stimuli.comparison.areas import area_means
+from stimuli.comparison.regions import corner_pairs, place_regions
 from stimuli.comparison.regions_file import MOST_AREAS, read_regions
 from stimuli.comparison.scielab import MOST_PIXELS_PER_DEGREE, SeenPicture
 

@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.luminance_factor import luminance_factor
+from stimuli.comparison.luminance import luminance_factor
+from stimuli.errors import StimulusError
 
 lights = st.lists(st.tuples(st.floats(1, 1e3), st.floats(0.5, 2.0)), min_size=3, max_size=20)
 
@@ -60,5 +60,5 @@ def test_one_region_has_a_factor_and_no_more() -> None:
 
 @pytest.mark.parametrize("bad", [[], [0.0], [np.nan], [1.0, 2.0]])
 def test_what_has_no_factor_is_refused(bad: list[float]) -> None:
-    with pytest.raises(PictureError):
+    with pytest.raises(StimulusError):
         luminance_factor(bad, [1.0] if bad else [])

@@ -18,11 +18,11 @@ from devices.chart.layout import perspective
 from devices.colour.spaces import rgb_to_xyz_matrix
 from devices.colour.white_points import white_point
 from devices.display.rig_file import read_rig
+from runner.reports.comparison.picture_figures import draw_pictures
 from stimuli.align.homography import warp
-from stimuli.comparison.bring import brought, flags_brought
-from stimuli.comparison.drawn import draw_pictures
-from stimuli.comparison.placing import Placing, place
-from stimuli.comparison.row_file import RowFile
+from stimuli.comparison.alignment import Alignment, resample, resample_flags
+from stimuli.comparison.registering import align
+from stimuli.comparison.rows import RowFile
 from stimuli.pictures.exr_read import REC709
 from tests.stimuli.comparison.scenes import (
     CHART,
@@ -46,11 +46,10 @@ def test_rows_come_back(height: int, width: int, first: int, last: int) -> None:
     picture = np.random.default_rng(height).random((height, width, 3)).astype(np.float32)
     rows = RowFile.of(picture)
     np.testing.assert_array_equal(rows[first:last], picture[first:last])
-    np.testing.assert_array_equal(rows.plane(2), picture[..., 2])
 
 
-def placing(matrix: np.ndarray) -> Placing:
-    return Placing(matrix, "corners", (0.0, 0.0), None, 1.0, None, 1.0, None, 0, 0, True)
+def alignment(matrix: np.ndarray) -> Alignment:
+    return Alignment(matrix, "corners", (0.0, 0.0), None, 1.0, None, 1.0, None, 0, 0, True)
 
 
 @pytest.mark.parametrize("angle_deg", [3.0, 40.0, 90.0])
@@ -58,12 +57,12 @@ def test_bands_equal_the_whole(angle_deg: float) -> None:
     picture = spots(size=(200, 600), count=2000)
     c, s = np.cos(np.radians(angle_deg)), np.sin(np.radians(angle_deg))
     matrix = np.array([[c, -s, 60.0], [s, c, 20.0], [1e-5, 2e-5, 1.0]])
-    found, within = brought(RowFile.of(picture), placing(matrix), (220, 620), lambda done, of: None)
+    found, within = resample(RowFile.of(picture), alignment(matrix), (220, 620), lambda done, of: None)
     whole = warp(picture, matrix, (220, 620)).picture
     assert np.abs(found[0:620] - whole)[within].max() < 2e-4 * picture.max()
     assert 0.05 < within.mean() < 0.95
     flags = picture[..., 1] > 100
-    moved = flags_brought(flags, placing(matrix), (220, 620))
+    moved = resample_flags(flags, alignment(matrix), (220, 620))
     # Every pixel that light of a flagged one reaches is flagged.
     light = warp(flags[..., None].astype(np.float32), matrix, (220, 620)).picture[..., 0]
     assert moved[within & (light > 0.6)].all()
@@ -76,7 +75,7 @@ def test_shifts_and_turns_do_not_depend_on_luminance_or_noise() -> None:
         np.maximum(one * (1 + 0.05 * rng.standard_normal(one.shape)), 0).astype(np.float32)
         for one in (spots(), spots(-1.3, 0.6, 1.0, gain=40.0))
     ]
-    lies = place(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
+    lies = align(RowFile.of(noisy[0]), RowFile.of(noisy[1]), "auto")
     assert lies.shift_px == pytest.approx((-1.3, 0.6), abs=0.03)
     assert lies.rotation_deg == pytest.approx(1.0, abs=0.03)
     assert lies.rotation_se_deg is not None
@@ -261,11 +260,11 @@ def test_corners_count_from_the_corner_of_a_pixel(tmp_path: Path, cyclopean: Cyc
 
 
 def test_a_full_disk_is_told(tmp_path: Path, cyclopean: Cyclopean, monkeypatch: pytest.MonkeyPatch) -> None:
-    def full(*_: object) -> int:
+    def full(*_: object) -> None:
         raise OSError(28, "No space left on device")
 
     file = written(tmp_path / "a.exr", spots())
-    monkeypatch.setattr("os.pwrite", full)
+    monkeypatch.setattr(RowFile, "write", full)
     told = cyclopean("compare", file, file, "--regions", PLATE, "-o", tmp_path / "o.html", expect=1)
     assert told.stderr == "cyclopean: no room for temporary files, or a file cannot be read: No space left on device\n"
     assert not (tmp_path / "o.html").exists()

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from documents import InputError
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.place_regions import corner_pairs, place_regions
-from stimuli.comparison.regions import PlacedRegions, inside, window
+from stimuli.comparison.areas import inside, window
+from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
+from stimuli.errors import StimulusError
 
 Write = Callable[..., RegionsFile]
 SHAPE = (100, 200, 3)
@@ -94,7 +94,7 @@ def test_the_rendering_may_have_corners_of_its_own(regions_of: Write) -> None:
     ],
 )
 def test_faults_in_outlines_are_told_at_their_line(regions_of: Write, entry: str, words: str) -> None:
-    with pytest.raises(PictureError, match=words) as caught:
+    with pytest.raises(StimulusError, match=words) as caught:
         place_regions(regions_of(CHART, entry), SHAPE)
     (finding,) = caught.value.findings
     assert finding.file is not None
@@ -104,13 +104,13 @@ def test_faults_in_outlines_are_told_at_their_line(regions_of: Write, entry: str
 
 def test_a_region_outside_the_rendering_is_told(regions_of: Write) -> None:
     regions = regions_of("{kind: rectangle, name: box, box: [90, 20, 30, 40]}")
-    with pytest.raises(PictureError, match="the rendering has 100 × 100"):
+    with pytest.raises(StimulusError, match="the rendering has 100 × 100"):
         place_regions(regions, SHAPE, (100, 100, 3))
 
 
 def test_all_faults_are_told_at_once(regions_of: Write) -> None:
     bad = [f"{{kind: rectangle, name: box{n}, box: [190, 20, 30, 40]}}" for n in range(3)]
-    with pytest.raises(PictureError) as caught:
+    with pytest.raises(StimulusError) as caught:
         place_regions(regions_of(*bad, white_region="nobody"), SHAPE)
     assert len(caught.value.findings) == 4
     assert "no region 'nobody'" in str(caught.value)

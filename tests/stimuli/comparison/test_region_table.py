@@ -13,15 +13,14 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import XYZ_from_xyY, xyY_from_XYZ, xyz_to_lab
-from stimuli.comparison.area_means import AreaMean
-from stimuli.comparison.compare_regions import ComparedRegions, compare_regions
-from stimuli.comparison.errors import PictureError
+from stimuli.comparison.areas import AreaMean, inside, window
+from stimuli.comparison.by_region import ComparedRegions, compare_regions
 from stimuli.comparison.evidence import Evidence
-from stimuli.comparison.place_regions import place_regions
-from stimuli.comparison.region_table import RegionTable, region_table
-from stimuli.comparison.regions import Region, inside, window
+from stimuli.comparison.judging import judge
+from stimuli.comparison.regions import Region, place_regions
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.comparison.verdict import judge
+from stimuli.comparison.table import RegionTable, region_table
+from stimuli.errors import StimulusError
 
 Draw = Callable[..., NDArray[np.float64]]
 Write = Callable[..., RegionsFile]
@@ -242,7 +241,7 @@ def test_pixels_that_are_no_numbers_are_refused_by_region(chart_picture: Draw, r
     at = window(place_regions(regions_of(CHART), photo.shape).regions[4].photo_px, photo.shape)
     rendering[at] = bad
     with pytest.raises(
-        PictureError, match=r"'chart 5 blue flower' holds .* pixels of the rendering that are no numbers"
+        StimulusError, match=r"'chart 5 blue flower' holds .* pixels of the rendering that are no numbers"
     ):
         compared(photo, rendering, regions_of(CHART))
 
@@ -250,10 +249,10 @@ def test_pixels_that_are_no_numbers_are_refused_by_region(chart_picture: Draw, r
 def test_a_chart_upside_down_in_one_picture_is_said(chart_picture: Draw, regions_of: Write) -> None:
     regions, upright = regions_of(CHART), chart_picture()
     turned = chart_picture([[318.0, 240.0], [28.0, 220.0], [40.0, 30.0], [330.0, 44.0]])
-    with pytest.raises(PictureError, match="lies upside down in the rendering") as caught:
+    with pytest.raises(StimulusError, match="lies upside down in the rendering") as caught:
         compared(upright, turned, regions)
     assert caught.value.findings[0].file == regions.file
-    with pytest.raises(PictureError, match="lies upside down in the photograph"):
+    with pytest.raises(StimulusError, match="lies upside down in the photograph"):
         compared(turned, upright, regions)
 
 

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stimuli.comparison.regions import crosses_itself, inside, window
+from stimuli.comparison.areas import crosses_itself, inside, window
 
 Corner = tuple[float, float]
 # Not on pixel centres, where rounding decides; sides that pass through one are left out of the comparison.

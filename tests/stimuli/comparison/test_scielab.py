@@ -10,10 +10,10 @@ from numpy.typing import NDArray
 from scipy.special import ndtr
 
 from devices.colour.spaces import xyY_from_XYZ
-from stimuli.comparison.difference_map import difference_map
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.row_source import RowSource
+from stimuli.comparison.by_pixel import difference_map
+from stimuli.comparison.rows import Rows
 from stimuli.comparison.scielab import GAUSSIANS, SeenPicture, opponent_from_xyz
+from stimuli.errors import StimulusError
 
 WHITE = np.array([96.4, 100.0, 82.5])
 OPPONENT = opponent_from_xyz(WHITE)
@@ -108,7 +108,7 @@ def test_farther_away_is_finer() -> None:
 
 
 def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr("stimuli.comparison.row_source.BAND_PIXELS", 20 * 30)
+    monkeypatch.setattr("stimuli.comparison.rows.BAND_PIXELS", 20 * 30)
     most = 0
 
     class Counted:
@@ -120,14 +120,14 @@ def test_rows_are_read_a_few_at_a_time(monkeypatch: pytest.MonkeyPatch) -> None:
             most = max(most, height)
             return np.ones((height, 30, 3))
 
-    source: RowSource = Counted()
+    source: Rows = Counted()
     difference_map(SeenPicture(source, 20, WHITE), SeenPicture(source, 20, WHITE), WHITE)
     assert most < 400 / 4
 
 
 @pytest.mark.parametrize("pixels_per_degree", [0.0, -1.0, np.nan, np.inf])
 def test_a_distance_that_cannot_be_is_refused(pixels_per_degree: float) -> None:
-    with pytest.raises(PictureError, match="above 0"):
+    with pytest.raises(StimulusError, match="above 0"):
         SeenPicture(np.ones((4, 4, 3)), pixels_per_degree, WHITE)
-    with pytest.raises(PictureError, match="white"):
+    with pytest.raises(StimulusError, match="white"):
         SeenPicture(np.ones((4, 4, 3)), 60.0, [1.0, np.nan, 1.0])

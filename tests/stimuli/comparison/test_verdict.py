@@ -9,17 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stimuli.comparison.area_means import AreaMean
-from stimuli.comparison.difference_map import DifferenceSummary, difference_map
-from stimuli.comparison.errors import PictureError
+from stimuli.comparison.areas import AreaMean
+from stimuli.comparison.by_pixel import DifferenceSummary, difference_map, seen_regions
 from stimuli.comparison.evidence import DisparityEvidence, Evidence, RegistrationEvidence, SparklePair
-from stimuli.comparison.limits import Limits
-from stimuli.comparison.reason import Reason
-from stimuli.comparison.region_table import RegionTable, region_table
+from stimuli.comparison.judging import judge
 from stimuli.comparison.regions import Region
 from stimuli.comparison.scielab import SeenPicture
-from stimuli.comparison.seen_regions import seen_regions
-from stimuli.comparison.verdict import Verdict, judge, together
+from stimuli.comparison.table import RegionTable, region_table
+from stimuli.comparison.verdict import Limits, Reason, Verdict, together
+from stimuli.errors import StimulusError
 
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])
@@ -78,9 +76,9 @@ def test_the_limit_may_be_set() -> None:
     evidence = Evidence(table(1.0, 1.05))
     assert judge(evidence).decision == "validated"
     assert judge(evidence, Limits(delta_e=0.5)).decision == "not validated"
-    with pytest.raises(PictureError, match="the limit 'delta_e' is -1"):
+    with pytest.raises(StimulusError, match="the limit 'delta_e' is -1"):
         Limits(delta_e=-1)
-    with pytest.raises(PictureError, match="sparkle_z"):
+    with pytest.raises(StimulusError, match="sparkle_z"):
         Limits(sparkle_z=math.nan)
 
 

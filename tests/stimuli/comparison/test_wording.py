@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from runner.reports.comparison.words import decision_sentence, kept, kept_heading, told
-from stimuli.comparison.limits import Limits
-from stimuli.comparison.reason import Outcome, Reason, decimals
-from stimuli.comparison.verdict import Verdict, together
+from stimuli.comparison.verdict import Limits, Outcome, Reason, Verdict, decimals, together
+from stimuli.comparison.wording import decision_sentence, outcome_lines, passing_heading, passing_lines
 
 
 def verdict(*reasons: Reason) -> Verdict:
@@ -25,30 +23,30 @@ def test_what_both_eyes_share_is_said_once() -> None:
             "right eye": verdict(reason("noted", 1.0), reason("fails", 3.0), reason("passes", 0.5, "as seen")),
         }
     )
-    assert told(both, "noted") == ["both eyes: regions noted by 1.0"]
-    assert told(both, "fails") == ["left eye: regions fails by 2.0", "right eye: regions fails by 3.0"]
-    assert kept_heading(both) == "Within their limits, left eye / right eye:"
-    assert kept(both) == ["as seen: mean ΔE00 0.25 / 0.50 (limit 1.4)"]
+    assert outcome_lines(both, "noted") == ["both eyes: regions noted by 1.0"]
+    assert outcome_lines(both, "fails") == ["left eye: regions fails by 2.0", "right eye: regions fails by 3.0"]
+    assert passing_heading(both) == "Within their limits, left eye / right eye:"
+    assert passing_lines(both) == ["as seen: mean ΔE00 0.25 / 0.50 (limit 1.4)"]
     assert decision_sentence(both) == "Not validated: 2 limits are not kept."
 
 
 def test_what_one_eye_alone_keeps_names_the_eye() -> None:
     both = together({"left eye": verdict(reason("passes", 0.2)), "right eye": verdict(reason("fails", 2.0))})
-    assert kept(both) == ["left eye: regions: mean ΔE00 0.20 (limit 1.4)"]
+    assert passing_lines(both) == ["left eye: regions: mean ΔE00 0.20 (limit 1.4)"]
 
 
 def test_numbers_of_one_subject_stand_in_one_line() -> None:
     one = verdict(reason("passes", 0.2), reason("passes", 0.3, measure="largest ΔE00"))
-    assert kept(one) == ["regions: mean ΔE00 0.20 (limit 1.4), largest ΔE00 0.30 (limit 1.4)"]
-    assert kept_heading(one) == "Within their limits:"
-    assert kept(verdict(reason("fails", 2.0))) == []
+    assert passing_lines(one) == ["regions: mean ΔE00 0.20 (limit 1.4), largest ΔE00 0.30 (limit 1.4)"]
+    assert passing_heading(one) == "Within their limits:"
+    assert passing_lines(verdict(reason("fails", 2.0))) == []
 
 
 @pytest.mark.parametrize("count", [3, 4])
 def test_many_regions_that_fail_stand_in_one_line(count: int) -> None:
     fails = [reason("fails", 2.0 + place, f"region {place}", "ΔE00") for place in range(count)]
     both = together({"left eye": verdict(*fails, reason("fails", 2.5)), "right eye": verdict(fails[0])})
-    lines = told(both, "fails")
+    lines = outcome_lines(both, "fails")
     many = "left eye: 4 regions differ by more than ΔE00 1.4, most of all '3' by 5.00, '2' by 4.00, '1' by 3.00"
     assert (many in lines) == (count > 3)
     assert len(lines) == (3 if count > 3 else 4)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from stimuli.comparison.area_means import AreaMean
-from stimuli.comparison.region_figures import MOST_BARS, chromaticity_figure, delta_e_figure, luminance_figure
-from stimuli.comparison.region_table import RegionTable, region_table
+from runner.reports.comparison.region_figures import MOST_BARS, chromaticity_figure, delta_e_figure, luminance_figure
+from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.regions import Region
+from stimuli.comparison.table import RegionTable, region_table
 
 WHITE = np.array([96.42, 100.0, 82.49])
 SQUARE = np.array([[0.0, 0.0], [9.0, 0.0], [9.0, 9.0], [0.0, 9.0]])

@@ -1,11 +1,11 @@
-"""The verdict in words: in a sentence, what decides and what is noted line by line, and what is kept in few."""
+"""A comparison in words: the verdict in a sentence, what decides line by line, and what passes in few lines."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 
-from stimuli.comparison.reason import Outcome, Reason, decimals
-from stimuli.comparison.verdict import Verdict
+from stimuli.comparison.results import Comparison
+from stimuli.comparison.verdict import Outcome, Reason, Verdict, decimals
 
 # So many regions that fail are told one by one.
 MOST_REGIONS = 3
@@ -23,7 +23,7 @@ def decision_sentence(verdict: Verdict) -> str:
     return f"It cannot be said: {unsaid} {'thing is' if unsaid == 1 else 'things are'} not known well enough."
 
 
-def told(verdict: Verdict, outcome: Outcome) -> list[str]:
+def outcome_lines(verdict: Verdict, outcome: Outcome) -> list[str]:
     """Return the sentences of one outcome; what holds for either eye alike is said once, many regions in one line."""
     lines = _gathered(verdict.having(outcome)) if outcome == "fails" else [one.said for one in verdict.having(outcome)]
     found: dict[str, None] = {}
@@ -55,7 +55,7 @@ def _gathered(reasons: Sequence[Reason]) -> list[str]:
     return list(lines)
 
 
-def kept(verdict: Verdict) -> list[str]:
+def passing_lines(verdict: Verdict) -> list[str]:
     """Return what passes, a line for each subject: numbers, of the left and right eye if there are two, and limits."""
     subjects: dict[str, dict[str, list[Reason]]] = {}
     for reason in verdict.having("passes"):
@@ -72,8 +72,8 @@ def kept(verdict: Verdict) -> list[str]:
     ]
 
 
-def kept_heading(verdict: Verdict) -> str:
-    """Return what stands above the lines of `kept`."""
+def passing_heading(verdict: Verdict) -> str:
+    """Return what stands above the lines of `passing_lines`."""
     pair = any(reason.subject.startswith(_EYES) for reason in verdict.reasons)
     return "Within their limits" + (", left eye / right eye" if pair else "") + ":"
 
@@ -92,3 +92,22 @@ def _numbers(measure: str, reasons: Sequence[Reason]) -> str:
 def _number(reason: Reason) -> str:
     value = 0.0 if reason.value is None else reason.value
     return decimals(value, 2) if "ΔE00" in reason.measure or reason.unit == "px" else f"{abs(value):.2g}"
+
+
+def summary(comparison: Comparison) -> list[str]:
+    """Return the lines that a terminal shows: the verdict, its reasons with a mark each, what passes, and remarks."""
+    verdict = comparison.verdict
+    lines = [decision_sentence(verdict)]
+    marks: tuple[tuple[Outcome, str], ...] = (("fails", "✗"), ("cannot say", "?"), ("noted", "·"))
+    lines += [f"  {mark} {line}" for outcome, mark in marks for line in outcome_lines(verdict, outcome)]
+    passing = passing_lines(verdict)
+    if passing:
+        lines += [passing_heading(verdict), *(f"  ✓ {line}" for line in passing)]
+    remarks: dict[str, list[str]] = {}
+    for eye, result in comparison.eyes.items():
+        for remark in result.said:
+            remarks.setdefault(remark, []).append("" if eye == "both" else f"{eye} eye: ")
+    lines += [f"Note: {eyes[0] if len(eyes) == 1 else ''}{remark}." for remark, eyes in remarks.items()]
+    for picture in (comparison.photo, comparison.rendering):
+        lines += [f"Note: {picture.file}: {remark}." for remark in picture.said]
+    return lines

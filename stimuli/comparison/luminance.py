@@ -13,7 +13,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stimuli.comparison.errors import PictureError
+from stimuli.errors import StimulusError
+
+LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,14 +54,14 @@ def luminance_factor(photo_cd_m2: ArrayLike, rendering_cd_m2: ArrayLike) -> Lumi
 
     Raises
     ------
-    PictureError
+    StimulusError
         If they differ in number, there is none, or one is not a finite number above 0.
     """
     photo, rendering = (np.asarray(one, dtype=np.float64) for one in (photo_cd_m2, rendering_cd_m2))
     if photo.ndim != 1 or photo.shape != rendering.shape or not len(photo):
-        raise PictureError(f"luminances of the same areas are needed, not of shapes {photo.shape}, {rendering.shape}")
+        raise StimulusError(f"luminances of the same areas are needed, not of shapes {photo.shape}, {rendering.shape}")
     if not np.all(np.isfinite(photo) & np.isfinite(rendering) & (photo > 0) & (rendering > 0)):
-        raise PictureError("a luminance factor needs luminances that are finite and above 0")
+        raise StimulusError("a luminance factor needs luminances that are finite and above 0")
     count = len(photo)
     ratios = photo / rendering
     mean_ratio = float(ratios.mean())

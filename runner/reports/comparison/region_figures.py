@@ -8,7 +8,7 @@ import numpy as np
 
 from devices.colour.spaces import xyY_from_XYZ
 from documents.pages.drawing import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
-from stimuli.comparison.region_table import RegionRow, RegionTable
+from stimuli.comparison.table import RegionRow, RegionTable
 
 RENDERED = "#c2571a"
 # Bars for the regions that differ most, no more than can be read.

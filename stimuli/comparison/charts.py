@@ -6,17 +6,15 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.chart.layout import patch_quadrangles
 from devices.chart.way_round import MOST_OFF, WAYS, misfit
 from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import Finding
-from stimuli.comparison.area_means import FlagSource
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.regions import Chart, Floats
-from stimuli.comparison.row_source import RowSource, bands
+from stimuli.comparison.regions import Chart
+from stimuli.comparison.rows import Floats, Mask, Rows, bands
+from stimuli.errors import StimulusError
 
 Side = Literal["photograph", "rendering"]
 
@@ -25,17 +23,17 @@ _LOOKS, _LEAST = 7, 8
 
 
 def check_charts(
-    picture: RowSource,
+    picture: Rows,
     charts: Sequence[Chart],
     side: Side,
-    saturated: FlagSource | None = None,
+    saturated: Mask | None = None,
     file: str | None = None,
 ) -> tuple[str, ...]:
     """Return remarks on charts of a picture whose way round cannot be told.
 
     Raises
     ------
-    PictureError
+    StimulusError
         If a chart lies another way round than its corners say, with the corners as they should be; or if the colours
         there are the ColorChecker's in no way round.
     """
@@ -75,11 +73,11 @@ def check_charts(
                 )
             )
     if findings:
-        raise PictureError(findings)
+        raise StimulusError(findings)
     return tuple(remarks)
 
 
-def _glance(picture: RowSource, saturated: FlagSource | None, quadrangles: Floats) -> tuple[Floats, NDArray[np.bool_]]:
+def _glance(picture: Rows, saturated: Mask | None, quadrangles: Floats) -> tuple[Floats, Mask]:
     """Return the median of a few pixels of each quadrangle (n, 4, 2), (n, 3), and whether one is saturated, (n,)."""
     steps = (np.arange(_LOOKS) + 0.5) / _LOOKS
     u, v = (grid.ravel()[None, :, None] for grid in np.meshgrid(steps, steps))

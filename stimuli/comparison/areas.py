@@ -1,25 +1,26 @@
-"""Mean colours of areas of a picture that is read a few rows at a time; sums in float64.
+"""Areas of a picture, as outlines in pixels: which pixels lie in one, and their mean colour.
 
-The standard error of a mean comes from the scatter of means over small cells of the area, a plane through them taken
-off: neighbouring pixels are not independent (demosaicing, blur, texture), means over cells nearly are, and light that
-falls off evenly is no noise. Where an area has too few whole cells, none is given.
+The origin is the top left corner of the picture and pixels are squares: the first pixel's centre lies at (0.5, 0.5) and
+the picture ends at its width and height. A pixel belongs to an area if its centre lies inside, and of two areas that
+share an edge to one only.
+
+Means are taken in one pass over the rows, with sums in float64. The standard error of a mean comes from the scatter of
+the means of small cells of the area, after a plane through them was subtracted: neighbouring pixels are not independent
+(demosaicing, blur, texture), means of cells nearly are, and light that falls off evenly is no noise. An area with too
+few whole cells has no standard error.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from stimuli.comparison.errors import PictureError
-from stimuli.comparison.regions import Floats, inside, window
-from stimuli.comparison.row_source import RowSource, bands
-
-RowsDone = Callable[[int, int], None]
+from stimuli.comparison.rows import Floats, Mask, Rows, RowsDone, bands
+from stimuli.errors import StimulusError
 
 # Cells along the longer side of an area, and their least side in pixels.
 CELLS_ACROSS, LEAST_CELL_PX = 8, 4
@@ -29,12 +30,52 @@ LEAST_CELLS = 12
 _MOST_FINDINGS = 20
 
 
-class FlagSource(Protocol):
-    """Flags of pixels, such as saturated ones: rows, by slicing, of shape (rows, width) or (rows, width, channels)."""
+def window(outline_px: Floats, shape: tuple[int, ...]) -> tuple[slice, slice]:
+    """Return the rows and columns of a picture (height, width, ...) that an outline (n, 2) reaches into."""
+    low = np.maximum(np.floor(outline_px.min(axis=0)).astype(int), 0)
+    high = np.minimum(np.ceil(outline_px.max(axis=0)).astype(int), [shape[1], shape[0]])
+    return slice(int(low[1]), max(int(low[1]), int(high[1]))), slice(int(low[0]), max(int(low[0]), int(high[0])))
 
-    def __getitem__(self, rows: slice, /) -> NDArray[np.bool_]:
-        """Return those rows."""
-        ...
+
+def inside(outline_px: Floats, rows: slice, columns: slice) -> Mask:
+    """Return which pixels of a window lie inside an outline (n, 2), shape (rows, columns), by the even-odd rule."""
+    y = np.arange(rows.start, rows.stop) + 0.5
+    width = columns.stop - columns.start
+    # Where the outline crosses a row of centres, inside turns into outside: from the next centre on.
+    crossings = np.zeros((len(y), width + 1), dtype=np.int32)
+    for ends in zip(outline_px, np.roll(outline_px, -1, axis=0), strict=True):
+        # From above down, so that two outlines round a shared side alike whichever way each goes along it.
+        (x1, y1), (x2, y2) = ends if ends[0][1] <= ends[1][1] else ends[::-1]
+        at = np.flatnonzero((y >= y1) & (y < y2))
+        if len(at):
+            x = x1 + (y[at] - y1) * ((x2 - x1) / (y2 - y1))
+            np.add.at(crossings, (at, np.clip(np.ceil(x - 0.5).astype(int) - columns.start, 0, width)), 1)
+    return np.asarray(np.cumsum(crossings[:, :width], axis=1, dtype=np.int32) & 1, dtype=np.bool_)
+
+
+def crosses_itself(outline_px: Floats) -> bool:
+    """Return whether two sides of an outline (n, 2) that are no neighbours meet, or a side goes back on the last."""
+    start, end = outline_px, np.roll(outline_px, -1, axis=0)
+    count = len(start)
+
+    def side_of(a: Floats, b: Floats, p: Floats) -> Floats:
+        """Twice the signed area of a, b, p for all sides (i) and points (j): 0 where p is on the line."""
+        ab = (b - a)[:, None, :]
+        ap = p[None, :, :] - a[:, None, :]
+        return np.asarray(ab[..., 0] * ap[..., 1] - ab[..., 1] * ap[..., 0])
+
+    to_start, to_end = side_of(start, end, start), side_of(start, end, end)
+    apart = (to_start * to_end) > 0  # both ends of side j on one side of side i
+    low, high = np.minimum(start, end), np.maximum(start, end)
+    boxes = np.all((low[:, None] <= high[None]) & (low[None] <= high[:, None]), axis=-1)
+    meet = boxes & ~apart & ~apart.T
+    gap = np.abs(np.arange(count)[:, None] - np.arange(count)[None])
+    meet &= (gap > 1) & (gap < count - 1)
+    following = np.roll(end - start, -1, axis=0)
+    sides = end - start
+    turn = sides[:, 0] * following[:, 1] - sides[:, 1] * following[:, 0]
+    back = (turn == 0) & (np.sum(sides * following, axis=1) < 0)
+    return bool(meet.any() or back.any())
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -66,7 +107,7 @@ class _Sums:
         self.mean = np.zeros(3)
         self.pixels = self.saturated = self.bad = 0
 
-    def add(self, band: slice, picture: NDArray[np.floating], flags: NDArray[np.bool_] | None) -> None:
+    def add(self, band: slice, picture: NDArray[np.floating], flags: Mask | None) -> None:
         """Take in the rows of ``band``, whose pixels are ``picture`` (rows, width, 3)."""
         rows = slice(max(band.start, self.rows.start), min(band.stop, self.rows.stop))
         own = slice(rows.start - band.start, rows.stop - band.start)
@@ -117,9 +158,9 @@ class _Sums:
 
 
 def area_means(
-    picture: RowSource,
+    picture: Rows,
     outlines: Sequence[tuple[str, Floats]],
-    saturated: FlagSource | None = None,
+    saturated: Mask | None = None,
     *,
     least_pixels: int = 1,
     what: str = "picture",
@@ -132,7 +173,7 @@ def area_means(
 
     Raises
     ------
-    PictureError
+    StimulusError
         For every area that holds fewer than ``least_pixels`` pixels, or values that are no finite numbers.
     """
     gathered = [_Sums(outline, picture.shape) for _, outline in outlines]
@@ -160,5 +201,5 @@ def area_means(
     if len(faults) > _MOST_FINDINGS:
         faults[_MOST_FINDINGS:] = [Finding(f"{len(faults) - _MOST_FINDINGS} more regions have such faults")]
     if faults:
-        raise PictureError(faults)
+        raise StimulusError(faults)
     return tuple(one.result() for one in gathered)

@@ -1,27 +1,31 @@
 """What regions differ by: the columns of thesis Tables 5.2 to 5.5.
 
-Differences are rendering minus photograph; the thesis prints their absolute values. CIELAB is reckoned after the
+Differences are rendering minus photograph; the thesis prints their absolute values. CIELAB is computed after the
 rendering was multiplied with ``scaled_by``, which is 1 where luminances are compared as they are.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.colour.ciede2000 import delta_e_2000, delta_e_2000_parts
 from devices.colour.spaces import xyY_from_XYZ, xyz_to_lab
-from stimuli.comparison.area_means import AreaMean
-from stimuli.comparison.luminance_factor import LuminanceFactor, luminance_factor
-from stimuli.comparison.region_errors import of_length, standard_errors
-from stimuli.comparison.regions import Floats, Kind, Region
+from stimuli.comparison.areas import AreaMean
+from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
+from stimuli.comparison.regions import Kind, Region
+from stimuli.comparison.rows import Floats
 
-LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
 Triple = tuple[float, float, float]
+
+# Of the colour, as the step of the slopes: far above rounding, far below where a slope changes.
+_STEP = 1e-4
+# The length of a difference that lies within its own error has a skew distribution, and no standard error of use.
+LEAST_Z = 2.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -43,7 +47,7 @@ class RegionRow:
 
     ``luminance_ratio`` is photo / rendering, None if the rendering holds no light. ``delta_e`` and its terms are as in
     `ColourDifference`. Names ending in ``_se`` are standard errors, from the scatter within the regions; None where
-    none can be told.
+    they are not known.
     """
 
     name: str
@@ -152,7 +156,7 @@ def _reasons(
     return tuple(said)
 
 
-def _reckon(both_XYZ: Floats, white: Floats, scale: float) -> Floats:
+def _differences(both_XYZ: Floats, white: Floats, scale: float) -> Floats:
     """Return Δx, Δy, Δxy, luminance ratio and ΔE00, (..., 5), of photo XYZ and rendering XYZ, (..., 6)."""
     photo, rendering = both_XYZ[..., :3], both_XYZ[..., 3:]
     one, two = xyY_from_XYZ(photo), xyY_from_XYZ(rendering)
@@ -174,7 +178,7 @@ def _rows(
     white: Floats,
     scale: float,
 ) -> Iterator[RegionRow]:
-    """Yield the rows; all are reckoned at once."""
+    """Yield the rows; all are computed at once."""
     if not regions:
         return
     one, two = (np.array([area.XYZ for area in side]) for side in (photo, rendering))
@@ -182,9 +186,9 @@ def _rows(
         np.array([np.full((3, 3), np.nan) if area.covariance_XYZ is None else area.covariance_XYZ for area in side])
         for side in (photo, rendering)
     )
-    values = _reckon(np.concatenate([one, two], axis=1), white, scale)
+    values = _differences(np.concatenate([one, two], axis=1), white, scale)
     with np.errstate(divide="ignore", invalid="ignore"):  # regions without light, whose errors are not told
-        errors = standard_errors(lambda both: _reckon(both, white, scale), one, two, *covariances)
+        errors = _standard_errors(lambda both: _differences(both, white, scale), one, two, *covariances)
     parts = delta_e_2000_parts(_lab(one, white), _lab(scale * two, white))
     for place, region in enumerate(regions):
         x, y, xy, ratio, delta_e = (float(value) for value in values[place])
@@ -211,9 +215,9 @@ def _rows(
             float(parts.R_T[place]),
             delta_x_se=se[0],
             delta_y_se=se[1],
-            delta_xy_se=of_length(xy, se[2]),
+            delta_xy_se=_length_error(xy, se[2]),
             luminance_ratio_se=se[3],
-            delta_e_se=of_length(delta_e, se[4]),
+            delta_e_se=_length_error(delta_e, se[4]),
         )
 
 
@@ -224,3 +228,31 @@ def _side(area: AreaMean) -> RegionSide:
 
 def _triple(values: Floats) -> Triple:
     return float(values[0]), float(values[1]), float(values[2])
+
+
+def _standard_errors(
+    differences: Callable[[Floats], Floats],
+    photo_XYZ: Floats,
+    rendering_XYZ: Floats,
+    photo_covariance: Floats,
+    rendering_covariance: Floats,
+) -> Floats:
+    """Return the standard errors (n, m) of ``differences`` (..., 6) -> (..., m), of both XYZ in one; to first order.
+
+    XYZ are (n, 3), covariances (n, 3, 3), NaN where they are not known. The two are taken as independent: where both
+    pictures show one texture at the same places, this is too much rather than too little.
+    """
+    at = np.concatenate([photo_XYZ, rendering_XYZ], axis=1)
+    size = [np.abs(one).max(axis=1, keepdims=True).repeat(3, axis=1) for one in (photo_XYZ, rendering_XYZ)]
+    step = _STEP * np.concatenate(size, axis=1)
+    steps = step[:, :, None] * np.eye(6)
+    # (n, 6, m): how each number changes with each of the six.
+    slope = (differences(at[:, None] + steps) - differences(at[:, None] - steps)) / (2 * step[:, :, None])
+    variance = np.einsum("nim,nij,njm->nm", slope[:, :3], photo_covariance, slope[:, :3])
+    variance += np.einsum("nim,nij,njm->nm", slope[:, 3:], rendering_covariance, slope[:, 3:])
+    return np.asarray(np.sqrt(np.maximum(variance, 0.0)))
+
+
+def _length_error(length: float, se: float | None) -> float | None:
+    """Return the standard error of a length such as ΔE00, None where the length is below two of them."""
+    return se if se is not None and length >= LEAST_Z * se else None

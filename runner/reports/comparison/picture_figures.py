@@ -1,0 +1,154 @@
+"""Both pictures, maps of their differences on one fixed scale (thesis Figure 5.11), and luminance along lines."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from documents.pages.drawing import DEEP, INK, NARROW_IN, WIDE_IN, drawing, svg_of
+from stimuli.comparison.by_pixel import HIGHEST, LONGEST_PX, DifferenceOverview
+from stimuli.comparison.regions import Region
+from stimuli.comparison.rows import Floats, Floats32, Rows, block_means
+
+MOST_PROFILES = 6
+# The patches of a ColorChecker that its grey scale begins and ends with.
+GREYS = (19, 24)
+# Excluded pixels are drawn in this grey, which is not on the scale.
+EXCLUDED_GREY = "#9aa0a6"
+
+
+def map_figure(small: Floats32, label: str) -> str:
+    """Return a reduced map as ``<svg>``, on a scale of ΔE00 0 to 10 with its colour bar; NaN is grey."""
+    from matplotlib import colormaps
+
+    shape = small.shape[0] / small.shape[1]
+    colours = colormaps["viridis"].with_extremes(bad=EXCLUDED_GREY, over="#fff7c2")
+    with drawing("difference-map", WIDE_IN, min(9.0, max(1.6, 6.6 * shape))) as (figure, axes):
+        image = axes.imshow(small, cmap=colours, vmin=0, vmax=HIGHEST, interpolation="nearest", rasterized=True)
+        axes.set_axis_off()
+        bar = figure.colorbar(image, ax=axes, extend="max", fraction=0.04, pad=0.02)
+        bar.set_label("ΔE00", color=INK)
+        bar.ax.tick_params(colors=INK)
+        return svg_of(figure, label)
+
+
+def histogram_figure(overview: DifferenceOverview, limit: float, label: str) -> str:
+    """Return the shares of pixels by ΔE00 as ``<svg>``, with the ``limit`` as a line."""
+    counts, edges = overview.counts, overview.edges
+    with drawing("difference-histogram", NARROW_IN, 2.4) as (figure, axes):
+        axes.stairs(100.0 * counts / max(1, int(counts.sum())), edges, fill=True, color=DEEP, alpha=0.75)
+        axes.axvline(limit, color=INK, linewidth=1, linestyle=(0, (4, 2)))
+        axes.annotate(
+            f"limit {limit:g}",
+            (limit, 1),
+            xycoords=("data", "axes fraction"),
+            xytext=(4, -10),
+            textcoords="offset points",
+            fontsize=8,
+            color=INK,
+        )
+        axes.set(xlim=(0, HIGHEST), xlabel="ΔE00 (the last bar holds all above)", ylabel="% of pixels")
+        axes.spines[["top", "right"]].set_visible(False)
+        return svg_of(figure, label)
+
+
+def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[Region]) -> tuple[tuple[str, str], ...]:
+    """Return the luminance along a line across every plate and along each chart's greys, as names and SVGs."""
+    drawn = []
+    for name, start, end in _lines(regions)[:MOST_PROFILES]:
+        one, two = (_along(picture, start, end) for picture in (photo, rendering))
+        drawn.append((name, profile_figure(one, two, f"Luminance along a line, {name}")))
+    return tuple(drawn)
+
+
+def _lines(regions: Sequence[Region]) -> list[tuple[str, Floats, Floats]]:
+    """Return names and both ends, x and y from the picture's corner: of plates from side to side, of charts the greys'.
+
+    Where there is neither, of the first region.
+    """
+    lines = []
+    for region in regions:
+        if region.kind == "plate" or region.sparkle:
+            lines.append((f"across '{region.name}'", *_across(region.photo_px)))
+        elif region.kind == "patch" and region.number == GREYS[0]:
+            last = next(one for one in regions if one.entry == region.entry and one.number == GREYS[1])
+            ends = region.photo_px.mean(axis=0), last.photo_px.mean(axis=0)
+            lines.append((f"along the greys of '{region.entry}'", *ends))
+    if not lines:
+        lines.append((f"across '{regions[0].name}'", *_across(regions[0].photo_px)))
+    return lines
+
+
+def _across(outline_px: Floats) -> tuple[Floats, Floats]:
+    if len(outline_px) == 4:
+        top_left, top_right, bottom_right, bottom_left = outline_px
+        return (top_left + bottom_left) / 2, (top_right + bottom_right) / 2
+    low, high = outline_px.min(axis=0), outline_px.max(axis=0)
+    middle = (low[1] + high[1]) / 2
+    return np.array([low[0], middle]), np.array([high[0], middle])
+
+
+def _along(picture: Rows, start: Floats, end: Floats) -> Floats:
+    """Return Y along a line; only the rows that it crosses are read."""
+    # Regions count from the corner of a pixel, profiles from its middle.
+    ends = np.array([start, end]) - 0.5
+    top = int(np.clip(np.floor(ends[:, 1].min()), 0, picture.shape[0] - 1))
+    bottom = int(np.clip(np.ceil(ends[:, 1].max()) + 1, top + 1, picture.shape[0]))
+    rows = np.concatenate([picture[at : min(at + 256, bottom)][:, :, 1] for at in range(top, bottom, 256)])
+    (x, y), (other_x, other_y) = (ends - [0.0, top]).tolist()
+    return profile(rows, (x, y), (other_x, other_y))
+
+
+def profile(
+    values: NDArray[np.floating], start_px: tuple[float, float], end_px: tuple[float, float]
+) -> NDArray[np.float64]:
+    """Return the values of an array (height, width) along a line from (x, y) to (x, y), about one per pixel.
+
+    Pixel centres lie at whole numbers; between them the four nearest are weighted by their distance.
+    """
+    from scipy.ndimage import map_coordinates
+
+    count = max(2, int(np.ceil(np.hypot(end_px[0] - start_px[0], end_px[1] - start_px[1]))) + 1)
+    x, y = (np.linspace(start_px[axis], end_px[axis], count) for axis in (0, 1))
+    return np.asarray(map_coordinates(np.asarray(values, dtype=np.float64), [y, x], order=1, mode="nearest"))
+
+
+def profile_figure(photo: NDArray[np.float64], rendering: NDArray[np.float64], label: str) -> str:
+    """Return the luminance of both pictures along a line, (n,) each, as ``<svg>``."""
+    with drawing("profile", WIDE_IN, 2.4) as (figure, axes):
+        axes.plot(photo, color=INK, linewidth=1, label="photograph")
+        axes.plot(rendering, color="#c2571a", linewidth=1, label="rendering")
+        axes.set(xlabel="pixels along the line", ylabel="luminance (cd/m²)", xlim=(0, max(1, len(photo) - 1)))
+        axes.spines[["top", "right"]].set_visible(False)
+        axes.legend(frameon=False, fontsize=8)
+        return svg_of(figure, label)
+
+
+def draw_pictures(photo: Rows, rendering: Rows, white_XYZ: ArrayLike) -> tuple[str, str, float]:
+    """Return both pictures as PNG in data URLs, made smaller in linear light, one white for both, and its luminance.
+
+    White has the colour of ``white_XYZ`` (3,), of any luminance, to which the eye is taken to be adapted; its luminance
+    is the 99.5th percentile of the photograph's, so that some highlights are cut off.
+    """
+    side = max(1, -(-max(photo.shape[:2]) // LONGEST_PX))
+    small = [block_means(picture, side).astype(np.float64) for picture in (photo, rendering)]
+    luminance = float(np.percentile(small[0][..., 1], 99.5))
+    luminance = luminance if luminance > 0 else 1.0
+    white = np.asarray(white_XYZ, dtype=np.float64)
+    white = white / white[1] * luminance
+    first, second = (_png(picture, white) for picture in small)
+    return first, second, luminance
+
+
+def _png(xyz: Floats, white: Floats) -> str:
+    from PIL import Image
+
+    from devices.colour.srgb import srgb
+
+    out = io.BytesIO()
+    Image.fromarray(np.round(255 * srgb(xyz, white)).astype(np.uint8)).save(out, "PNG", optimize=True)
+    return "data:image/png;base64," + base64.b64encode(out.getvalue()).decode("ascii")

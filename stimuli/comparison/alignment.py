@@ -1,0 +1,138 @@
+"""Where a rendering lies on its photograph's grid, and the rendering interpolated there, a band of rows at a time.
+
+Places are in pixels of the middle of a pixel, x to the right and y down; an angle is positive clockwise.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from stimuli.align.homography import mapped, warp
+from stimuli.comparison.rows import Floats, Mask, RowFile, RowsDone
+
+# Displacements below this are not worth an interpolation.
+STILL_PX = 0.02
+# Rows made at a time, and rows beyond those they come from: what a cubic spline looks at fades within these.
+_BAND_ROWS, _BEYOND = 256, 24
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class Alignment:
+    """How the rendering was brought to the photograph's pixels.
+
+    ``matrix`` (3, 3) takes a place of the photograph to the rendering. ``shift_px``, ``rotation_deg`` and ``scale`` are
+    what it does to the photograph's middle, with their standard errors where squares gave them. ``residual_px`` is left
+    after it, None where nothing could be measured. ``start`` says where the first guess came from.
+    """
+
+    matrix: Floats
+    start: str
+    shift_px: tuple[float, float]
+    shift_se_px: tuple[float, float] | None
+    rotation_deg: float
+    rotation_se_deg: float | None
+    scale: float
+    residual_px: float | None
+    squares: int
+    squares_of: int
+    moved: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the numbers by name."""
+        values = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "matrix"}
+        for name in ("shift_px", "shift_se_px"):
+            values[name] = None if values[name] is None else list(values[name])
+        return {**values, "photo_to_rendering": self.matrix.tolist()}
+
+    def sentences(self) -> list[str]:
+        """Return sentences on how the rendering lies."""
+        lines = []
+        ways = [_way(self.shift_px[0], "further right", "further left"), _way(self.shift_px[1], "lower", "higher")]
+        if any(ways):
+            lines.append(f"the rendering lies {' and '.join(way for way in ways if way)} than the photograph")
+        if self.rotation_deg and abs(self.rotation_deg) >= 5e-4:
+            sign = "clockwise" if self.rotation_deg > 0 else "anticlockwise"
+            error = "" if self.rotation_se_deg is None else f" ± {self.rotation_se_deg:.3f}"
+            lines.append(f"the rendering is turned {abs(self.rotation_deg):.3f}{error}° {sign}")
+        if abs(self.scale - 1.0) >= 5e-5:
+            lines.append(f"the rendering is {self.scale:.4f} times as large")
+        return lines
+
+    def remarks(self) -> list[str]:
+        """Return sentences on what the verdict does not mention."""
+        remarks = [f"the rendering is {self.scale:.4f} times as large"] if abs(self.scale - 1.0) >= 5e-5 else []
+        if self.residual_px is None:
+            remarks.append(
+                "how far the pictures lie apart could not be measured: their textures have nothing in common"
+            )
+        return remarks
+
+
+def _way(value: float, more: str, less: str) -> str:
+    return f"{abs(value):.2f} px {more if value >= 0 else less}" if abs(value) >= STILL_PX else ""
+
+
+def resample(
+    rendering: RowFile, alignment: Alignment, size_px: tuple[int, int], rows_done: RowsDone
+) -> tuple[RowFile, Mask]:
+    """Return the rendering on a grid of ``size_px`` across and down, and which of its pixels lie within the rendering.
+
+    In linear light, by a cubic spline; pixels are within only where the spline uses nothing beyond the edge.
+    """
+    width, height = size_px
+    if not alignment.moved:
+        return rendering, np.ones((height, width), dtype=np.bool_)
+    moved, within = RowFile((height, width, 3)), np.empty((height, width), dtype=np.bool_)
+    for first in range(0, height, _BAND_ROWS):
+        last = min(first + _BAND_ROWS, height)
+        within[first:last] = _within(alignment.matrix, first, last, width, rendering.shape)
+        top, bottom = _rows_seen(alignment.matrix, first, last, width, rendering.shape[0])
+        source = rendering[top:bottom]
+        turned = _down(-top) @ alignment.matrix @ _down(first)
+        moved.write(first, warp(source, turned, (width, last - first)).picture)
+        rows_done(last, height)
+    return moved, within
+
+
+def resample_flags(flags: Mask, alignment: Alignment, size_px: tuple[int, int]) -> Mask:
+    """Return flags (height, width) of the rendering on that grid; a pixel is flagged if one that it comes from is."""
+    width, height = size_px
+    if not alignment.moved:
+        return flags
+    from scipy.ndimage import maximum_filter
+
+    wide = maximum_filter(flags, 3)
+    found = np.zeros((height, width), dtype=np.bool_)
+    for first in range(0, height, _BAND_ROWS):
+        last = min(first + _BAND_ROWS, height)
+        places = np.round(_places(alignment.matrix, first, last, width)).astype(np.int64)
+        x, y = places[..., 0], places[..., 1]
+        inside = (x >= 0) & (x < flags.shape[1]) & (y >= 0) & (y < flags.shape[0])
+        part = found[first:last]
+        part[inside] = wide[y[inside], x[inside]]
+    return found
+
+
+def _places(matrix: Floats, first: int, last: int, width: int) -> Floats:
+    columns, rows = np.arange(width, dtype=np.float64), np.arange(first, last, dtype=np.float64)
+    return mapped(matrix, np.stack(np.meshgrid(columns, rows), axis=-1))
+
+
+def _within(matrix: Floats, first: int, last: int, width: int, shape: tuple[int, ...]) -> Mask:
+    places = _places(matrix, first, last, width)
+    x, y = places[..., 0], places[..., 1]
+    return np.asarray((x >= 1) & (x <= shape[1] - 2) & (y >= 1) & (y <= shape[0] - 2))
+
+
+def _rows_seen(matrix: Floats, first: int, last: int, width: int, height: int) -> tuple[int, int]:
+    corners = np.array([[0, first], [width - 1, first], [0, last - 1], [width - 1, last - 1]], dtype=np.float64)
+    y = mapped(matrix, corners)[:, 1]
+    top = int(np.clip(np.floor(y.min()) - _BEYOND, 0, height - 1))
+    return top, int(np.clip(np.ceil(y.max()) + _BEYOND + 1, top + 1, height))
+
+
+def _down(by: float) -> Floats:
+    return np.array([[1.0, 0.0, 0.0], [0.0, 1.0, by], [0.0, 0.0, 1.0]])

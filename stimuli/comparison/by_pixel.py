@@ -1,0 +1,159 @@
+"""ΔE00 pixel by pixel, and what it comes to: two pictures go through a few rows at a time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from stimuli.comparison.areas import inside, window
+from stimuli.comparison.regions import Region
+from stimuli.comparison.rows import Floats32, Mask, Rows, RowsDone, bands
+from stimuli.errors import StimulusError
+
+# The scale of every map and histogram, so that two can be compared; the thesis's.
+HIGHEST = 10.0
+# A map is drawn with at most so many pixels along its longer side, each the mean of those it stands for.
+LONGEST_PX = 900
+
+
+@dataclass(frozen=True, slots=True)
+class DifferenceSummary:
+    """ΔE00 over the ``pixels`` that were compared; ``above_limit_percent`` of them differ by more than ``limit``."""
+
+    pixels: int
+    mean: float
+    median: float
+    p95: float
+    p99: float
+    largest: float
+    limit: float
+    above_limit_percent: float
+
+    def to_json(self) -> dict[str, float]:
+        """Return the numbers by name."""
+        return asdict(self)
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class DifferenceOverview:
+    """A map of ΔE00 made small enough to draw, and how many of the compared pixels differ by how much.
+
+    ``reduced`` holds means over square blocks, NaN where a block has no pixel within the rendering. ``counts``, (n,),
+    are pixels between two of the ``edges``, (n + 1,); the last also holds all that lies above.
+    """
+
+    reduced: Floats32
+    counts: NDArray[np.int64]
+    edges: NDArray[np.float64]
+
+
+def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done: RowsDone | None = None) -> Floats32:
+    """Return ΔE00, float32, (height, width), between two pictures in XYZ, (height, width, 3) each.
+
+    ``white_XYZ``, shape (3,), is what CIELAB is relative to, in the pictures' unit. Light below 0, as a sensor's
+    noise makes it, counts as none.
+
+    Raises
+    ------
+    StimulusError
+        If the pictures differ in size, or hold what is no finite number.
+    """
+    if tuple(photo.shape) != tuple(rendering.shape) or len(photo.shape) != 3 or photo.shape[2] != 3:
+        raise StimulusError(
+            f"the pictures' shapes are {tuple(photo.shape)} and {tuple(rendering.shape)}; "
+            "they must be one (height, width, 3): bring them to one grid first"
+        )
+    height, width = photo.shape[:2]
+    out = np.empty((height, width), dtype=np.float32)
+    bad = 0
+    for band in bands(photo.shape):
+        rows = (photo[band], rendering[band])
+        finite = np.isfinite(rows[0]).all(axis=-1) & np.isfinite(rows[1]).all(axis=-1)
+        bad += finite.size - int(np.count_nonzero(finite))
+        if not bad:
+            first, second = (xyz_to_lab(np.maximum(one, 0.0), white_XYZ) for one in rows)
+            out[band] = delta_e_2000(first, second)
+        if rows_done is not None:
+            rows_done(band.stop, height)
+    if bad:
+        raise StimulusError(f"{bad} pixels cannot be compared: one of the pictures holds NaN or infinity there")
+    return out
+
+
+def summarise(delta_e: Floats32, limit: float, compared: Mask | None = None) -> DifferenceSummary:
+    """Return what the ΔE00 of a map, (height, width), come to where ``compared`` is true (everywhere without it).
+
+    Raises
+    ------
+    StimulusError
+        If no pixel is compared.
+    """
+    values = delta_e.ravel() if compared is None else delta_e[compared]
+    if values.size == 0:
+        raise StimulusError("no pixel is left to compare: all are excluded")
+    median, p95, p99 = (float(value) for value in np.percentile(values, [50, 95, 99]))
+    return DifferenceSummary(
+        pixels=int(values.size),
+        mean=float(values.mean(dtype=np.float64)),
+        median=median,
+        p95=p95,
+        p99=p99,
+        largest=float(values.max()),
+        limit=limit,
+        above_limit_percent=100.0 * float(np.count_nonzero(values > limit)) / values.size,
+    )
+
+
+def overview(delta_e: Floats32, within: Mask | None = None, compared: Mask | None = None) -> DifferenceOverview:
+    """Return a map, (height, width), reduced to what lies ``within``, and the histogram of what is ``compared``."""
+    return DifferenceOverview(reduced(delta_e, within), *histogram(delta_e, compared))
+
+
+def reduced(delta_e: Floats32, compared: Mask | None = None, longest_px: int = LONGEST_PX) -> Floats32:
+    """Return a map, (height, width), as means over square blocks: NaN where a block has no compared pixel."""
+    size = max(1, -(-max(delta_e.shape) // longest_px))
+    rows, columns = np.arange(0, delta_e.shape[0], size), np.arange(0, delta_e.shape[1], size)
+
+    def sums(values: NDArray[np.generic]) -> NDArray[np.float64]:
+        along = np.add.reduceat(values, rows, axis=0, dtype=np.float64)
+        return np.asarray(np.add.reduceat(along, columns, axis=1))
+
+    if compared is None:
+        counts = np.outer(np.diff([*rows, delta_e.shape[0]]), np.diff([*columns, delta_e.shape[1]])).astype(float)
+        total = sums(delta_e)
+    else:
+        counts = sums(compared)
+        total = sums(np.where(compared, delta_e, np.float32(0)))
+    means = np.divide(total, counts, out=np.full(counts.shape, np.nan), where=counts > 0)
+    return np.asarray(means, dtype=np.float32)
+
+
+def histogram(
+    delta_e: Floats32, compared: Mask | None = None, *, bins: int = 100, highest: float = HIGHEST
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    """Return how many pixels lie in each of ``bins`` from 0 to ``highest`` ΔE00, (bins,), and the edges, (bins + 1,).
+
+    The last bin also holds all that lies above.
+    """
+    values = delta_e.ravel() if compared is None else delta_e[compared]
+    counts, edges = np.histogram(np.minimum(values, np.float32(highest)), bins, (0.0, highest))
+    return counts.astype(np.int64), edges
+
+
+def seen_regions(delta_e: Floats32, regions: Sequence[Region]) -> dict[str, float]:
+    """Return the mean ΔE00 over each region's pixels, by name, of a map (height, width) on the photograph's grid.
+
+    Regions without a pixel are left out.
+    """
+    means = {}
+    for region in regions:
+        at = window(region.photo_px, delta_e.shape)
+        values = delta_e[at][inside(region.photo_px, *at)]
+        if values.size:
+            means[region.name] = float(values.mean(dtype=np.float64))
+    return means

@@ -1,0 +1,149 @@
+"""From two pictures and their placed regions to the region table: one pass over each."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from devices.chart.layout import COLORCHECKER
+from devices.colour.white_points import white_point
+from documents import Finding
+from stimuli.comparison.areas import AreaMean, area_means
+from stimuli.comparison.charts import check_charts
+from stimuli.comparison.regions import PlacedRegions
+from stimuli.comparison.regions_file import RegionsFile
+from stimuli.comparison.rows import Floats, Mask, Rows, RowsDone
+from stimuli.comparison.table import RegionTable, region_table
+from stimuli.errors import StimulusError
+
+
+@dataclass(frozen=True, slots=True)
+class ComparedRegions:
+    """The table, and remarks, a sentence each."""
+
+    table: RegionTable
+    said: tuple[str, ...]
+
+
+def compare_regions(
+    photo: Rows,
+    rendering: Rows,
+    placed: PlacedRegions,
+    regions: RegionsFile,
+    *,
+    white_XYZ: ArrayLike | None = None,
+    display_white_cd_m2: float | None = None,
+    scaled_by: float | None = None,
+    photo_saturated: Mask | None = None,
+    rendering_saturated: Mask | None = None,
+    safe_luminance_cd_m2: tuple[float, float] | None = None,
+    rows_done: RowsDone | None = None,
+) -> ComparedRegions:
+    """Return what the ``placed`` regions of two pictures in XYZ, (height, width, 3), differ by.
+
+    Without ``white_XYZ``, (3,), the white is that of `choose_white`. ``scaled_by`` takes the place of the factor that
+    the regions file lets undo, where it is known from more than these two pictures. ``safe_luminance_cd_m2`` is the
+    camera's for this exposure. The pictures need not be of one size where the regions were placed in each.
+
+    Raises
+    ------
+    StimulusError
+        As `check_charts` and `area_means` do, or if the white's luminance is not known.
+    """
+    said = [
+        *check_charts(photo, placed.charts, "photograph", photo_saturated, regions.file),
+        *check_charts(rendering, placed.charts, "rendering", rendering_saturated, regions.file),
+    ]
+    total = photo.shape[0] + rendering.shape[0]
+
+    def after(start: int) -> RowsDone | None:
+        return None if rows_done is None else lambda done, _: rows_done(start + done, total)
+
+    outlines = [[(one.name, px) for one, px in zip(placed.regions, side, strict=True)] for side in _sides(placed)]
+    least = regions.spec.least_pixels
+    one = area_means(photo, outlines[0], photo_saturated, least_pixels=least, what="photograph", rows_done=after(0))
+    two = area_means(
+        rendering,
+        outlines[1],
+        rendering_saturated,
+        least_pixels=least,
+        what="rendering",
+        rows_done=after(photo.shape[0]),
+    )
+    if white_XYZ is None:
+        white_XYZ, told = choose_white(regions, placed, one, display_white_cd_m2)
+        said.append(told)
+    table = region_table(
+        placed.regions,
+        one,
+        two,
+        white_XYZ,
+        luminance=regions.spec.luminance,
+        safe_luminance_cd_m2=safe_luminance_cd_m2,
+        most_saturated_share=regions.spec.most_saturated_share,
+        scaled_by=scaled_by,
+    )
+    return ComparedRegions(table, tuple(said))
+
+
+def _sides(placed: PlacedRegions) -> tuple[list[np.ndarray], list[np.ndarray]]:
+    return [one.photo_px for one in placed.regions], [one.rendering_px for one in placed.regions]
+
+
+# The white patch of a ColorChecker begins its last row.
+_WHITE_PATCH = 3 * COLORCHECKER.columns + 1
+
+
+def choose_white(
+    regions: RegionsFile, placed: PlacedRegions, areas: Sequence[AreaMean], display_white_cd_m2: float | None
+) -> tuple[Floats, str]:
+    """Return the white of CIELAB, XYZ (3,), and a sentence on where its luminance comes from.
+
+    It is the first of these that is there: what the regions file gives, the photograph's mean over the region that it
+    names, over a chart's white patch, the white of the display that the pictures are seen on, and the photograph's
+    brightest region. ``areas`` are the photograph's. Saturated patches and regions are not taken where there are
+    others, nor is a display's white that a region outshines.
+
+    Raises
+    ------
+    StimulusError
+        If that is no light.
+    """
+    luminance, where = _luminance(regions, placed, areas, display_white_cd_m2)
+    if not (np.isfinite(luminance) and luminance > 0):
+        raise StimulusError(
+            Finding("the photograph holds no light to be white", regions.file, remedy="give 'white_luminance_cd_m2'")
+        )
+    white = regions.spec.white
+    return white_point(white, luminance), f"white is {white} at {luminance:.4g} cd/m², {where}"
+
+
+def _luminance(
+    regions: RegionsFile, placed: PlacedRegions, areas: Sequence[AreaMean], display: float | None
+) -> tuple[float, str]:
+    spec = regions.spec
+    if spec.white_luminance_cd_m2 is not None:
+        return spec.white_luminance_cd_m2, "given"
+    means = [float(area.XYZ[1]) for area in areas]
+    if spec.white_region is not None:
+        place = [one.name for one in placed.regions].index(spec.white_region)
+        return means[place], f"the photograph's of '{spec.white_region}'"
+    usable = [place for place, area in enumerate(areas) if area.saturated_share <= spec.most_saturated_share]
+    charts = {chart.entry for chart in placed.charts}
+    patches = [
+        place
+        for place in usable
+        if placed.regions[place].number == _WHITE_PATCH
+        and placed.regions[place].kind == "patch"
+        and placed.regions[place].entry in charts
+    ]
+    if patches:
+        place = max(patches, key=lambda one: means[one])
+        return means[place], f"that of the chart's white patch, '{placed.regions[place].name}'"
+    brightest = max(usable or range(len(areas)), key=lambda one: means[one])
+    if display is not None and display >= means[brightest]:
+        return display, "the display's"
+    return means[brightest], f"that of the brightest region, '{placed.regions[brightest].name}'"

@@ -1,0 +1,201 @@
+"""Bring a rendering onto its photograph: shifted, turned, larger, or between four corners.
+
+A first guess comes from four corners, from one shift for the whole (phase correlation), or, where that fails, from
+features that both have, at any angle [Lowe2004]. Then squares spread over the picture are registered each on its own
+to a fraction of a pixel, and a shift, or a similarity if the squares ask for one, is fitted to their displacements.
+The displacements that are left afterwards give the residual.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from documents import Finding
+from stimuli.align.homography import homography_from_points, mapped
+from stimuli.comparison.alignment import STILL_PX, Alignment
+from stimuli.comparison.charts import Side, check_charts
+from stimuli.comparison.first_guess import guess_alignment, sizes_differ
+from stimuli.comparison.pictures import View
+from stimuli.comparison.regions import corner_pairs, place_regions
+from stimuli.comparison.regions_file import RegionsFile
+from stimuli.comparison.results import CompareOptions, Registering
+from stimuli.comparison.rows import Floats, RowFile
+from stimuli.comparison.squares import LEAST_SQUARES, SquareShifts, fit_similarity, measure_squares, middle
+from stimuli.errors import StimulusError
+
+# A rendering that is turned further is refused: it was made another way round.
+MOST_TURN_DEG = 45.0
+_ROUNDS = 5
+
+
+def register_views(photo: View, rendering: View, file: str, regions: RegionsFile, options: CompareOptions) -> Alignment:
+    """Return where the rendering, read from ``file``, lies.
+
+    Raises
+    ------
+    StimulusError
+        If that is not known closely enough, or a chart lies another way round.
+    """
+    try:
+        alignment = align(photo.xyz, rendering.xyz, options.register, _corners(photo, rendering, regions, options))
+        _refuse_bad_alignment(alignment, file, regions, options.register)
+    except StimulusError:
+        _refuse_turned_charts(photo, rendering, regions)
+        raise
+    return alignment
+
+
+def _corners(
+    photo: View, rendering: View, regions: RegionsFile, options: CompareOptions
+) -> tuple[Floats, Floats] | None:
+    """Return four places or more of both pictures, counted from the middle of a pixel; None where none are needed."""
+    corners = options.corners_px
+    if options.register == "corners" and corners is None:
+        corners = corner_pairs(regions, photo.xyz.shape, rendering.xyz.shape)
+        if corners is None:
+            raise StimulusError(
+                Finding(
+                    "no corners are given for both pictures",
+                    regions.file,
+                    remedy="give 'corners' and 'rendering_corners', or say --photo-corners and --rendering-corners",
+                )
+            )
+    # Regions count from the corner of a pixel, alignment from its middle.
+    return None if corners is None else (corners[0] - 0.5, corners[1] - 0.5)
+
+
+def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile, register: Registering) -> None:
+    if abs(alignment.rotation_deg) > MOST_TURN_DEG:
+        raise StimulusError(
+            Finding(
+                f"the rendering is turned by {alignment.rotation_deg:.1f}° against the photograph",
+                file,
+                remedy="turn it upright, or give corners that say so",
+            )
+        )
+    most = regions.limits.registration_residual_px
+    if alignment.residual_px is not None and alignment.residual_px > most:
+        where = "; ".join(alignment.sentences())
+        raise StimulusError(
+            Finding(
+                f"photograph and rendering lie {alignment.residual_px:.2g} px apart, more than {most:g} px"
+                + (f": {where}" if where else ""),
+                file,
+                remedy="let them be registered with --register auto"
+                if register == "none"
+                else "check that they show the same; or raise the limit 'registration_residual_px'",
+            )
+        )
+
+
+def _refuse_turned_charts(photo: View, rendering: View, regions: RegionsFile) -> None:
+    """Where two pictures of one size do not fit, say so if that is because a chart lies another way round."""
+    if photo.xyz.shape != rendering.xyz.shape:
+        return
+    charts = place_regions(regions, photo.xyz.shape).charts
+    sides: tuple[tuple[View, Side], ...] = ((photo, "photograph"), (rendering, "rendering"))
+    for view, side in sides:
+        try:
+            check_charts(view.xyz, charts, side, view.saturated, regions.file)
+        except StimulusError as error:
+            # Pictures that do not fit may well show other colours where the chart should be: no reason by itself.
+            turned = [finding for finding in error.findings if finding.message.startswith("the chart ")]
+            if turned:
+                raise StimulusError(turned) from None
+
+
+def align(
+    photo: RowFile, rendering: RowFile, register: Registering, corners: tuple[Floats, Floats] | None = None
+) -> Alignment:
+    """Return where ``rendering`` lies; ``corners`` are four places (4, 2) of either, for ``register`` "corners".
+
+    Raises
+    ------
+    StimulusError
+        If the sizes differ and ``register`` is "none", or no alignment was found.
+    """
+    if register == "none":
+        if photo.shape != rendering.shape:
+            raise sizes_differ(
+                photo, rendering, "let them be registered (--register auto or corners), or crop them alike"
+            )
+        still = np.eye(3)
+        return _alignment(
+            still, "as they are", measure_squares(photo, rendering, still), None, photo.shape, moved=False
+        )
+    if register == "corners":
+        if corners is None:
+            raise StimulusError(Finding("no corners are given", remedy="say --photo-corners and --rendering-corners"))
+        return _refined(photo, rendering, homography_from_points(*corners).matrix, "corners")
+    return _refined(photo, rendering, *guess_alignment(photo, rendering))
+
+
+def _refined(photo: RowFile, rendering: RowFile, matrix: Floats, start: str) -> Alignment:
+    """Fit a shift, or a similarity, to the squares until they ask for no more."""
+    errors: Floats | None = None
+    turned = start != "shift"
+    if photo.shape == rendering.shape and _reach(matrix, photo.shape) < STILL_PX:
+        matrix = np.eye(3)
+    shifts = measure_squares(photo, rendering, matrix)
+    for _ in range(_ROUNDS):
+        if len(shifts.middle_px) < LEAST_SQUARES:
+            break
+        fit = fit_similarity(shifts, photo.shape)
+        turned = turned or fit.turns(photo.shape)
+        step, errors = fit.matrix(turned, photo.shape), fit.errors(turned)
+        if _reach(step, photo.shape) < STILL_PX / 4:
+            break
+        candidate = np.asarray(matrix @ step)
+        measured = measure_squares(photo, rendering, candidate)
+        before, after = shifts.residual_px, measured.residual_px
+        if before is not None and (after is None or after > before):
+            break
+        matrix, shifts = candidate / candidate[2, 2], measured
+    still = photo.shape == rendering.shape and _reach(matrix, photo.shape) < STILL_PX
+    if still:
+        # As good as where it was: nothing is interpolated.
+        if not np.array_equal(matrix, np.eye(3)):
+            shifts = measure_squares(photo, rendering, np.eye(3))
+        matrix = np.eye(3)
+    return _alignment(matrix, start, shifts, errors, photo.shape, moved=not still)
+
+
+def _alignment(
+    matrix: Floats, start: str, shifts: SquareShifts, errors: Floats | None, shape: tuple[int, ...], *, moved: bool
+) -> Alignment:
+    centre = middle(shape)
+    step = 0.5
+    across = mapped(matrix, centre + [step, 0]) - mapped(matrix, centre - [step, 0])
+    down = mapped(matrix, centre + [0, step]) - mapped(matrix, centre - [0, step])
+    shift = mapped(matrix, centre) - centre
+    if not moved and len(shifts.middle_px) >= LEAST_SQUARES:
+        fit = fit_similarity(shifts, shape)
+        shift = np.where(np.abs(fit.values[:2]) > 0, fit.values[:2], shift)
+        errors = fit.errors(True)
+        rotation = float(np.degrees(fit.values[3])) if fit.turns(shape) else 0.0
+        scale = 1.0 + (float(fit.values[2]) if fit.turns(shape) else 0.0)
+    else:
+        rotation = float(np.degrees(np.arctan2(across[1] - down[0], across[0] + down[1])))
+        scale = float(np.sqrt(abs(across[0] * down[1] - across[1] * down[0])))
+    # The angle of a matrix is that of where things lie; an angle of rounding errors is none.
+    rotation = 0.0 if abs(rotation) < 1e-9 else rotation
+    return Alignment(
+        matrix,
+        start,
+        (float(shift[0]), float(shift[1])),
+        None if errors is None else (float(errors[0]), float(errors[1])),
+        rotation,
+        None if errors is None or not np.isfinite(errors[3]) else float(np.degrees(errors[3])),
+        1.0 if abs(scale - 1.0) < 1e-9 else scale,
+        shifts.residual_px,
+        len(shifts.middle_px),
+        shifts.of,
+        moved,
+    )
+
+
+def _reach(matrix: Floats, shape: tuple[int, ...]) -> float:
+    """Return how far ``matrix`` moves the corner that it moves farthest."""
+    height, width = shape[:2]
+    corners = np.array([[0.0, 0.0], [width - 1, 0.0], [0.0, height - 1], [width - 1, height - 1]])
+    return float(np.abs(mapped(matrix, corners) - corners).max())

@@ -1,0 +1,124 @@
+"""Pictures that are read a few rows at a time, so that none needs to be whole in memory."""
+
+from __future__ import annotations
+
+import tempfile
+import weakref
+from collections.abc import Callable, Iterator
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Floats = NDArray[np.float64]
+Floats32 = NDArray[np.float32]
+Mask = NDArray[np.bool_]
+# Called with how many rows of how many are done.
+RowsDone = Callable[[int, int], None]
+
+# Pixels worked on at a time: some tens of megabytes of intermediate values.
+BAND_PIXELS = 1 << 19
+
+
+class Rows(Protocol):
+    """A picture of shape (height, width, 3) whose rows are read by slicing; an array is one, and so is `RowFile`."""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Height, width and 3."""
+        ...
+
+    def __getitem__(self, rows: slice, /) -> NDArray[np.floating]:
+        """Return those rows, shape (rows, width, 3)."""
+        ...
+
+
+def bands(shape: tuple[int, ...]) -> Iterator[slice]:
+    """Return slices that go through the rows of a picture of ``shape``, some `BAND_PIXELS` pixels each."""
+    height, width = shape[:2]
+    rows = max(1, BAND_PIXELS // max(width, 1))
+    return (slice(start, min(start + rows, height)) for start in range(0, height, rows))
+
+
+def block_means(picture: Rows, side: int, channels: int | slice = slice(None)) -> Floats32:
+    """Return the means over squares of ``side`` pixels, of one channel or several; incomplete squares are left out."""
+    height, width = picture.shape[:2]
+    rows, columns = height // side, width // side
+    means = np.empty((rows, columns) if isinstance(channels, int) else (rows, columns, 3), dtype=np.float32)
+    group = max(1, BAND_PIXELS // (width * side))
+    for first in range(0, rows, group):
+        last = min(first + group, rows)
+        part = picture[first * side : last * side][:, : columns * side, channels]
+        means[first:last] = part.reshape(last - first, side, columns, side, *part.shape[2:]).mean(axis=(1, 3))
+    return means
+
+
+class RowFile:
+    """A picture in XYZ in cd/m², float32 (height, width, 3), in a temporary file that is deleted with this object.
+
+    Rows are read and written, not mapped: the memory of a mapped file would count as this program's.
+    """
+
+    def __init__(self, shape: tuple[int, int, int]) -> None:
+        self._shape = shape
+        self._file = tempfile.TemporaryFile(prefix="cyclopean-compare-", buffering=0)  # noqa: SIM115  # open as long as this
+        weakref.finalize(self, self._file.close)
+        self._row_bytes = shape[1] * shape[2] * 4
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Height, width and 3."""
+        return self._shape
+
+    def __getitem__(self, rows: slice, /) -> Floats32:
+        """Return those rows, (rows, width, 3)."""
+        start, stop, step = rows.indices(self._shape[0])
+        if step != 1:
+            raise ValueError("rows are read one after another")
+        found = np.empty((max(0, stop - start), *self._shape[1:]), dtype=np.float32)
+        if not found.size:
+            return found
+        view = found.data.cast("B")
+        self._file.seek(start * self._row_bytes)
+        done = 0
+        while done < len(view):
+            read = self._file.readinto(view[done:])
+            if not read:
+                raise OSError("a picture's rows were read before they were written")
+            done += read
+        return found
+
+    def write(self, first: int, rows: NDArray[np.floating]) -> None:
+        """Put ``rows`` (n, width, 3) where row ``first`` begins."""
+        view = np.ascontiguousarray(rows, dtype=np.float32).data.cast("B")
+        self._file.seek(first * self._row_bytes)
+        done = 0
+        while done < len(view):
+            done += self._file.write(view[done:])
+
+    @classmethod
+    def of(cls, picture: NDArray[np.floating]) -> RowFile:
+        """Return a copy of an array (height, width, 3)."""
+        height, width, _ = picture.shape
+        copy = cls((height, width, 3))
+        for band in bands(copy.shape):
+            copy.write(band.start, picture[band])
+        return copy
+
+
+class ScaledRows:
+    """A picture times ``factor``, as its rows are read."""
+
+    def __init__(self, picture: Rows, factor: float = 1.0) -> None:
+        self._picture = picture
+        self.factor = factor
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Height, width and 3."""
+        return self._picture.shape
+
+    def __getitem__(self, rows: slice, /) -> Floats32:
+        """Return those rows, float32 (rows, width, 3)."""
+        part = np.asarray(self._picture[rows], dtype=np.float32)
+        return part if self.factor == 1.0 else part * np.float32(self.factor)
