@@ -140,9 +140,11 @@ def histogram(
 
     The last bin also holds all that lies above.
     """
-    values = delta_e.ravel() if compared is None else delta_e[compared]
-    counts, edges = np.histogram(np.minimum(values, np.float32(highest)), bins, (0.0, highest))
-    return counts.astype(np.int64), edges
+    counts = np.zeros(bins, dtype=np.int64)
+    for band in bands(delta_e.shape):
+        values = delta_e[band].ravel() if compared is None else delta_e[band][compared[band]]
+        counts += np.histogram(np.minimum(values, highest, dtype=np.float64), bins, (0.0, highest))[0]
+    return counts, np.linspace(0.0, highest, bins + 1)
 
 
 def seen_regions(delta_e: Floats32, regions: Sequence[Region]) -> dict[str, float]:
