@@ -23,7 +23,8 @@ from runner.blocks.block import (
     chosen,
     name_faults,
 )
-from runner.blocks.layouts import PairLayout
+from runner.blocks.field_types import Seconds, ShortSeconds
+from runner.blocks.layout import PairLayout
 from runner.blocks.message import page
 from runner.blocks.pair_choice import Gain, PairChooser
 from runner.blocks.pair_views import SimultaneousView, Ties
@@ -32,7 +33,6 @@ from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene
-from runner.protocol.parts import Seconds, ShortSeconds
 
 _FIRST_SHARE = {"first": 1.0, "second": 0.0}  # of a win; any other answer prefers neither and is half a win for each
 
@@ -80,6 +80,11 @@ class ActivePairs(Block):
     def view(self) -> SimultaneousView:
         """How the two are shown."""
         return SimultaneousView(self.layout, self.question, self.style, self.ties, self.reference)
+
+    @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Where the pictures stand."""
+        return self.layout.places_px
 
     def steps(self) -> Steps:
         """Choose a batch, ask for its pairs and record each answer, until there are enough."""
@@ -186,10 +191,6 @@ class ActivePairsSpec(BlockSpec):
         if self.batch is not None and self.batch > max(1, count // 2):
             what = f"a batch of {self.batch} pairs cannot hold each of {count} stimuli once at most"
             yield Fault(what, ("batch",), f"make it {max(1, count // 2)} or less, or leave it out")
-
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return where the pictures stand."""
-        return setting.pair_layout().places_px
 
     def _trials(self, count: int) -> int:
         return self.trials or -(-count * (self.trials_per_stimulus or 0) // 2)

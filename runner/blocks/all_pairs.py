@@ -23,7 +23,8 @@ from runner.blocks.block import (
     name_faults,
 )
 from runner.blocks.catch_trials import CatchSpec, CatchTrials, Comparison, mix_in
-from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.field_types import Seconds, ShortSeconds
+from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import pair_order
 from runner.blocks.pair_views import SEQUENCE_WORDS, SequenceView, SimultaneousView, Ties, present
@@ -33,7 +34,6 @@ from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Picture, Scene, Text
-from runner.protocol.parts import Seconds, ShortSeconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -164,6 +164,12 @@ class AllPairs(Block):
             return pairs
         return mix_in(pairs, self.catch, self.stimuli, self.seed, self.order_seed, flip=self.flip_sides)
 
+    @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Where the pictures stand, in the pairs and above the scales."""
+        rated = self.ratings.layout.places_px if self.ratings else ()
+        return (*self.layout.places_px, *rated)
+
     def steps(self) -> Steps:
         """Ask for every pair and record each answer."""
         view, trials = self.view, self.comparisons()
@@ -292,11 +298,6 @@ class AllPairsSpec(BlockSpec):
         if self.catch and not wrong:
             yield from self.catch.faults(stimuli, self._pairs(stimuli))
         yield from scale_faults(self.ratings, "ratings")
-
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return where the pictures stand."""
-        places = self._layout(setting).places_px
-        return (*places, *setting.single_layout().places_px) if self.ratings else places
 
     def _layout(self, setting: Setting) -> PairLayout | SingleLayout:
         return setting.single_layout() if self.presentation == "sequence" else setting.pair_layout()

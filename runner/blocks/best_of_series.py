@@ -11,7 +11,8 @@ from pydantic import Discriminator, Field, PositiveInt, Tag
 
 from documents.yaml.load import Strict
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Response, Steps, answer, name_faults
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.field_types import Line
+from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import spaced
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
@@ -21,7 +22,6 @@ from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Browse
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene
-from runner.protocol.parts import Line
 
 SIMILARITY = Scale(
     "similarity",
@@ -116,6 +116,11 @@ class BestOfSeries(Block):
                 else:
                     keys.setdefault(key, meaning)
         return keys
+
+    @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Where the pictures stand."""
+        return self.layout.places_px
 
     def steps(self) -> Steps:
         """Let every series be gone through, and record each choice with its ratings."""
@@ -316,10 +321,6 @@ class BestOfSeriesSpec(BlockSpec):
                 yield Fault(f"the stimulus '{without[0]}' has no factor '{key}'", ("series", *place), remedy)
         if all(key in known for _, key in places):
             yield from self._alike(stimuli, self.series.order)
-
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return where the pictures stand."""
-        return setting.single_layout().places_px
 
     def _alike(self, stimuli: Stimuli, order: str) -> Iterator[Fault]:
         """Yield series that are too short, or of which two pictures have the same place."""

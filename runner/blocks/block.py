@@ -86,6 +86,11 @@ class Block(ABC):
         return {}
 
     @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Where it shows stimuli, as offsets from the middle of each eye's view."""
+        return ()
+
+    @property
     def pictures(self) -> Mapping[str, Callable[[], StereoImage]]:
         """Pictures of its own making, by the names that its scenes show them by."""
         return {}
@@ -121,25 +126,19 @@ class BlockSpec(Strict):
 
     @abstractmethod
     def make(self, setting: Setting) -> Block:
-        """Return the block as the observer of ``setting`` meets it; `faults` has found none."""
+        """Return the block as the observer of ``setting`` meets it, also where `faults` finds some.
+
+        Raises
+        ------
+        LayoutError
+            If something does not fit an eye's view.
+        SessionError
+            If the rig cannot show it.
+        """
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield what is wrong with it beyond its own keys: stimuli that there are not, or that do not suit it."""
         yield from ()
-
-    def rig_faults(self, setting: Setting) -> Iterator[Fault]:
-        """Yield what the rig of ``setting`` cannot show of it, beside its layout."""
-        yield from ()
-
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return where it shows stimuli, as offsets from the middle of each eye's view.
-
-        Raises
-        ------
-        InputError
-            If something does not fit, about the experiment's ``layout``.
-        """
-        return ()
 
 
 def chosen(some: Some, stimuli: Stimuli) -> tuple[str, ...]:

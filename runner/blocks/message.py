@@ -6,11 +6,11 @@ from dataclasses import dataclass
 from typing import Literal
 
 from runner.blocks.block import Block, BlockSpec, Draft, Steps, answer
+from runner.blocks.field_types import Words
 from runner.blocks.setting import Setting
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.ports import Ask
 from runner.presenter.scene import Scene
-from runner.protocol.parts import Words
 
 CONTINUE_KEYS = {"space": "continue", "enter": "continue", "pad_a": "continue"}
 _TYPE, _LINE, _LETTERS_PER_LINE = 26, 34, 62

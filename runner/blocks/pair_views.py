@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from runner.blocks.block import Hold, Response, answer
-from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import CONTINUE_KEYS
 from runner.blocks.style import Style
 from runner.ports import Ask, Target

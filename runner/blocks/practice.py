@@ -80,6 +80,11 @@ class Practice(Block):
         """Those of the block."""
         return self.block.pictures
 
+    @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Those of the block."""
+        return self.block.places_px
+
     def steps(self) -> Steps:
         """Run the block, trial by trial, until that is enough."""
         inner = self.block.steps()
@@ -168,7 +173,3 @@ class PracticeSpec(BlockSpec):
             yield Fault(f"until looks at {self.until.of} answers, of {self.trials}", ("until", "of"), "raise trials")
         for fault in self.block.faults(stimuli):
             yield Fault(fault.message, ("block", *fault.path), fault.remedy)
-
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return where the block shows stimuli."""
-        return self.block.places_px(setting)

@@ -15,7 +15,8 @@ from pydantic import Field, PositiveInt, model_validator
 
 from runner.blocks.all_pairs import BLANK_BETWEEN_S
 from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Hold, Steps, answer, name_faults
-from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.field_types import Line, Seconds, ShortSeconds
+from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import spread
 from runner.blocks.pair_views import SEQUENCE_WORDS, SequenceView, SimultaneousView, present
@@ -24,7 +25,6 @@ from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Compare
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene
-from runner.protocol.parts import Line, Seconds, ShortSeconds
 
 View = Literal["stereo", "flat"]
 _OWN_PACE_S = 3.0
@@ -100,6 +100,11 @@ class Preference(Block):
             order += part
             stereo_first += [bool((sides[picture[pair]] + repeat) % 2) != self.flip_sides for pair in part]
         return [(self.versions[picture[pair]], first) for pair, first in zip(order, stereo_first, strict=True)]
+
+    @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Where the pictures stand."""
+        return self.layout.places_px
 
     def steps(self) -> Steps:
         """Show both versions of each picture, ask, and record the answer."""
@@ -221,10 +226,6 @@ class PreferenceSpec(BlockSpec):
                 known = stimuli.factors.get(name, {}).get("view")
                 if known is not None and known != view:
                     yield Fault(f"'{name}' is {known}, not {view}", ("pairs", index, place), remedy)
-
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return where the pictures stand."""
-        return self._layout(setting).places_px
 
     def _layout(self, setting: Setting) -> PairLayout | SingleLayout:
         return setting.single_layout() if self.presentation == "sequence" else setting.pair_layout()

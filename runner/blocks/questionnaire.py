@@ -11,13 +11,13 @@ from pydantic import Field
 
 from documents.yaml.load import Strict
 from runner.blocks.block import Block, BlockSpec, Draft, Fault, Response, Steps, answer
+from runner.blocks.field_types import Label, Line
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Choose
 from runner.blocks.text_entry import LONGEST, LONGEST_NUMBER, Number, Words, button, lines_needed, typed, written
 from runner.ports import Ask
 from runner.presenter.scene import Item, Scene
-from runner.protocol.parts import Label, Line
 
 SECONDS_PER_QUESTION = 8.0
 NO_ANSWER = "none"

@@ -24,14 +24,14 @@ from runner.blocks.block import (
     chosen,
     name_faults,
 )
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.field_types import Seconds, ShortSeconds
+from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import repeated
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.presenter.scene import Item, Offset, Picture, Scene, Text
-from runner.protocol.parts import Seconds, ShortSeconds
 
 
 @dataclass(frozen=True, slots=True)
@@ -69,6 +69,11 @@ class Rating(Block):
     def keys(self) -> dict[str, str]:
         """What moves the marker and what accepts it."""
         return {key: meaning for scale in self.scales for key, meaning in scale.keys.items()}
+
+    @property
+    def places_px(self) -> tuple[Offset, ...]:
+        """Where the pictures stand."""
+        return self.layout.places_px
 
     def steps(self) -> Steps:
         """Ask for the ratings of every stimulus and record them together."""
@@ -153,7 +158,3 @@ class RatingSpec(BlockSpec):
         """Yield wrong stimuli, and scales of one name."""
         yield from name_faults(self.stimuli, stimuli, "stimuli")
         yield from scale_faults(self.ratings, "ratings")
-
-    def places_px(self, setting: Setting) -> tuple[Offset, ...]:
-        """Return where the pictures stand."""
-        return setting.single_layout().places_px

@@ -10,12 +10,12 @@ from pydantic import Field, model_validator
 
 from documents.yaml.load import Strict
 from runner.blocks.block import Fault, Response, answer
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.field_types import Label, Line
+from runner.blocks.layout import SingleLayout
 from runner.blocks.style import Style
 from runner.blocks.tasks import Rate
 from runner.ports import Ask, Target
 from runner.presenter.scene import Item, Scene, Text
-from runner.protocol.parts import Label, Line
 
 MOST_POINTS = 11
 _LINE, _END = 40.0, 360.0  # from the top of the scale to its line, from its middle to either end

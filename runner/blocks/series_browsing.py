@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection
 
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.layout import SingleLayout
 from runner.blocks.style import Style
 from runner.ports import Target
 from runner.presenter.scene import Item, Picture, Scene, Text

@@ -7,10 +7,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from devices.display.rig_file import Rig
-from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.layout import LayoutSpec, PairLayout, SingleLayout, pair_layout, single_layout
 from runner.blocks.style import Style
-from runner.protocol.layout import pair_layout, single_layout
-from runner.protocol.parts import LayoutSpec
 
 Factors = Mapping[str, str | float]
 
@@ -82,7 +80,7 @@ class Setting:
 
         Raises
         ------
-        SessionError
+        LayoutError
             If they do not fit an eye's view.
         """
         return pair_layout(self.layout, self.rig.display.panel, self.style, with_reference=self.reference is not None)
@@ -92,7 +90,7 @@ class Setting:
 
         Raises
         ------
-        SessionError
+        LayoutError
             If they do not fit an eye's view.
         """
         return single_layout(self.layout, self.rig.display.panel, self.style, with_reference=self.reference is not None)

@@ -27,8 +27,6 @@ from stimuli.recipes.recipe import read_recipe, unreadable
 
 # ITU-R BT.500: a session should last up to half an hour.
 LONG_MINUTES = 30.0
-# Every observer of pairs meets them in another order, but as many; any will do for counting.
-OBSERVER = "01"
 # One field of view: what the colorimetry of 2 and 10 degree observers is about.
 WIDEST_DEG = 10.0
 NARROWEST_DEG = 0.2
@@ -101,7 +99,7 @@ def _rig_faults(file: Path) -> list[Finding]:
 
 def check_blocks(report: CheckReport, design: Experiment, source: YamlSource) -> None:
     """Report the number of trials, their time and what the keys do, for each block and in total."""
-    blocks = design.blocks(OBSERVER)
+    blocks = design.example_blocks
     minutes = sum(block.expected_s for block in blocks) / 60
     report.facts["trials"] = sum(block.trials for block in blocks)
     report.facts["minutes"] = round(minutes, 1)

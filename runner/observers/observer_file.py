@@ -10,9 +10,9 @@ from pydantic import Field, PositiveFloat, RootModel
 from documents import Finding, load_document
 from documents.yaml.load import Strict
 from documents.yaml.source import YamlSource
+from runner.blocks.field_types import Line
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec
-from runner.protocol.parts import Line
 
 
 class PublishedSpec(Strict):

@@ -1,19 +1,26 @@
-"""Simulated observers that answer every task by known scores."""
+"""Simulated observers that answer every task by known scores, or by how far pictures are from a reference picture."""
 
 from __future__ import annotations
 
 import math
 import random
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, field
 from typing import Self
 
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.display.display_file import EyeModels
+from documents import Finding
 from runner.blocks.tasks import Browse, Choose, Compare, Rate
 from runner.errors import SessionError
-from runner.observers.behaviour import ATTENTIVE, BehaviourSpec
-from runner.observers.laws import choice_law, difficulty, pair_law, psychometric_law
+from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
 from runner.observers.plain import key_for, plain_key, unseen
 from runner.ports import Ask, KeyPress
+from stimuli.pictures.stereo_image import StereoImage
 
 TIES = ("no_difference", "not_sure")
 
@@ -178,3 +185,41 @@ def _same(before: Rate, now: Rate) -> bool:
         now.lowest,
         now.highest,
     )
+
+
+Floats = NDArray[np.float64]
+
+
+def mean_delta_e_00(
+    load: Callable[[str], StereoImage], names: Iterable[str], reference: str, models: EyeModels
+) -> dict[str, float]:
+    """Return each picture's mean ΔE00 to ``reference``, over all pixels of both eyes' views.
+
+    Lab is relative to each eye's white. What was asked of the display is compared, not what its gamut leaves of it.
+
+    Raises
+    ------
+    SessionError
+        If a picture is not as large as the reference.
+    """
+    whites = models.left.white_XYZ_cd_m2, models.right.white_XYZ_cd_m2
+    wanted = _labs(load(reference), whites)
+    distances = {}
+    for name in names:
+        labs = _labs(load(name), whites)
+        for lab, other in zip(labs, wanted, strict=True):
+            if lab.shape != other.shape:
+                sizes = f"'{name}' is of {lab.shape[1]} x {lab.shape[0]} px, '{reference}' of " + (
+                    f"{other.shape[1]} x {other.shape[0]} px"
+                )
+                raise SessionError(Finding(sizes, remedy="an image-based observer compares pictures of one size"))
+        both = [float(delta_e_2000(lab, other).mean()) for lab, other in zip(labs, wanted, strict=True)]
+        distances[name] = sum(both) / len(both)
+    return distances
+
+
+def _labs(image: StereoImage, whites: tuple[Floats, Floats]) -> tuple[Floats, Floats]:
+    left = xyz_to_lab(image.left.astype(np.float64), whites[0])
+    if image.is_flat and np.array_equal(*whites):
+        return left, left
+    return left, xyz_to_lab(image.right.astype(np.float64), whites[1])

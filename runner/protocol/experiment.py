@@ -5,7 +5,7 @@ from __future__ import annotations
 import hashlib
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
@@ -18,6 +18,8 @@ from documents.text.words import did_you_mean
 from documents.yaml.load import Strict
 from documents.yaml.source import Path_, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
+from runner.blocks.field_types import Line
+from runner.blocks.layout import LayoutError, LayoutSpec, LoadPart, aperture_px, through_aperture
 from runner.blocks.registry import AnyBlockSpec
 from runner.blocks.setting import Factors, Setting, Stimuli
 from runner.blocks.style import Style
@@ -27,9 +29,6 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
-from runner.protocol.aperture import LoadPart, through_aperture
-from runner.protocol.layout import aperture_px
-from runner.protocol.parts import LayoutSpec, Line
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.recipe import read_recipe
 
@@ -67,7 +66,11 @@ class ExperimentSpec(Strict):
 
 @dataclass(frozen=True, slots=True)
 class Experiment:
-    """An experiment file, read and checked."""
+    """An experiment file, read and checked.
+
+    ``example_blocks`` are the blocks as observer 01 meets them. Every observer meets as many trials, in an order of
+    their own and at the same places.
+    """
 
     file: Path
     spec: ExperimentSpec
@@ -75,6 +78,7 @@ class Experiment:
     recipe_file: Path
     stimuli: Stimuli
     view_px: tuple[int, int]
+    example_blocks: tuple[Block, ...] = field(repr=False, compare=False)
 
     @property
     def stimulus_names(self) -> tuple[str, ...]:
@@ -109,8 +113,7 @@ class Experiment:
     @property
     def places_px(self) -> tuple[Offset, ...]:
         """Where stimuli are shown, as offsets from the middle of each eye's view, each once."""
-        blocks = zip(self.spec.blocks, self.settings("01"), strict=True)
-        return tuple(dict.fromkeys(place for spec, setting in blocks for place in spec.places_px(setting)))
+        return tuple(dict.fromkeys(place for block in self.example_blocks for place in block.places_px))
 
     @property
     def digest(self) -> str:
@@ -119,14 +122,8 @@ class Experiment:
 
     def blocks(self, observer: str) -> tuple[Block, ...]:
         """Return the blocks as ``observer`` will meet them: the order is drawn from experiment and observer."""
-        settings = self.settings(observer)
+        settings = _settings(self.spec, self.rig, self.view_px, self.stimuli, observer)
         return tuple(spec.make(setting) for spec, setting in zip(self.spec.blocks, settings, strict=True))
-
-    def settings(self, observer: str) -> list[Setting]:
-        """Return what ``observer`` meets each block in."""
-        spec = self.spec
-        common = spec.name, spec.seed, spec.question, spec.layout, self.rig, self.view_px, self.stimuli
-        return [Setting(*common, observer, index) for index in range(len(spec.blocks))]
 
 
 def check_observer(observer: str) -> str:
@@ -174,29 +171,46 @@ def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterise
             findings.append(_unknown_reference(spec.layout.reference, tuple(factors), source))
     except InputError as error:
         findings += error.findings
-    experiment: Experiment | None = None
     if stimuli:
         for index, block in enumerate(spec.blocks):
             for fault in block.faults(stimuli):
                 findings.append(source.finding(("blocks", index, *fault.path), fault.message, fault.remedy))
-    if rig and view_px:
-        experiment = Experiment(file, spec, rig, recipe_file, stimuli or Stimuli({}), view_px)
-        faults = list(_too_large(rig.display.panel.resolution_px))
-        if stimuli:
-            for block, setting in zip(spec.blocks, experiment.settings("01"), strict=True):
-                for fault in block.rig_faults(setting):
-                    path = ("blocks", setting.index, *fault.path)
-                    findings.append(source.finding(path, fault.message, fault.remedy))
-        try:
-            _ = experiment.places_px
-            if not findings and not faults:
-                faults += _too_many(spec.blocks, experiment.blocks("01"))
-        except InputError as error:
-            findings += _placed(error, source, ("layout", "size_mm"))
-        findings += [source.finding(fault.path, fault.message, fault.remedy) for fault in faults]
-    if findings or experiment is None:
+    if not rig or not view_px:
         raise SessionError(findings)
-    return experiment
+    blocks, wrong = _make_blocks(spec, _settings(spec, rig, view_px, stimuli or Stimuli({}), "01"), source)
+    findings += wrong
+    faults = list(_too_large(rig.display.panel.resolution_px))
+    if not findings and not faults:
+        faults += _too_many(spec.blocks, blocks)
+    findings += [source.finding(fault.path, fault.message, fault.remedy) for fault in faults]
+    if findings or stimuli is None:
+        raise SessionError(findings)
+    return Experiment(file, spec, rig, recipe_file, stimuli, view_px, blocks)
+
+
+def _settings(
+    spec: ExperimentSpec, rig: Rig, view_px: tuple[int, int], stimuli: Stimuli, observer: str
+) -> list[Setting]:
+    """Return what ``observer`` meets each block in."""
+    common = spec.name, spec.seed, spec.question, spec.layout, rig, view_px, stimuli
+    return [Setting(*common, observer, index) for index in range(len(spec.blocks))]
+
+
+def _make_blocks(
+    spec: ExperimentSpec, settings: Sequence[Setting], source: YamlSource
+) -> tuple[tuple[Block, ...], list[Finding]]:
+    """Return the blocks that can be made, and why the others cannot; what does not fit is reported once."""
+    blocks: list[Block] = []
+    findings: list[Finding] = []
+    unfit: list[Finding] = []
+    for block, setting in zip(spec.blocks, settings, strict=True):
+        try:
+            blocks.append(block.make(setting))
+        except LayoutError as error:
+            unfit = unfit or _placed(error, source, ("layout", "size_mm"))
+        except InputError as error:
+            findings += _placed(error, source, ("blocks", setting.index))
+    return tuple(blocks), [*findings, *unfit]
 
 
 def _existing(path: Path, key: str, value: str, source: YamlSource) -> Path:

@@ -18,7 +18,7 @@ from pathlib import Path
 
 from analysis.records.session_record import FILE_NAME, Header
 from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layouts import PairLayout
+from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress

@@ -20,8 +20,6 @@ COST = {"flat": True, "clipping": {"left": {"percent_any": 0.25, "delta_e_00_mea
 # Keeps and looks up a hundred costs, over and over, until it is killed or time is up; fails if it finds another's.
 KEEPING = """
 import sys, time, random
-from pathlib import Path
-from runner.session.cost_cache import CostCache
 folder, until = Path(sys.argv[1]), time.monotonic() + float(sys.argv[2])
 print("begun", flush=True)
 while time.monotonic() < until:

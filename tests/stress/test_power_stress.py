@@ -23,8 +23,6 @@ ROOT = Path(__file__).parents[2]
 
 MANY = """
 import numpy as np
-from analysis.power.assumed import parted, spread_theta
-from analysis.power.plan import Plan
 from analysis.power.power import power
 from tests.stress.memory import forget_peak, peak_kb
 theta = spread_theta(100, 3)

@@ -16,7 +16,7 @@ from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Trial
 from documents import InputError
 from documents.yaml.source import parse_yaml
 from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layouts import PairLayout
+from runner.blocks.layout import PairLayout
 from runner.blocks.orders import pair_order
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Holding

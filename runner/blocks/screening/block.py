@@ -10,8 +10,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, model_validator
 
-from documents import Finding, InputError
-from runner.blocks.block import Block, BlockSpec, Draft, Ended, Fault, Response, Steps, answer
+from documents import Finding
+from runner.blocks.block import Block, BlockSpec, Draft, Ended, Response, Steps, answer
+from runner.blocks.field_types import Words
 from runner.blocks.message import page
 from runner.blocks.screening.colour_vision import ColourVisionSpec
 from runner.blocks.screening.near_acuity import NearAcuitySpec
@@ -26,7 +27,6 @@ from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Item, Picture, Scene
-from runner.protocol.parts import Words
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.vision_tests.random_dots import SIDES
 
@@ -225,13 +225,6 @@ class ScreeningSpec(BlockSpec):
         screen = _screen(self.tests, setting)
         tests = tuple(test.make(screen, setting.own_seed) for test in self.tests)
         return Screening(tests, self.on_fail, self.stop_words, setting.style)
-
-    def rig_faults(self, setting: Setting) -> Iterator[Fault]:
-        """Yield which tests the rig cannot show, or not as far as their pass marks."""
-        try:
-            self.make(setting)
-        except InputError as error:
-            yield from (Fault(finding.message, remedy=finding.remedy or "") for finding in error.findings)
 
 
 def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:

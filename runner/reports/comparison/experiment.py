@@ -23,7 +23,7 @@ _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
 # Names that Windows keeps for its devices, whatever follows the dot.
 _DEVICES = re.compile(r"con|prn|aux|nul|(com|lpt)[0-9]")
 _GAP_MM = 10.0
-# The band of the question above the pictures (`runner.protocol.layout`), in units of Style; the share of room used.
+# The band of the question above the pictures (`runner.blocks.layout`), in units of Style; the share of room used.
 _QUESTION_UNITS, _SHARE = 80.0, 0.98
 
 

@@ -16,7 +16,7 @@ from pydantic import ValidationError
 from analysis.comparisons.session_comparisons import from_sessions
 from analysis.records.session_record import Header, SessionLog
 from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
-from runner.blocks.layouts import PairLayout
+from runner.blocks.layout import PairLayout
 from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Compare
 from runner.observers.plain import plain_key

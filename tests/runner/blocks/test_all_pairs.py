@@ -13,7 +13,7 @@ from pydantic import ValidationError
 
 from runner.blocks.all_pairs import AllPairs, AllPairsSpec, PairRating, PairRatings
 from runner.blocks.catch_trials import CatchTrials
-from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.pair_views import Ties
 from runner.blocks.scale import Scale
 from runner.blocks.setting import Stimuli

@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 
 from documents import InputError
 from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BestOfSeriesSpec, Choice, Series
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Scale
 from runner.blocks.series_browsing import series_scene, series_targets
 from runner.blocks.setting import Stimuli

@@ -11,7 +11,7 @@ import pytest
 
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import Block, Draft, Steps, answer
-from runner.blocks.layouts import PairLayout
+from runner.blocks.layout import PairLayout
 from runner.blocks.practice import Passing, Practice, told
 from runner.blocks.tasks import Choose
 from runner.observers.plain import key_for, plain_key

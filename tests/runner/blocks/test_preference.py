@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.preference import Preference, PreferenceSpec, Versions
 from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Compare

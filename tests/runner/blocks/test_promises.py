@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from runner.blocks.best_of_series import BestOfSeries, Series
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.layout import SingleLayout
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
 from runner.blocks.tasks import Browse, GoOn, Rate

@@ -9,7 +9,7 @@ from typing import Any
 
 import pytest
 
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.layout import SingleLayout
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
 from runner.blocks.tasks import Rate

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from pydantic import ValidationError
 
 from runner.blocks.block import Response
-from runner.blocks.layouts import SingleLayout
+from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scale_targets
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Rate

@@ -16,7 +16,7 @@ from runner.blocks.active_pairs import ActivePairs
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.best_of_series import BestOfSeries, Series
 from runner.blocks.block import Block
-from runner.blocks.layouts import PairLayout, SingleLayout
+from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.practice import Practice
 from runner.blocks.preference import Preference, Versions
 from runner.blocks.questionnaire import Choice, Questionnaire

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from analysis.records.session_record import Trial
 from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layouts import PairLayout
+from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
 from runner.cli.session_status import SessionStatus
 

@@ -17,7 +17,7 @@ from analysis.records.session_record import read_session, session_files
 from devices.display.display_file import EyeModels, read_display
 from runner.cli.run import command
 from runner.errors import SessionError
-from runner.observers.image_distance import mean_delta_e_00
+from runner.observers.simulated import mean_delta_e_00
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 

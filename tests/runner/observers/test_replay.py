@@ -15,7 +15,7 @@ import pytest
 
 from analysis.records.session_record import Header, SessionLog, Trial, read_session
 from runner.blocks.all_pairs import AllPairs
-from runner.blocks.layouts import PairLayout
+from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
 from runner.blocks.tasks import Compare
 from runner.errors import SessionError

@@ -13,7 +13,7 @@ import pytest
 from analysis.records.session_record import Header, Mark, Note, SessionLog, Trial
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import Block
-from runner.blocks.layouts import PairLayout
+from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
 from runner.blocks.style import FULL_HD_HALF
 from runner.errors import SessionError

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from runner.blocks.layout import LoadPart, through_aperture
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.modes.registry import find_mode
@@ -19,7 +20,6 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import open_surface
-from runner.protocol.aperture import LoadPart, through_aperture
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.exr_views import Part
 from stimuli.pictures.exr_write import write_exr

@@ -9,8 +9,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic import ValidationError
 
-from runner.observers.behaviour import BehaviourSpec, FatigueSpec, PsychometricSpec, TiesSpec
-from runner.observers.laws import choice_law, difficulty, pair_law, psychometric_law
+from runner.observers.behaviour import (
+    BehaviourSpec,
+    FatigueSpec,
+    PsychometricSpec,
+    TiesSpec,
+    choice_law,
+    difficulty,
+    pair_law,
+    psychometric_law,
+)
 
 SCORES = st.floats(0.01, 100)
 
