@@ -24,7 +24,7 @@ from curves import OUT, seconds, times_faster, write
 from analysis.classes.classes import classify
 from analysis.power.assumed import parted, spread_theta
 from analysis.power.plan import Plan
-from analysis.power.power import power
+from analysis.power.simulation import simulate_power
 from analysis.scaling.bradley_terry import fit, probabilities
 
 Floats = NDArray[np.float64]
@@ -68,9 +68,9 @@ def one_by_one(design: Plan, observers: int, replicates: int) -> Floats:
 def run() -> dict[str, Any]:
     """Measure and return the rows and the ratio."""
     design = plan(np.log(PRINTED))
-    truth = power(design, [OBSERVERS], replicates=REFERENCE, seed=REFERENCE_SEED, workers=1).separates[0]
+    truth = simulate_power(design, [OBSERVERS], replicates=REFERENCE, seed=REFERENCE_SEED, workers=1).separates[0]
     ratio = times_faster(
-        lambda: power(design, [OBSERVERS], replicates=200, workers=1),
+        lambda: simulate_power(design, [OBSERVERS], replicates=200, workers=1),
         lambda: one_by_one(design, OBSERVERS, 200),
         rounds=5,
     )
@@ -80,9 +80,9 @@ def run() -> dict[str, Any]:
 
 def _curves(design: Plan, truth: Floats) -> Iterator[Row]:
     for replicates in (100, 300, 1000, 3000, 10_000):
-        found = power(design, [OBSERVERS], replicates=replicates, workers=1)
+        found = simulate_power(design, [OBSERVERS], replicates=replicates, workers=1)
         told = float(np.sqrt((found.separates_error**2).mean()))
-        time = seconds(lambda r=replicates: power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
+        time = seconds(lambda r=replicates: simulate_power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
         note = f"standard error told: {told:.2g}"
         yield _row("in blocks", f"{replicates} studies", time, _error(found.separates[0], truth), note)
     for replicates in (30, 100, 300):
@@ -108,7 +108,7 @@ def _jobs(design: Plan) -> Iterator[Row]:
     for job, (wanted, sizes, replicates) in jobs.items():
         for workers in (1, 2):
             began = perf_counter()
-            power(wanted, sizes, replicates=replicates, workers=workers)
+            simulate_power(wanted, sizes, replicates=replicates, workers=workers)
             where = "this process" if workers == 1 else "two processes, their start included"
             yield _row(job, where, perf_counter() - began, None)
 

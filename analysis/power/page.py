@@ -1,23 +1,108 @@
-"""A power simulation as one HTML page that needs nothing but itself."""
+"""A power simulation as one HTML page that needs nothing but itself: curves against the number of observers, tables."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
+from numpy.typing import NDArray
 
-from analysis.power.figure import chances_svg, classes_svg, widths_svg
-from analysis.power.needed import Needed
 from analysis.power.plan import Plan
-from analysis.power.rows import size_rows
+from analysis.power.results import Needed
+from analysis.power.tables import size_rows
 from analysis.report.page import ADJUSTMENT_NAMES
 from documents.files.whole_file import write_whole
+from documents.pages.drawing import DEEP, INK, drawing, short, svg_of
 from documents.pages.environment import page_environment
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+Floats = NDArray[np.float64]
+
+FAINT, SECOND = "#b9c2c9", "#b4541f"
+SIZE_IN = (5.2, 3.7)
+MOST_MARKED = 25
 INTERVAL_NAMES = {"wald": "estimate ± quantile × standard error", "bootstrap": "observer bootstrap"}
 COVARIANCE_NAMES = {"model": "the model's", "sandwich": "sandwich, by observer, Student's t"}
+
+
+def chances_svg(needed: Needed) -> str:
+    """Return an ``<svg>``: the chance that each pair separates. Pairs that matter are dark, the hardest is marked."""
+    power = needed.power
+
+    def draw(axes: Axes) -> None:
+        matters = np.zeros(power.separates.shape[1], dtype=bool)
+        matters[needed.pairs] = True
+        _, hardest = needed.weakest
+        for index in np.argsort(matters, kind="stable").tolist():
+            colour, width = (DEEP, 0.9) if matters[index] else (FAINT, 0.6)
+            axes.plot(power.observers, 100 * power.separates[:, index], color=colour, linewidth=width, alpha=0.7)
+        one, other = power.pair_names[hardest]
+        _with_error(
+            axes,
+            power.observers,
+            100 * power.separates[:, hardest],
+            100 * power.separates_error[:, hardest],
+            SECOND,
+            f"{short(one)} and {short(other)}",
+        )
+        axes.axhline(100 * needed.target, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
+        axes.set(ylabel="chance to separate (%)", ylim=(-2, 102))
+
+    return _svg(draw, "chances", "Chance that each pair of stimuli separates, against the number of observers")
+
+
+def classes_svg(needed: Needed) -> str:
+    """Return an ``<svg>``: how often all classes are the right ones, and the share of pairs classified alike."""
+    power = needed.power
+
+    def draw(axes: Axes) -> None:
+        pairs = 100 * power.alike, 100 * power.alike_error
+        whole = 100 * power.recovery, 100 * power.recovery_error
+        _with_error(axes, power.observers, *pairs, DEEP, "pairs as they should be, mean")
+        _with_error(axes, power.observers, *whole, SECOND, "all pairs as they should be")
+        axes.set(ylabel="%", ylim=(-2, 102))
+
+    return _svg(draw, "classes", "Share of pairs and chance of all classes as they should be, against observers")
+
+
+def widths_svg(needed: Needed) -> str:
+    """Return an ``<svg>``: the mean width of the intervals of log10 scores, of each item and of all."""
+    power = needed.power
+
+    def draw(axes: Axes) -> None:
+        for index in range(power.width.shape[1]):
+            axes.plot(power.observers, power.width[:, index], color=FAINT, linewidth=0.8)
+        _with_error(axes, power.observers, power.mean_width, power.mean_width_error, DEEP, "mean of all stimuli")
+        axes.set(ylabel="width of interval (log₁₀ score)")
+        axes.set_ylim(bottom=0)
+
+    return _svg(draw, "widths", "Mean width of the scores' intervals, against the number of observers")
+
+
+def _with_error(axes: Axes, observers: tuple[int, ...], value: Floats, error: Floats, colour: str, label: str) -> None:
+    marker = "o" if len(observers) <= MOST_MARKED else ""
+    axes.plot(observers, value, color=colour, linewidth=2, marker=marker, markersize=4, label=label, zorder=4)
+    axes.fill_between(observers, value - 2 * error, value + 2 * error, color=colour, alpha=0.2, linewidth=0, zorder=3)
+
+
+def _svg(draw: Callable[[Axes], None], salt: str, label: str) -> str:
+    from matplotlib.ticker import MaxNLocator
+
+    with drawing(salt, *SIZE_IN) as (figure, axes):
+        draw(axes)
+        axes.set_xlabel("observers")
+        axes.xaxis.set_major_locator(MaxNLocator(integer=True, steps=[1, 2, 5, 10]))
+        axes.grid(True, color=FAINT, alpha=0.4, linewidth=0.6)
+        axes.spines[["top", "right"]].set_visible(False)
+        if axes.get_legend_handles_labels()[1]:
+            axes.legend(fontsize=8.5, frameon=False)
+        return svg_of(figure, label)
 
 
 @dataclass(frozen=True, slots=True)

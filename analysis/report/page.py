@@ -8,8 +8,7 @@ from pathlib import Path
 from analysis.classes.multiplicity import Adjust
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
-from analysis.report.blocks import Section, Table
-from analysis.report.csv_files import write_csv_files
+from analysis.report.blocks import Section, Table, write_csv_files
 from analysis.report.estimate import CovarianceWish
 from analysis.report.figures import class_colours
 from analysis.report.report import Report, describe

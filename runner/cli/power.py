@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from analysis.power.needed import Needed
+    from analysis.power.results import Needed
     from runner.protocol.experiment import Experiment
 
 
@@ -114,10 +114,10 @@ def command(
     from analysis.bootstrap.stability import Covariance
     from analysis.classes.multiplicity import Adjust
     from analysis.power.compute import ComputeError
-    from analysis.power.needed import check_target, chosen_pairs, needed
     from analysis.power.page import assumed_notes
     from analysis.power.plan import Interval, Plan
-    from analysis.power.power import power
+    from analysis.power.results import check_target, chosen_pairs, observers_needed
+    from analysis.power.simulation import simulate_power
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.observers.assumed_scores import assume
@@ -150,7 +150,7 @@ def command(
         chosen_pairs(plan.items, pair)
     try:
         with progress_bar(quiet=as_json) as step:
-            found = power(
+            found = simulate_power(
                 plan,
                 observers,
                 replicates=replicates,
@@ -161,7 +161,7 @@ def command(
             )
     except ComputeError as error:
         raise WorkError(str(error)) from error
-    answer = needed(found, pair, target)
+    answer = observers_needed(found, pair, target)
     _tell(answer, design, [*assumed.notes, *assumed_notes(plan)], output, table, as_json)
 
 
@@ -172,8 +172,7 @@ def _tell(
     import sys
 
     from analysis.power.page import write_page
-    from analysis.power.rows import write_csv
-    from analysis.power.terminal import print_power
+    from analysis.power.tables import print_power, write_csv
     from runner.cli.main import WorkError
 
     try:

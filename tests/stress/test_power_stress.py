@@ -15,7 +15,8 @@ import pytest
 
 from analysis.power.assumed import parted, spread_theta
 from analysis.power.plan import Plan
-from analysis.power.power import Power, power
+from analysis.power.results import Power
+from analysis.power.simulation import simulate_power
 
 pytestmark = pytest.mark.stress
 
@@ -23,13 +24,15 @@ ROOT = Path(__file__).parents[2]
 
 MANY = """
 import numpy as np
-from analysis.power.power import power
+from analysis.power.assumed import parted, spread_theta
+from analysis.power.plan import Plan
+from analysis.power.simulation import simulate_power
 from tests.stress.memory import forget_peak, peak_kb
 theta = spread_theta(100, 3)
 plan = Plan(tuple(map(str, range(100))), theta, np.ones(4950, dtype=np.int64), parted(theta), observer_sd=0.5,
             covariance="sandwich")
 before = forget_peak()
-found = power(plan, [200], replicates=20, workers=1)
+found = simulate_power(plan, [200], replicates=20, workers=1)
 assert np.isfinite(found.separates).all() and np.isfinite(found.mean_width).all()
 print((peak_kb() - before) // 1024)
 """
@@ -55,7 +58,7 @@ def test_a_hundred_stimuli_and_two_hundred_observers_fit_into_half_a_gigabyte() 
 @pytest.mark.parametrize("nats", [0.0, 12.0, 30.0])
 @pytest.mark.parametrize("fields", [{}, {"covariance": "sandwich"}, {"adjust": "maxz"}, {"observer_sd": 5.0}])
 def test_scores_far_apart_and_not_at_all_stay_finite(nats: float, fields: dict[str, Any]) -> None:
-    found = power(plan_of(spread_theta(8, nats), **fields), [2, 30], replicates=200, workers=1)
+    found = simulate_power(plan_of(spread_theta(8, nats), **fields), [2, 30], replicates=200, workers=1)
     for name in ("separates", "reversed", "width", "recovery", "alike"):
         assert np.isfinite(getattr(found, name)).all(), name
     assert (found.unfitted == 0).all()
@@ -65,7 +68,7 @@ def test_scores_far_apart_and_not_at_all_stay_finite(nats: float, fields: dict[s
 
 def test_workers_that_keep_dying_change_nothing() -> None:
     plan = plan_of(spread_theta(10, 2), interval="bootstrap")
-    expected = power(plan, [15], replicates=250, workers=1)
+    expected = simulate_power(plan, [15], replicates=250, workers=1)
     killed = []
 
     def kill_now_and_then(done: int, of: int) -> None:
@@ -75,6 +78,6 @@ def test_workers_that_keep_dying_change_nothing() -> None:
             os.kill(alive[0].pid, signal.SIGKILL)
             killed.append(done)
 
-    found = power(plan, [15], replicates=250, workers=2, done=kill_now_and_then)
+    found = simulate_power(plan, [15], replicates=250, workers=2, done=kill_now_and_then)
     assert len(killed) == 3
     assert numbers(found) == numbers(expected)

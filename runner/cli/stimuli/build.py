@@ -81,7 +81,7 @@ def _print(report: BuildReport) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from runner.cli.print_table import print_table
+    from documents.text.terminal import print_table
 
     has_rig = report.stimuli[0].saturated_percent is not None
     title = "Luminance in cd/m², left and right eye; range in stops from the darkest to the brightest thousandth"

@@ -24,7 +24,7 @@ def command(as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from runner.cli.print_table import print_table
+    from documents.text.terminal import print_table
 
     table = Table(box=None, pad_edge=False)
     roomy = Console().width >= _ROOMY

@@ -12,11 +12,11 @@ from pathlib import Path
 import pytest
 from markupsafe import escape
 
-from analysis.power.needed import Needed, needed
 from analysis.power.page import assumed_notes, render, write_page
 from analysis.power.plan import Plan
-from analysis.power.power import power
-from analysis.power.rows import COLUMNS, write_csv
+from analysis.power.results import Needed, observers_needed
+from analysis.power.simulation import simulate_power
+from analysis.power.tables import COLUMNS, write_csv
 
 MakePlan = Callable[..., Plan]
 NASTY = '<script>alert("1")</script>'
@@ -39,7 +39,7 @@ class Tags(HTMLParser):
 def answer(plan_of: MakePlan) -> Needed:
     """Three items, one with a name that would be dangerous."""
     plan = replace(plan_of(1, 0, -1), items=(NASTY, "$x_1$ & co", "=1+1"))
-    return needed(power(plan, [5, 10, 20], replicates=60))
+    return observers_needed(simulate_power(plan, [5, 10, 20], replicates=60))
 
 
 def test_the_page_stands_alone_and_holds_every_number(answer: Needed) -> None:

@@ -1,7 +1,8 @@
-"""How many observers are needed for the pairs that matter."""
+"""The results of a power simulation: the power of each number of observers, and how many the pairs that matter need."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -10,11 +11,114 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
-from analysis.power.power import Power
+from analysis.power.plan import Plan
 from documents import Finding
 from documents.text.words import did_you_mean
 
+Floats = NDArray[np.float64]
+
 TARGET = 0.8
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Power:
+    """What K numbers of observers come to, for n items and P pairs i < j in the order of ``numpy.triu_indices``.
+
+    Each value has a Monte-Carlo standard error of its own, in a field that ends with ``_error``.
+
+    Attributes
+    ----------
+    plan, replicates, seed
+        What was simulated, how often per number of observers, and from which seed.
+    observers
+        The K numbers of observers, ascending.
+    separates
+        Shape (K, P): chance (0 to 1) that a pair comes out significantly different, the way it was assumed to.
+    reversed
+        Shape (K, P): chance that it comes out significantly different the other way round.
+    recovery
+        Shape (K,): chance that the classes are exactly the right ones.
+    alike
+        Shape (K,): mean share of pairs that share a class, or do not, as they should.
+    width
+        Shape (K, n): mean width of the interval of log10 score of each item; ``mean_width``, shape (K,): of all.
+    separated, unfitted
+        Shape (K,): share of the studies that needed Firth's fit, and of those without any fit, which are left out.
+    """
+
+    plan: Plan
+    replicates: int
+    seed: int
+    observers: tuple[int, ...]
+    separates: Floats
+    separates_error: Floats
+    reversed: Floats
+    recovery: Floats
+    recovery_error: Floats
+    alike: Floats
+    alike_error: Floats
+    width: Floats
+    width_error: Floats
+    mean_width: Floats
+    mean_width_error: Floats
+    separated: Floats
+    unfitted: Floats
+
+    @property
+    def pair_names(self) -> tuple[tuple[str, str], ...]:
+        """The names of each pair's items."""
+        first, second = self.plan.pairs
+        items = self.plan.items
+        return tuple((items[i], items[j]) for i, j in zip(first.tolist(), second.tolist(), strict=True))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the plan and, for each number of observers, every value with its Monte-Carlo standard error."""
+        plan = self.plan
+        return {
+            "items": [
+                {"name": name, "theta": theta} for name, theta in zip(plan.items, plan.theta.tolist(), strict=True)
+            ],
+            "observer_sd": plan.observer_sd,
+            "lapse_rate": plan.lapse_rate,
+            "alpha": plan.alpha,
+            "adjust": plan.adjust,
+            "covariance": plan.covariance,
+            "interval": plan.interval,
+            "level": plan.level,
+            "replicates": self.replicates,
+            "seed": self.seed,
+            "sizes": [self._size(index) for index in range(len(self.observers))],
+        }
+
+    def _size(self, index: int) -> dict[str, Any]:
+        pairs = zip(
+            self.pair_names,
+            self.plan.differs.tolist(),
+            self.separates[index].tolist(),
+            self.separates_error[index].tolist(),
+            self.reversed[index].tolist(),
+            strict=True,
+        )
+        widths = zip(self.plan.items, self.width[index].tolist(), self.width_error[index].tolist(), strict=True)
+        return {
+            "observers": self.observers[index],
+            "class_recovery": float(self.recovery[index]),
+            "class_recovery_error": float(self.recovery_error[index]),
+            "pairs_alike": float(self.alike[index]),
+            "pairs_alike_error": float(self.alike_error[index]),
+            "log10_width": _finite(self.mean_width[index]),
+            "log10_width_error": _finite(self.mean_width_error[index]),
+            "separated": float(self.separated[index]),
+            "unfitted": float(self.unfitted[index]),
+            "items": [
+                {"name": name, "log10_width": _finite(width), "log10_width_error": _finite(error)}
+                for name, width, error in widths
+            ],
+            "pairs": [
+                {"items": list(names), "should_differ": should, "separates": p, "separates_error": e, "reversed": r}
+                for names, should, p, e, r in pairs
+            ],
+        }
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -110,7 +214,7 @@ class Needed:
         }
 
 
-def needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = TARGET) -> Needed:
+def observers_needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = TARGET) -> Needed:
     """Find how many observers it takes until ``pairs``, by name, separate with the chance ``target``.
 
     Raises
@@ -167,3 +271,7 @@ def _first_kept(enough: NDArray[np.bool_]) -> int | None:
 
 def _people(observers: int) -> str:
     return "1 observer" if observers == 1 else f"{observers} observers"
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if math.isfinite(value) else None

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from analysis.errors import ResultsError
-from analysis.power.needed import needed
 from analysis.power.plan import Plan
-from analysis.power.power import Power, power
+from analysis.power.results import Power, observers_needed
+from analysis.power.simulation import simulate_power
 
 MakePlan = Callable[..., Plan]
 PAIRS = [("item 0", "item 1"), ("item 0", "item 2"), ("item 1", "item 2")]
@@ -20,13 +20,13 @@ PAIRS = [("item 0", "item 1"), ("item 0", "item 2"), ("item 1", "item 2")]
 @pytest.fixture(scope="module")
 def found(plan_of: MakePlan) -> Power:
     """Three items at 10, 20 and 30 observers with chances made up."""
-    simulated = power(plan_of(1, 0, -1), [10, 20, 30], replicates=50)
+    simulated = simulate_power(plan_of(1, 0, -1), [10, 20, 30], replicates=50)
     chances = np.array([[0.5, 0.9, 0.3], [0.81, 0.99, 0.5], [0.9, 1.0, 0.7]])
     return replace(simulated, separates=chances, separates_error=np.full((3, 3), 0.01))
 
 
 def test_the_fewest_observers_that_are_enough_for_every_pair_named(found: Power) -> None:
-    answer = needed(found, [PAIRS[0], ("item 2", "item 0")])
+    answer = observers_needed(found, [PAIRS[0], ("item 2", "item 0")])
     assert answer.observers == 20
     assert answer.by_pair.tolist() == [20, 10, 0]
     assert answer.sentence == (
@@ -37,7 +37,7 @@ def test_the_fewest_observers_that_are_enough_for_every_pair_named(found: Power)
 
 
 def test_one_pair_is_named_in_the_answer(found: Power) -> None:
-    answer = needed(found, [PAIRS[1]])
+    answer = observers_needed(found, [PAIRS[1]])
     assert answer.sentence == (
         "10 observers, the fewest tried, give 80 % power on item 0 and item 2: they separate in 90 % of the studies "
         "(± 1.0 %)."
@@ -46,7 +46,7 @@ def test_one_pair_is_named_in_the_answer(found: Power) -> None:
 
 
 def test_too_few_are_called_too_few(found: Power) -> None:
-    answer = needed(found)
+    answer = observers_needed(found)
     assert answer.observers is None
     assert answer.to_json()["pairs"][2] == {"items": ["item 1", "item 2"], "observers": None}
     assert answer.sentence == (
@@ -56,7 +56,7 @@ def test_too_few_are_called_too_few(found: Power) -> None:
 
 
 def test_one_pair_that_stays_hard(found: Power) -> None:
-    assert needed(found, [PAIRS[2]]).sentence == (
+    assert observers_needed(found, [PAIRS[2]]).sentence == (
         "30 observers, the most tried, are too few for 80 % power on item 1 and item 2: they separate in 70 % of the "
         "studies (± 1.0 %)."
     )
@@ -64,7 +64,7 @@ def test_one_pair_that_stays_hard(found: Power) -> None:
 
 def test_a_number_that_larger_ones_fall_behind_is_not_enough(found: Power) -> None:
     luck = replace(found, separates=np.array([[0.85, 1, 1], [0.79, 1, 1], [0.9, 1, 1]]))
-    assert needed(luck).observers == 30
+    assert observers_needed(luck).observers == 30
 
 
 @pytest.mark.parametrize(
@@ -77,11 +77,11 @@ def test_a_number_that_larger_ones_fall_behind_is_not_enough(found: Power) -> No
 )
 def test_wrong_questions_are_refused(found: Power, pairs: list[tuple[str, str]], target: float, finding: str) -> None:
     with pytest.raises(ResultsError, match=finding):
-        needed(found, pairs, target)
+        observers_needed(found, pairs, target)
 
 
 def test_equal_items_need_a_pair_named(plan_of: MakePlan) -> None:
-    alike = power(plan_of(0, 0), [5], replicates=20)
+    alike = simulate_power(plan_of(0, 0), [5], replicates=20)
     with pytest.raises(ResultsError, match="no two items should differ"):
-        needed(alike)
-    assert needed(alike, [PAIRS[0]]).observers is None
+        observers_needed(alike)
+    assert observers_needed(alike, [PAIRS[0]]).observers is None

@@ -13,9 +13,9 @@ import pytest
 
 from analysis.errors import ResultsError
 from analysis.power import compute as compute_module
-from analysis.power.blocks import blocks_of, simulate
 from analysis.power.plan import Plan
-from analysis.power.power import Power, power
+from analysis.power.results import Power
+from analysis.power.simulation import blocks_of, simulate, simulate_power
 
 MakePlan = Callable[..., Plan]
 STRENGTHS = (-1.2, -0.4, 0.1, 0.3, 1.2)
@@ -28,7 +28,7 @@ def numbers(found: Power) -> list[bytes]:
 
 def test_a_number_of_observers_comes_to_the_same_whichever_others_are_asked_for(plan_of: MakePlan) -> None:
     plan = plan_of(*STRENGTHS)
-    alone, among = power(plan, [20], replicates=600), power(plan, [30, 20, 10], replicates=600)
+    alone, among = simulate_power(plan, [20], replicates=600), simulate_power(plan, [30, 20, 10], replicates=600)
     assert among.observers == (10, 20, 30)
     assert among.separates[1].tolist() == alone.separates[0].tolist()
     assert among.mean_width[1] == alone.mean_width[0]
@@ -36,8 +36,10 @@ def test_a_number_of_observers_comes_to_the_same_whichever_others_are_asked_for(
 
 def test_another_seed_gives_other_studies(plan_of: MakePlan) -> None:
     plan = plan_of(*STRENGTHS)
-    assert numbers(power(plan, [20], replicates=300)) == numbers(power(plan, [20], replicates=300))
-    assert numbers(power(plan, [20], replicates=300)) != numbers(power(plan, [20], replicates=300, seed=1))
+    assert numbers(simulate_power(plan, [20], replicates=300)) == numbers(simulate_power(plan, [20], replicates=300))
+    assert numbers(simulate_power(plan, [20], replicates=300)) != numbers(
+        simulate_power(plan, [20], replicates=300, seed=1)
+    )
 
 
 def test_every_study_is_counted_once(plan_of: MakePlan) -> None:
@@ -53,7 +55,7 @@ def test_every_study_is_counted_once(plan_of: MakePlan) -> None:
 
 def test_the_errors_told_are_those_between_seeds(plan_of: MakePlan) -> None:
     plan = plan_of(-0.8, 0.0, 0.9)
-    runs = [power(plan, [25], replicates=100, seed=seed) for seed in range(80)]
+    runs = [simulate_power(plan, [25], replicates=100, seed=seed) for seed in range(80)]
     for name in ("separates", "alike", "mean_width", "recovery"):
         values = np.array([np.atleast_1d(getattr(run, name)[0]) for run in runs])
         told = np.array([np.atleast_1d(getattr(run, f"{name}_error")[0]) for run in runs]).mean(axis=0)
@@ -66,7 +68,7 @@ def test_the_errors_told_are_those_between_seeds(plan_of: MakePlan) -> None:
 
 
 def test_more_observers_find_more_and_equal_items_seldom_differ(plan_of: MakePlan) -> None:
-    found = power(plan_of(0, 0, 0, 1.5), [10, 40], replicates=500)
+    found = simulate_power(plan_of(0, 0, 0, 1.5), [10, 40], replicates=500)
     assert (found.separates[1, [2, 4, 5]] > found.separates[0, [2, 4, 5]]).all()
     assert (found.mean_width[1], found.recovery[1]) == (
         pytest.approx(found.mean_width[0] / 2, rel=0.1),
@@ -77,7 +79,7 @@ def test_more_observers_find_more_and_equal_items_seldom_differ(plan_of: MakePla
 
 
 def test_items_that_always_win_are_fitted_and_told_of(plan_of: MakePlan) -> None:
-    found = power(plan_of(-6, 0, 6), [4], replicates=100)
+    found = simulate_power(plan_of(-6, 0, 6), [4], replicates=100)
     assert found.separated[0] > 0.5
     assert found.unfitted[0] == 0
     assert np.isfinite(found.mean_width).all()
@@ -85,24 +87,24 @@ def test_items_that_always_win_are_fitted_and_told_of(plan_of: MakePlan) -> None
 
 def test_classes_that_come_out_are_those_named(plan_of: MakePlan) -> None:
     plan = plan_of(-1.5, -1.5, 1.5, 1.5)
-    found = power(plan, [60], replicates=300)
+    found = simulate_power(plan, [60], replicates=300)
     assert found.recovery[0] > 0.85
     merged = replace(plan, differs=np.zeros(6, dtype=bool))
-    assert power(merged, [60], replicates=300).recovery[0] == 0
+    assert simulate_power(merged, [60], replicates=300).recovery[0] == 0
 
 
 @pytest.mark.parametrize("interval", ["wald", "bootstrap"])
 def test_processes_give_the_same_answer_to_the_last_bit(plan_of: MakePlan, scheduler: str, interval: str) -> None:
     plan = plan_of(*STRENGTHS, observer_sd=0.5, covariance="sandwich", interval=interval)
     replicates = 1000 if interval == "wald" else 30
-    here = power(plan, [8, 12], replicates=replicates, workers=1)
-    there = power(plan, [8, 12], replicates=replicates, scheduler=scheduler)
+    here = simulate_power(plan, [8, 12], replicates=replicates, workers=1)
+    there = simulate_power(plan, [8, 12], replicates=replicates, scheduler=scheduler)
     assert numbers(there) == numbers(here)
 
 
 def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> None:
     plan = plan_of(*STRENGTHS, interval="bootstrap")
-    expected = power(plan, [10], replicates=120, workers=1)
+    expected = simulate_power(plan, [10], replicates=120, workers=1)
     killed: list[int] = []
 
     def kill_one(done: int, of: int) -> None:
@@ -112,18 +114,20 @@ def test_a_worker_that_is_killed_costs_nothing_but_time(plan_of: MakePlan) -> No
             os.kill(process.pid, signal.SIGKILL)
             killed.append(done)
 
-    found = power(plan, [10], replicates=120, workers=2, done=kill_one)
+    found = simulate_power(plan, [10], replicates=120, workers=2, done=kill_one)
     assert killed == [2]
     assert numbers(found) == numbers(expected)
 
 
 def test_work_moves_to_processes_once_it_is_worth_it(plan_of: MakePlan, monkeypatch: pytest.MonkeyPatch) -> None:
     plan = plan_of(*STRENGTHS)
-    expected = power(plan, [10, 20], replicates=750)
+    expected = simulate_power(plan, [10, 20], replicates=750)
     monkeypatch.setattr(compute_module, "WORTH_A_CLUSTER_S", 0.0)
     monkeypatch.setattr(compute_module, "cores", lambda: 2)
     children: list[int] = []
-    found = power(plan, [10, 20], replicates=750, done=lambda done, of: children.append(len(active_children())))
+    found = simulate_power(
+        plan, [10, 20], replicates=750, done=lambda done, of: children.append(len(active_children()))
+    )
     assert children[0] < children[-1]
     assert len(children) == 6
     assert numbers(found) == numbers(expected)
@@ -144,23 +148,23 @@ def test_a_plan_that_no_study_could_follow_is_refused(
     plan_of: MakePlan, change: dict[str, object], finding: str
 ) -> None:
     with pytest.raises(ResultsError, match=finding):
-        power(replace(plan_of(0, 1, 2), **change), [10])  # type: ignore[arg-type]  # keywords by name
+        simulate_power(replace(plan_of(0, 1, 2), **change), [10])  # type: ignore[arg-type]  # keywords by name
 
 
 @pytest.mark.parametrize("observers", [[], [0, 10], [10**9]])
 def test_absurd_numbers_of_observers_are_refused(plan_of: MakePlan, observers: list[int]) -> None:
     with pytest.raises(ResultsError, match="the numbers of observers are"):
-        power(plan_of(0, 1), observers)
+        simulate_power(plan_of(0, 1), observers)
 
 
 def test_one_observer_has_no_sandwich(plan_of: MakePlan) -> None:
     with pytest.raises(ResultsError, match="give numbers from 2"):
-        power(plan_of(0, 1, covariance="sandwich"), [1, 10])
+        simulate_power(plan_of(0, 1, covariance="sandwich"), [1, 10])
 
 
 def test_a_block_is_the_sum_of_its_studies(plan_of: MakePlan) -> None:
     plan = plan_of(*STRENGTHS)
     blocks = blocks_of(plan, [10], 500, 2016)
-    found = power(plan, [10], replicates=500)
+    found = simulate_power(plan, [10], replicates=500)
     right = np.sum([simulate(block).right for block in blocks], axis=0)
     np.testing.assert_allclose(found.separates[0] * 500, right)

@@ -12,8 +12,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from analysis.records.session_record import SessionLog
-from analysis.report.blocks import Column, Table
-from analysis.report.csv_files import csv_text, inert, write_csv_files
+from analysis.report.blocks import Column, Table, csv_text, inert, write_csv_files
 from analysis.report.page import write_report
 
 Maker = Callable[..., SessionLog]

@@ -6,9 +6,15 @@ import csv
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
-from analysis.power.needed import Needed
+from analysis.power.results import Needed
+from documents.files.whole_file import whole_file
+from documents.text.terminal import plain_table, print_table
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
 
 COLUMNS = ("observers", "quantity", "item", "other", "value", "standard_error")
 
@@ -68,9 +74,32 @@ def csv_rows(needed: Needed) -> Iterator[tuple[int, str, str, str, float, float]
 def write_csv(needed: Needed, file: TextIO | Path) -> None:
     """Write every value as CSV with a heading, numbers in full."""
     if isinstance(file, Path):
-        with file.open("w", encoding="utf-8", newline="") as opened:
+        with whole_file(file) as draft, draft.open("w", encoding="utf-8", newline="") as opened:
             write_csv(needed, opened)
         return
     writer = csv.writer(file)
     writer.writerow(COLUMNS)
     writer.writerows(csv_rows(needed))
+
+
+def print_power(needed: Needed, console: Console | None = None) -> None:
+    """Print a line per number of observers, then the answer; on standard output if ``console`` is None."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = console or Console()
+    reached = f"reach {100 * needed.target:g} %"
+    table = plain_table((), ("observers", "hardest pair", reached, "pairs right", "all right", "width"))
+    for row in size_rows(needed):
+        cells = (str(row.observers), row.hardest, row.reached, row.alike, row.recovery, row.width)
+        style = "bold" if row.observers == needed.observers else ""
+        table.add_row(*(Text(cell) for cell in cells), style=style)
+    print_table(table, console)
+    legend = (
+        "Right: pairs that share a class, or do not, as they should. Width: mean of the intervals of log10 score. "
+        "±: standard error of the simulation."
+    )
+    console.print(Text(legend, style="dim"))
+    console.print(Text(needed.sentence))
+    if needed.doubt:
+        console.print(Text(needed.doubt, style="dim"))

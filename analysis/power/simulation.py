@@ -1,16 +1,25 @@
-"""A block of replicates, the unit of work: simulated from a seed of its own, counted, and added up."""
+"""The power of studies with so many observers, by simulation.
+
+The unit of work is a block of replicates: simulated from a seed of its own, counted, and added up.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import reduce
+from operator import add
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.power.plan import Plan
+from analysis.errors import ResultsError
+from analysis.power.compute import Done, compute
+from analysis.power.plan import Plan, check
+from analysis.power.results import Power
 from analysis.power.studies import run
 from analysis.power.widths import widths
+from documents import Finding
 
 Floats = NDArray[np.float64]
 
@@ -123,3 +132,90 @@ def simulate(block: Block) -> Tally:
         width=width.sum(axis=0),
         width_squares=(width**2).sum(axis=0),
     )
+
+
+MOST_OBSERVERS = 100_000
+REPLICATES, SEED = 1000, 2016
+
+
+def simulate_power(
+    plan: Plan,
+    observers: Sequence[int],
+    *,
+    replicates: int = REPLICATES,
+    seed: int = SEED,
+    scheduler: str | None = None,
+    workers: int | None = None,
+    done: Done | None = None,
+) -> Power:
+    """Simulate ``replicates`` studies with each number of ``observers``.
+
+    The numbers depend on the plan and the seed alone: not on ``scheduler`` or ``workers`` (see
+    `analysis.power.compute.compute`), and for one number of observers not on which others are asked for.
+
+    Raises
+    ------
+    ResultsError
+        If the plan or a number is out of range, or no study of some size has a fit.
+    ComputeError
+        As `analysis.power.compute.compute`.
+    """
+    check(plan)
+    sizes = sorted(set(observers))
+    fewest = 2 if plan.covariance == "sandwich" or plan.interval == "bootstrap" else 1
+    if not sizes or sizes[0] < fewest or sizes[-1] > MOST_OBSERVERS:
+        given = ", ".join(str(size) for size in sizes) or "none"
+        remedy = f"give numbers from {fewest} to {MOST_OBSERVERS}"
+        raise ResultsError(Finding(f"the numbers of observers are {given}", remedy=remedy))
+    if replicates < 2:
+        raise ResultsError(Finding(f"{replicates} replicates were asked for", remedy="ask for 1000"))
+    blocks = blocks_of(plan, sizes, replicates, seed)
+    tallies = compute(simulate, blocks, scheduler=scheduler, workers=workers, done=done)
+    by_size = [
+        reduce(add, [tally for block, tally in zip(blocks, tallies, strict=True) if block.observers == size])
+        for size in sizes
+    ]
+    for size, tally in zip(sizes, by_size, strict=True):
+        if tally.replicates - tally.unfitted < 2:
+            raise ResultsError(Finding(f"studies with {size} observers have no fit", remedy="try more observers"))
+    return _power(plan, replicates, seed, tuple(sizes), by_size)
+
+
+def _power(plan: Plan, replicates: int, seed: int, sizes: tuple[int, ...], tallies: Sequence[Tally]) -> Power:
+    fitted = np.array([[tally.replicates - tally.unfitted] for tally in tallies], dtype=np.float64)
+    count = fitted[:, 0]
+    right = np.array([tally.right for tally in tallies])
+    recovered = np.array([tally.recovered for tally in tallies], dtype=np.float64)
+    alike, alike_squares = (np.array([getattr(t, name) for t in tallies]) for name in ("alike", "alike_squares"))
+    width, width_squares = (np.array([getattr(t, name) for t in tallies]) for name in ("width", "width_squares"))
+    widths, width_errors = width / fitted, _error_of_mean(width, width_squares, fitted)
+    return Power(
+        plan=plan,
+        replicates=replicates,
+        seed=seed,
+        observers=sizes,
+        separates=right / fitted,
+        separates_error=_error_of_share(right, fitted),
+        reversed=np.array([tally.wrong for tally in tallies]) / fitted,
+        recovery=recovered / count,
+        recovery_error=_error_of_share(recovered, count),
+        alike=alike / count,
+        alike_error=_error_of_mean(alike, alike_squares, count),
+        width=widths[:, :-1],
+        width_error=width_errors[:, :-1],
+        mean_width=widths[:, -1],
+        mean_width_error=width_errors[:, -1],
+        separated=np.array([tally.separated for tally in tallies]) / count,
+        unfitted=np.array([tally.unfitted / tally.replicates for tally in tallies]),
+    )
+
+
+def _error_of_share(times: Floats, count: Floats) -> Floats:
+    """Return √(p (1 − p) / count), with p drawn in by one study each way: never 0, even for none or all."""
+    p = (times + 1) / (count + 2)
+    return np.asarray(np.sqrt(p * (1 - p) / (count + 3)))
+
+
+def _error_of_mean(total: Floats, squares: Floats, count: Floats) -> Floats:
+    variance = (squares - total**2 / count) / (count - 1)
+    return np.asarray(np.sqrt(np.maximum(variance, 0) / count))
