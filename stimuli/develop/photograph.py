@@ -1,9 +1,10 @@
-"""One photograph, from its file to an OpenEXR file of absolute XYZ or of linear camera RGB, and what was done to it."""
+"""Photographs, from their files to OpenEXR files of absolute XYZ or of linear camera RGB, and what was done to them."""
 
 from __future__ import annotations
 
 import json
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ import numpy as np
 
 from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
-from documents import Finding
+from documents import Finding, InputError
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.linear_files import write_camera_exr
@@ -24,7 +25,7 @@ from stimuli.pictures.stereo_image import StereoImage
 
 
 @dataclass(frozen=True, slots=True)
-class Choices:
+class DevelopOptions:
     """How photographs are developed: see `read_camera_image` and `to_xyz`; without ``camera`` they stay camera RGB."""
 
     camera: CameraModel | None = None
@@ -36,8 +37,107 @@ class Choices:
     negative: Negative = "clip"
 
 
-def develop_photograph(photo: Path, output: Path, choices: Choices) -> dict[str, Any]:
-    """Write ``output`` (.exr) and, beside it, its steps (.steps.json); return what there is to tell.
+@dataclass(frozen=True, slots=True)
+class LuminanceReport:
+    """The light of a developed photograph, and how far it can be trusted: see `stimuli.develop.to_xyz.Developed`.
+
+    ``exposure_was_characterised`` says whether the camera file was tested at this exposure; None where that is unknown.
+    """
+
+    mean_cd_m2: float
+    max_cd_m2: float
+    safe_cd_m2: tuple[float, float] | None
+    below_safe_pixels: int
+    above_safe_pixels: int
+    negative_pixels: int
+    exposure_was_characterised: bool | None
+
+
+@dataclass(frozen=True, slots=True)
+class DevelopedPhotograph:
+    """A photograph that was developed to ``output``; ``luminance`` is None where it stayed camera RGB."""
+
+    photo: str
+    output: str
+    width_px: int
+    height_px: int
+    exposure: Exposure | None
+    saturated_share: tuple[float, float, float]
+    notes: tuple[str, ...]
+    steps: tuple[dict[str, Any], ...]
+    luminance: LuminanceReport | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the facts as JSON."""
+        exposure, luminance = self.exposure, self.luminance
+        facts = {
+            "photo": self.photo,
+            "output": self.output,
+            "holds": "camera RGB" if luminance is None else "XYZ",
+            "width_px": self.width_px,
+            "height_px": self.height_px,
+            "exposure": None
+            if exposure is None
+            else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
+            "saturated_share": list(self.saturated_share),
+            "said": list(self.notes),
+            "steps": list(self.steps),
+        }
+        if luminance is None:
+            return facts
+        return {
+            **facts,
+            "mean_luminance_cd_m2": luminance.mean_cd_m2,
+            "max_luminance_cd_m2": luminance.max_cd_m2,
+            "safe_luminance_cd_m2": None if luminance.safe_cd_m2 is None else list(luminance.safe_cd_m2),
+            "below_safe_pixels": luminance.below_safe_pixels,
+            "above_safe_pixels": luminance.above_safe_pixels,
+            "negative_pixels_set_to_0": luminance.negative_pixels,
+            "exposure_was_characterised": luminance.exposure_was_characterised,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class DevelopReport:
+    """The photographs that were developed, and what was wrong with those that were not."""
+
+    photographs: tuple[DevelopedPhotograph, ...]
+    findings: tuple[Finding, ...]
+
+
+def develop_photographs(
+    photos: Sequence[Path],
+    output: Path,
+    options: DevelopOptions,
+    *,
+    into_folder: bool = False,
+    progress: Callable[[int, int], None] = lambda done, total: None,
+) -> DevelopReport:
+    """Develop ``photos`` to the OpenEXR file or into the folder ``output``; see `develop_photograph`.
+
+    One photograph goes into the file ``output``, unless that is a folder or ``into_folder`` asks for one; several go
+    into a folder, which is made. One that cannot be developed is reported, and the others are written.
+
+    Raises
+    ------
+    InputError
+        If ``output`` does not suit, or a photograph would be written over.
+    """
+    places = _places(photos, output, into_folder)
+    developed: list[DevelopedPhotograph] = []
+    findings: list[Finding] = []
+    for done, (photo, place) in enumerate(places.items()):
+        progress(done, len(places))
+        try:
+            developed.append(develop_photograph(photo, place, options))
+        except InputError as error:
+            findings += [one if one.file else replace(one, file=str(photo)) for one in error.findings]
+    progress(len(places), len(places))
+    return DevelopReport(tuple(developed), tuple(findings))
+
+
+def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> DevelopedPhotograph:
+    """Write ``output`` (.exr) and, beside it, its steps (.steps.json); return what was done.
 
     Raises
     ------
@@ -47,50 +147,80 @@ def develop_photograph(photo: Path, output: Path, choices: Choices) -> dict[str,
     """
     image = read_camera_image(
         photo,
-        demosaic=choices.demosaic,
-        levels=choices.levels,
-        rotate=choices.rotate,
-        exposure=choices.exposure,
-        assume_linear=choices.assume_linear,
+        demosaic=options.demosaic,
+        levels=options.levels,
+        rotate=options.rotate,
+        exposure=options.exposure,
+        assume_linear=options.assume_linear,
     )
-    if choices.camera is None:
-        told = _told(photo, output, image, "camera RGB")
+    luminance, steps = None, image.steps
+    if options.camera is None:
         write_camera_exr(output, image)
     else:
-        developed = to_xyz(image, choices.camera, negative=choices.negative)
-        told = _told(photo, output, image, "XYZ")
-        luminance = developed.xyz[..., 1]
-        told |= {
-            "mean_luminance_cd_m2": float(luminance.mean(dtype=np.float64)),
-            "max_luminance_cd_m2": float(luminance.max()),
-            "safe_luminance_cd_m2": None if developed.safe_cd_m2 is None else list(developed.safe_cd_m2),
-            "below_safe_pixels": developed.below_safe,
-            "above_safe_pixels": developed.above_safe,
-            "negative_pixels_set_to_0": developed.clipped,
-            "exposure_was_characterised": None if image.exposure is None else choices.camera.tried_at(image.exposure),
-            "steps": [dict(step) for step in developed.steps],
-        }
+        developed = to_xyz(image, options.camera, negative=options.negative)
+        light, steps = developed.xyz[..., 1], developed.steps
+        luminance = LuminanceReport(
+            float(light.mean(dtype=np.float64)),
+            float(light.max()),
+            developed.safe_cd_m2,
+            developed.below_safe,
+            developed.above_safe,
+            developed.clipped,
+            None if image.exposure is None else options.camera.tried_at(image.exposure),
+        )
         write_exr(output, StereoImage.flat(developed.xyz))
+    result = _result(photo, output, image, tuple(dict(step) for step in steps), luminance)
     sidecar = output.with_suffix(".steps.json")
+    text = json.dumps(result.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"
     try:
-        sidecar.write_text(json.dumps(told, indent=1, allow_nan=False, ensure_ascii=False) + "\n", encoding="utf-8")
+        sidecar.write_text(text, encoding="utf-8")
     except OSError as error:
         raise StimulusError(Finding(f"the steps cannot be written: {error.strerror}", str(sidecar))) from error
-    return told
+    return result
 
 
-def _told(photo: Path, output: Path, image: CameraImage, holds: str) -> dict[str, Any]:
-    exposure = image.exposure
-    return {
-        "photo": photo.name,
-        "output": output.name,
-        "holds": holds,
-        "width_px": int(image.rgb.shape[1]),
-        "height_px": int(image.rgb.shape[0]),
-        "exposure": None
-        if exposure is None
-        else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
-        "saturated_share": list(image.saturated_share),
-        "said": list(image.full_early()),
-        "steps": [dict(step) for step in image.steps],
-    }
+def _result(
+    photo: Path, output: Path, image: CameraImage, steps: tuple[dict[str, Any], ...], luminance: LuminanceReport | None
+) -> DevelopedPhotograph:
+    height, width, _ = image.rgb.shape
+    return DevelopedPhotograph(
+        photo.name,
+        output.name,
+        int(width),
+        int(height),
+        image.exposure,
+        image.saturated_share,
+        image.full_early(),
+        steps,
+        luminance,
+    )
+
+
+def _places(photos: Sequence[Path], output: Path, into_folder: bool) -> dict[Path, Path]:
+    """Return where each photograph goes, refusing what would be written over."""
+    if len(set(photos)) < len(photos):
+        raise InputError(Finding("a photograph is named twice", remedy="name it once"))
+    if not (output.is_dir() or into_folder or len(photos) > 1):
+        if output.suffix.lower() != ".exr":
+            raise InputError(Finding("the output is no .exr file", str(output), remedy="name one, or a folder"))
+        places = {photos[0]: output}
+    else:
+        if output.suffix.lower() == ".exr" and not output.is_dir():
+            raise InputError(
+                Finding(f"{len(photos)} photographs do not go into one file", str(output), remedy="name a folder")
+            )
+        try:
+            output.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise InputError(Finding(f"the folder cannot be made: {error.strerror}", str(output))) from error
+        places = {photo: output / f"{photo.stem}.exr" for photo in photos}
+    written: dict[str, Path] = {}
+    for photo, place in places.items():
+        if place.exists() and any(place.resolve() == other.resolve() for other in photos):
+            raise InputError(Finding("the photograph would be written over", str(place), remedy="name another output"))
+        twin = written.setdefault(place.name.casefold(), photo)
+        if twin is not photo:
+            raise InputError(
+                Finding(f"it would be written to the same file as {twin}", str(photo), remedy="rename one")
+            )
+    return places

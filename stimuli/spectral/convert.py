@@ -8,7 +8,7 @@ metamerism included.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
@@ -19,10 +19,13 @@ from devices.camera.exposure import Exposure
 from documents import Finding
 from documents.text.words import counted
 from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.linear_files import write_camera_exr
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_write import write_exr
+from stimuli.pictures.stereo_image import StereoImage
 from stimuli.spectral.curves import read_sensitivities
 from stimuli.spectral.light import LEAST, MOST, Light, observer_weights, spectral_step, weighted
-from stimuli.spectral.picture import SpectralPicture
+from stimuli.spectral.picture import Quantity, SpectralPicture, read_spectral
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -113,3 +116,77 @@ def spectral_to_camera(
         "saturated_pixels": saturated.reshape(-1, 3).sum(axis=0).tolist(),
     }
     return CameraImage(rgb, saturated, exposure, str(picture.path), (step,))
+
+
+@dataclass(frozen=True, slots=True)
+class VirtualCamera:
+    """A sensor's ``sensitivities`` (CSV), the luminance that fills it, and the exposure to keep with its picture."""
+
+    sensitivities: Path
+    full_scale_luminance_cd_m2: float
+    exposure: Exposure | None = None
+
+
+@dataclass(frozen=True, slots=True)
+class SpectralReport:
+    """A spectral picture that was converted: to XYZ with its luminance, or to camera RGB with its saturated share."""
+
+    file: str
+    output: str
+    width_px: int
+    height_px: int
+    quantity: Quantity
+    notes: tuple[str, ...]
+    step: Mapping[str, Any]
+    mean_luminance_cd_m2: float | None = None
+    max_luminance_cd_m2: float | None = None
+    saturated_share: tuple[float, float, float] | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the facts as JSON."""
+        size = {"width_px": self.width_px, "height_px": self.height_px}
+        light = {"mean_luminance_cd_m2": self.mean_luminance_cd_m2, "max_luminance_cd_m2": self.max_luminance_cd_m2}
+        steps = {"steps": [dict(self.step)]}
+        known = {} if self.mean_luminance_cd_m2 is None else light
+        return {"file": self.file, "output": self.output, **size, **known, **steps}
+
+
+def convert_spectral(
+    file: Path,
+    output: Path,
+    light: Light | None = None,
+    *,
+    quantity: Quantity | None = None,
+    camera: VirtualCamera | None = None,
+    negative: Literal["clip", "refuse"] = "refuse",
+) -> SpectralReport:
+    """Write the spectral picture ``file`` to ``output`` (.exr), in absolute XYZ or as a virtual ``camera`` records it.
+
+    Raises
+    ------
+    InputError
+        If ``output`` is no .exr file or is ``file`` itself, or the picture cannot be read, converted or written.
+    """
+    if output.suffix.lower() != ".exr":
+        raise StimulusError(Finding("the output is no .exr file", str(output), remedy="name one"))
+    if output.exists() and file.exists() and output.samefile(file):
+        remedy = "name another output"
+        raise StimulusError(Finding("the spectral picture would be written over", str(output), remedy=remedy))
+    picture = read_spectral(file, quantity)
+    report = SpectralReport(
+        str(file), str(output), picture.width_px, picture.height_px, picture.quantity, picture.said, {}
+    )
+    if camera is not None:
+        full_scale = camera.full_scale_luminance_cd_m2
+        image = spectral_to_camera(picture, camera.sensitivities, full_scale, light, exposure=camera.exposure)
+        write_camera_exr(output, image)
+        return replace(report, step=image.steps[-1], saturated_share=image.saturated_share)
+    observed = spectral_to_xyz(picture, light, negative=negative)
+    write_exr(output, StereoImage.flat(observed.xyz))
+    luminance = observed.xyz[..., 1]
+    return replace(
+        report,
+        step=observed.steps[-1],
+        mean_luminance_cd_m2=float(luminance.mean(dtype=float)),
+        max_luminance_cd_m2=float(luminance.max()),
+    )

@@ -108,7 +108,7 @@ def test_the_table_tells_what_matters(tmp_path: Path, camera: Path) -> None:
     _, heads, cells, note = result.output.splitlines()[-4:]
     assert heads.split() == ["photograph", "size", "exposure", "saturated", "%", "mean", "max", "unsafe", "%", "<", "0"]
     assert cells.split()[:7] == ["a.dng", "64×48", "1/30", "f/8", "200", "0", "0"]
-    assert note == "Note: a.dng: the camera file was not tried at this exposure."
+    assert note == "Note: a.dng: the camera file was not tested at this exposure."
 
 
 def test_a_long_name_is_folded_and_numbers_stay_whole(tmp_path: Path, camera: Path) -> None:
