@@ -20,11 +20,10 @@ from curves import write
 from numpy.typing import NDArray
 
 from devices.display.code_table import curve_table
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from runner.presenter.colour_pass import ColourPass, release_codes
-from runner.presenter.decoder import EYES
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.rectangle import Rectangle

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk
 from devices.compensation.gain_map import GainMap
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from runner.presenter.code_pass import release_codes
@@ -34,7 +34,6 @@ Pair = dict[Eye, Floats]
 Way = tuple[str, str]  # series and parameter
 
 TITLE = "Crosstalk and an uneven panel, a pair of 1344 × 1000 pixels"
-EYES: tuple[Eye, Eye] = ("left", "right")
 PLAIN: Way = "plain colour pass", "nothing compensated"
 IN_PASS, ON_PROCESSOR = "in the pass", "float64 on the processor"
 SIZE_PX = 1344, 1000

@@ -30,9 +30,9 @@ from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.display.table_curve import TableCurve
 from runner.presenter.code_pass import by_columns
+from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
-from runner.presenter.undoing import undoing
 
 SIZE_PX = (960, 540)
 SIZES = (17, 33, 65)
@@ -110,7 +110,7 @@ class Pass:
     """A way compiled for a display, like runner.presenter.colour_pass.ColourPass; None is the one-table pass."""
 
     def __init__(self, context: moderngl.Context, model: DisplayModel, way: Way | None) -> None:
-        undone = undoing(model)
+        interaction = channel_interaction(model)
         by_knots = way is not None and way.by_knots
         inverse = "knots.glsl" if by_knots else "table_fourth_root.glsl"
         parts: list[Part] = [shader_file(inverse), shader_file("encode.glsl")]
@@ -130,10 +130,10 @@ class Pass:
             "box": (1, 1),
             "picture_XYZ": 0,
             "knots" if by_knots else "code_table": 1,
-            **undone.uniforms,
+            **interaction.uniforms,
         }
         if way is not None and isinstance(model, Plvc):
-            name, text = shader_file(undone.files[0])
+            name, text = shader_file(interaction.files[0])
             if way.size:
                 full = model.light_of(np.ones(3))
                 axis = np.linspace(0.0, 1.0, way.size) ** 4

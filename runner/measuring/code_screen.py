@@ -19,14 +19,13 @@ from runner.measuring.patch_screen import CodeTriple, Shown, middle_of
 from runner.presenter.depth import code_texture, highest_code
 from runner.presenter.drawing import BLACK, BLUE
 from runner.presenter.errors import GraphicsError
-from runner.presenter.lettering import coverage
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
 from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
-from runner.presenter.words import squeezed
+from runner.presenter.words import coverage, squeezed
 
 Shares = tuple[float, float, float, float]
 _MIDDLE: Shares = (1 / 3, 1 / 3, 2 / 3, 2 / 3)

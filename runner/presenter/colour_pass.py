@@ -1,17 +1,77 @@
-"""The colour pass: a picture in XYZ to device codes, on the graphics card, once per picture and display model."""
+"""Colour passes: a picture in XYZ to device codes, on the graphics card, once for each picture and display model."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+
 import moderngl
+import numpy as np
 
 from devices.display.display_file import Eye
 from devices.display.model import DisplayModel
+from devices.display.plvc import MIXTURES, MOST_STEPS, NODES, Plvc
+from devices.display.table_curve import TableCurve
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns, release_codes
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
+from runner.presenter.modes.mixture import Mixture
 from runner.presenter.placing import squeezed_size
-from runner.presenter.undoing import undoing
+from runner.presenter.shaders import Uniform
+
+COST = 9
+KNOTS_COST = 5
+
+
+@dataclass(frozen=True, slots=True)
+class ChannelInteraction:
+    """``files`` stand between encoding and pass, with their ``uniforms``.
+
+    ``cost``: times the plain colour pass, about; see benchmarks/plvc_pass.py.
+    """
+
+    files: tuple[str, ...] = ()
+    uniforms: Mapping[str, Uniform] = field(default_factory=dict)
+    cost: int = 1
+
+
+def channel_interaction(own: DisplayModel, other: DisplayModel | None = None) -> ChannelInteraction:
+    """Return what undoes how channels act on each other; no files if they do not.
+
+    ``own`` is the model of the eye whose codes are made, ``other`` that of the other eye, where the pass knows of it.
+    A model that adds up is one whose channels keep their colour and take nothing from each other.
+
+    Raises
+    ------
+    DeviceError
+        If a model cannot be interaction.
+    """
+    models = (own, other or own)
+    if all(model.additive for model in models):
+        return (
+            ChannelInteraction(cost=KNOTS_COST)
+            if any(isinstance(curve, TableCurve) for curve in own.curves)
+            else ChannelInteraction()
+        )
+    terms = [_terms(model) for model in models]
+    uniforms: dict[str, Uniform] = {
+        "plvc_powers": tuple(row for powers, _, _ in terms for row in powers),
+        "plvc_mixtures": tuple(row for _, mixtures, _ in terms for row in mixtures),
+        "plvc_steps": (terms[0][2], terms[1][2]),
+    }
+    return ChannelInteraction(("plvc.glsl",), uniforms, cost=COST)
+
+
+def _terms(model: DisplayModel) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]], int]:
+    """Return powers (15, 3), mixtures (10, 3) and the steps to undo them."""
+    powers, mixtures, steps = np.zeros((3, len(NODES) + 1, 3)), np.zeros((MIXTURES, 3)), 1
+    powers[:, 0] = np.eye(3)
+    if isinstance(model, Plvc):
+        assert model.steps  # refuses what cannot be undone
+        powers, mixtures, steps = model.powers, model.mixtures, MOST_STEPS
+    return [tuple(row) for row in powers.reshape(-1, 3).tolist()], [tuple(row) for row in mixtures.tolist()], steps
+
 
 __all__ = ["ColourPass", "release_codes"]
 
@@ -36,8 +96,8 @@ class ColourPass:
         bits: Bits = 8,
     ) -> None:
         self._squeeze = squeeze
-        undone = undoing(model)
-        self._cost = undone.cost
+        interaction = channel_interaction(model)
+        self._cost = interaction.cost
         self._pass = CodePass(
             context,
             "colour_pass.frag",
@@ -47,12 +107,12 @@ class ColourPass:
                 "linear_from_XYZ": by_columns(model.linear_from_XYZ),
                 "black_XYZ": tuple(model.black_XYZ_cd_m2.tolist()),
                 "box": squeeze,
-                **undone.uniforms,
+                **interaction.uniforms,
             },
             dithering,
             eye,
             bits,
-            undone.files,
+            interaction.files,
         )
 
     def run(self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None) -> moderngl.Framebuffer:
@@ -78,6 +138,58 @@ class ColourPass:
         across, down = self._squeeze
         band_codes = None if band_px is None else max(1, band_px // (self._cost * across * down))
         return self._pass.drawing([picture_XYZ], squeezed_size(picture_XYZ.size, self._squeeze), dtype, band_codes)
+
+    def release(self) -> None:
+        """Free the program and its tables."""
+        self._pass.release()
+
+
+class MixedPass:
+    """The colour pass for one mixture, to codes of ``bits``.
+
+    With ``dithering``, codes are dithered. The eyes see different channels of one picture, and each channel has a piece
+    of the mask for itself, so that the eyes' grain is unrelated whichever masks are asked for.
+    """
+
+    def __init__(
+        self, context: moderngl.Context, mixture: Mixture, dithering: Dithering | None = None, bits: Bits = 8
+    ) -> None:
+        self._pass = CodePass(
+            context,
+            "mixed_pass.frag",
+            mixture.curves,
+            ["left_XYZ", "right_XYZ"],
+            {
+                "linear_from_left": by_columns(mixture.left),
+                "linear_from_right": by_columns(mixture.right),
+                "left_black": tuple(mixture.left_black_XYZ_cd_m2.tolist()),
+                "right_black": tuple(mixture.right_black_XYZ_cd_m2.tolist()),
+            },
+            dithering,
+            bits=bits,
+        )
+
+    def run(
+        self, left_XYZ: moderngl.Texture, right_XYZ: moderngl.Texture, dtype: CodeFormat | None = None
+    ) -> moderngl.Framebuffer:
+        """Return a new framebuffer of codes of two views of one size, in formats as `ColourPass.run`; bottom row first.
+
+        Raises
+        ------
+        PresentationError
+            If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
+        """
+        return to_the_end(self.running(left_XYZ, right_XYZ, dtype))
+
+    def running(
+        self,
+        left_XYZ: moderngl.Texture,
+        right_XYZ: moderngl.Texture,
+        dtype: CodeFormat | None = None,
+        band_px: int | None = None,
+    ) -> InBands[moderngl.Framebuffer]:
+        """Do as `run`, in bands of about ``band_px`` pixels of the picture."""
+        return self._pass.drawing([left_XYZ, right_XYZ], left_XYZ.size, dtype, band_px)
 
     def release(self) -> None:
         """Free the program and its tables."""

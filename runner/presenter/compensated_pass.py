@@ -15,12 +15,12 @@ from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns
+from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
 from runner.presenter.panel_places import PanelPlaces
 from runner.presenter.placing import squeezed_size
 from runner.presenter.shaders import Uniform
-from runner.presenter.undoing import undoing
 
 Floats = NDArray[np.float64]
 COST = 1  # plain colour passes more, about; see benchmarks/crosstalk.py
@@ -65,9 +65,9 @@ class CompensatedPass:
         gains = np.ones((1, 1)) if correction.gain_map is None else correction.gain_map.gains
         self._gains = _texture(context, gains[..., np.newaxis])
         own, other = models.eye(eye), models.eye("right" if eye == "left" else "left")
-        undone = undoing(own, other)
+        interaction = channel_interaction(own, other)
         # Where crosstalk is cancelled, channels are undone for both eyes, and again for what is clipped.
-        self._cost = undone.cost * (INVERSIONS if correction.crosstalk and undone.files else 1) + COST
+        self._cost = interaction.cost * (INVERSIONS if correction.crosstalk and interaction.files else 1) + COST
         self._pass = CodePass(
             context,
             "compensated_pass.frag",
@@ -79,12 +79,12 @@ class CompensatedPass:
                 "own_black_XYZ": tuple(own.black_XYZ_cd_m2.tolist()),
                 **_cancelling(models, correction, eye),
                 **_evening(own, correction.gain_map),
-                **undone.uniforms,
+                **interaction.uniforms,
             },
             dithering,
             eye,
             bits,
-            [*undone.files, "plvc_within.glsl" if undone.files else "within.glsl"],
+            [*interaction.files, "plvc_within.glsl" if interaction.files else "within.glsl"],
         )
 
     def run(

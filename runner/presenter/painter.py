@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import moderngl
 
-from runner.presenter.modes.mode import EyeArea
-from runner.presenter.modes.weave import Weave
+from runner.presenter.modes.mode import EyeArea, Weave
 from runner.presenter.rectangle import Rectangle
 from runner.presenter.shaders import compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.gl_calls import GlCalls

@@ -8,7 +8,6 @@ from types import MappingProxyType
 
 from devices.display.display_file import Eye, EyeModels
 from documents import Finding
-from runner.presenter.compensated_codes import CompensatedCodes
 from runner.presenter.compensated_pass import Correction
 from runner.presenter.counters import Counters, Work
 from runner.presenter.dithering import Dithering
@@ -24,7 +23,7 @@ from runner.presenter.scene import Box, Offset, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.timing import SwapLog, missed_frames
-from runner.presenter.view_codes import CodesPerEye, MixedCodes, PictureCodes, ViewCodes
+from runner.presenter.view_codes import CodesPerEye, CompensatedCodes, MixedCodes, PictureCodes, ViewCodes
 from runner.presenter.words import Words
 from stimuli.pictures.stereo_image import StereoImage
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from devices.compensation.clipping import clip_marks
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, EyeModels
 from documents import Finding
 from runner.blocks.block import Draft, Response
 from runner.errors import SessionError
@@ -26,8 +26,6 @@ from runner.protocol.experiment import Experiment
 from runner.session.placed_presenter import ReadyPictures
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
-
-EYES: tuple[Eye, ...] = ("left", "right")
 
 
 @dataclass(slots=True)

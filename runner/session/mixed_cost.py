@@ -21,13 +21,12 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.clipping import ClipCost, blocks, counted_together
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import Clipping
 from runner.presenter.modes.mixture import Mixture
 from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
-EYES: tuple[Eye, Eye] = ("left", "right")
 # About the least difference between two colours side by side that is seen.
 NOTICED_DELTA_E_00 = 1.0
 

@@ -6,10 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import replace
 
 from runner.ports import Holding
-from runner.presenter.compensated_codes import PlacedImage
 from runner.presenter.compensation import Compensation
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Offset, Picture, Scene
+from runner.presenter.view_codes import PlacedImage
 from runner.session.pace import Pace
 from stimuli.pictures.stereo_image import StereoImage
 

@@ -5,13 +5,41 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+import numpy as np
+from numpy.typing import NDArray
+
 from devices.display.display_file import Eye, EyeModels
 from runner.presenter.modes.filters import Filters
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.options import refuse_options
-from runner.presenter.modes.weave import Weave
 from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.surface import Buffer
+
+
+@dataclass(frozen=True, slots=True)
+class Weave:
+    """The pixels (x, y), from the top left, whose ``column_step`` · x + ``row_step`` · y + ``start`` is even.
+
+    Steps of (0, 1) weave rows, (1, 0) columns, (1, 1) a checkerboard. ``start`` is 0 or 1.
+    """
+
+    column_step: int
+    row_step: int
+    start: int = 0
+
+    def other(self) -> Weave:
+        """Return the pixels that are not in this one."""
+        return Weave(self.column_step, self.row_step, 1 - self.start)
+
+    def seen_from(self, position_px: tuple[int, int]) -> Weave:
+        """Return the same pixels of the panel, counted from its pixel ``position_px``."""
+        moved = self.column_step * position_px[0] + self.row_step * position_px[1]
+        return Weave(self.column_step, self.row_step, (self.start + moved) % 2)
+
+    def mask(self, height: int, width: int) -> NDArray[np.bool_]:
+        """Return which of (height, width) pixels are in it."""
+        rows, columns = np.ogrid[:height, :width]
+        return np.asarray((self.column_step * columns + self.row_step * rows + self.start) % 2 == 0)
 
 
 @dataclass(frozen=True, slots=True)
@@ -59,6 +87,7 @@ class Mode(Protocol):
     @property
     def needs_stereo(self) -> bool:
         """Whether it needs a right back buffer."""
+        return False
 
     @property
     def windows(self) -> int:
@@ -70,6 +99,7 @@ class Mode(Protocol):
 
         ``windows`` is how many windows the surface has.
         """
+        return None
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return each eye's area of a surface of ``size_px`` whose top left pixel is the panel's ``position_px``."""

@@ -1,24 +1,35 @@
-"""The modes by name."""
+"""The modes by name, and any mode adjusted to the rig."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from devices.display.display_file import Eye, EyeModels
 from documents import Finding
 from documents.text.words import did_you_mean
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.adjusted import Adjusted
-from runner.presenter.modes.anaglyph import AnaglyphAmberBlue, AnaglyphGreenMagenta, AnaglyphRedCyan
-from runner.presenter.modes.dual_window import DualWindow
-from runner.presenter.modes.flat import Flat
-from runner.presenter.modes.frame_sequential import FrameSequential
-from runner.presenter.modes.interleaved import Checkerboard, ColumnInterleaved, RowInterleaved
-from runner.presenter.modes.mode import Mode
-from runner.presenter.modes.options import ModeOptions
-from runner.presenter.modes.quad_buffered import QuadBuffered
-from runner.presenter.modes.side_by_side import SideBySide, SideBySideHalf
-from runner.presenter.modes.top_bottom import TopBottom, TopBottomHalf
+from runner.presenter.modes.kinds import (
+    AnaglyphAmberBlue,
+    AnaglyphGreenMagenta,
+    AnaglyphRedCyan,
+    Checkerboard,
+    ColumnInterleaved,
+    DualWindow,
+    Flat,
+    FrameSequential,
+    QuadBuffered,
+    RowInterleaved,
+    SideBySide,
+    SideBySideHalf,
+    TopBottom,
+    TopBottomHalf,
+)
+from runner.presenter.modes.mixture import Mixture
+from runner.presenter.modes.mode import EyeArea, Mode
+from runner.presenter.modes.options import ModeOptions, refuse_options
+from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.surface import Surface
 
 MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(
@@ -78,3 +89,81 @@ def require(mode: Mode, surface: Surface) -> None:
 
 def _reason(mode: Mode, surface: Surface) -> str | None:
     return mode.unavailable(surface.size_px, stereo=surface.stereo, windows=surface.windows)
+
+
+_OTHER: dict[Eye, Eye] = {"left": "right", "right": "left"}
+
+
+@dataclass(frozen=True, slots=True)
+class Adjusted(Mode):
+    """``mode`` with ``options``; it keeps the mode's name, because the light is the same.
+
+    Raises PresentationError if the mode shows both eyes the same pixels and the options would tell them apart.
+    """
+
+    mode: Mode
+    options: ModeOptions
+
+    def __post_init__(self) -> None:
+        options = self.options
+        areas = self.mode.areas((2, 2))
+        frames = {(area.buffer, area.turn) for area in areas}
+        if options.sync_line and len(frames) < 2:
+            why = "shows both eyes in one frame, and a sync line tells frames apart"
+            raise refuse_options(self.name, why, "leave 'sync_line' out")
+        alike = (options.left_offset_px, options.left_mirror) == (options.right_offset_px, options.right_mirror)
+        if not alike and any(len(area.eyes) > 1 for area in areas):
+            why = "shows both eyes the same pixels: it cannot move or mirror one of them"
+            raise refuse_options(self.name, why, "give both eyes the same offset and mirror")
+
+    @property
+    def name(self) -> str:
+        """The mode's own name."""
+        return self.mode.name
+
+    @property
+    def needs_stereo(self) -> bool:
+        """Whether the mode needs a right back buffer."""
+        return self.mode.needs_stereo
+
+    @property
+    def windows(self) -> int:
+        """How many windows the mode needs."""
+        return self.mode.windows
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
+        """Say why the mode cannot be shown, None if it can."""
+        return self.mode.unavailable(size_px, stereo=stereo, windows=windows)
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the mode's areas, adjusted."""
+        return tuple(self._adjust(area) for area in self.mode.areas(size_px, position_px))
+
+    def mixture(self, models: EyeModels) -> Mixture | None:
+        """Return how the views make one picture, each lens before the other eye if they are swapped."""
+        if not self.options.swap_eyes:
+            return self.mode.mixture(models)
+        mixture = self.mode.mixture(EyeModels(models.right, models.left))
+        return mixture.swapped() if mixture else None
+
+    def patch(self, size_px: Size) -> Rectangle | None:
+        """Return the photodiode's square."""
+        corner = self.options.photodiode_corner
+        if corner is None:
+            return None
+        side = min(self.options.photodiode_size_px, *size_px)
+        return Rectangle((size_px[0] - side) * corner[0], (size_px[1] - side) * corner[1], side, side)
+
+    def _adjust(self, area: EyeArea) -> EyeArea:
+        options = self.options
+        eyes = tuple(_OTHER[eye] for eye in area.eyes) if options.swap_eyes else area.eyes
+        left = eyes[0] == "left"
+        whole = area.rectangle
+        line = Rectangle(whole.left, whole.top + whole.height - 1, whole.width * (1 if left else 3) // 4, 1)
+        return replace(
+            area,
+            eyes=eyes,
+            offset_px=options.left_offset_px if left else options.right_offset_px,
+            mirror=options.left_mirror if left else options.right_mirror,
+            sync_line=line if options.sync_line else None,
+        )

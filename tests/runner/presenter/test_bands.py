@@ -17,19 +17,17 @@ from numpy.typing import NDArray
 
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
-from runner.presenter.bands import BAND_PX, InBands, bands
+from runner.presenter.bands import BAND_PX, InBands, as_uploaded, bands, upload
 from runner.presenter.code_pass import release_codes
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter.colour_pass import ColourPass, MixedPass
 from runner.presenter.counters import Work
 from runner.presenter.dithering import Dithering
-from runner.presenter.mixed_pass import MixedPass
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer
 from runner.presenter.surfaces.windows import WindowSurface
-from runner.presenter.uploading import as_uploaded, upload
 from stimuli.pictures.stereo_image import StereoImage
 
 Model = Callable[..., DisplayModel]

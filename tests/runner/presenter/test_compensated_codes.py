@@ -11,9 +11,8 @@ from numpy.typing import NDArray
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk
 from devices.compensation.gain_map import GainMap
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
-from runner.presenter.compensated_codes import PlacedImage
 from runner.presenter.compensated_pass import Correction
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
@@ -22,11 +21,11 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
+from runner.presenter.view_codes import PlacedImage
 from stimuli.pictures.stereo_image import StereoImage
 
 Make = Callable[..., DisplayModel]
 Stereo = Callable[..., StereoImage]
-EYES: tuple[Eye, Eye] = ("left", "right")
 
 LEAKS = Crosstalk(np.diag([0.05, 0.04, 0.06]), np.diag([0.03, 0.05, 0.02]))
 EQUAL_LEAKS = Crosstalk(np.diag([0.05, 0.04, 0.06]), np.diag([0.05, 0.04, 0.06]))
@@ -210,8 +209,8 @@ def test_a_mode_that_mixes_both_views_is_refused(egl: EglSurface, same_models: E
 def test_work_that_is_given_up_between_two_bands_leaves_nothing_on_the_card(
     egl: EglSurface, same_models: EyeModels, random_stereo: Stereo
 ) -> None:
-    from runner.presenter.compensated_codes import CompensatedCodes
     from runner.presenter.counters import Work
+    from runner.presenter.view_codes import CompensatedCodes
 
     image = random_stereo(64, 64)
     made = []

@@ -12,7 +12,7 @@ from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk
 from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
 from devices.compensation.gain_map import GainMap
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from runner.presenter.bands import to_the_end
 from runner.presenter.code_pass import release_codes
@@ -26,7 +26,6 @@ Floats = NDArray[np.float64]
 View = NDArray[np.float32]
 Ramps = Callable[[DisplayModel], View]
 Make = Callable[..., DisplayModel]
-EYES: tuple[Eye, Eye] = ("left", "right")
 
 LEAKS = Crosstalk(
     np.array([[0.05, 0.002, 0.0], [0.004, 0.04, 0.0], [0.0, 0.001, 0.06]]),

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import MODES, find_mode
@@ -25,7 +25,6 @@ MakeModel = Callable[..., DisplayModel]
 Ramps = Callable[[DisplayModel], NDArray[np.float32]]
 Stereo = Callable[..., StereoImage]
 WIDTH, HEIGHT = 640, 480
-EYES: tuple[Eye, Eye] = ("left", "right")
 HALF_MODES = {"side-by-side-half": (2, 1), "top-bottom-half": (1, 2)}
 WOVEN = {"row-interleaved": (0, 1), "column-interleaved": (1, 0), "checkerboard": (1, 1)}
 PER_EYE = ("side-by-side", "top-bottom", *HALF_MODES, *WOVEN)

@@ -14,12 +14,11 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.dither import Masks, dither_tables, dither_thresholds, tabled_dither_codes
-from devices.display.display_file import Eye, EyeModels, read_display
+from devices.display.display_file import EYES, Eye, EyeModels, read_display
 from devices.display.model import DisplayModel
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter.colour_pass import ColourPass, MixedPass
 from runner.presenter.dithering import Dithering, light_table
 from runner.presenter.errors import PresentationError
-from runner.presenter.mixed_pass import MixedPass
 from runner.presenter.modes.mixture import channel_split
 from runner.presenter.surfaces.egl import EglSurface
 
@@ -32,7 +31,6 @@ FULL = 243  # beyond it green has all its light
 TILES = 16, 16  # of one mask period each
 # The gap between a code's share of the light and the mask's threshold, below which float32 may tip the choice.
 TIE = 1e-6
-EYES: tuple[Eye, ...] = ("left", "right")
 READ_BY: tuple[tuple[Eye, Masks], ...] = (("left", "shared"), ("left", "independent"), ("right", "independent"))
 EIGHT_BITS: tuple[Literal["f1", "f4"], ...] = ("f1", "f4")
 

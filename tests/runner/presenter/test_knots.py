@@ -16,9 +16,8 @@ from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import Curve, ToneCurve
 from devices.measurements import read_csv
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter.colour_pass import ColourPass, MixedPass
 from runner.presenter.dithering import Dithering
-from runner.presenter.mixed_pass import MixedPass
 from runner.presenter.modes.mixture import Mixture
 from runner.presenter.surfaces.egl import EglSurface
 

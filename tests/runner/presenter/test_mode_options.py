@@ -10,9 +10,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from runner.presenter.errors import PresentationError
+from runner.presenter.modes.mode import Weave
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import MODES, find_mode
-from runner.presenter.modes.weave import Weave
 from runner.presenter.rectangle import Rectangle
 
 STEPS = st.sampled_from([(0, 1), (1, 0), (1, 1)])

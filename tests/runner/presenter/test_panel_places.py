@@ -5,14 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from devices.display.display_file import Eye
+from devices.display.display_file import EYES, Eye
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.panel_places import panel_places
 from runner.presenter.placement import Placement
 
 PANEL = (640, 480)
-EYES: tuple[Eye, Eye] = ("left", "right")
 
 
 @pytest.mark.parametrize("eye", EYES)

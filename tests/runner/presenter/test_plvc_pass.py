@@ -20,7 +20,7 @@ from devices.display.plvc import Plvc
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
-from runner.presenter.colour_pass import ColourPass
+from runner.presenter.colour_pass import ChannelInteraction, ColourPass, channel_interaction
 from runner.presenter.compensated_pass import CompensatedPass, Correction
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
@@ -28,7 +28,6 @@ from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.undoing import Undoing, undoing
 from stimuli.pictures.stereo_image import StereoImage
 
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
@@ -102,10 +101,10 @@ def test_ten_bits(egl: EglSurface) -> None:
 def test_the_other_models_have_the_one_table_and_nothing_else(egl: EglSurface) -> None:
     model = plvc()
     additive = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, model.curves)
-    assert not undoing(additive).files
+    assert not channel_interaction(additive).files
     gamma = ToneCurve(gamma=2.2)
     plain = DisplayModel(model.black_XYZ_cd_m2, model.primaries_XYZ_cd_m2, (gamma, gamma, gamma))
-    assert undoing(plain) == Undoing()
+    assert channel_interaction(plain) == ChannelInteraction()
     for display, inverse in ((additive, "knots"), (plain, "code_table")):
         names = set(ColourPass(egl.context, display)._pass._program)
         assert {name for name in names if "plvc" in name or "knots" in name or "table" in name} == {inverse}

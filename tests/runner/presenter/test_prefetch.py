@@ -15,8 +15,8 @@ import pytest
 
 from devices.display.display_file import EyeModels
 from documents import Finding, InputError
-from runner.presenter.decoder import Decoder
 from runner.presenter.modes.registry import find_mode
+from runner.presenter.pictures import Decoder
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.display.display_file import Eye, read_display
+from devices.display.display_file import EYES, read_display
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
@@ -23,7 +23,6 @@ from stimuli.pictures.stereo_image import StereoImage
 Floats = NDArray[np.float64]
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
 MODELS = read_display(ASUS).models("side-by-side")
-EYES: tuple[Eye, Eye] = ("left", "right")
 SIZE_PX = (640, 480)
 # Each eye has pixels of its own, or both see all; an anaglyph's colours are those of its mixture (test_anaglyph.py).
 NAMES = [name for name in MODES if name != "quad-buffered" and not name.startswith("anaglyph")]

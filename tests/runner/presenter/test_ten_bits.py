@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
-from devices.display.display_file import Eye, EyeModels, read_display
+from devices.display.display_file import EYES, EyeModels, read_display
 from devices.display.model import DisplayModel
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
@@ -33,7 +33,6 @@ Ramps = Callable[[DisplayModel], NDArray[np.float32]]
 Stereo = Callable[..., StereoImage]
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
-EYES: tuple[Eye, ...] = ("left", "right")
 SCENE = Scene((Picture("a"),))
 FULL_CODE = 1023
 DISPLAYS = [

@@ -11,10 +11,9 @@ from hypothesis import strategies as st
 
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
-from runner.presenter.lettering import break_lines, coverage
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Box, Picture, Scene, Text
-from runner.presenter.words import ink_codes
+from runner.presenter.words import break_lines, coverage, ink_codes
 from stimuli.pictures.stereo_image import StereoImage
 
 Make = Callable[..., Presenter]

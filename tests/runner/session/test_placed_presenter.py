@@ -16,7 +16,6 @@ from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.rig_file import read_rig
 from devices.display.tone_curve import ToneCurve
-from runner.presenter.compensated_codes import PlacedImage
 from runner.presenter.compensation import Compensation
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions
@@ -24,6 +23,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import Surface, open_surface
+from runner.presenter.view_codes import PlacedImage
 from runner.protocol.experiment import read_experiment
 from runner.session.placed_presenter import ReadyPictures
 from runner.session.station import Station

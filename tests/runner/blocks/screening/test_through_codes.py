@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from devices.display.display_file import Eye, EyeModels
+from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from runner.blocks.screening.colour_vision import ColourVisionSpec
@@ -32,7 +32,6 @@ MODEL = DisplayModel(
     np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]]),
     (CURVE, CURVE, CURVE),
 )
-EYES: tuple[Eye, Eye] = ("left", "right")
 
 
 def shifted(rows: Floats, by_px: float) -> Floats:

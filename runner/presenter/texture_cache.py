@@ -22,7 +22,7 @@ K = TypeVar("K", bound=Hashable)
 V = TypeVar("V", bound=Held)
 
 
-class LeastRecent(Generic[K, V]):
+class LruCache(Generic[K, V]):
     """Values by key, at most ``budget_bytes`` of them beside those that a caller asks to keep."""
 
     def __init__(self, budget_bytes: int, evicted: Callable[[], None] = lambda: None) -> None:

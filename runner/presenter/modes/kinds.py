@@ -1,0 +1,252 @@
+"""The stereo modes: which pixels each eye sees, or how both eyes' views make one picture."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from typing import ClassVar
+
+from devices.display.display_file import EyeModels
+from runner.presenter.errors import PresentationError
+from runner.presenter.modes.filters import Filter, Filters
+from runner.presenter.modes.mixture import Mixture, channel_split, least_squares
+from runner.presenter.modes.mode import EyeArea, Mode, Weave
+from runner.presenter.modes.options import refuse_options
+from runner.presenter.rectangle import Rectangle, Size
+from runner.presenter.surfaces.surface import Buffer
+
+
+class Flat(Mode):
+    """One area for both eyes. It shows flat pictures only: a picture of two views has no place in it."""
+
+    name: ClassVar[str] = "flat"
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the whole surface, for both eyes."""
+        return (EyeArea(("left", "right"), Rectangle(0, 0, *size_px)),)
+
+
+class SideBySide(Mode):
+    """Two halves of equal size; of an odd width, the column in the middle stays black."""
+
+    name: ClassVar[str] = "side-by-side"
+    squeeze: ClassVar[tuple[int, int]] = (1, 1)
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
+        """Refuse a surface too narrow to halve."""
+        return None if size_px[0] >= 2 else f"a surface {size_px[0]} px wide has no two halves"
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the left half and the right half."""
+        width, height = size_px
+        half = width // 2
+        return (
+            EyeArea(("left",), Rectangle(0, 0, half, height), squeeze=self.squeeze),
+            EyeArea(("right",), Rectangle(width - half, 0, half, height), squeeze=self.squeeze),
+        )
+
+
+class SideBySideHalf(SideBySide):
+    """Two halves that the display stretches to its full width: two columns of a view share one of the signal."""
+
+    name: ClassVar[str] = "side-by-side-half"
+    squeeze: ClassVar[tuple[int, int]] = (2, 1)
+
+
+class TopBottom(Mode):
+    """Two halves of equal size; of an odd height, the row in the middle stays black."""
+
+    name: ClassVar[str] = "top-bottom"
+    squeeze: ClassVar[tuple[int, int]] = (1, 1)
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
+        """Refuse a surface too low to halve."""
+        return None if size_px[1] >= 2 else f"a surface {size_px[1]} px high has no two halves"
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the upper half and the lower half."""
+        width, height = size_px
+        half = height // 2
+        return (
+            EyeArea(("left",), Rectangle(0, 0, width, half), squeeze=self.squeeze),
+            EyeArea(("right",), Rectangle(0, height - half, width, half), squeeze=self.squeeze),
+        )
+
+
+class TopBottomHalf(TopBottom):
+    """Two halves that the display stretches to its full height: two rows of a view share one of the signal."""
+
+    name: ClassVar[str] = "top-bottom-half"
+    squeeze: ClassVar[tuple[int, int]] = (1, 2)
+
+
+class _Interleaved(Mode):
+    """The eyes share the surface pixel by pixel; ``left`` are the left eye's pixels of the panel.
+
+    The panel's optics decide which eye sees which pixel, so parity counts from the panel's first pixel, not the
+    window's: the left eye has even rows, even columns, or the squares whose row and column add to an even number.
+    Neither view is filtered: an eye sees every second row, column or square of its picture at 1:1.
+    """
+
+    name: ClassVar[str]
+    left: ClassVar[Weave]
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
+        """Refuse a surface that has not a pixel for each eye."""
+        width, height = size_px
+        across, down = self.left.column_step, self.left.row_step
+        enough = (across and width >= 2) or (down and height >= 2)
+        return None if enough else f"a surface of {width} × {height} px has not a pixel for each eye"
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the whole surface for each eye, with the pixels of it that are that eye's."""
+        whole = Rectangle(0, 0, *size_px)
+        left = self.left.seen_from(position_px)
+        return EyeArea(("left",), whole, weave=left), EyeArea(("right",), whole, weave=left.other())
+
+
+class RowInterleaved(_Interleaved):
+    """Even rows of the panel for the left eye, odd rows for the right: line-polarised panels."""
+
+    name: ClassVar[str] = "row-interleaved"
+    left: ClassVar[Weave] = Weave(0, 1)
+
+
+class ColumnInterleaved(_Interleaved):
+    """Even columns of the panel for the left eye, odd columns for the right: parallax barriers."""
+
+    name: ClassVar[str] = "column-interleaved"
+    left: ClassVar[Weave] = Weave(1, 0)
+
+
+class Checkerboard(_Interleaved):
+    """The square of the panel's first pixel and its like for the left eye: DLP projection."""
+
+    name: ClassVar[str] = "checkerboard"
+    left: ClassVar[Weave] = Weave(1, 1)
+
+
+class QuadBuffered(Mode):
+    """The whole surface for each eye, drawn to GL_BACK_LEFT and GL_BACK_RIGHT."""
+
+    name: ClassVar[str] = "quad-buffered"
+    needs_stereo: ClassVar[bool] = True
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
+        """Refuse a surface without a right back buffer."""
+        return None if stereo else "the driver gives this surface no right back buffer (GL_STEREO is false)"
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return each eye's back buffer."""
+        whole = Rectangle(0, 0, *size_px)
+        return EyeArea(("left",), whole, Buffer.BACK_LEFT), EyeArea(("right",), whole, Buffer.BACK_RIGHT)
+
+
+class FrameSequential(Mode):
+    """The whole surface for each eye, the left eye's frame first and then in turn.
+
+    A still scene is drawn again for every refresh, because only the program alternates; a frame that comes late leaves
+    one eye's picture on for both, so such frames are counted. Glasses must be told which frame is whose: by a sync line
+    or a photodiode on the screen.
+    """
+
+    name: ClassVar[str] = "frame-sequential"
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the whole surface for each eye in its turn."""
+        whole = Rectangle(0, 0, *size_px)
+        return EyeArea(("left",), whole, turn=0), EyeArea(("right",), whole, turn=1)
+
+
+class DualWindow(Mode):
+    """The left eye's window and the right eye's, each whole: two projectors, two panels, a haploscope."""
+
+    name: ClassVar[str] = "dual-window"
+    windows: ClassVar[int] = 2
+
+    def unavailable(self, size_px: Size, *, stereo: bool, windows: int = 1) -> str | None:
+        """Refuse a surface of one window."""
+        return None if windows == 2 else "this surface is one window, and each eye needs its own"
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return each eye's window."""
+        whole = Rectangle(0, 0, *size_px)
+        return EyeArea(("left",), whole, Buffer.BACK_LEFT), EyeArea(("right",), whole, Buffer.BACK_RIGHT)
+
+
+@dataclass(frozen=True)
+class _Anaglyph(Mode):
+    """The whole surface for both eyes.
+
+    The views are mixed by least squares (see `mixture`), or, on request, each channel is one eye's alone. With one
+    characterisation for both eyes, measured without the filters, the shares of light that the filters pass are
+    ``left_passes`` and ``right_passes``, unless the rig says better; measured through each filter, it needs none.
+    """
+
+    filters: Filters | None = None
+
+    left_channels: ClassVar[tuple[bool, bool, bool]]
+    # Shares of red, green and blue light. Round figures of what gel filters pass, not measurements of any.
+    left_passes: ClassVar[tuple[float, float, float]]
+    right_passes: ClassVar[tuple[float, float, float]]
+
+    def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
+        """Return the whole surface, for both eyes."""
+        return (EyeArea(("left", "right"), Rectangle(0, 0, *size_px)),)
+
+    def with_filters(self, filters: Filters) -> Mode:
+        """Return the mode with ``filters``."""
+        return replace(self, filters=filters)
+
+    def mixture(self, models: EyeModels) -> Mixture:
+        """Return how the two views make one.
+
+        Raises
+        ------
+        PresentationError
+            If filters are given though the characterisation was measured through them, or cannot make white.
+        """
+        filters = self.filters or Filters()
+        per_eye = models.left is not models.right
+        if per_eye and (filters.left is not None or filters.right is not None):
+            why = "was characterised per eye, through its filters, and is given filters besides"
+            raise refuse_options(self.name, why, "leave 'left_filter' and 'right_filter' out")
+        through = self._through(filters, per_eye=per_eye)
+        if filters.split_channels:
+            return channel_split(models, self.left_channels, *through)
+        try:
+            return least_squares(models, *through)
+        except PresentationError as error:
+            finding = error.findings[0]
+            raise PresentationError(f"the mode '{self.name}' cannot be shown: {finding}") from error
+
+    def _through(self, filters: Filters, *, per_eye: bool) -> tuple[Filter | None, Filter | None]:
+        if per_eye:
+            return None, None
+        return filters.left or self.left_passes, filters.right or self.right_passes
+
+
+class AnaglyphRedCyan(_Anaglyph):
+    """Red before the left eye, cyan before the right."""
+
+    name: ClassVar[str] = "anaglyph-red-cyan"
+    left_channels: ClassVar[tuple[bool, bool, bool]] = (True, False, False)
+    left_passes: ClassVar[tuple[float, float, float]] = (0.90, 0.05, 0.02)
+    right_passes: ClassVar[tuple[float, float, float]] = (0.03, 0.75, 0.80)
+
+
+class AnaglyphGreenMagenta(_Anaglyph):
+    """Green before the left eye, magenta before the right."""
+
+    name: ClassVar[str] = "anaglyph-green-magenta"
+    left_channels: ClassVar[tuple[bool, bool, bool]] = (False, True, False)
+    left_passes: ClassVar[tuple[float, float, float]] = (0.03, 0.75, 0.05)
+    right_passes: ClassVar[tuple[float, float, float]] = (0.85, 0.05, 0.80)
+
+
+class AnaglyphAmberBlue(_Anaglyph):
+    """Amber before the left eye, blue before the right."""
+
+    name: ClassVar[str] = "anaglyph-amber-blue"
+    left_channels: ClassVar[tuple[bool, bool, bool]] = (True, True, False)
+    left_passes: ClassVar[tuple[float, float, float]] = (0.90, 0.75, 0.03)
+    right_passes: ClassVar[tuple[float, float, float]] = (0.02, 0.03, 0.70)
