@@ -19,7 +19,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.compensation.clipping import clip_cost
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
-from runner.session.cost_cache import CostCache
+from runner.session.clipping_costs import CostCache
 
 Floats = NDArray[np.float64]
 TITLE = "What clipping costs a picture, 1344 × 1000 pixels"

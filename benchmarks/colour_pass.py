@@ -19,6 +19,7 @@ import numpy as np
 from curves import write
 from numpy.typing import NDArray
 
+from devices.compensation.eye_view import Rectangle
 from devices.display.code_table import curve_table
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
@@ -26,7 +27,6 @@ from devices.display.tone_curve import ToneCurve
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.surface import Buffer, Surface, open_surface

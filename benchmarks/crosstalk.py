@@ -17,6 +17,7 @@ from curves import Row, write
 from moderngl import Framebuffer, Texture
 from numpy.typing import NDArray
 
+from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_crosstalk
 from devices.compensation.gain_map import GainMap
@@ -25,7 +26,7 @@ from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
-from runner.presenter.compensated_pass import CORNER, CompensatedPass, Correction
+from runner.presenter.compensated_pass import CORNER, CompensatedPass
 from runner.presenter.surfaces.surface import Surface, open_surface
 
 Floats = NDArray[np.float64]

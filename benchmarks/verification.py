@@ -10,6 +10,7 @@ from curves import seconds, write
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EyeModels
@@ -23,7 +24,6 @@ from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.verification import patches_of
-from runner.presenter.compensation import Compensation
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.surface import open_surface
 
@@ -55,11 +55,13 @@ def run() -> dict[str, object]:
 
     rows = []
     with open_surface("egl", SIZE) as surface:
-        compensation = Compensation(models, mode, SIZE, leaks, gain_map)
+        correction = Correction(leaks, gain_map)
         for series in ("through the pass, read back", "codes of the model alone"):
             screen: AskedScreen | CodeScreen
             if series.startswith("through"):
-                screen = AskedScreen(surface, compensation, {colour.name: colour.XYZ_cd_m2 for colour in asked})
+                screen = AskedScreen(
+                    surface, mode, models, correction, {colour.name: colour.XYZ_cd_m2 for colour in asked}
+                )
             else:
                 screen = CodeScreen(surface, mode)
             with screen:

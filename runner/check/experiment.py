@@ -18,7 +18,7 @@ from runner.blocks.message import CONTINUE_KEYS
 from runner.check.machine import check_results, check_screen
 from runner.check.report import CheckOptions, CheckReport
 from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
-from runner.session.ledger import Ledger
+from runner.session.clipping_costs import ClippingCosts
 from runner.session.timing_record import NOT_VERIFIED
 from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import StimulusSet
@@ -193,12 +193,12 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
         lambda _, done, of: options.progress("Building stimuli", done, of),
         setup=DisplaySetup.of(design.rig),
     )
-    ledger = Ledger.of(design, stimuli, design.shown(stimuli.load))
+    costs = ClippingCosts.of(design, stimuli, design.shown(stimuli.load))
     clipping = {}
     for done, name in enumerate(stimuli.names, start=1):
-        clipping[name] = ledger.description(name)["clipping"]
+        clipping[name] = costs.description(name)["clipping"]
         options.progress("Looking at stimuli", done, len(stimuli.names))
-    report.facts.update(asdict(ledger.work))
+    report.facts.update(asdict(costs.work))
     report.facts["clipped_percent"] = _per_eye(clipping, "percent_any")
     report.facts["clip_limit_percent"] = options.clip_limit_percent
     report.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")

@@ -71,10 +71,11 @@ def command(
     file are compensated. Where both eyes see the same pixels, the flat version is shown.
     Of a screenshot of 10 bits, the upper 10 of each 16-bit value are the code.
     """
+    from devices.compensation.compensate import Correction
+    from devices.compensation.eye_costs import eye_clip_costs
     from devices.display.display_file import read_display
     from runner.cli.main import WorkError
     from runner.ports import WindowClosed
-    from runner.presenter.compensation import Compensation
     from runner.presenter.errors import GraphicsError
     from runner.presenter.modes.options import ModeOptions
     from runner.presenter.modes.registry import find_mode
@@ -82,8 +83,6 @@ def command(
     from runner.presenter.scene import Picture, Scene
     from runner.presenter.screenshot import check_screenshot_path, write_screenshot
     from runner.presenter.surfaces.surface import open_surface
-    from runner.session.header import clip_costs
-    from runner.session.placed_presenter import ReadyPictures
     from stimuli.pictures.exr_read import read_exr
 
     if headless and screenshot is None:
@@ -102,10 +101,8 @@ def command(
         white_luminance_cd_m2=white_luminance,
         negative="clip" if clip_negative else "refuse",
     )
-    compensation = Compensation(
-        models, stereo_mode, display.panel.resolution_px, display.crosstalk(mode), display.gain_map(mode)
-    )
-    pictures = ReadyPictures(lambda _: image, compensation, in_pass=True)
+    correction = Correction(display.crosstalk(mode), display.gain_map(mode))
+    compensation = stereo_mode.compensation(models, display.panel.resolution_px, correction)
     try:
         with (
             open_surface(
@@ -116,21 +113,21 @@ def command(
                 windowed=windowed,
                 bits=_BITS[bits] if bits else display.panel.code_bits,
             ) as surface,
-            Presenter(surface, stereo_mode, models, pictures.load, correction=pictures.correction) as presenter,
+            Presenter(surface, stereo_mode, models, lambda _: image, correction=correction) as presenter,
         ):
             if display.panel.bits < surface.facts.bits == 10:
                 told = f"codes have {surface.facts.bits} bits, and the panel has {display.panel.bits}"
                 click.echo(f"warning: {told} ({display_file})", err=True)
             for remark in surface.facts.remarks:
                 click.echo(f"warning: {remark}", err=True)
-            presenter.show(pictures.placed(Scene((Picture(str(file)),))))
+            presenter.show(Scene((Picture(str(file)),)))
             files = write_screenshot(presenter.capture(), screenshot) if screenshot else []
             shown = _Shown(
                 str(file),
                 mode,
                 (image.width_px, image.height_px),
                 image.is_flat,
-                clip_costs(compensation.evened(image, (0, 0)), compensation),
+                eye_clip_costs(models, compensation.mixture, *compensation.evened((image.left, image.right), (0, 0))),
                 asdict(surface.facts),
                 tuple(str(path) for path in files),
             )

@@ -7,15 +7,15 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display.display_file import Eye
+from devices.compensation.compensate import Correction
+from devices.display.display_file import Eye, EyeModels
 from devices.patches import Patch, PatchEye
 from runner.measuring.patch_screen import CodeTriple, Shown, middle_of
-from runner.presenter.compensation import Compensation
 from runner.presenter.depth import highest_code
+from runner.presenter.modes.mode import Mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Item, Picture, Scene, Text
 from runner.presenter.surfaces.surface import Surface
-from runner.session.placed_presenter import ReadyPictures
 from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
@@ -24,26 +24,20 @@ Floats = NDArray[np.float64]
 class AskedScreen:
     """Shows ``asked`` XYZ, shape (3,) in cd/m² by patch name, over all of each eye's view; codes are read back.
 
-    Crosstalk is cancelled and the panel evened out as ``compensation`` has it. Raises as `Presenter` does.
+    Crosstalk is cancelled and the panel evened out as ``correction`` says. Raises as `Presenter` does.
     """
 
-    def __init__(self, surface: Surface, compensation: Compensation, asked: Mapping[str, Floats]) -> None:
+    def __init__(
+        self, surface: Surface, mode: Mode, models: EyeModels, correction: Correction, asked: Mapping[str, Floats]
+    ) -> None:
         self.surface = surface
-        self._compensation = compensation
+        self._models = models
         self._asked = asked
-        self._pictures = ReadyPictures(self._picture, compensation, in_pass=True)
-        self._presenter = Presenter(
-            surface,
-            compensation.mode,
-            compensation.models,
-            self._pictures.load,
-            picture_budget_bytes=0,
-            correction=self._pictures.correction,
-        )
+        self._presenter = Presenter(surface, mode, models, self._picture, picture_budget_bytes=0, correction=correction)
         areas = self._presenter.areas
         self._view_px = areas[0].view_px
         self._shared = any(len(area.eyes) > 1 for area in areas)
-        self._mixed = compensation.mode.mixture(compensation.models) is not None
+        self._mixed = mode.mixture(models) is not None
         self._turns = 1 + max(area.turn for area in areas)
         self._items: tuple[Item, ...] = ()
 
@@ -88,14 +82,14 @@ class AskedScreen:
         self.close()
 
     def _show(self) -> None:
-        self._presenter.show(self._pictures.placed(Scene(self._items)))
+        self._presenter.show(Scene(self._items))
         for _ in range(self._turns - 1):
             self._presenter.redraw()
 
     def _picture(self, name: str) -> StereoImage:
         """Return the picture ``EYE:PATCH``: the other eye's view is its black."""
         eye, _, patch = name.partition(":")
-        models = self._compensation.models
+        models = self._models
         wanted = self._view(self._asked[patch])
         if eye == "both" or (self._shared and not self._mixed):
             return StereoImage.flat(wanted)

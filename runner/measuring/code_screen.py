@@ -12,6 +12,7 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.compensation.eye_view import Rectangle, Size
 from devices.display.display_file import Eye
 from devices.patches import Patch, PatchEye
 from runner.measuring.errors import MeasuringError
@@ -22,7 +23,6 @@ from runner.presenter.errors import GraphicsError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
-from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.words import coverage, squeezed

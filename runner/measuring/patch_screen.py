@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Protocol
 
+from devices.compensation.eye_view import Size
 from devices.patches import Patch, PatchEye
 from runner.presenter.modes.mode import EyeArea
-from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.surface import Surface
 
 CodeTriple = tuple[float, float, float]

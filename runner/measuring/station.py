@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.compensation.compensate import Correction
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.instruments import open_instrument
@@ -30,7 +31,6 @@ from runner.measuring.log import MeasurementLog, Session, read_session, step_fac
 from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.measuring.target import Target
-from runner.presenter.compensation import Compensation
 from runner.presenter.surfaces.surface import open_surface
 
 Floats = NDArray[np.float64]
@@ -90,8 +90,8 @@ def open_screen(
             yield opened.enter_context(CodeScreen(surface, mode))
         else:
             models = characterised(target).models
-            compensation = Compensation(models, mode, panel.resolution_px, target.crosstalk, target.gain_map)
-            yield opened.enter_context(AskedScreen(surface, compensation, asked))
+            correction = Correction(target.crosstalk, target.gain_map)
+            yield opened.enter_context(AskedScreen(surface, mode, models, correction, asked))
 
 
 def characterised(target: Target) -> SimulatedDisplay:

@@ -8,8 +8,8 @@ from typing import TypeAlias, TypeVar
 import moderngl
 import numpy as np
 
+from devices.compensation.eye_view import Size
 from runner.presenter.counters import Work
-from runner.presenter.rectangle import Size
 from stimuli.pictures.stereo_image import XYZImage
 
 T = TypeVar("T")

@@ -8,6 +8,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.compensation.eye_view import Size
 from devices.display.code_table import ENTRIES, curve_table
 from devices.display.display_file import Eye
 from devices.display.knot_table import knot_tables
@@ -18,7 +19,6 @@ from runner.presenter.bands import InBands, bands, to_the_end
 from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
-from runner.presenter.rectangle import Size
 from runner.presenter.shaders import Uniform, compile_program, set_uniform, shader_file
 
 

@@ -8,6 +8,8 @@ from dataclasses import dataclass, field
 import moderngl
 import numpy as np
 
+from devices.compensation.eye_view import squeezed_size
+from devices.compensation.mixture import Mixture
 from devices.display.display_file import Eye
 from devices.display.model import DisplayModel
 from devices.display.plvc import MIXTURES, MOST_STEPS, NODES, Plvc
@@ -16,8 +18,6 @@ from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns, release_codes
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
-from runner.presenter.modes.mixture import Mixture
-from runner.presenter.placing import squeezed_size
 from runner.presenter.shaders import Uniform
 
 COST = 9

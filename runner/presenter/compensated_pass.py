@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk_cancel import channel_crosstalk
+from devices.compensation.eye_view import PixelGrid, squeezed_size
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel
@@ -18,27 +17,12 @@ from runner.presenter.code_pass import CodePass, by_columns
 from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
-from runner.presenter.panel_places import PanelPlaces
-from runner.presenter.placing import squeezed_size
 from runner.presenter.shaders import Uniform
 
 Floats = NDArray[np.float64]
 COST = 1  # plain colour passes more, about; see benchmarks/crosstalk.py
 INVERSIONS = 3
-CORNER = PanelPlaces((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
-
-
-@dataclass(frozen=True, eq=False, slots=True)
-class Correction:
-    """What becomes of both eyes' light before it is codes: leaks cancelled, black lifted, the panel evened out.
-
-    ``lift_share`` is the share of each eye's white that is added to every pixel where there is crosstalk to cancel; see
-    `devices.compensation.crosstalk_cancel.needed_lift`.
-    """
-
-    crosstalk: Crosstalk | None = None
-    gain_map: GainMap | None = None
-    lift_share: float = 0.0
+CORNER = PixelGrid((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 
 
 class CompensatedPass:
@@ -91,12 +75,12 @@ class CompensatedPass:
         self,
         own_XYZ: moderngl.Texture,
         other_XYZ: moderngl.Texture,
-        places: PanelPlaces = CORNER,
+        grid: PixelGrid = CORNER,
         dtype: CodeFormat | None = None,
     ) -> moderngl.Framebuffer:
         """Return a new framebuffer of the eye's codes, in formats as `ColourPass.run`; bottom row first.
 
-        The two views have one size, and may be one texture. ``places`` is where the codes stand on the panel; without
+        The two views have one size, and may be one texture. ``grid`` is where the codes stand on the panel; without
         a gain map it does not matter.
 
         Raises
@@ -104,13 +88,13 @@ class CompensatedPass:
         PresentationError
             If codes dithered to other levels than those of 8 or 10 bits are to be held in so many.
         """
-        return to_the_end(self.running(own_XYZ, other_XYZ, places, dtype))
+        return to_the_end(self.running(own_XYZ, other_XYZ, grid, dtype))
 
     def running(
         self,
         own_XYZ: moderngl.Texture,
         other_XYZ: moderngl.Texture,
-        places: PanelPlaces = CORNER,
+        grid: PixelGrid = CORNER,
         dtype: CodeFormat | None = None,
         band_px: int | None = None,
     ) -> InBands[moderngl.Framebuffer]:
@@ -119,7 +103,7 @@ class CompensatedPass:
         band_codes = None if band_px is None else max(1, band_px // (self._cost * across * down))
         size_px = squeezed_size(own_XYZ.size, self._squeeze)
         # A texture, because bands of another picture may be drawn between two of this one: a uniform would be theirs.
-        steps = _texture(self._context, _reading_steps(self._gain_map, places))
+        steps = _texture(self._context, _reading_steps(self._gain_map, grid))
         try:
             return (yield from self._pass.drawing([own_XYZ, other_XYZ, self._gains, steps], size_px, dtype, band_codes))
         finally:
@@ -169,7 +153,7 @@ def _evening(own: DisplayModel, gain_map: GainMap | None) -> dict[str, Uniform]:
     }
 
 
-def _reading_steps(gain_map: GainMap | None, places: PanelPlaces) -> Floats:
+def _reading_steps(gain_map: GainMap | None, grid: PixelGrid) -> Floats:
     """Return between which readings codes stand, as `GainMap.gain` finds it: of the top left one, and from one to the
     next; shape (1, 2, 2), the last axis across and down.
     """
@@ -178,8 +162,8 @@ def _reading_steps(gain_map: GainMap | None, places: PanelPlaces) -> Floats:
     rows, columns = gain_map.luminance.shape
     cells = gain_map.positions == "cells"
     per_px = (np.array([columns, rows]) - (0 if cells else 1)) / np.array(gain_map.resolution_px)
-    first = np.array(places.first_px) * per_px - (0.5 if cells else 0.0)
-    return np.stack([first, np.array(places.step_px) * per_px])[np.newaxis]
+    first = np.array(grid.first_px) * per_px - (0.5 if cells else 0.0)
+    return np.stack([first, np.array(grid.step_px) * per_px])[np.newaxis]
 
 
 def _texture(context: moderngl.Context, numbers: Floats) -> moderngl.Texture:

@@ -8,9 +8,9 @@ from typing import Literal
 
 import moderngl
 
+from devices.compensation.eye_view import Size
 from documents import Finding
 from runner.presenter.errors import PresentationError
-from runner.presenter.rectangle import Size
 
 Bits = Literal[8, 10]
 # What a colour pass writes: codes of 8 bits, codes of 10, or 32-bit floats as computed.

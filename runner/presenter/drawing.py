@@ -9,10 +9,9 @@ from typing import TypeAlias
 
 import moderngl
 
+from devices.compensation.eye_view import Rectangle
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.painter import Painter
-from runner.presenter.placing import place_item
-from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Box, Picture, Scene, Text
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.view_codes import PictureCodes
@@ -58,7 +57,7 @@ class Drawing:
         self,
         scene: Scene,
         areas: Sequence[EyeArea],
-        pictures: Mapping[str, PictureCodes],
+        pictures: Mapping[Picture, PictureCodes],
         square: Rectangle | None = None,
     ) -> Plan:
         """Return how to draw ``scene`` in ``areas``, all of one frame."""
@@ -83,11 +82,11 @@ class Drawing:
             if plan.square is not None:
                 self.painter.fill(target, plan.square, WHITE if lit else BLACK)
 
-    def _steps(self, scene: Scene, area: EyeArea, pictures: Mapping[str, PictureCodes]) -> Iterator[Step]:
+    def _steps(self, scene: Scene, area: EyeArea, pictures: Mapping[Picture, PictureCodes]) -> Iterator[Step]:
         for item in scene.items:
             if isinstance(item, Picture):
-                codes = pictures[item.stimulus].eye(area.eyes[0])
-                place, shown = place_item(area, codes.size, item.offset_px, item.aperture_px)
+                codes = pictures[item].eye(area.eyes[0])
+                place, shown = area.place(codes.size, item.offset_px, item.aperture_px)
                 yield partial(self.painter.picture, codes=codes, place=place, shown=shown, area=area)
             else:  # words are looked up for each frame: they may have been let go for others
                 yield partial(self._text, area=area, item=item)
@@ -96,12 +95,12 @@ class Drawing:
             yield partial(self.painter.fill, place=line, codes=BLACK)
             yield partial(self.painter.fill, place=area.sync_line, codes=BLUE)
 
-    def _covered(self, areas: Sequence[EyeArea], scene: Scene, pictures: Mapping[str, PictureCodes]) -> bool:
+    def _covered(self, areas: Sequence[EyeArea], scene: Scene, pictures: Mapping[Picture, PictureCodes]) -> bool:
         """Whether pictures will cover every pixel of a buffer, so that clearing it would be work for nothing."""
         covered_px = 0.0
         for area in areas:
             shown = (
-                place_item(area, pictures[item.stimulus].eye(area.eyes[0]).size, item.offset_px, item.aperture_px)[1]
+                area.place(pictures[item].eye(area.eyes[0]).size, item.offset_px, item.aperture_px)[1]
                 for item in scene.items
                 if isinstance(item, Picture)
             )
@@ -114,7 +113,7 @@ class Drawing:
         coverage = self.words.coverage(item)
         if coverage is None:
             return
-        place, shown = place_item(area, coverage.texture.size, item.offset_px)
+        place, shown = area.place(coverage.texture.size, item.offset_px)
         ink = self.words.ink(area.eyes[0], item.luminance_share)
         self.painter.words(target, coverage.texture, ink, place, shown, area)
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 import moderngl
 
+from devices.compensation.eye_view import Rectangle
 from runner.presenter.modes.mode import EyeArea, Weave
-from runner.presenter.rectangle import Rectangle
 from runner.presenter.shaders import compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.gl_calls import GlCalls
 

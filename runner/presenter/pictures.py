@@ -6,6 +6,7 @@ from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
+from typing import NamedTuple
 
 import moderngl
 import numpy as np
@@ -16,13 +17,21 @@ from documents.text.words import counted
 from runner.presenter.bands import BAND_PX, as_uploaded, to_the_end, upload
 from runner.presenter.counters import Work
 from runner.presenter.errors import PresentationError
+from runner.presenter.scene import Offset
 from runner.presenter.texture_cache import LruCache
 from runner.presenter.view_codes import Making, PictureCodes, ViewCodes
 from stimuli.pictures.stereo_image import StereoImage
 
 
+class PictureKey(NamedTuple):
+    """Which picture it is, and for which place in the eyes' views, where its codes depend on that."""
+
+    stimulus: str
+    offset_px: Offset = (0, 0)
+
+
 class Pictures:
-    """Pictures by the name that ``load`` knows them by.
+    """Pictures by their keys, as ``load`` gives them.
 
     They are decoded in a thread of their own once ``start`` has named them, which calls ``decoded`` after each;
     uploading and the colour pass belong to the context's thread, one band of rows of a view at each ``step``.
@@ -32,7 +41,7 @@ class Pictures:
         self,
         context: moderngl.Context,
         views: ViewCodes,
-        load: Callable[[str], StereoImage],
+        load: Callable[[PictureKey], StereoImage],
         work: Work,
         budget_bytes: int,
         decoded: Callable[[], None] = lambda: None,
@@ -41,45 +50,45 @@ class Pictures:
         self._work = work
         self._decoder = Decoder(load, int(context.info["GL_MAX_TEXTURE_SIZE"]), decoded)
         self._views = views
-        self._held: LruCache[str, PictureCodes] = LruCache(budget_bytes, lambda: work.add(evictions=1))
-        self._making: tuple[str, Making] | None = None
+        self._held: LruCache[PictureKey, PictureCodes] = LruCache(budget_bytes, lambda: work.add(evictions=1))
+        self._making: tuple[PictureKey, Making] | None = None
 
-    def codes(self, stimulus: str, keep: Collection[str] = ()) -> PictureCodes:
-        """Return the codes of ``stimulus``, made if they are not held; those in ``keep`` are not let go for it.
+    def codes(self, key: PictureKey, keep: Collection[PictureKey] = ()) -> PictureCodes:
+        """Return the codes of ``key``, made if they are not held; those in ``keep`` are not let go for it.
 
         Raises
         ------
         PresentationError
             If a view holds NaN or infinity, or is larger than the driver's largest texture.
         """
-        codes = self._held.get(stimulus, lambda: self._finish(stimulus))
-        self._held.trim({stimulus, *keep})
+        codes = self._held.get(key, lambda: self._finish(key))
+        self._held.trim({key, *keep})
         return codes
 
-    def start(self, stimuli: Collection[str]) -> None:
-        """Begin to decode those of ``stimuli`` that are not held."""
+    def start(self, keys: Collection[PictureKey]) -> None:
+        """Begin to decode those of ``keys`` that are not held."""
         making = self._making[0] if self._making else None
-        self._decoder.start([name for name in stimuli if name not in self._held and name != making])
+        self._decoder.start([key for key in keys if key not in self._held and key != making])
 
-    def step(self, keep: Collection[str] = ()) -> bool:
+    def step(self, keep: Collection[PictureKey] = ()) -> bool:
         """Upload or transform one band of a picture that is decoded; return whether there is more to do.
 
         The step ends when the graphics card is done with the band. Drivers put work off: without that, all the bands
         would be paid for by the next frame.
         """
         if self._making is None:
-            name = self._decoder.ready()
-            if name is None:
+            key = self._decoder.ready()
+            if key is None:
                 return False
-            self._making = name, self._make(self._decoder.take(name), BAND_PX)
-        name, making = self._making
+            self._making = key, self._make(key, BAND_PX)
+        key, making = self._making
         try:
             next(making)
         except StopIteration as made:
             self._making = None
             codes: PictureCodes = made.value
-            self._held.get(name, lambda: codes)
-            self._held.trim({name, *keep})
+            self._held.get(key, lambda: codes)
+            self._held.trim({key, *keep})
         except BaseException:
             self._making = None
             raise
@@ -95,18 +104,20 @@ class Pictures:
         self._held.clear()
         self._views.release()
 
-    def _finish(self, stimulus: str) -> PictureCodes:
-        """Make the codes of ``stimulus`` to the end, from wherever they are."""
-        if self._making is not None and self._making[0] == stimulus:
+    def _finish(self, key: PictureKey) -> PictureCodes:
+        """Make the codes of ``key`` to the end, from wherever they are."""
+        if self._making is not None and self._making[0] == key:
             making = self._making[1]
             self._making = None
         else:
-            making = self._make(self._decoder.take(stimulus))
+            making = self._make(key)
         return to_the_end(making)
 
-    def _make(self, image: StereoImage, band_px: int | None = None) -> Making:
+    def _make(self, key: PictureKey, band_px: int | None = None) -> Making:
+        image = self._decoder.take(key)
         self._work.add(decodes=1)
-        return self._views.make(image, partial(upload, self._context, self._work, band_px=band_px), band_px)
+        uploading = partial(upload, self._context, self._work, band_px=band_px)
+        return self._views.make(image, uploading, key.offset_px, band_px)
 
 
 class Decoder:
@@ -118,31 +129,31 @@ class Decoder:
     """
 
     def __init__(
-        self, load: Callable[[str], StereoImage], largest_px: int, finished: Callable[[], None] = lambda: None
+        self, load: Callable[[PictureKey], StereoImage], largest_px: int, finished: Callable[[], None] = lambda: None
     ) -> None:
         self._load = load
         self._largest_px = largest_px
         self._finished = finished
         self._thread: ThreadPoolExecutor | None = None
-        self._pending: dict[str, Future[StereoImage]] = {}
+        self._pending: dict[PictureKey, Future[StereoImage]] = {}
 
-    def start(self, stimuli: Collection[str]) -> None:
-        """Begin to decode ``stimuli``; what was begun before and is not among them is given up."""
-        for name in [name for name in self._pending if name not in stimuli]:
-            self._pending.pop(name).cancel()
-        for name in stimuli:
-            if name not in self._pending:
+    def start(self, keys: Collection[PictureKey]) -> None:
+        """Begin to decode ``keys``; what was begun before and is not among them is cancelled."""
+        for key in [key for key in self._pending if key not in keys]:
+            self._pending.pop(key).cancel()
+        for key in keys:
+            if key not in self._pending:
                 if self._thread is None:
                     self._thread = ThreadPoolExecutor(1, thread_name_prefix="decode")
-                self._pending[name] = self._thread.submit(self._decode, name)
-                self._pending[name].add_done_callback(self._tell)
+                self._pending[key] = self._thread.submit(self._decode, key)
+                self._pending[key].add_done_callback(self._report)
 
-    def ready(self) -> str | None:
-        """Return the name of a picture that can be taken without waiting, None if there is none."""
-        done = (name for name, one in self._pending.items() if one.done() and not one.exception())
+    def ready(self) -> PictureKey | None:
+        """Return the key of a picture that can be taken without waiting, None if there is none."""
+        done = (key for key, future in self._pending.items() if future.done() and not future.exception())
         return next(done, None)
 
-    def take(self, stimulus: str) -> StereoImage:
+    def take(self, key: PictureKey) -> StereoImage:
         """Return the picture, decoded here and now if its turn had not come.
 
         Raises
@@ -150,8 +161,8 @@ class Decoder:
         InputError
             Of the stimulus's source; PresentationError if a view holds NaN or infinity or is larger than a texture.
         """
-        pending = self._pending.pop(stimulus, None)
-        return self._decode(stimulus) if pending is None or pending.cancel() else pending.result()
+        pending = self._pending.pop(key, None)
+        return self._decode(key) if pending is None or pending.cancel() else pending.result()
 
     def close(self) -> None:
         """Give up what waits, and wait for what is under way."""
@@ -159,17 +170,17 @@ class Decoder:
             self._thread.shutdown(wait=True, cancel_futures=True)
         self._pending.clear()
 
-    def _tell(self, done: Future[StereoImage]) -> None:
+    def _report(self, done: Future[StereoImage]) -> None:
         if not done.cancelled():
             self._finished()
 
-    def _decode(self, stimulus: str) -> StereoImage:
-        image = self._load(stimulus)
+    def _decode(self, key: PictureKey) -> StereoImage:
+        image = self._load(key)
         if max(image.width_px, image.height_px) > self._largest_px:
             size = f"{image.width_px} × {image.height_px} px"
             raise PresentationError(
                 Finding(
-                    f"'{stimulus}' is {size}; this driver's textures end at {self._largest_px}",
+                    f"'{key.stimulus}' is {size}; this driver's textures end at {self._largest_px}",
                     remedy="crop the picture to what the display can show",
                 )
             )
@@ -180,7 +191,7 @@ class Decoder:
                 bad = int(np.count_nonzero(~finite.all(axis=2)))
                 raise PresentationError(
                     Finding(
-                        f"'{stimulus}', {eye} view: {counted(bad, 'pixel is', 'pixels are')} NaN or infinite",
+                        f"'{key.stimulus}', {eye} view: {counted(bad, 'pixel is', 'pixels are')} NaN or infinite",
                         remedy="build it again",
                     )
                 )

@@ -6,9 +6,10 @@ import time
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
+from devices.compensation.compensate import Compensation, Correction
+from devices.compensation.eye_view import Size
 from devices.display.display_file import Eye, EyeModels
 from documents import Finding
-from runner.presenter.compensated_pass import Correction
 from runner.presenter.counters import Counters, Work
 from runner.presenter.dithering import Dithering
 from runner.presenter.drawing import Drawing, Plan
@@ -16,10 +17,9 @@ from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.painter import Painter
-from runner.presenter.pictures import Pictures
+from runner.presenter.pictures import PictureKey, Pictures
 from runner.presenter.pointer import Pointer
-from runner.presenter.rectangle import Size
-from runner.presenter.scene import Box, Offset, Scene, Text
+from runner.presenter.scene import Box, Offset, Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.timing import SwapLog, missed_frames
@@ -41,7 +41,9 @@ class Presenter:
     ``load`` returns the picture of a stimulus by name; it is called once per picture for as long as the
     picture's codes stay within ``picture_budget_bytes``. With ``dithering`` a picture's codes keep the mean light
     between two codes. Codes have the surface's ``bits``. With ``correction``, crosstalk is cancelled and the panel
-    evened out; words and marks stay as they are.
+    evened out, in the pass or, where the mode mixes both views into one picture, as the picture is decoded; words and
+    marks stay as they are. ``prepare`` changes a picture for the place at which it is shown, an offset from the middle
+    of the eyes' views. Where a picture's codes depend on its place, they are made for each place.
 
     Raises
     ------
@@ -60,6 +62,7 @@ class Presenter:
         picture_budget_bytes: int = PICTURE_BUDGET_BYTES,
         dithering: Dithering | None = None,
         correction: Correction | None = None,
+        prepare: Callable[[StereoImage, Offset], StereoImage] | None = None,
     ) -> None:
         require(mode, surface)
         self.surface = surface
@@ -86,19 +89,32 @@ class Presenter:
         dithering = dithering and dithering.on_surface(bits)
         squeeze = self.areas[0].squeeze
         views: ViewCodes
-        if correction is not None:
+        if correction is not None and correction.is_none:
+            correction = None
+        self._by_place = prepare is not None or (correction is not None and correction.depends_on_place)
+        if correction is not None and mixture is not None:
+            panel_px = correction.gain_map.resolution_px if correction.gain_map else surface.size_px
+            prepare = _prepared_by(mode.compensation(models, panel_px, correction))
+        if correction is not None and mixture is None:
             views = CompensatedCodes(surface.context, models, mode, correction, self._work, dithering, bits)
         elif mixture is None:
             views = CodesPerEye(surface.context, models, squeeze, self._work, dithering, bits)
         else:
             views = MixedCodes(surface.context, mixture, self._work, dithering, bits)
-        self._pictures = Pictures(surface.context, views, load, self._work, picture_budget_bytes, decoded=surface.wake)
+
+        def load_key(key: PictureKey) -> StereoImage:
+            image = load(key.stimulus)
+            return image if prepare is None else prepare(image, key.offset_px)
+
+        self._pictures = Pictures(
+            surface.context, views, load_key, self._work, picture_budget_bytes, decoded=surface.wake
+        )
         self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits)
         self._painter = Painter(surface.context, surface.calls)
         self._drawing = Drawing(surface, self._painter, self._words)
         self._swaps = SwapLog()
         self._scene: Scene | None = None
-        self._upcoming: tuple[str, ...] = ()
+        self._upcoming: tuple[PictureKey, ...] = ()
         self._plans: tuple[Plan, ...] = ()
         self._plans_for: tuple[Scene, Size, tuple[int, int], int] | None = None
         self._lit = False
@@ -165,8 +181,8 @@ class Presenter:
         if self._scene is None:
             self._ready(scene)
         else:
-            self._upcoming = scene.stimuli
-            self._pictures.start(scene.stimuli)
+            self._upcoming = self._keys(scene)
+            self._pictures.start(self._upcoming)
             self._rasterise(scene)
         self._raise_gl_error()
 
@@ -215,12 +231,20 @@ class Presenter:
     def __exit__(self, *_: object) -> None:
         self.close()
 
-    def _ready(self, scene: Scene, keep: tuple[str, ...] = ()) -> dict[str, PictureCodes]:
-        pictures = {name: self._pictures.codes(name, keep=(*scene.stimuli, *keep)) for name in scene.stimuli}
-        for name, codes in pictures.items():
-            self._refuse_unequal(name, codes.left is codes.right)
+    def _key(self, picture: Picture) -> PictureKey:
+        return PictureKey(picture.stimulus, picture.offset_px if self._by_place else (0, 0))
+
+    def _keys(self, scene: Scene) -> tuple[PictureKey, ...]:
+        """Return the keys of the pictures shown, in drawing order, each once."""
+        return tuple(dict.fromkeys(self._key(item) for item in scene.items if isinstance(item, Picture)))
+
+    def _ready(self, scene: Scene) -> dict[Picture, PictureCodes]:
+        keys = self._keys(scene)
+        codes = {key: self._pictures.codes(key, keep=keys) for key in keys}
+        for key, made in codes.items():
+            self._refuse_unequal(key.stimulus, made.left is made.right)
         self._rasterise(scene)
-        return pictures
+        return {item: codes[self._key(item)] for item in scene.items if isinstance(item, Picture)}
 
     def _rasterise(self, scene: Scene) -> None:
         for item in scene.items:
@@ -229,7 +253,7 @@ class Presenter:
 
     def _go_on(self) -> None:
         """Make a band of a picture ready that was decoded meanwhile, and come back if there are more."""
-        current = self._scene.stimuli if self._scene else ()
+        current = self._keys(self._scene) if self._scene else ()
         if self._pictures.step(keep=(*current, *self._upcoming)):
             self.surface.wake()
         self._raise_gl_error()
@@ -304,3 +328,10 @@ class Presenter:
         error = self.surface.context.error
         if error != "GL_NO_ERROR":
             raise GraphicsError(f"the graphics driver reports {error} ({self.surface.facts.renderer})")
+
+
+def _prepared_by(compensation: Compensation) -> Callable[[StereoImage, Offset], StereoImage]:
+    def prepare(image: StereoImage, offset_px: Offset) -> StereoImage:
+        return StereoImage(*compensation.apply((image.left, image.right), offset_px)[0])
+
+    return prepare

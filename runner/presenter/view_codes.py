@@ -8,21 +8,18 @@ from typing import Protocol, TypeAlias
 import moderngl
 import numpy as np
 
+from devices.compensation.compensate import Correction
+from devices.compensation.eye_view import PixelGrid, squeezed_size
+from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
-from documents import Finding
 from runner.presenter.bands import InBands, Upload
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass, MixedPass
-from runner.presenter.compensated_pass import CORNER, CompensatedPass, Correction
+from runner.presenter.compensated_pass import CORNER, CompensatedPass
 from runner.presenter.counters import Work
 from runner.presenter.depth import Bits
 from runner.presenter.dithering import Dithering
-from runner.presenter.errors import PresentationError
-from runner.presenter.modes.mixture import Mixture
-from runner.presenter.modes.mode import EyeArea, Mode
-from runner.presenter.panel_places import PanelPlaces, panel_places
-from runner.presenter.placing import squeezed_size
-from runner.presenter.rectangle import Size
+from runner.presenter.modes.mode import Mode
 from runner.presenter.scene import Offset
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
@@ -62,8 +59,13 @@ Making: TypeAlias = InBands[PictureCodes]
 class ViewCodes(Protocol):
     """A way to make the codes of a picture."""
 
-    def make(self, image: StereoImage, upload: Upload, band_px: int | None = None) -> Making:
-        """Upload and transform the views, pausing after each band of about ``band_px`` pixels and each view."""
+    def make(
+        self, image: StereoImage, upload: Upload, offset_px: Offset = (0, 0), band_px: int | None = None
+    ) -> Making:
+        """Upload and transform the views, pausing after each band of about ``band_px`` pixels and each view.
+
+        ``offset_px`` is how far from the middle of the eyes' views the picture will be shown.
+        """
 
     def release(self) -> None:
         """Free the programs."""
@@ -87,7 +89,9 @@ class CodesPerEye:
         self._passes = {"left": left, "right": right}
         self._work = work
 
-    def make(self, image: StereoImage, upload: Upload, band_px: int | None = None) -> Making:
+    def make(
+        self, image: StereoImage, upload: Upload, offset_px: Offset = (0, 0), band_px: int | None = None
+    ) -> Making:
         """Upload and transform one view after the other; a flat picture is one upload."""
         made: dict[tuple[int, int], moderngl.Framebuffer] = {}
         try:
@@ -142,7 +146,9 @@ class MixedCodes:
         self._pass = MixedPass(context, mixture, dithering, bits)
         self._work = work
 
-    def make(self, image: StereoImage, upload: Upload, band_px: int | None = None) -> Making:
+    def make(
+        self, image: StereoImage, upload: Upload, offset_px: Offset = (0, 0), band_px: int | None = None
+    ) -> Making:
         """Upload one view after the other, then transform both."""
         left = yield from upload(image.left)
         right = left
@@ -164,22 +170,10 @@ class MixedCodes:
         self._pass.release()
 
 
-@dataclass(frozen=True, eq=False, slots=True)
-class PlacedImage(StereoImage):
-    """A picture whose codes are for ``offset_px``, how far from the middle of the eyes' views it will be shown."""
-
-    offset_px: Offset = (0, 0)
-
-
 class CompensatedCodes:
-    """Both views to each eye's codes of ``bits``, compensated by ``correction``.
+    """Both views to each eye's codes of ``bits``, corrected for where on the panel they are shown.
 
-    Where the panel is evened out, a picture must be a `PlacedImage`; the areas are those of the whole panel.
-
-    Raises
-    ------
-    PresentationError
-        If the mode mixes both views into one picture: that mixture says what each eye sees, and nothing else can.
+    The mode gives each eye pixels of its own; the areas are those of the whole panel.
     """
 
     def __init__(
@@ -192,15 +186,8 @@ class CompensatedCodes:
         dithering: Dithering | None = None,
         bits: Bits = 8,
     ) -> None:
-        if mode.mixture(models) is not None:
-            raise PresentationError(
-                Finding(
-                    f"the mode '{mode.name}' mixes both views into one picture, which the pass cannot compensate",
-                    remedy="compensate the pictures before they are shown",
-                )
-            )
         gain_map = correction.gain_map
-        self._areas: tuple[EyeArea, ...] = () if gain_map is None else mode.areas(gain_map.resolution_px)
+        self._views = None if gain_map is None else mode.views(gain_map.resolution_px)
         self._squeeze = mode.areas((2, 2))[0].squeeze
         self._passes = {
             eye: CompensatedPass(context, models, correction, eye, self._squeeze, dithering, bits) for eye in EYES
@@ -213,7 +200,9 @@ class CompensatedCodes:
         )
         self._work = work
 
-    def make(self, image: StereoImage, upload: Upload, band_px: int | None = None) -> Making:
+    def make(
+        self, image: StereoImage, upload: Upload, offset_px: Offset = (0, 0), band_px: int | None = None
+    ) -> Making:
         """Upload one view after the other, then transform both for each eye; a flat picture is one upload.
 
         It is one pass too, where nothing tells the eyes apart.
@@ -228,13 +217,13 @@ class CompensatedCodes:
             else:
                 uploaded["right"] = yield from upload(image.right)
                 yield
-            places = self._places(image)
-            alike = image.is_flat and self._same_passes and places["left"] == places["right"]
+            grids = self._grids(image, offset_px)
+            alike = image.is_flat and self._same_passes and grids["left"] == grids["right"]
             for eye in EYES[:1] if alike else EYES:
                 if made:
                     yield
                 own, other = uploaded[eye], uploaded["right" if eye == "left" else "left"]
-                made.append((yield from self._passes[eye].running(own, other, places[eye], band_px=band_px)))
+                made.append((yield from self._passes[eye].running(own, other, grids[eye], band_px=band_px)))
                 self._work.add(colour_passes=1, pixels_shaded=own.width * own.height)
         except BaseException:
             for codes in made:
@@ -250,11 +239,9 @@ class CompensatedCodes:
         for compensated_pass in self._passes.values():
             compensated_pass.release()
 
-    def _places(self, image: StereoImage) -> dict[Eye, PanelPlaces]:
+    def _grids(self, image: StereoImage, offset_px: Offset) -> dict[Eye, PixelGrid]:
         """Return where each eye's codes stand; anywhere, if it does not matter."""
-        if not self._areas:
+        if self._views is None:
             return {"left": CORNER, "right": CORNER}
-        if not isinstance(image, PlacedImage):
-            raise PresentationError("an uneven panel was to be evened out for a picture that has no place on it")
-        size_px: Size = squeezed_size((image.width_px, image.height_px), self._squeeze)
-        return {eye: panel_places(self._areas, eye, size_px, image.offset_px) for eye in EYES}
+        size_px = squeezed_size((image.width_px, image.height_px), self._squeeze)
+        return {eye: view.code_grid(size_px, offset_px) for eye, view in self._views.items()}

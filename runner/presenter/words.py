@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
+from devices.compensation.mixture import Mixture
 from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel
 from runner.presenter.counters import Work
 from runner.presenter.depth import Bits, highest_code
-from runner.presenter.modes.mixture import Mixture
 from runner.presenter.scene import Box, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.texture_cache import LruCache

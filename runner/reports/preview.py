@@ -8,22 +8,23 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from devices.compensation.clipping import clip_marks
+from devices.compensation.compensate import Compensation, Correction, XYZImage
+from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, EyeModels
 from documents import Finding
 from runner.blocks.block import Draft, Response
 from runner.errors import SessionError
 from runner.observers.plain import plain_key
 from runner.ports import Ask
-from runner.presenter.compensation import Compensation
-from runner.presenter.modes.mixture import Mixture
+from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.scene import Offset, Picture, Scene
+from runner.presenter.scene import Offset
 from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment
-from runner.session.placed_presenter import ReadyPictures
+from runner.session.picture_source import PictureSource
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -68,26 +69,23 @@ def preview(
     total = sum(block.trials for block in blocks)
     album = _Album(folder)
     mode = experiment.mode
-    load = experiment.shown(stimuli.load)
-    images = (load(name) for name in stimuli.names)
-    compensation = Compensation.of(rig, mode, images)
-    pictures = ReadyPictures(load, compensation, in_pass=True)
-    for block in blocks:
-        pictures.add(block.pictures)
+    pictures = PictureSource(experiment, stimuli, blocks)
     resolution = rig.display.panel.resolution_px
-
-    marks = _Marks(load, compensation)
+    compensation = mode.compensation(rig.models, resolution, Correction(rig.crosstalk, rig.gain_map))
+    if rig.lift_black:
+        images = (pictures.stimulus(name) for name in stimuli.names)
+        compensation = compensation.lifted_for((image.left, image.right) for image in images)
 
     def marking(surface: Surface) -> Presenter:
         # Not the presenter of the pictures: marks are shown as they are, with nothing cancelled, dithered or mixed.
-        return marks.presenter(surface, ModeOptions.parse(rig.mode_options))
+        return _marking(surface, mode, ModeOptions.parse(rig.mode_options), compensation, pictures.stimulus)
 
     with (
         open_surface(
             backend, resolution, stereo=mode.needs_stereo, windows=mode.windows, bits=rig.output_bits
         ) as surface,
         Presenter(
-            surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=pictures.correction
+            surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=compensation.correction
         ) as presenter,
         marking(surface) if clipping else nullcontext() as marker,
     ):
@@ -107,62 +105,44 @@ def preview(
                     progress("Previewing trials", shown, total)
                 else:
                     response = _answered(step) if isinstance(step, Ask) else None
-                    presenter.show(pictures.placed(step.scene))
+                    presenter.show(step.scene)
                     name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
                     album.add(name, presenter)
                     if marker is not None and set(step.scene.stimuli) & set(stimuli.names):
-                        marker.show(marks.placed(step.scene))
+                        marker.show(step.scene)
                         album.add(f"{name}_clipping", marker)
                     screen += 1
     return tuple(album.files)
 
 
-@dataclass(frozen=True, slots=True)
-class _Marks:
-    """Pictures of where the pictures of ``load`` leave the gamut, at each place where a gain map makes it matter."""
+def _marking(
+    surface: Surface, mode: Mode, options: ModeOptions, compensation: Compensation, load: Callable[[str], StereoImage]
+) -> Presenter:
+    """Return a presenter of pictures of where the pictures of ``load`` leave the gamut."""
+    models, mixture = compensation.models, compensation.mixture
 
-    load: Callable[[str], StereoImage]
-    compensation: Compensation
-    places: dict[str, tuple[str, Offset]] = field(default_factory=dict)
+    def of_each_eye(left: XYZImage, right: XYZImage) -> StereoImage:
+        marked = clip_marks(models.left, left)
+        if left is right and models.left is models.right:
+            return StereoImage.flat(marked)
+        return StereoImage(marked, clip_marks(models.right, right))
 
-    def placed(self, scene: Scene) -> Scene:
-        """Return ``scene`` with each picture named by its place too."""
-        return Scene(tuple(self._placed(item) if isinstance(item, Picture) else item for item in scene.items))
-
-    def presenter(self, surface: Surface, options: ModeOptions) -> Presenter:
-        """Return one that shows scenes that `placed` gave."""
-        models, mode = self.compensation.models, self.compensation.mode
-        mixture = mode.mixture(models)
-        if mixture is None:
-            return Presenter(surface, mode, models, lambda name: self._of_each_eye(self._evened(name)))
-        # What is clipped is the one picture that both views make: its marks are shown as a flat picture would be.
-        flat = find_mode("flat", replace(options, filters=None))
-        one = EyeModels(models.left, models.left)
-        return Presenter(surface, flat, one, lambda name: self._of_one_picture(self._evened(name), mixture))
-
-    def _placed(self, picture: Picture) -> Picture:
-        if not self.compensation.depends_on_place:
-            return picture
-        name = f"{picture.stimulus} at {picture.offset_px[0]},{picture.offset_px[1]}"
-        self.places[name] = picture.stimulus, picture.offset_px
-        return replace(picture, stimulus=name)
-
-    def _evened(self, name: str) -> StereoImage:
-        """Return what is asked of the display, as the ledger counts it."""
-        stimulus, offset_px = self.places.get(name, (name, (0, 0)))
-        return self.compensation.evened(self.load(stimulus), offset_px)
-
-    def _of_each_eye(self, image: StereoImage) -> StereoImage:
-        models = self.compensation.models
-        left = clip_marks(models.left, image.left)
-        if image.is_flat and models.left is models.right:
-            return StereoImage.flat(left)
-        return StereoImage(left, clip_marks(models.right, image.right))
-
-    def _of_one_picture(self, image: StereoImage, mixture: Mixture) -> StereoImage:
-        model = self.compensation.models.left
-        light = mixture.light(image.left, image.right)
+    def of_one_picture(mixture: Mixture, left: XYZImage, right: XYZImage) -> StereoImage:
+        model = models.left
+        light = mixture.light(left, right)
         return StereoImage.flat(clip_marks(model, model.black_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T))
+
+    def marks(image: StereoImage, offset_px: Offset) -> StereoImage:
+        """Mark what is asked of the display, as the clipping costs count it."""
+        left, right = compensation.evened((image.left, image.right), offset_px)
+        return of_each_eye(left, right) if mixture is None else of_one_picture(mixture, left, right)
+
+    if mixture is not None:
+        # What is clipped is the one picture that both views make: its marks are shown as a flat picture would be.
+        mode, models = find_mode("flat", replace(options, filters=None)), EyeModels(models.left, models.left)
+    if compensation.correction.depends_on_place:
+        return Presenter(surface, mode, models, load, prepare=marks)
+    return Presenter(surface, mode, models, lambda name: marks(load(name), (0, 0)))
 
 
 def _answered(ask: Ask) -> Response:

@@ -7,25 +7,19 @@ import importlib.metadata
 import json
 import platform
 import subprocess
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import asdict
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
 from analysis.records.session_record import Header
-from devices.compensation.clipping import clip_cost
-from devices.display.display_file import Eye
 from devices.display.plvc import Plvc
 from devices.display.rig_file import Rig
 from documents import Finding
 from runner.errors import SessionError
-from runner.presenter.compensation import Compensation
-from runner.presenter.scene import Offset
 from runner.protocol.experiment import Experiment
-from runner.session.mixed_cost import mixed_costs
 from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.stereo_image import StereoImage
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
 
@@ -80,45 +74,10 @@ def software() -> dict[str, str]:
 def _commit() -> str | None:
     command = ["git", "-C", str(Path(__file__).parent), "describe", "--always", "--dirty", "--abbrev=12"]
     try:
-        told = subprocess.run(command, capture_output=True, text=True, timeout=5)
+        result = subprocess.run(command, capture_output=True, text=True, timeout=5)
     except (OSError, subprocess.TimeoutExpired):
         return None
-    return told.stdout.strip() if told.returncode == 0 else None
-
-
-def describe_stimulus(
-    name: str,
-    image: StereoImage,
-    factors: Mapping[str, str | float],
-    compensation: Compensation,
-    places_px: Sequence[Offset],
-) -> dict[str, Any]:
-    """Return a stimulus's name and factors, and what the gamut clip and uncancelled crosstalk cost each eye.
-
-    Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``. Where a mode mixes
-    both views into one picture, that picture is what is clipped, and each eye's costs are those seen through its filter
-    (see `runner.session.mixed_cost`).
-    """
-    costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
-    places_px = places_px or ((0, 0),)  # of a session that shows none
-    for place in places_px if compensation.depends_on_place else places_px[:1]:
-        for eye, cost in clip_costs(compensation.evened(image, place), compensation).items():
-            costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
-    clipping: dict[str, Any] = dict(costs)
-    if compensation.crosstalk is not None:
-        clipping["crosstalk"] = compensation.uncancelled(image)
-    return {"name": name, "factors": dict(factors), "flat": image.is_flat, "clipping": clipping}
-
-
-def clip_costs(evened: StereoImage, compensation: Compensation) -> Mapping[Eye, dict[str, float]]:
-    """Return what the gamut clip costs each eye of a picture as it is asked of the display."""
-    models = compensation.models
-    mixture = compensation.mode.mixture(models)
-    if mixture is not None:
-        return mixed_costs(mixture, models, evened)
-    left = clip_cost(models.left, evened.left).to_json()
-    same = evened.is_flat and models.left is models.right
-    return {"left": left, "right": left if same else clip_cost(models.right, evened.right).to_json()}
+    return result.stdout.strip() if result.returncode == 0 else None
 
 
 def make_header(

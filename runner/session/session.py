@@ -22,8 +22,8 @@ from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.text_entry import typed
 from runner.errors import SessionError
 from runner.ports import Ask, Holding, KeyPress, Observer, Presenter
+from runner.session.clocks import SteadyClock
 from runner.session.pause import pause_menu
-from runner.session.steady_clock import SteadyClock
 
 Place = tuple[int, int]
 

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import random
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
@@ -22,11 +21,11 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer
+from runner.session.clipping_costs import ClippingCosts, CostWork
+from runner.session.clocks import Pace, PacedPresenter
 from runner.session.folders import new_label, observer_folder, to_resume
 from runner.session.header import changes, check_unchanged, hashes, make_header
-from runner.session.ledger import Ledger, LedgerWork
-from runner.session.pace import Pace
-from runner.session.placed_presenter import PlacedPresenter, ReadyPictures
+from runner.session.picture_source import PictureSource
 from runner.session.recorder import Recorder
 from runner.session.session import Place, Session
 from runner.session.timing_record import timing_facts
@@ -47,11 +46,11 @@ class Station:
     results: Path
     surface: Surface
     presenter: Presenter
-    pictures: ReadyPictures
+    pictures: PictureSource
     descriptions: tuple[dict[str, Any], ...]
     remarks: tuple[str, ...]
     timing: dict[str, Any]
-    ledger_work: LedgerWork
+    cost_work: CostWork
 
     @classmethod
     def open(
@@ -66,9 +65,9 @@ class Station:
         """
         rig = experiment.rig
         mode = experiment.mode
-        load = functools.lru_cache(maxsize=4)(experiment.shown(stimuli.load))
-        ledger = Ledger.of(experiment, stimuli, load)
-        pictures = ReadyPictures(load, ledger.compensation, in_pass=True)
+        pictures = PictureSource(experiment, stimuli)
+        costs = ClippingCosts.of(experiment, stimuli, pictures.stimulus)
+        correction = costs.compensation.correction
         surface = open_surface(
             backend,
             rig.display.panel.resolution_px,
@@ -79,15 +78,15 @@ class Station:
         )
         try:
             presenter = Presenter(
-                surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=pictures.correction
+                surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=correction
             )
             descriptions = []
             for name in stimuli.names:
-                # Decoded once: described, unless its description is found, then made ready to be shown.
-                descriptions.append(ledger.description(name))
-                for place in experiment.places_px if ledger.compensation.depends_on_place else ((0, 0),):
+                # Decoded once: described, unless its description is cached, then made ready to be shown.
+                descriptions.append(costs.description(name))
+                for place in experiment.places_px if correction.depends_on_place else ((0, 0),):
                     if not presenter.counters.evictions:  # more than fits is made ready when its trial comes near
-                        presenter.prefetch(pictures.placed(Scene((Picture(name, place),))))
+                        presenter.prefetch(Scene((Picture(name, place),)))
         except BaseException:
             surface.close()
             raise
@@ -95,8 +94,8 @@ class Station:
         remarks = surface.facts.remarks + timing_remarks
         if not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
-        told = tuple(descriptions)
-        return cls(experiment, stimuli, results, surface, presenter, pictures, told, remarks, timing, ledger.work)
+        described = tuple(descriptions)
+        return cls(experiment, stimuli, results, surface, presenter, pictures, described, remarks, timing, costs.work)
 
     def __enter__(self) -> Station:
         return self
@@ -178,13 +177,12 @@ class Station:
         else:
             recorder = self._begin(observer, simulated, remarks)
         blocks = self.experiment.blocks(observer)
-        for block in blocks:
-            self.pictures.add(block.pictures)
+        self.pictures.add(blocks)
         costs = {description["name"]: description["clipping"] for description in self.descriptions}
         with recorder:
             session = Session(
                 blocks,
-                PlacedPresenter(self.presenter, self.pictures, self._pace(instantly=simulated)),
+                PacedPresenter(self.presenter, self._pace(instantly=simulated)),
                 answers,
                 recorder,
                 clip_costs=costs,
@@ -193,7 +191,7 @@ class Station:
                 pending=log.pending if log else pending,
                 on_trial=on_trial,
                 style=self.experiment.style,
-                closing_facts=lambda: {"work": asdict(self.presenter.counters) | asdict(self.ledger_work)},
+                closing_facts=lambda: {"work": asdict(self.presenter.counters) | asdict(self.cost_work)},
             )
             on_session(session)
             try:

@@ -5,13 +5,13 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
+from devices.compensation.eye_view import Rectangle, Size
+from devices.compensation.mixture import Filter, Mixture, channel_split, least_squares
 from devices.display.display_file import EyeModels
+from devices.errors import DeviceError
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.filters import Filter, Filters
-from runner.presenter.modes.mixture import Mixture, channel_split, least_squares
 from runner.presenter.modes.mode import EyeArea, Mode, Weave
-from runner.presenter.modes.options import refuse_options
-from runner.presenter.rectangle import Rectangle, Size
+from runner.presenter.modes.options import Filters, refuse_options
 from runner.presenter.surfaces.surface import Buffer
 
 
@@ -22,7 +22,7 @@ class Flat(Mode):
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return the whole surface, for both eyes."""
-        return (EyeArea(("left", "right"), Rectangle(0, 0, *size_px)),)
+        return (EyeArea(Rectangle(0, 0, *size_px), eyes=("left", "right")),)
 
 
 class SideBySide(Mode):
@@ -40,8 +40,8 @@ class SideBySide(Mode):
         width, height = size_px
         half = width // 2
         return (
-            EyeArea(("left",), Rectangle(0, 0, half, height), squeeze=self.squeeze),
-            EyeArea(("right",), Rectangle(width - half, 0, half, height), squeeze=self.squeeze),
+            EyeArea(Rectangle(0, 0, half, height), self.squeeze, eyes=("left",)),
+            EyeArea(Rectangle(width - half, 0, half, height), self.squeeze, eyes=("right",)),
         )
 
 
@@ -67,8 +67,8 @@ class TopBottom(Mode):
         width, height = size_px
         half = height // 2
         return (
-            EyeArea(("left",), Rectangle(0, 0, width, half), squeeze=self.squeeze),
-            EyeArea(("right",), Rectangle(0, height - half, width, half), squeeze=self.squeeze),
+            EyeArea(Rectangle(0, 0, width, half), self.squeeze, eyes=("left",)),
+            EyeArea(Rectangle(0, height - half, width, half), self.squeeze, eyes=("right",)),
         )
 
 
@@ -101,7 +101,7 @@ class _Interleaved(Mode):
         """Return the whole surface for each eye, with the pixels of it that are that eye's."""
         whole = Rectangle(0, 0, *size_px)
         left = self.left.seen_from(position_px)
-        return EyeArea(("left",), whole, weave=left), EyeArea(("right",), whole, weave=left.other())
+        return EyeArea(whole, eyes=("left",), weave=left), EyeArea(whole, eyes=("right",), weave=left.other())
 
 
 class RowInterleaved(_Interleaved):
@@ -138,7 +138,9 @@ class QuadBuffered(Mode):
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return each eye's back buffer."""
         whole = Rectangle(0, 0, *size_px)
-        return EyeArea(("left",), whole, Buffer.BACK_LEFT), EyeArea(("right",), whole, Buffer.BACK_RIGHT)
+        return EyeArea(whole, eyes=("left",), buffer=Buffer.BACK_LEFT), EyeArea(
+            whole, eyes=("right",), buffer=Buffer.BACK_RIGHT
+        )
 
 
 class FrameSequential(Mode):
@@ -154,7 +156,7 @@ class FrameSequential(Mode):
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return the whole surface for each eye in its turn."""
         whole = Rectangle(0, 0, *size_px)
-        return EyeArea(("left",), whole, turn=0), EyeArea(("right",), whole, turn=1)
+        return EyeArea(whole, eyes=("left",), turn=0), EyeArea(whole, eyes=("right",), turn=1)
 
 
 class DualWindow(Mode):
@@ -170,7 +172,9 @@ class DualWindow(Mode):
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return each eye's window."""
         whole = Rectangle(0, 0, *size_px)
-        return EyeArea(("left",), whole, Buffer.BACK_LEFT), EyeArea(("right",), whole, Buffer.BACK_RIGHT)
+        return EyeArea(whole, eyes=("left",), buffer=Buffer.BACK_LEFT), EyeArea(
+            whole, eyes=("right",), buffer=Buffer.BACK_RIGHT
+        )
 
 
 @dataclass(frozen=True)
@@ -191,7 +195,7 @@ class _Anaglyph(Mode):
 
     def areas(self, size_px: Size, position_px: tuple[int, int] = (0, 0)) -> tuple[EyeArea, ...]:
         """Return the whole surface, for both eyes."""
-        return (EyeArea(("left", "right"), Rectangle(0, 0, *size_px)),)
+        return (EyeArea(Rectangle(0, 0, *size_px), eyes=("left", "right")),)
 
     def with_filters(self, filters: Filters) -> Mode:
         """Return the mode with ``filters``."""
@@ -215,7 +219,7 @@ class _Anaglyph(Mode):
             return channel_split(models, self.left_channels, *through)
         try:
             return least_squares(models, *through)
-        except PresentationError as error:
+        except DeviceError as error:
             finding = error.findings[0]
             raise PresentationError(f"the mode '{self.name}' cannot be shown: {finding}") from error
 

@@ -8,11 +8,11 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display.display_file import Eye, EyeModels
-from runner.presenter.modes.filters import Filters
-from runner.presenter.modes.mixture import Mixture
-from runner.presenter.modes.options import refuse_options
-from runner.presenter.rectangle import Rectangle, Size
+from devices.compensation.compensate import Compensation, Correction
+from devices.compensation.eye_view import EyeView, Rectangle, Size
+from devices.compensation.mixture import Mixture
+from devices.display.display_file import EYES, Eye, EyeModels
+from runner.presenter.modes.options import Filters, refuse_options
 from runner.presenter.surfaces.surface import Buffer
 
 
@@ -42,30 +42,19 @@ class Weave:
         return np.asarray((self.column_step * columns + self.row_step * rows + self.start) % 2 == 0)
 
 
-@dataclass(frozen=True, slots=True)
-class EyeArea:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EyeArea(EyeView):
     """Pixels of one buffer, and the eyes that see them: one, or both where the two see the same pixels.
 
-    ``squeeze`` is how many pixels across and down of the eye's view share one pixel of ``rectangle``; ``weave`` says
-    which of the rectangle's pixels are this eye's, all of them if None. ``offset_px`` moves the view, in pixels of the
-    view; ``mirror`` reverses it, (left to right, top to bottom). ``turn`` is the frame that it is drawn in, where the
-    eyes are shown in turn; ``sync_line`` is what is blue of the row that tells whose frame it is.
+    ``weave`` says which of the rectangle's pixels are this eye's, all of them if None. ``turn`` is the frame that it is
+    drawn in, where the eyes are shown in turn; ``sync_line`` is the blue part of the row that says whose frame it is.
     """
 
     eyes: tuple[Eye, ...]
-    rectangle: Rectangle
     buffer: Buffer = Buffer.BACK
-    squeeze: tuple[int, int] = (1, 1)
     weave: Weave | None = None
-    offset_px: tuple[int, int] = (0, 0)
-    mirror: tuple[bool, bool] = (False, False)
     turn: int = 0
     sync_line: Rectangle | None = None
-
-    @property
-    def view_px(self) -> Size:
-        """Width and height of the eye's view, in pixels of the panel as the eye sees it."""
-        return self.rectangle.width * self.squeeze[0], self.rectangle.height * self.squeeze[1]
 
     @property
     def share(self) -> float:
@@ -111,6 +100,15 @@ class Mode(Protocol):
     def mixture(self, models: EyeModels) -> Mixture | None:
         """Return how the views of both eyes make one picture; None where each eye has pixels of its own."""
         return None
+
+    def views(self, panel_px: Size) -> dict[Eye, EyeView]:
+        """Return where each eye's view lies on a panel of ``panel_px`` that the surface fills."""
+        areas = self.areas(panel_px)
+        return {eye: next(area for area in areas if eye in area.eyes) for eye in EYES}
+
+    def compensation(self, models: EyeModels, panel_px: Size, correction: Correction) -> Compensation:
+        """Return what ``correction`` does to pictures in this mode on a panel of ``panel_px``."""
+        return Compensation(models, self.views(panel_px), self.mixture(models), correction)
 
     def with_filters(self, filters: Filters) -> Mode:
         """Return the mode with ``filters`` before the eyes; raise PresentationError if it has no use for them."""

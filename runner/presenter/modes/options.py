@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
+from devices.compensation.mixture import Filter
 from documents import Finding
 from documents.text.words import did_you_mean
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.filters import Filters, read_filter
 
 Mirror = tuple[bool, bool]
 MIRRORS: Mapping[str, Mirror] = MappingProxyType(
@@ -26,6 +27,18 @@ CORNERS: Mapping[str, tuple[bool, bool]] = MappingProxyType(
 )
 SPLITS: Mapping[str, bool] = MappingProxyType({"least-squares": False, "channels": True})
 _FILTERS = MappingProxyType({"left_filter": "left", "right_filter": "right", "anaglyph": "split_channels"})
+
+
+@dataclass(frozen=True, slots=True)
+class Filters:
+    """What each filter does to light: the share that it passes of each channel, or a matrix (3, 3) on XYZ.
+
+    None is the mode's own default. ``split_channels`` mixes nothing: each channel is one eye's alone.
+    """
+
+    left: Filter | None = None
+    right: Filter | None = None
+    split_channels: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -138,3 +151,18 @@ def read_options(options: Mapping[str, Any], readers: Mapping[str, Read]) -> dic
     if findings:
         raise PresentationError(findings)
     return values
+
+
+def read_filter(value: Any) -> Filter:
+    """Return three shares in 0..1, or a 3 × 3 matrix; raise ValueError with what was expected."""
+    if isinstance(value, list | tuple) and len(value) == 3:
+        if all(isinstance(row, list | tuple) and len(row) == 3 and all(map(_number, row)) for row in value):
+            first, second, third = ((float(row[0]), float(row[1]), float(row[2])) for row in value)
+            return first, second, third
+        if all(_number(share) and 0.0 <= share <= 1.0 for share in value):
+            return float(value[0]), float(value[1]), float(value[2])
+    raise ValueError("expected the shares of red, green and blue that it passes, such as [0.9, 0.05, 0.02], or 3 × 3")
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, int | float) and not isinstance(value, bool) and math.isfinite(value)

@@ -6,6 +6,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
+from devices.compensation.eye_view import Rectangle, Size
+from devices.compensation.mixture import Mixture
 from devices.display.display_file import Eye, EyeModels
 from documents import Finding
 from documents.text.words import did_you_mean
@@ -26,10 +28,8 @@ from runner.presenter.modes.kinds import (
     TopBottom,
     TopBottomHalf,
 )
-from runner.presenter.modes.mixture import Mixture
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions, refuse_options
-from runner.presenter.rectangle import Rectangle, Size
 from runner.presenter.surfaces.surface import Surface
 
 MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(

@@ -9,12 +9,12 @@ from typing import Self
 import moderngl
 import numpy as np
 
+from devices.compensation.eye_view import Size
 from devices.display.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
-from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts

@@ -14,9 +14,9 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.compensation.eye_view import Rectangle, Size
 from runner.presenter.depth import Bits
 from runner.presenter.errors import GraphicsError
-from runner.presenter.rectangle import Rectangle, Size
 
 Codes = NDArray[np.uint8] | NDArray[np.uint16]
 

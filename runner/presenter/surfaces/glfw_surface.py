@@ -10,12 +10,12 @@ from typing import Any, Self
 import glfw
 import moderngl
 
+from devices.compensation.eye_view import Size
 from devices.display.display_file import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, given_bits
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.pointer import Pointer
-from runner.presenter.rectangle import Size
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import GlfwSession

@@ -9,6 +9,7 @@ from typing import Protocol, Self
 
 import moderngl
 
+from devices.compensation.eye_view import Size
 from devices.display.display_file import Eye
 from documents import Finding
 from documents.text.words import did_you_mean
@@ -16,7 +17,6 @@ from runner.ports import KeyPress
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
-from runner.presenter.rectangle import Size
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 
 

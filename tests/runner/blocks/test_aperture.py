@@ -9,6 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from devices.compensation.eye_view import Rectangle
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
@@ -17,7 +18,6 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import open_surface
 from stimuli.build.stimulus_set import StimulusSet
@@ -50,7 +50,7 @@ def test_what_is_seen_through_the_aperture_stays_in_its_place(
 ) -> None:
     width, height = size
     values = np.arange(width * height * 3, dtype=np.float32).reshape(height, width, 3)
-    area = EyeArea(("left",), Rectangle(0, 0, *view))
+    area = EyeArea(Rectangle(0, 0, *view), eyes=("left",))
     cropped = through_aperture(held(StereoImage.flat(values)), aperture, area)("a")
     assert cropped.is_flat
     assert (cropped.width_px, cropped.height_px) == (min(width, aperture[0]), min(height, aperture[1]))

@@ -12,10 +12,10 @@ import yaml
 from click.testing import CliRunner
 from PIL import Image
 
+from devices.compensation.compensate import Correction
 from devices.display.display_file import read_display
 from documents import InputError
 from runner.cli.main import group
-from runner.presenter.compensation import Compensation
 from runner.protocol.experiment import read_experiment
 from stimuli.pictures.exr_read import read_exr
 
@@ -114,11 +114,12 @@ def test_preview_marks_what_is_clipped_where_the_panel_is_dim(study: Study) -> N
     design = read_experiment(study.experiment)
     names = next(iter(design.blocks("01")[1].steps())).scene.stimuli  # type: ignore[union-attr]  # an Ask or a Hold
     images = [read_exr(study.folder / f"{name}.exr") for name in names]
-    compensation = Compensation.of(design.rig, design.mode, images)
+    rig = design.rig
+    compensation = design.mode.compensation(rig.models, rig.display.panel.resolution_px, Correction(None, rig.gain_map))
     codes = np.asarray(Image.open(output / "block-02_screen-001_clipping_left.png")).astype(int)
     marked = np.ptp(codes, axis=2) > 128
     counts = [
-        design.rig.models.left.clipping(compensation.evened(image, place).left).any_channel
+        design.rig.models.left.clipping(compensation.evened((image.left, image.right), place)[0]).any_channel
         for image, place in zip(images, design.places_px, strict=True)
     ]
     assert counts[0] > counts[1] + 100

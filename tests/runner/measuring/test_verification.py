@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+from devices.compensation.compensate import Correction
 from devices.display.display_file import EyeModels, read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
@@ -23,10 +24,8 @@ from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.errors import MeasuringError
 from runner.measuring.log import Kept, Session, read_session
 from runner.measuring.verification import asked_XYZ, judge, patches_of
-from runner.presenter.compensation import Compensation
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.surface import open_surface
-from stimuli.pictures.stereo_image import StereoImage
 from tests.runner.measuring.displays import DISPLAY as SMALL
 from tests.runner.presenter.test_plvc_pass import plvc
 
@@ -121,7 +120,8 @@ def test_colours_go_through_what_a_session_does(tmp_path: Path, mode: str, eye: 
         np.testing.assert_allclose(one["measured_XYZ_cd_m2"], one["model_XYZ_cd_m2"], rtol=1e-9)
     display = read_display(file)
     models, stereo_mode = display.models(mode), find_mode(mode)
-    twin = Compensation(models, stereo_mode, (64, 48), display.crosstalk(mode), display.gain_map(mode))
+    correction = Correction(display.crosstalk(mode), display.gain_map(mode))
+    twin = stereo_mode.compensation(models, (64, 48), correction)
     area = stereo_mode.areas((64, 48))[eye == "right"]
     width, height = area.view_px
     row, column = height // 2, width // 2
@@ -139,7 +139,7 @@ def test_colours_go_through_what_a_session_does(tmp_path: Path, mode: str, eye: 
         own = np.tile(np.float32(asked), (height, width, 1))
         dark = np.tile(np.float32(model.xyz([0.0] * 3)), (height, width, 1))
         views = (own if eye != "right" else dark, own if eye != "left" else dark)
-        sent = twin.apply(StereoImage(*views))[0].eye("right" if eye == "right" else "left")
+        sent = twin.apply(views)[0][1 if eye == "right" else 0]
         code = 255 * model.code(sent[row, column].astype(np.float64))
         np.testing.assert_allclose(255 * np.array(kept.shown.own), code, atol=0.51)
         plain = max(plain, float(np.abs(255 * np.array(patch.codes) - code).max()))
@@ -181,8 +181,8 @@ def test_channels_that_act_on_each_other_are_undone_in_what_is_verified() -> Non
         surface = open_surface("egl", (64, 48))
     except InputError as error:
         pytest.skip(str(error))
-    compensation = Compensation(EyeModels(model, model), find_mode("row-interleaved"), (64, 48))
-    with surface, AskedScreen(surface, compensation, asked_XYZ(asked, model)) as screen:
+    mode, models = find_mode("row-interleaved"), EyeModels(model, model)
+    with surface, AskedScreen(surface, mode, models, Correction(), asked_XYZ(asked, model)) as screen:
         for patch in patches_of(asked, model).patches:
             shown = screen.show_patch(patch, "both")
             np.testing.assert_allclose(255 * np.array(shown.own), 255 * np.array(patch.codes), atol=0.501)

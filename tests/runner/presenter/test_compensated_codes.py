@@ -8,20 +8,18 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
-from runner.presenter.compensated_pass import Correction
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
-from runner.presenter.view_codes import PlacedImage
 from stimuli.pictures.stereo_image import StereoImage
 
 Make = Callable[..., DisplayModel]
@@ -72,8 +70,7 @@ def test_every_pixel_of_a_mode_is_the_nearest_code_at_its_place(
 ) -> None:
     width, height = SIZE_PX
     image = random_stereo(height, width)
-    placed = PlacedImage(image.left, image.right, OFFSET_PX)
-    with Presenter(egl, find_mode(mode), per_eye, lambda _: placed, correction=BOTH) as presenter:
+    with Presenter(egl, find_mode(mode), per_eye, lambda _: image, correction=BOTH) as presenter:
         presenter.show(Scene((Picture("a", OFFSET_PX),)))
         screens = {eye: presenter.eye_view(eye).astype(np.float64) for eye in EYES}
     corners: dict[Eye, tuple[int, int]] = {}
@@ -106,8 +103,7 @@ def test_a_squeezed_view_is_averaged_before_its_leaks_are_taken_off(
     halves = [
         view.astype(np.float64).reshape(height, width // 2, 2, 3).mean(axis=2) for view in (image.left, image.right)
     ]
-    placed = PlacedImage(image.left, image.right, (0, 0))
-    with Presenter(egl, find_mode("side-by-side-half"), per_eye, lambda _: placed, correction=BOTH) as presenter:
+    with Presenter(egl, find_mode("side-by-side-half"), per_eye, lambda _: image, correction=BOTH) as presenter:
         presenter.show(Scene((Picture("a"),)))
         screens = {eye: presenter.eye_view(eye).astype(np.float64) for eye in EYES}
     left, top = (320 - width // 2) // 2, (480 - height) // 2
@@ -144,7 +140,7 @@ def test_a_flat_picture_is_one_upload_and_a_second_pass_only_where_the_eyes_code
     mode: str,
     passes: int,
 ) -> None:
-    flat = PlacedImage.flat(random_stereo(40, 60).left)
+    flat = StereoImage.flat(random_stereo(40, 60).left)
     correction = Correction(leaks, gain_map)
     with Presenter(
         egl, find_mode(mode), same_models, lambda _: flat, dithering=dithering, correction=correction
@@ -183,27 +179,18 @@ def test_both_eyes_may_see_the_same_pixels_where_the_leaks_are_alike(
         presenter.show(scene)
 
 
-def test_a_picture_without_a_place_cannot_be_evened_out(
+def test_a_picture_is_made_for_each_place_only_where_the_panel_is_evened_out(
     egl: EglSurface, same_models: EyeModels, random_stereo: Stereo
 ) -> None:
     image = random_stereo(40, 60)
-    with (
-        Presenter(egl, find_mode("side-by-side"), same_models, lambda _: image, correction=BOTH) as presenter,
-        pytest.raises(PresentationError, match="no place"),
-    ):
-        presenter.show(Scene((Picture("a"),)))
-
-
-def test_a_mode_that_mixes_both_views_is_refused(egl: EglSurface, same_models: EyeModels) -> None:
-    options = ModeOptions.parse({"anaglyph": "channels"})
-    with pytest.raises(PresentationError, match="mixes both views"):
-        Presenter(
-            egl,
-            find_mode("anaglyph-red-cyan", options),
-            same_models,
-            dict[str, StereoImage]().__getitem__,
-            correction=BOTH,
-        )
+    scene = Scene((Picture("a", (-40, 0)), Picture("a", (40, 0))))
+    for correction, decodes in ((BOTH, 2), (Correction(LEAKS), 1), (Correction(), 1)):
+        with Presenter(
+            egl, find_mode("side-by-side"), same_models, lambda _: image, correction=correction
+        ) as presenter:
+            presenter.show(scene)
+            presenter.prefetch(scene)
+            assert presenter.counters.decodes == decodes
 
 
 def test_work_that_is_given_up_between_two_bands_leaves_nothing_on_the_card(

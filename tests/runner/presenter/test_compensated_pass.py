@@ -8,18 +8,19 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk
 from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.eye_view import PixelGrid
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from runner.presenter.bands import to_the_end
 from runner.presenter.code_pass import release_codes
-from runner.presenter.compensated_pass import CORNER, CompensatedPass, Correction
+from runner.presenter.compensated_pass import CORNER, CompensatedPass
 from runner.presenter.depth import Bits
 from runner.presenter.dithering import Dithering
-from runner.presenter.panel_places import PanelPlaces
 from runner.presenter.surfaces.egl import EglSurface
 
 Floats = NDArray[np.float64]
@@ -59,7 +60,7 @@ def averaged(view: View, box: tuple[int, int]) -> Floats:
 
 
 def sent_XYZ(
-    models: EyeModels, correction: Correction, views: dict[Eye, Floats], places: PanelPlaces = CORNER
+    models: EyeModels, correction: Correction, views: dict[Eye, Floats], places: PixelGrid = CORNER
 ) -> dict[Eye, Floats]:
     """Return what to ask of each eye's display model, in float64 on the processor."""
     sent = dict(views)
@@ -100,7 +101,7 @@ def _codes(
     models: EyeModels,
     correction: Correction,
     views: dict[Eye, View],
-    places: PanelPlaces = CORNER,
+    places: PixelGrid = CORNER,
     squeeze: tuple[int, int] = (1, 1),
     dithering: Dithering | None = None,
     bits: Bits = 8,
@@ -182,7 +183,7 @@ def test_a_squeezed_signal_is_averaged_first(
     egl: EglSurface, models: EyeModels, colour_ramps: Ramps, squeeze: tuple[int, int], name: str
 ) -> None:
     views = {eye: view[:101, :151].copy() for eye, view in _views(models, colour_ramps).items()}  # boxes part empty
-    places = PanelPlaces((40.5, 30.0), squeeze)
+    places = PixelGrid((40.5, 30.0), squeeze)
     codes = _codes(egl, models, CORRECTIONS[name], views, places, squeeze)
     boxes = {eye: averaged(view, squeeze) for eye, view in views.items()}
     sent = sent_XYZ(models, CORRECTIONS[name], boxes, places)
@@ -192,11 +193,11 @@ def test_a_squeezed_signal_is_averaged_first(
 
 @pytest.mark.parametrize(
     "places",
-    [PanelPlaces((0.5, 0.5), (1, 1)), PanelPlaces((350.5, -60.5), (-1, 1)), PanelPlaces((1.0, 500.0), (2, -2))],
+    [PixelGrid((0.5, 0.5), (1, 1)), PixelGrid((350.5, -60.5), (-1, 1)), PixelGrid((1.0, 500.0), (2, -2))],
 )
 @pytest.mark.parametrize("gain_map", [CELLS, CORNERS])
 def test_the_gain_is_that_of_the_place_on_the_panel_and_beyond_it_that_of_the_edge(
-    egl: EglSurface, models: EyeModels, colour_ramps: Ramps, places: PanelPlaces, gain_map: GainMap
+    egl: EglSurface, models: EyeModels, colour_ramps: Ramps, places: PixelGrid, gain_map: GainMap
 ) -> None:
     views = _views(models, colour_ramps)
     correction = Correction(None, gain_map)
@@ -241,7 +242,7 @@ def test_bands_of_two_places_may_take_turns(egl: EglSurface, models: EyeModels, 
     view = colour_ramps(models.left)
     texture = egl.context.texture(view.shape[1::-1], 3, view.tobytes(), alignment=1, dtype="f4")
     compensated = CompensatedPass(egl.context, models, Correction(None, CELLS), "left")
-    here, there = PanelPlaces((0.5, 0.5), (1, 1)), PanelPlaces((-150.5, 90.5), (1, 1))
+    here, there = PixelGrid((0.5, 0.5), (1, 1)), PixelGrid((-150.5, 90.5), (1, 1))
     alone = [compensated.run(texture, texture, places) for places in (here, there)]
     drawing = compensated.running(texture, texture, here, band_px=7000)
     next(drawing)

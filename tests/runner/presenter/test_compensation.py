@@ -77,11 +77,10 @@ def test_each_eye_sees_what_was_asked_of_leaking_glasses(inside: Study) -> None:
 
 
 def test_without_cancelling_the_leak_would_be_seen(inside: Study, monkeypatch: pytest.MonkeyPatch) -> None:
-    from runner.presenter.compensation import Compensation
+    from devices.compensation.compensate import Correction
 
     _leaky(inside)
-    monkeypatch.setattr(Compensation, "apply", lambda self, image, offset_px=(0, 0): (image, {}))
-    monkeypatch.setattr(Compensation, "correction", None)
+    monkeypatch.setattr(Correction, "is_none", True)
     assert min(_mean_delta_e(inside)) > 1.0
 
 
@@ -194,7 +193,7 @@ def test_an_uneven_panel_is_evened_out_where_each_picture_stands(inside: Study, 
     assert np.ptp(plain) > 0
 
 
-def test_the_ledger_counts_where_the_panel_is_too_dim(inside: Study) -> None:
+def test_the_costs_count_where_the_panel_is_too_dim(inside: Study) -> None:
     def clipped() -> float:
         result = CliRunner().invoke(group, ["check", str(inside.experiment), "--json"], catch_exceptions=False)
         return float(json.loads(result.output)[0]["clipped_percent"]["one"][0])
@@ -228,7 +227,7 @@ def test_a_panel_of_ten_bits_gets_codes_of_ten_bits(study: Study) -> None:
     assert read_session(file).header.presentation["bits"] == 10
 
 
-def test_the_ledger_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:
+def test_the_costs_of_an_anaglyph_counts_the_mixed_picture(study: Study) -> None:
     from runner.presenter.modes.registry import find_mode
 
     study.edit("display.yaml", "  quad-buffered: {same_as", "  anaglyph-red-cyan: {same_as")

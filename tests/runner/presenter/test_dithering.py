@@ -14,12 +14,12 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.dither import Masks, dither_tables, dither_thresholds, tabled_dither_codes
+from devices.compensation.mixture import channel_split
 from devices.display.display_file import EYES, Eye, EyeModels, read_display
 from devices.display.model import DisplayModel
 from runner.presenter.colour_pass import ColourPass, MixedPass
 from runner.presenter.dithering import Dithering, light_table
 from runner.presenter.errors import PresentationError
-from runner.presenter.modes.mixture import channel_split
 from runner.presenter.surfaces.egl import EglSurface
 
 Codes = NDArray[np.int64]

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from devices.characterise.choose import characterise
 from devices.compensation.dither import dither_codes, dither_thresholds
+from devices.compensation.mixture import Mixture
 from devices.display.code_table import code_tables, table_codes
 from devices.display.knot_table import knotted_codes
 from devices.display.model import DisplayModel
@@ -18,7 +19,6 @@ from devices.display.tone_curve import Curve, ToneCurve
 from devices.measurements import read_csv
 from runner.presenter.colour_pass import ColourPass, MixedPass
 from runner.presenter.dithering import Dithering
-from runner.presenter.modes.mixture import Mixture
 from runner.presenter.surfaces.egl import EglSurface
 
 CRT = Path(__file__).parents[4] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"

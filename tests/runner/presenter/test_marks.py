@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from devices.compensation.eye_view import Rectangle
 from devices.display.display_file import EyeModels
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.presenter import Presenter
-from runner.presenter.rectangle import Rectangle
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.surface import Buffer

@@ -10,11 +10,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from devices.compensation.eye_view import Rectangle
 from devices.display.display_file import EyeModels
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.registry import MODES, available, find_mode, require
 from runner.presenter.presenter import Presenter
-from runner.presenter.rectangle import Rectangle
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import GlCalls

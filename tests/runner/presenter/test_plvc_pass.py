@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.compensation.compensate import Correction
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import cancel_crosstalk
 from devices.compensation.dither import dither_tables, dither_thresholds, tabled_dither_codes
@@ -21,7 +22,7 @@ from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
 from runner.presenter.colour_pass import ChannelInteraction, ColourPass, channel_interaction
-from runner.presenter.compensated_pass import CompensatedPass, Correction
+from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from runner.session.cost_cache import CostCache
+from runner.session.clipping_costs import CostCache
 
 DEPENDS = {"version": 1, "picture": "ab" * 32, "places_px": ((0, -60), (0, 60)), "lift_share": 0.1}
 COST = {"flat": False, "clipping": {"left": {"percent_any": 0.1234, "delta_e_00_mean": 1e-5}}}

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.compensation.compensate import Compensation, Correction
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import needed_lift
 from devices.compensation.gain_map import GainMap
@@ -16,16 +17,13 @@ from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.rig_file import read_rig
 from devices.display.tone_curve import ToneCurve
-from runner.presenter.compensation import Compensation
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import Surface, open_surface
-from runner.presenter.view_codes import PlacedImage
 from runner.protocol.experiment import read_experiment
-from runner.session.placed_presenter import ReadyPictures
 from runner.session.station import Station
 from stimuli.build.recipe_to_set import build_set
 from stimuli.pictures.stereo_image import StereoImage
@@ -62,16 +60,15 @@ def picture() -> StereoImage:
     return StereoImage(*((rng.random((91, 121, 3)) ** 3 @ PRIMARIES.T).astype(np.float32) for _ in range(2)))
 
 
-def _codes(
-    surface: Surface, compensation: Compensation, load: Callable[[str], StereoImage], *, in_pass: bool
-) -> NDArray[np.int64]:
-    pictures = ReadyPictures(load, compensation, in_pass=in_pass)
-    scene = pictures.placed(Scene((Picture("a", (12, -20)),)))
-    with Presenter(
-        surface, compensation.mode, compensation.models, pictures.load, correction=pictures.correction
-    ) as presenter:
-        presenter.show(scene)
+def _codes(presenter: Presenter, place_px: tuple[int, int] = (12, -20)) -> NDArray[np.int64]:
+    with presenter:
+        presenter.show(Scene((Picture("a", place_px),)))
         return presenter.capture()["screen"].astype(np.int64)
+
+
+def _before(compensation: Compensation) -> Callable[[StereoImage, tuple[int, int]], StereoImage]:
+    """Return what corrects a picture in float64, before it is handed to the presenter."""
+    return lambda image, place_px: StereoImage(*compensation.apply((image.left, image.right), place_px)[0])
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -90,18 +87,21 @@ def test_the_pass_shows_what_was_computed_in_float64_before(
     one = _model(2.2)
     models = EyeModels(one, one if mode.startswith("anaglyph") else _model(1.9, 0.9))
     options = ModeOptions.parse({"anaglyph": "channels"} if mode.startswith("anaglyph") else {})
-    compensation = Compensation(models, find_mode(mode, options), (640, 480), leaks, gain_map, lift_share)
-    plain = Compensation(models, find_mode(mode, options), (640, 480))
-    in_pass = _codes(surface, compensation, lambda _: picture, in_pass=True)
-    before = _codes(surface, compensation, lambda _: picture, in_pass=False)
-    untouched = _codes(surface, plain, lambda _: picture, in_pass=True)
+    stereo_mode = find_mode(mode, options)
+    correction = Correction(leaks, gain_map, lift_share)
+    compensation = stereo_mode.compensation(models, (640, 480), correction)
+    in_pass = _codes(Presenter(surface, stereo_mode, models, lambda _: picture, correction=correction))
+    before = _codes(Presenter(surface, stereo_mode, models, lambda _: picture, prepare=_before(compensation)))
+    untouched = _codes(Presenter(surface, stereo_mode, models, lambda _: picture))
     assert np.abs(in_pass - before).max() <= 1
     shown_px = np.count_nonzero(untouched.any(axis=-1))
-    # A squeezed code's place is told to the pixel of the signal, which moves the gain by less than a tenth of a code.
+    # A squeezed code's place is known to the pixel of the signal, which moves the gain by less than a tenth of a code.
     most = 0.1 if gain_map is not None and mode.endswith("half") else MOST_DIFFERENT
     assert np.count_nonzero((in_pass != before).any(axis=-1)) <= most * shown_px
     assert np.abs(in_pass - untouched).max() > 3
-    assert (compensation.correction is None) == mode.startswith("anaglyph")
+    assert (compensation.mixture is not None) == mode.startswith("anaglyph")
+    if mode.startswith("anaglyph"):  # the pass cannot: the presenter does the same in float64
+        assert np.array_equal(in_pass, before)
 
 
 def test_in_a_squeezed_mode_what_cannot_be_cancelled_is_counted_on_what_is_averaged(picture: StereoImage) -> None:
@@ -109,11 +109,10 @@ def test_in_a_squeezed_mode_what_cannot_be_cancelled_is_counted_on_what_is_avera
     stripes = np.zeros((4, 6, 3), np.float32)
     stripes[:, ::2] = 40.0  # a dark column between bright ones: on the signal, all columns are grey
     bright = np.full_like(stripes, 40.0)
-    image = StereoImage(stripes, bright)
 
     def negative(mode: str) -> float:
-        compensation = Compensation(models, find_mode(mode), (640, 480), LEAKS)
-        return float(compensation.apply(image)[1]["left"]["percent_negative"])
+        compensation = find_mode(mode).compensation(models, (640, 480), Correction(LEAKS))
+        return float(compensation.apply((stripes, bright))[1]["left"]["percent_negative"])
 
     assert negative("side-by-side") == 50.0
     assert negative("side-by-side-half") == 0.0
@@ -134,7 +133,8 @@ def test_the_lift_is_what_the_averaged_pictures_need(study: Study) -> None:
     for mode, averaged in (("side-by-side", dark), ("side-by-side-half", np.full_like(dark, 0.1))):
         rig = read_rig(study.folder / "rig.yaml", mode)
         assert rig.crosstalk is not None
-        found = Compensation.of(rig, find_mode(mode), [StereoImage(dark, bright)])
+        plain = find_mode(mode).compensation(rig.models, (640, 480), Correction(rig.crosstalk))
+        found = plain.lifted_for([(dark, bright)]).correction
         wanted = needed_lift(rig.models, rig.crosstalk, averaged, bright)
         assert wanted > 0.01
         assert found.lift_share == pytest.approx(wanted, rel=1e-5)
@@ -161,21 +161,18 @@ def test_a_session_compensates_in_its_pass_and_for_each_place(study: Study) -> N
         # Two stereo pictures and two flat ones, at two places each; leaks differ by eye, so that each is two passes.
         assert work.colour_passes == 4 * 2 * 2
         assert work.uploads == (2 * 2 + 2 * 1) * 2
-        loaded = station.pictures.load(station.pictures.placed(Scene((Picture("one", places[1]),))).stimuli[0])
-        assert isinstance(loaded, PlacedImage)
-        assert loaded.offset_px == places[1]
-        assert np.array_equal(loaded.left, design.shown(stimuli.load)("one").left)
         scene = Scene(tuple(Picture("one", place) for place in places))
-        station.presenter.show(station.pictures.placed(scene))
+        station.presenter.show(scene)
         shown = station.presenter.capture()["screen"].astype(np.int64)
         assert station.presenter.counters.uploads == work.uploads
-    compensation = Compensation.of(design.rig, design.mode, ())
-    before = ReadyPictures(design.shown(stimuli.load), compensation)
+    rig = design.rig
+    compensation = design.mode.compensation(rig.models, (640, 480), Correction(rig.crosstalk, rig.gain_map))
+    load = design.shown(stimuli.load)
     with (
         open_surface("egl", (640, 480)) as surface,
-        Presenter(surface, design.mode, design.rig.models, before.load) as presenter,
+        Presenter(surface, design.mode, rig.models, load, prepare=_before(compensation)) as presenter,
     ):
-        presenter.show(before.placed(scene))
+        presenter.show(scene)
         twin = presenter.capture()["screen"].astype(np.int64)
     assert shown.any()
     assert np.abs(shown - twin).max() <= 1
@@ -188,9 +185,9 @@ def test_what_is_left_of_crosstalk_is_alike_in_blocks_and_at_once(
     picture: StereoImage, mode: str, lift_share: float
 ) -> None:
     models = EyeModels(_model(2.2), _model(1.9, 0.9))
-    compensation = Compensation(models, find_mode(mode), (640, 480), LEAKS, None, lift_share)
-    at_once = compensation.apply(picture)[1]
-    in_blocks = compensation.uncancelled(picture)
+    compensation = find_mode(mode).compensation(models, (640, 480), Correction(LEAKS, None, lift_share))
+    at_once = compensation.apply((picture.left, picture.right))[1]
+    in_blocks = compensation.uncancelled((picture.left, picture.right))
     assert in_blocks["lift_share"] == at_once["lift_share"]
     for eye in ("left", "right"):
         assert in_blocks[eye] == pytest.approx(at_once[eye], abs=1.5e-5)  # a unit of the last place that is kept
@@ -199,8 +196,8 @@ def test_what_is_left_of_crosstalk_is_alike_in_blocks_and_at_once(
 
 def test_the_lift_of_a_picture_is_alike_in_blocks_and_at_once(picture: StereoImage) -> None:
     models = EyeModels(_model(2.2), _model(1.9, 0.9))
-    compensation = Compensation(models, find_mode("side-by-side"), (640, 480), LEAKS)
-    found = compensation.needed_lift(picture)
+    mode, pair = find_mode("side-by-side"), (picture.left, picture.right)
+    found = mode.compensation(models, (640, 480), Correction(LEAKS)).needed_lift(pair)
     assert found == pytest.approx(needed_lift(models, LEAKS, picture.left, picture.right), rel=1e-12)
     assert found > 0.0
-    assert Compensation(models, find_mode("side-by-side"), (640, 480)).needed_lift(picture) == 0.0
+    assert mode.compensation(models, (640, 480), Correction()).needed_lift(pair) == 0.0

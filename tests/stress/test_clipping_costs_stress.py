@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from runner.session.cost_cache import CostCache
+from runner.session.clipping_costs import CostCache
 
 pytestmark = pytest.mark.stress
 ROOT = Path(__file__).parents[2]
@@ -20,6 +20,8 @@ COST = {"flat": True, "clipping": {"left": {"percent_any": 0.25, "delta_e_00_mea
 # Keeps and looks up a hundred costs, over and over, until it is killed or time is up; fails if it finds another's.
 KEEPING = """
 import sys, time, random
+from pathlib import Path
+from runner.session.clipping_costs import CostCache
 folder, until = Path(sys.argv[1]), time.monotonic() + float(sys.argv[2])
 print("begun", flush=True)
 while time.monotonic() < until:

@@ -1,13 +1,31 @@
-"""The schedule of timed scenes, on clocks made up for it."""
+"""Clocks of a session: one that nobody can set back, and when the next scene of a timed sequence is due."""
 
 from __future__ import annotations
+
+from datetime import UTC, datetime, timedelta
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from runner.ports import Holding
-from runner.session.pace import Pace
+from runner.session.clocks import Pace, SteadyClock
+
+
+def test_a_machine_s_clock_that_is_set_back_leaves_the_record_s_alone() -> None:
+    walls = [datetime(2026, 3, 1, 12, tzinfo=UTC)]
+    passed = [100.0]
+    clock = SteadyClock(lambda: walls[-1], lambda: passed[-1])
+    told = [clock()]
+    passed.append(101.25)
+    walls.append(walls[0] - timedelta(hours=2))
+    told.append(clock())
+    assert told == ["2026-03-01T12:00:00.000+00:00", "2026-03-01T12:00:01.250+00:00"]
+
+
+def test_it_begins_at_the_time_of_day() -> None:
+    told = datetime.fromisoformat(SteadyClock()())
+    assert abs(datetime.now(UTC) - told) < timedelta(seconds=5)
 
 
 class _Screen:

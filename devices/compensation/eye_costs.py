@@ -1,10 +1,10 @@
-"""What one picture for both eyes costs each of them, through the filter before it.
+"""What the gamut clip costs each eye of a picture, also where one picture for both eyes is seen through filters.
 
-Three parts of the way from what an eye was asked to show to what it sees are told apart: the mixture, which has three
-channels for two eyes' six numbers and would cost this much on a display without limits (``projection_*``); the clip of
-its light to what the channels have (``delta_e_00_*``); and the rounding to codes, which is not part of it. Percentages
-of pixels out of the gamut are of the one picture, and so alike for both eyes; how many pixels' clip an eye can tell
-through its filter is told for each.
+Where one picture is made for both eyes, there are three steps from what an eye should see to what it sees: the
+mixture, which has three channels for two eyes' six numbers and would cost this much on a display without limits
+(``projection_*``); the clip of its light to what the channels have (``delta_e_00_*``); and the rounding to codes, which
+is not part of it. Percentages of pixels out of the gamut are of the one picture, and so alike for both eyes; how many
+pixels' clip an eye can notice through its filter is counted for each.
 
 An eye behind a filter F sees F · XYZ of the display. Lab is relative to the white that the eye is given: the display's
 for what was asked, the display's through the filter for what is seen, as if the eye had wholly adapted to its filter.
@@ -20,24 +20,41 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.clipping import ClipCost, blocks, counted_together
+from devices.compensation.clipping import ClipCost, blocks, clip_cost, counted_together
+from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import Clipping
-from runner.presenter.modes.mixture import Mixture
-from stimuli.pictures.stereo_image import StereoImage
 
 Floats = NDArray[np.float64]
+Pixels = NDArray[np.floating]
 # About the least difference between two colours side by side that is seen.
 NOTICED_DELTA_E_00 = 1.0
 
 
-def mixed_costs(mixture: Mixture, models: EyeModels, image: StereoImage) -> Mapping[Eye, dict[str, float]]:
+def eye_clip_costs(
+    models: EyeModels, mixture: Mixture | None, left_XYZ: Pixels, right_XYZ: Pixels
+) -> Mapping[Eye, dict[str, float]]:
+    """Return what the gamut clip costs each eye of a picture, under the keys of `ClipCost.to_json`.
+
+    The views are XYZ in cd/m² as they are asked of the display, shape (height, width, 3), one array where the picture
+    is flat. With ``mixture``, see `mixed_costs`.
+    """
+    if mixture is not None:
+        return mixed_costs(mixture, models, left_XYZ, right_XYZ)
+    left = clip_cost(models.left, left_XYZ).to_json()
+    same = left_XYZ is right_XYZ and models.left is models.right
+    return {"left": left, "right": left if same else clip_cost(models.right, right_XYZ).to_json()}
+
+
+def mixed_costs(
+    mixture: Mixture, models: EyeModels, left_XYZ: Pixels, right_XYZ: Pixels
+) -> Mapping[Eye, dict[str, float]]:
     """Return, for each eye, the keys of `ClipCost.to_json` with the clip's cost through that eye's filter, and more.
 
     ``percent_noticed``: pixels that the clip changes by ΔE00 of 1 or more; ``projection_delta_e_00_mean`` and
     ``projection_delta_e_00_max``: what was asked of the eye against what it would see if nothing were clipped.
     """
-    views = {eye: image.eye(eye).reshape(-1, 3) for eye in EYES}
+    views: dict[Eye, Pixels] = {"left": left_XYZ.reshape(-1, 3), "right": right_XYZ.reshape(-1, 3)}
     clippings = []
     sums = {eye: _Sums() for eye in EYES}
     pixels = len(views["left"])

@@ -1,4 +1,4 @@
-"""A picture's costs are reckoned once, found as they were, and reckoned anew where what they rest on changed."""
+"""A picture's costs are computed once, read from the cache, and computed again where what they depend on changed."""
 
 from __future__ import annotations
 
@@ -12,15 +12,14 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-import runner.session.ledger
+import runner.session.clipping_costs
 from analysis.records.session_record import read_session, session_files
+from devices.compensation.compensate import Compensation, Correction
 from runner.check.files import check_file
 from runner.check.report import CheckOptions
 from runner.cli.main import group
-from runner.presenter.compensation import Compensation
-from runner.protocol.experiment import read_experiment
-from runner.session.header import describe_stimulus
-from runner.session.ledger import Ledger
+from runner.protocol.experiment import Experiment, read_experiment
+from runner.session.clipping_costs import COST_VERSION, COSTS, ClippingCosts, clipping_record
 from stimuli.build.recipe_to_set import build_set
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
@@ -38,8 +37,8 @@ def _opened(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]:
     """Return each picture's description, and how many costs were reckoned and found."""
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
-    ledger = Ledger.of(design, stimuli, design.shown(stimuli.load))
-    return [ledger.description(name) for name in stimuli.names], astuple(ledger.work)
+    costs = ClippingCosts.of(design, stimuli, design.shown(stimuli.load))
+    return [costs.description(name) for name in stimuli.names], astuple(costs.work)
 
 
 def _slow(study: Study) -> list[dict[str, Any]]:
@@ -47,11 +46,24 @@ def _slow(study: Study) -> list[dict[str, Any]]:
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     load = design.shown(stimuli.load)
-    compensation = Compensation.of(design.rig, design.mode, (load(name) for name in stimuli.names))
+    compensation = rig_compensation(design, load, stimuli.names)
     return [
-        describe_stimulus(name, load(name), stimuli.factors(name), compensation, design.places_px)
+        {
+            "name": name,
+            "factors": dict(stimuli.factors(name)),
+            "flat": load(name).is_flat,
+            "clipping": clipping_record(load(name), compensation, design.places_px),
+        }
         for name in stimuli.names
     ]
+
+
+def rig_compensation(design: Experiment, load: Callable[[str], StereoImage], names: tuple[str, ...]) -> Compensation:
+    rig = design.rig
+    panel_px = rig.display.panel.resolution_px
+    plain = design.mode.compensation(rig.models, panel_px, Correction(rig.crosstalk, rig.gain_map))
+    images = (load(name) for name in names)
+    return plain.lifted_for((image.left, image.right) for image in images) if rig.lift_black else plain
 
 
 def _leaky(study: Study) -> None:
@@ -98,8 +110,8 @@ def test_no_picture_is_read_for_what_is_found(study: Study) -> None:
     def load(name: str) -> StereoImage:
         raise AssertionError(f"{name} was read")
 
-    ledger = Ledger.of(design, stimuli, load)
-    assert [ledger.description(name) for name in stimuli.names] == first
+    costs = ClippingCosts.of(design, stimuli, load)
+    assert [costs.description(name) for name in stimuli.names] == first
 
 
 def _other_picture(study: Study) -> None:
@@ -165,7 +177,7 @@ def test_what_costs_do_not_rest_on_finds_them(study: Study) -> None:
 
 def test_another_version_s_costs_are_not_taken(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     _opened(study)
-    monkeypatch.setattr(runner.ledger, "COST_VERSION", runner.ledger.COST_VERSION + 1)
+    monkeypatch.setattr(runner.session.clipping_costs, "COST_VERSION", COST_VERSION + 1)
     assert _opened(study)[1] == (4, 0)
 
 
@@ -207,15 +219,15 @@ def _session(study: Study, results: Path) -> tuple[Any, dict[str, int]]:
 @pytest.mark.parametrize("damaged", [False, True])
 def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: bool) -> None:
     first, work = _session(study, study.folder / "first")
-    assert (work["costs_reckoned"], work["costs_found"]) == (4, 0)
-    costs = study.folder / "cache" / runner.ledger.COSTS
+    assert (work["clipping_costs_computed"], work["clipping_costs_cached"]) == (4, 0)
+    costs = study.folder / "cache" / COSTS
     if damaged:
         for file in costs.iterdir():
             file.unlink()
         costs.rmdir()
         costs.write_text("no folder any more, and none can be made")
     second, work = _session(study, study.folder / "second")
-    assert (work["costs_reckoned"], work["costs_found"]) == ((4, 0) if damaged else (0, 4))
+    assert (work["clipping_costs_computed"], work["clipping_costs_cached"]) == ((4, 0) if damaged else (0, 4))
     assert first == second
     assert all(set(told[name]) == {"left", "right"} for told in first[1] if told for name in told)
     assert sum(told is not None for told in first[1]) == 6
@@ -224,11 +236,11 @@ def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: 
 def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
     wishes = CheckOptions(results=study.results, screen="skip")
     facts = check_file(study.experiment, wishes).facts
-    assert (facts["costs_reckoned"], facts["costs_found"]) == (4, 0)
+    assert (facts["clipping_costs_computed"], facts["clipping_costs_cached"]) == (4, 0)
     again = check_file(study.experiment, wishes).facts
-    assert (again["costs_reckoned"], again["costs_found"]) == (0, 4)
+    assert (again["clipping_costs_computed"], again["clipping_costs_cached"]) == (0, 4)
     assert again["clipped_percent"] == facts["clipped_percent"]
     (header, _), work = _session(study, study.results)
-    assert work["costs_found"] == 4
+    assert work["clipping_costs_cached"] == 4
     told = {one["name"]: [one["clipping"][eye]["percent_any"] for eye in ("left", "right")] for one in header}
     assert told == facts["clipped_percent"]

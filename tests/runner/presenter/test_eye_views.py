@@ -8,8 +8,6 @@ import pytest
 from devices.display.display_file import EYES, Eye
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.panel_places import panel_places
-from runner.presenter.placement import Placement
 
 PANEL = (640, 480)
 
@@ -23,11 +21,14 @@ PANEL = (640, 480)
 def test_unsqueezed_codes_stand_where_their_picture_does(
     mode: str, options: dict[str, object], size_px: tuple[int, int], eye: Eye
 ) -> None:
-    found = find_mode(mode, ModeOptions.parse(options))
-    places = panel_places(found.areas(PANEL), eye, size_px, (17, -40))
-    x, y = Placement(found, PANEL).of(eye, size_px, (17, -40))
-    assert np.array_equal(x, places.first_px[0] + places.step_px[0] * np.arange(size_px[0]))
-    assert np.array_equal(y, places.first_px[1] + places.step_px[1] * np.arange(size_px[1]))
+    view = find_mode(mode, ModeOptions.parse(options)).views(PANEL)[eye]
+    grid = view.code_grid(size_px, (17, -40))
+    assert grid == view.pixel_grid(size_px, (17, -40))
+    place, _ = view.place(size_px, (17, -40))
+    x, y = grid.axes(size_px)
+    left, top = place.left + 0.5 + np.arange(size_px[0]), place.top + 0.5 + np.arange(size_px[1])
+    assert np.array_equal(x, left[::-1] if view.mirror[0] else left)
+    assert np.array_equal(y, top[::-1] if view.mirror[1] else top)
 
 
 @pytest.mark.parametrize("offset_px", [(0, 0), (6, 0), (7, 0), (-7, 0)])
@@ -39,10 +40,11 @@ def test_a_code_of_a_squeezed_signal_stands_amid_the_two_pixels_it_is_stretched_
     mode = find_mode("side-by-side-half")
     codes_px = -(-width_px // 2), 50
     for eye in EYES:
-        places = panel_places(mode.areas(PANEL), eye, codes_px, offset_px)
-        x, y = Placement(mode, PANEL).of(eye, (width_px, 50), offset_px)
-        assert places.step_px == (2, 1)
-        assert places.first_px[0] == int(places.first_px[0])
-        assert abs(places.first_px[0] - x[:2].mean()) <= 2.0
-        assert places.first_px[1] == y[0]
-    assert panel_places(mode.areas(PANEL), "left", (50, 50), (0, 0)).first_px[0] == 640 / 2 - 50 + 1
+        view = mode.views(PANEL)[eye]
+        grid = view.code_grid(codes_px, offset_px)
+        x, y = view.pixel_grid((width_px, 50), offset_px).axes((width_px, 50))
+        assert grid.step_px == (2, 1)
+        assert grid.first_px[0] == int(grid.first_px[0])
+        assert abs(grid.first_px[0] - x[:2].mean()) <= 2.0
+        assert grid.first_px[1] == y[0]
+    assert mode.views(PANEL)["left"].code_grid((50, 50), (0, 0)).first_px[0] == 640 / 2 - 50 + 1

@@ -16,13 +16,13 @@ from PIL import Image
 from analysis.records.session_record import read_session, session_files
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from devices.compensation.eye_costs import mixed_costs
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from runner.cli.main import group
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
-from runner.session.mixed_cost import mixed_costs
 from stimuli.pictures.exr_read import read_exr
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -47,7 +47,7 @@ def _picture(model: DisplayModel, seed: int = 0) -> StereoImage:
 def _costs(models: EyeModels, image: StereoImage, **options: Any) -> Mapping[Any, dict[str, float]]:
     mixture = find_mode("anaglyph-red-cyan", ModeOptions.parse(options)).mixture(models)
     assert mixture is not None
-    return mixed_costs(mixture, models, image)
+    return mixed_costs(mixture, models, image.left, image.right)
 
 
 def _slow(

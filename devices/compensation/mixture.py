@@ -11,6 +11,7 @@ E. Dubois (2001), "A projection method to generate anaglyph stereo images", Proc
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -18,10 +19,13 @@ from numpy.typing import ArrayLike, NDArray
 from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import Curve
+from devices.errors import DeviceError
 from documents import Finding
-from runner.presenter.errors import PresentationError
 
 Floats = NDArray[np.float64]
+Row: TypeAlias = tuple[float, float, float]
+# The share that a filter passes of each channel's light, or a matrix (3, 3) on XYZ.
+Filter: TypeAlias = Row | tuple[Row, Row, Row]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -77,7 +81,7 @@ def least_squares(models: EyeModels, left_filter: ArrayLike | None, right_filter
 
     Raises
     ------
-    PresentationError
+    DeviceError
         If the filters leave a channel that neither eye sees, or need negative light for white, or channels do not add
         up.
     """
@@ -85,12 +89,12 @@ def least_squares(models: EyeModels, left_filter: ArrayLike | None, right_filter
     seen.append(_filtered(models.right.primaries_XYZ_cd_m2, right_filter))
     stacked = np.concatenate(seen)
     if np.linalg.matrix_rank(stacked) < 3:
-        raise PresentationError("the filters leave a channel that neither eye can see")
+        raise DeviceError("the filters leave a channel that neither eye can see")
     projection = np.linalg.pinv(stacked)
     white = [model.primaries_XYZ_cd_m2.sum(axis=1) for model in (models.left, models.right)]
     full = projection @ np.concatenate(white)
     if np.any(full <= 0.0):
-        raise PresentationError("these filters need negative light to make white")
+        raise DeviceError("these filters need negative light to make white")
     scaled = projection / full[:, np.newaxis]
     through = _through(models.left, left_filter), _through(models.right, right_filter)
     return _mixture(models, scaled[:, :3], scaled[:, 3:], through)
@@ -104,7 +108,7 @@ def channel_split(
 ) -> Mixture:
     """Return each channel from one eye's view alone: those of ``left_channels`` from the left, the others right.
 
-    The filters, as in `least_squares`, do not change the mixture, only what is told of what each eye sees of it.
+    The filters, as in `least_squares`, do not change the mixture, only what is known of what each eye sees of it.
     """
     owned = np.array(left_channels)[:, np.newaxis]
     return _mixture(
@@ -130,10 +134,10 @@ def _through(model: DisplayModel, through: ArrayLike | None) -> Floats:
 def _mixture(models: EyeModels, left: Floats, right: Floats, through: tuple[Floats, Floats]) -> Mixture:
     """Take each channel's curve from the eye that sees more of its light; the panel has but one.
 
-    Raises PresentationError if channels do not add up: what one gives then depends on what the other eye is shown.
+    Raises DeviceError if channels do not add up: what one gives then depends on what the other eye is shown.
     """
     if not (models.left.additive and models.right.additive):
-        raise PresentationError(
+        raise DeviceError(
             Finding(
                 "two views cannot be mixed into one picture on a display whose channels act on each other "
                 "(curve of kind 'plvc')",

@@ -1,0 +1,228 @@
+"""What the gamut clip costs each picture of an experiment, for its trials' records: computed once, then cached.
+
+A cost depends on the picture's content, on what the aperture lets through, on the display's numbers and the stereo
+mode, and on nothing else: how codes are rounded or dithered is not part of it. Where all of these are as before, it is
+read from the cache beside the stimuli.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import os
+import tempfile
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from devices.compensation.compensate import Compensation, Correction
+from devices.compensation.eye_costs import eye_clip_costs
+from devices.compensation.mixture import Mixture
+from documents.files.hashes import sha256_of_json
+from runner.protocol.experiment import Experiment
+from runner.session.header import hashes
+from stimuli.build.cache import cache_folder
+from stimuli.build.stimulus_set import StimulusSet
+from stimuli.pictures.stereo_image import StereoImage
+
+# Raise it when the same picture on the same display costs other numbers than before.
+COST_VERSION = 1
+COSTS = "costs"
+
+
+@dataclass(slots=True)
+class CostWork:
+    """How many costs and lifts of pictures were computed, and how many were read from the cache."""
+
+    clipping_costs_computed: int = 0
+    clipping_costs_cached: int = 0
+
+
+@dataclass(frozen=True, eq=False, slots=True)
+class ClippingCosts:
+    """The clipping costs of an experiment's stimuli.
+
+    ``load`` is asked for a picture, as it is shown, only where its cost must be computed.
+    """
+
+    stimuli: StimulusSet
+    load: Callable[[str], StereoImage]
+    compensation: Compensation
+    places_px: tuple[tuple[int, int], ...]
+    depends_on: Mapping[str, Any]
+    cache: CostCache
+    work: CostWork = field(default_factory=CostWork)
+
+    @classmethod
+    def of(
+        cls,
+        experiment: Experiment,
+        stimuli: StimulusSet,
+        load: Callable[[str], StereoImage],
+        cache: CostCache | None = None,
+    ) -> ClippingCosts:
+        """Return the costs of ``experiment``, with the lift that its most demanding picture needs, if one is wanted.
+
+        ``load`` gives pictures as they are shown. Without ``cache`` it is the one beside the stimulus sets.
+        """
+        rig = experiment.rig
+        panel_px = rig.display.panel.resolution_px
+        compensation = experiment.mode.compensation(rig.models, panel_px, Correction(rig.crosstalk, rig.gain_map))
+        cache = cache or CostCache(cache_folder() / COSTS)
+        depends_on = _depends_on(experiment, stimuli, compensation)
+        costs = cls(stimuli, load, compensation, experiment.places_px, depends_on, cache)
+        if rig.crosstalk is None or not rig.lift_black:
+            return costs
+        lift_share = max((costs._lift(name) for name in stimuli.names), default=0.0)
+        return replace(costs, compensation=compensation.lifted(lift_share))
+
+    def description(self, name: str) -> dict[str, Any]:
+        """Return the name, the factors and the costs of the stimulus ``name``, as a session's header has them."""
+        correction = self.compensation.correction
+        more = {
+            "lift_share": correction.lift_share,
+            "places_px": self.places_px if correction.depends_on_place else (),
+        }
+
+        def compute() -> dict[str, Any]:
+            image = self.load(name)
+            return {"flat": image.is_flat, "clipping": clipping_record(image, self.compensation, self.places_px)}
+
+        return {"name": name, "factors": dict(self.stimuli.factors(name)), **self._cost("clip", name, more, compute)}
+
+    def _lift(self, name: str) -> float:
+        def compute() -> dict[str, Any]:
+            image = self.load(name)
+            return {"share": self.compensation.needed_lift((image.left, image.right))}
+
+        return float(self._cost("lift", name, {}, compute)["share"])
+
+    def _cost(
+        self, what: str, name: str, more: Mapping[str, Any], compute: Callable[[], dict[str, Any]]
+    ) -> dict[str, Any]:
+        picture = str(self.stimuli.entry(name)["sha256"])
+        depends_on = {"version": COST_VERSION, "what": what, "picture": picture, **self.depends_on, **more}
+        cost = self.cache.find(depends_on)
+        if cost is not None:
+            self.work.clipping_costs_cached += 1
+            return cost
+        cost = compute()
+        self.work.clipping_costs_computed += 1
+        self.cache.keep(depends_on, cost)
+        return cost
+
+
+def clipping_record(
+    image: StereoImage, compensation: Compensation, places_px: Sequence[tuple[int, int]]
+) -> dict[str, Any]:
+    """Return what the gamut clip and uncancelled crosstalk cost each eye of ``image``.
+
+    Where a gain map makes the clip depend on the place, each number is the worst of ``places_px``. Where a mode mixes
+    both views into one picture, that picture is what is clipped, and each eye's costs are those seen through its filter
+    (see `devices.compensation.eye_costs`).
+    """
+    picture = image.left, image.right
+    costs: dict[str, dict[str, float]] = {"left": {}, "right": {}}
+    places_px = places_px or ((0, 0),)  # of a session that shows none
+    for place in places_px if compensation.correction.depends_on_place else places_px[:1]:
+        asked = compensation.evened(picture, place)
+        for eye, cost in eye_clip_costs(compensation.models, compensation.mixture, *asked).items():
+            costs[eye] = {key: max(value, costs[eye].get(key, value)) for key, value in cost.items()}
+    crosstalk = compensation.uncancelled(picture)
+    return {**costs, "crosstalk": crosstalk} if crosstalk else {**costs}
+
+
+def _depends_on(experiment: Experiment, stimuli: StimulusSet, compensation: Compensation) -> dict[str, Any]:
+    """Return what costs depend on beside the picture, alike for all pictures."""
+    rig = experiment.rig
+    view = compensation.views["left"]
+    mixture = compensation.mixture
+    return {
+        "display": hashes(experiment, stimuli)["display"],
+        "resolution_px": list(rig.display.panel.resolution_px),
+        "mode": rig.mode,
+        "mode_options": dict(rig.mode_options),
+        "mixture": None if mixture is None else _digest(mixture),
+        "aperture_px": list(experiment.aperture_px),
+        "view_px": list(view.view_px),
+        "squeeze": list(view.squeeze),
+    }
+
+
+def _digest(mixture: Mixture) -> str:
+    """Return the SHA-256 of a mixture's matrices; its blacks and curves are the display's."""
+    matrices = mixture.left, mixture.right, mixture.left_through, mixture.right_through
+    return sha256_of_json([np.asarray(matrix).tolist() for matrix in matrices])
+
+
+_PART = ".part"
+# A file is written in a moment: one that is not finished after so long is of a program that was killed.
+_LEFT_BEHIND_S = 3600.0
+
+
+class CostCache:
+    """Numbers in files below ``folder``, one for each set of things that they depend on.
+
+    Each file holds what its numbers depend on, the numbers, and their SHA-256, and appears as a whole. A file that was
+    cut short, damaged, or made by another version counts as missing: its numbers are computed again. What cannot be
+    written is not kept. Any number of programs may use one folder at once.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._folder = folder
+        self._tidied = False
+
+    def find(self, depends_on: Mapping[str, Any]) -> dict[str, Any] | None:
+        """Return what was kept for ``depends_on``, None if nothing was or it is not as it was kept."""
+        try:
+            kept = json.loads(self._file(depends_on).read_text(encoding="utf-8"))
+            if kept["depends_on"] != _plain(depends_on) or kept["sha256"] != sha256_of_json(kept["cost"]):
+                return None
+            cost = kept["cost"]
+        except (OSError, ValueError, KeyError, TypeError, RecursionError):
+            return None
+        return cost if isinstance(cost, dict) else None
+
+    def keep(self, depends_on: Mapping[str, Any], cost: Mapping[str, Any]) -> bool:
+        """Keep ``cost`` for ``depends_on``, both of what JSON holds; return whether that could be done."""
+        kept = {"depends_on": depends_on, "cost": cost, "sha256": sha256_of_json(cost)}
+        text = json.dumps(kept, indent=1, allow_nan=False) + "\n"
+        file = self._file(depends_on)
+        part: Path | None = None
+        try:
+            self._folder.mkdir(parents=True, exist_ok=True)
+            self._tidy()
+            descriptor, name = tempfile.mkstemp(_PART, f".{file.stem}-", self._folder)
+            part = Path(name)
+            with open(descriptor, "w", encoding="utf-8") as stream:
+                stream.write(text)
+            part.chmod(0o644)  # others who share the cache may read it
+            os.replace(part, file)
+        except OSError:
+            if part is not None:
+                with contextlib.suppress(OSError):
+                    part.unlink(missing_ok=True)
+            return False
+        return True
+
+    def _file(self, depends_on: Mapping[str, Any]) -> Path:
+        return self._folder / f"{sha256_of_json(depends_on)[:32]}.json"
+
+    def _tidy(self) -> None:
+        """Remove what killed programs left behind; once is enough."""
+        if self._tidied:
+            return
+        self._tidied = True
+        for part in self._folder.glob(f".*{_PART}"):
+            with contextlib.suppress(OSError):
+                if time.time() - part.stat().st_mtime > _LEFT_BEHIND_S:
+                    part.unlink()
+
+
+def _plain(value: Mapping[str, Any]) -> Any:
+    """Return ``value`` as it comes back from a file: with lists for tuples."""
+    return json.loads(json.dumps(value))

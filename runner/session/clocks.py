@@ -1,0 +1,97 @@
+"""Time in a session: a clock for the record that nobody can set back, and the pace of timed scenes."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+from datetime import UTC, datetime, timedelta
+
+from documents.platform import elapsed_s
+from runner.ports import Holding
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Scene
+
+
+class SteadyClock:
+    """Gives UTC to the millisecond; never runs back and never jumps, however the machine's clock is set meanwhile."""
+
+    def __init__(
+        self,
+        wall: Callable[[], datetime] = lambda: datetime.now(UTC),
+        elapsed: Callable[[], float] = elapsed_s,
+    ) -> None:
+        self._began = wall()
+        self._elapsed = elapsed
+        self._began_s = elapsed()
+
+    def __call__(self) -> str:
+        """Return the time now, such as ``2026-01-31T12:00:00.250+00:00``."""
+        now = self._began + timedelta(seconds=self._elapsed() - self._began_s)
+        return now.isoformat(timespec="milliseconds")
+
+
+@dataclass(frozen=True, slots=True)
+class Pace:
+    """A screen of frames of ``period_s``.
+
+    Where swaps wait for the screen (``swaps_wait``), the next scene must be handed over within the last frame before
+    its own: half a frame early is safest. Where they do not, the clock alone decides. ``instantly`` does not wait at
+    all, for simulated observers.
+    """
+
+    period_s: float
+    swaps_wait: bool
+    instantly: bool = False
+
+    def frames(self, seconds: float) -> int:
+        """Return the whole number of frames nearest to ``seconds``, at least 1."""
+        return max(1, round(seconds / self.period_s))
+
+    def wait(
+        self,
+        onset_s: float,
+        frames: int,
+        clock: Callable[[], float] = time.monotonic,
+        sleep: Callable[[float], None] = time.sleep,
+        each_frame: Callable[[], object] | None = None,
+    ) -> None:
+        """Sleep until the scene after one shown at ``onset_s`` for ``frames`` frames must be drawn.
+
+        ``each_frame``, where a mode has something to draw at every refresh, is called in place of sleeping.
+        """
+        if self.instantly:
+            return
+        early = 0.5 if self.swaps_wait else 0.0
+        until_s = onset_s + (frames - early) * self.period_s
+        while each_frame is not None and clock() < until_s - self.period_s:
+            each_frame()
+            if not self.swaps_wait:
+                sleep(self.period_s)
+        left_s = until_s - clock()
+        if left_s > 0:
+            sleep(left_s)
+
+
+class PacedPresenter:
+    """Shows scenes on ``presenter``, timed ones at ``pace``."""
+
+    def __init__(self, presenter: Presenter, pace: Pace) -> None:
+        self._presenter = presenter
+        self._pace = pace
+
+    def show(self, scene: Scene) -> float:
+        """Show ``scene`` and return its onset."""
+        return self._presenter.show(scene)
+
+    def prefetch(self, scene: Scene) -> None:
+        """Make ready what ``scene`` will need."""
+        self._presenter.prefetch(scene)
+
+    def hold(self, scene: Scene, seconds: float) -> Holding:
+        """Show ``scene`` for the whole frames nearest to ``seconds``: drawn once, slept through, keys dropped."""
+        frames = self._pace.frames(seconds)
+        onset_s = self.show(scene)
+        self._pace.wait(onset_s, frames, each_frame=self._presenter.surface.on_frame)
+        self._presenter.surface.poll_keys()
+        return Holding(onset_s, frames, self._pace.period_s)
