@@ -49,7 +49,7 @@ _APART = (
     type=click.Path(path_type=Path),
     default=Path("results"),
     show_default=True,
-    help="Folder that the results will go to.",
+    help="Folder that the sessions will be written to.",
 )
 @click.option(
     "--screen/--no-screen",

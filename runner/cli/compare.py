@@ -18,37 +18,51 @@ _MOST_PX = 1e9
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 
 
-@click.command(name="compare", short_help="Say whether a rendering is validated by a photograph, or why not.")
+@click.command(name="compare", short_help="Compare a rendering with a photograph, and report whether it is validated.")
 @click.argument("photo", metavar="PHOTO")
 @click.argument("rendering", metavar="RENDERING")
-@click.option("--regions", required=True, metavar="R.yaml", help="What to compare: a chart, plates, areas; and limits.")
-@click.option("--camera", metavar="C.yaml", help="Camera file of `camera fit`, for raw photographs and camera RGB.")
-@click.option("--exposure", metavar="TIME,F,ISO", help="Of camera RGB that does not tell its own, such as 1/15,8,200.")
-@click.option("--linear", is_flag=True, help="Take a TIFF or OpenEXR as linear camera RGB whatever it declares.")
-@click.option("--photo-holds", type=_HOLDS, help="What the numbers of PHOTO are, where the file does not say.")
-@click.option("--rendering-holds", type=_HOLDS, help="What those of RENDERING are.")
 @click.option(
-    "--sensitivities", metavar="S.csv", help="wavelength_nm,red,green,blue: take a spectral rendering by this sensor."
+    "--regions",
+    required=True,
+    metavar="R.yaml",
+    help="File of the regions to compare (chart, plates, areas) and the limits.",
 )
 @click.option(
-    "--full-scale", type=float, metavar="CD_M2", help="Luminance of equal-energy light that just fills that sensor."
+    "--camera", metavar="C.yaml", help="Camera file written by `camera fit`, for raw photographs and camera RGB."
 )
-@click.option("--quantity", type=click.Choice(["radiance", "reflectance"]), help="What spectral values are.")
-@click.option("--illuminant", metavar="NAME|LIGHT.csv", help="Light on a spectral rendering of reflectance.")
+@click.option(
+    "--exposure", metavar="TIME,F,ISO", help="Exposure of camera RGB whose file has none, such as 1/15,8,200."
+)
+@click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
+@click.option("--photo-holds", type=_HOLDS, help="Quantity of the values in PHOTO, if the file does not say.")
+@click.option("--rendering-holds", type=_HOLDS, help="Quantity of the values in RENDERING, if the file does not say.")
+@click.option(
+    "--sensitivities", metavar="S.csv", help="Sensor table (wavelength_nm,red,green,blue) for a spectral rendering."
+)
+@click.option(
+    "--full-scale", type=float, metavar="CD_M2", help="Luminance of equal-energy light that just saturates that sensor."
+)
+@click.option("--quantity", type=click.Choice(["radiance", "reflectance"]), help="Quantity of spectral values.")
+@click.option("--illuminant", metavar="NAME|LIGHT.csv", help="Illuminant of a spectral rendering of reflectance.")
 @click.option(
     "--illuminant-luminance", type=float, metavar="CD_M2", help="Luminance of a perfect diffuser in that light."
 )
-@click.option("--display", metavar="D.yaml", help="Display the pictures are seen on, pixel for pixel.")
-@click.option("--rig", metavar="RIG.yaml", help="Display and viewing distance; what --experiment is run on.")
-@click.option("--distance-mm", type=float, help="Viewing distance.  [the rig's]")
-@click.option("--white", type=click.Choice(["icc-d50", "d50", "d65", "a", "e"]), help="White of CIELAB.  [icc-d50]")
+@click.option("--display", metavar="D.yaml", help="Display on which the pictures are seen, pixel for pixel.")
+@click.option("--rig", metavar="RIG.yaml", help="Rig that gives display and viewing distance, also for --experiment.")
+@click.option("--distance-mm", type=float, help="Viewing distance. Default: the rig's.")
 @click.option(
-    "--white-luminance", type=float, metavar="CD_M2", help="Its luminance.  [the chart's white, or the display's]"
+    "--white", type=click.Choice(["icc-d50", "d50", "d65", "a", "e"]), help="White point of CIELAB. Default: icc-d50."
+)
+@click.option(
+    "--white-luminance",
+    type=float,
+    metavar="CD_M2",
+    help="Luminance of that white. Default: that of the chart's white, or of the display.",
 )
 @click.option(
     "--luminance",
     type=click.Choice(["absolute", "mean_ratio", "least_squares"]),
-    help="Compare luminances as they are, or times a factor for all.  [absolute]",
+    help="Compare luminances as they are, or times one factor for all. Default: absolute.",
 )
 @click.option(
     "--register",
@@ -56,17 +70,29 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
     type=click.Choice(["auto", "none", "corners"]),
     default="auto",
     show_default=True,
-    help="Find shift and turn; take the pixels as they are; or bring four corners together.",
+    help="Registration: find shift and rotation, keep the pixels, or match four corners.",
 )
-@click.option("--photo-corners", nargs=4, metavar="X,Y X,Y X,Y X,Y", help="Four places in PHOTO, in pixels.")
-@click.option("--rendering-corners", nargs=4, metavar="X,Y X,Y X,Y X,Y", help="The same four in RENDERING.")
-@click.option("--limit", type=click.FloatRange(min=0, min_open=True), metavar="ΔE00", help="Of what is seen.  [1.4]")
+@click.option("--photo-corners", nargs=4, metavar="X,Y X,Y X,Y X,Y", help="Four corners in PHOTO, in pixels.")
+@click.option(
+    "--rendering-corners", nargs=4, metavar="X,Y X,Y X,Y X,Y", help="The same four corners in RENDERING, in pixels."
+)
+@click.option(
+    "--limit",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="ΔE00",
+    help="Largest ΔE00 that counts as equal. Default: 1.4.",
+)
 @click.option("-o", "--output", metavar="OUT.html", help="HTML page to write.")
-@click.option("--experiment", "experiment_name", metavar="NAME", help="Write experiments/NAME.yaml, which asks people.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of the verdict.")
+@click.option(
+    "--experiment",
+    "experiment_name",
+    metavar="NAME",
+    help="Also write experiments/NAME.yaml, an experiment that asks observers.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 @click.pass_context
 def command(context: click.Context, /, photo: str, rendering: str, as_json: bool, **options: Any) -> None:
-    """Say whether a rendering is validated by a photograph, or why not.
+    """Compare a rendering with a photograph, and report whether it is validated.
 
     PHOTO and RENDERING are OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, or spectral pictures. They are
     brought to one grid, and compared by regions, pixel by pixel, as the eye resolves them at the viewing distance, and

@@ -9,19 +9,21 @@ from pathlib import Path
 import click
 
 
-@click.command(short_help="Re-enact the thesis's second experiment with simulated observers.")
-@click.option("--observers", type=click.IntRange(1, 999), default=30, show_default=True, help="How many simulated.")
+@click.command(short_help="Repeat the thesis's second experiment with simulated observers.")
+@click.option(
+    "--observers", type=click.IntRange(1, 999), default=30, show_default=True, help="Number of simulated observers."
+)
 @click.option("--window", is_flag=True, help="Draw in a window that you can watch.")
 @click.option(
     "--results",
     type=click.Path(path_type=Path),
     default=Path("results/demo"),
     show_default=True,
-    help="Folder of all sessions.",
+    help="Folder that the sessions are written to.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print scores and counts as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
-    """Re-enact the thesis's second experiment with simulated observers.
+    """Repeat the thesis's second experiment with simulated observers.
 
     Builds ten stimuli from configs/stimuli/manitoba_gray.yaml, shows all 45 pairs in stereo to every simulated
     observer, who answers by the thesis's published scores (Table 4.4), records each answer, fits Bradley-Terry

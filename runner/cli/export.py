@@ -11,11 +11,11 @@ from documents.text.words import counted
 
 @click.command(name="export")
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RESULTS...")
-@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="The dataset's folder.")
-@click.option("--name", help="Name of the dataset; the experiments' names if left out.")
-@click.option("--author", "authors", multiple=True, help="An author of the dataset; give it once for each.")
+@click.option("-o", "--output", required=True, type=click.Path(path_type=Path), help="Folder of the dataset.")
+@click.option("--name", help="Name of the dataset. Default: the experiments' names.")
+@click.option("--author", "authors", multiple=True, help="Author of the dataset; repeat for each.")
 @click.option("--license", "license_", help="Licence of the dataset, such as CC0 or CC-BY-4.0.")
-@click.option("--json", "as_json", is_flag=True, help="Print what was exported as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     results: tuple[Path, ...],
     output: Path,

@@ -40,48 +40,79 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 @click.command(name="power")
 @click.argument("experiment", type=click.Path(path_type=Path))
 @click.option(
-    "--observers", type=Numbers(), default="10:60:5", show_default=True, help="How many: 30, or first:last:step."
+    "--observers",
+    type=Numbers(),
+    default="10:60:5",
+    show_default=True,
+    help="Numbers of observers: 30, or first:last:step.",
 )
-@click.option("--replicates", type=click.IntRange(2), default=1000, show_default=True, help="Studies for each of them.")
 @click.option(
-    "--scores", type=click.Path(path_type=Path), help="Assumed scores: simulated observers, or scores --json."
+    "--replicates",
+    type=click.IntRange(2),
+    default=1000,
+    show_default=True,
+    help="Number of simulated studies for each number of observers.",
 )
-@click.option("--simulate", type=click.Path(path_type=Path), help="Simulated observers: their scores and lapses.")
-@click.option("--spread", type=float, help="Assume scores at even steps over so many nats.  [2, without a file]")
-@click.option("--observer-sd", type=float, default=0.0, show_default=True, help="How observers differ, in nats.")
-@click.option("--lapse-rate", type=float, help="Share of random answers.  [that of --simulate, or 0]")
-@click.option("--pair", nargs=2, multiple=True, metavar="A B", help="A pair that matters; may be repeated.")
 @click.option(
-    "--power", "target", type=float, default=0.8, show_default=True, help="Chance that each such pair is to have."
+    "--scores",
+    type=click.Path(path_type=Path),
+    help="Assumed scores: a file of simulated observers, or the JSON of `cyclopean scores`.",
 )
-@click.option("--alpha", type=float, help="Level at which two stimuli differ; the experiment's if left out.")
+@click.option(
+    "--simulate", type=click.Path(path_type=Path), help="File of simulated observers: their scores and lapses."
+)
+@click.option("--spread", type=float, help="Assume evenly spaced scores over so many nats. Default without a file: 2.")
+@click.option(
+    "--observer-sd",
+    type=float,
+    default=0.0,
+    show_default=True,
+    help="Standard deviation of the differences between observers, in nats.",
+)
+@click.option("--lapse-rate", type=float, help="Share of random answers. Default: that of --simulate, or 0.")
+@click.option("--pair", nargs=2, multiple=True, metavar="A B", help="Pair of stimuli that matters; repeat for each.")
+@click.option(
+    "--power", "target", type=float, default=0.8, show_default=True, help="Power that each such pair is to reach."
+)
+@click.option(
+    "--alpha", type=float, help="Significance level for a difference between two stimuli. Default: the experiment's."
+)
 @click.option(
     "--adjust",
     type=click.Choice(["holm", "bh", "maxz", "none"]),
-    help="Correction for testing every pair; the experiment's if left out.",
+    help="Correction for multiple comparisons. Default: the experiment's.",
 )
 @click.option(
     "--covariance",
     type=click.Choice(["model", "sandwich"]),
     default="model",
     show_default=True,
-    help="Errors from the model, or clustered by observer.",
+    help="Standard errors from the model, or clustered by observer.",
 )
 @click.option(
     "--interval",
     type=click.Choice(["wald", "bootstrap"]),
     default="wald",
     show_default=True,
-    help="Intervals by standard errors, or by drawing each study's observers anew (slow).",
+    help="Intervals from standard errors, or by bootstrap over observers in each study (slow).",
 )
-@click.option("--seed", type=click.IntRange(0), default=2016, show_default=True, help="Gives the same answer again.")
-@click.option("--scheduler", metavar="ADDRESS", help="A Dask scheduler, such as tcp://10.0.0.5:8786.")
-@click.option("--workers", type=click.IntRange(1), help="Local processes; as many as are worth it if left out.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Write curves and tables as an HTML page.")
 @click.option(
-    "--csv", "table", type=click.Path(path_type=Path), help="Write every value as CSV; a dash for the terminal."
+    "--seed",
+    type=click.IntRange(0),
+    default=2016,
+    show_default=True,
+    help="Random seed; the same seed gives the same result.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@click.option("--scheduler", metavar="ADDRESS", help="Address of a Dask scheduler, such as tcp://10.0.0.5:8786.")
+@click.option("--workers", type=click.IntRange(1), help="Number of local processes. Default: as many as are useful.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="HTML page to write, with curves and tables.")
+@click.option(
+    "--csv",
+    "table",
+    type=click.Path(path_type=Path),
+    help="CSV file to write, with every value; a dash for the terminal.",
+)
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     experiment: Path,
     observers: tuple[int, ...],
@@ -104,7 +135,7 @@ def command(
     table: Path | None,
     as_json: bool,
 ) -> None:
-    """Say how many observers an experiment needs, by simulated studies.
+    """Find how many observers an experiment needs, by simulated studies.
 
     EXPERIMENT is an experiment file with a block of all pairs; its stimuli need not be built. Whole studies are
     simulated under assumed scores, and analysed as `scores` does.

@@ -12,19 +12,19 @@ from documents.text.words import counted
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")
 @click.argument("experiment", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The folder to write to.")
-@click.option("--observer", default="01", show_default=True, help="Whose order of trials to preview.")
-@click.option("--mode", help="A stereo mode in place of the rig's.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="Folder to write to.")
+@click.option("--observer", default="01", show_default=True, help="Observer whose order of trials is shown.")
+@click.option("--mode", help="Stereo mode to use instead of the rig's.")
 @click.option(
-    "--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True, help="How to draw."
+    "--backend", type=click.Choice(["egl", "null", "window"]), default="egl", show_default=True, help="Where to draw."
 )
-@click.option("--clipping", is_flag=True, help="Mark the pixels outside the gamut, on a second picture of each screen.")
+@click.option("--clipping", is_flag=True, help="Also write each screen with the pixels outside the gamut marked.")
 @click.option(
     "--allow-uncharacterised",
     is_flag=True,
-    help="Borrow another mode's characterisation, and mark every record of it.",
+    help="Use another mode's characterisation if this mode has none; every record says so.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print the files as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     experiment: Path,
     output: Path,

@@ -14,43 +14,50 @@ if TYPE_CHECKING:
 @click.command(name="report")
 @click.argument("results", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="RESULTS...")
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="The page; report.html inside the first folder if left out."
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="HTML page to write. Default: report.html in the first folder.",
 )
-@click.option("--pdf", is_flag=True, help="Print the page to PDF too, beside it; needs Chromium or Chrome.")
-@click.option("--csv", "csv_folder", type=click.Path(path_type=Path), help="A folder for each table as CSV.")
-@click.option("--without", multiple=True, metavar="OBSERVER", help="Leave an observer out; give it once for each.")
+@click.option("--pdf", is_flag=True, help="Also print the page to PDF, beside it; needs Chromium or Chrome.")
+@click.option("--csv", "csv_folder", type=click.Path(path_type=Path), help="Folder for the tables as CSV.")
+@click.option("--without", multiple=True, metavar="OBSERVER", help="Observer to leave out; repeat for each.")
 @click.option(
     "--passed",
     multiple=True,
     metavar="TEST",
-    help="Leave out who failed a test of vision, such as stereo_acuity; give it once for each.",
+    help="Leave out observers who failed this test of vision, such as stereo_acuity; repeat for each.",
 )
-@click.option("--screened", is_flag=True, help="With --passed: leave out also who did not take the test.")
+@click.option("--screened", is_flag=True, help="With --passed, also leave out observers who did not take the test.")
 @click.option(
-    "--most-missed", type=click.IntRange(min=0), help="Leave out who missed more obvious catch trials than that."
+    "--most-missed",
+    type=click.IntRange(min=0),
+    help="Leave out observers who missed more obvious catch trials than this share.",
 )
-@click.option("--alpha", type=float, help="Level at which two stimuli differ; the experiment's if left out.")
+@click.option(
+    "--alpha", type=float, help="Significance level for a difference between two stimuli. Default: the experiment's."
+)
 @click.option(
     "--adjust",
     type=click.Choice(["holm", "bh", "maxz", "none"]),
-    help="Correction for testing every pair; the experiment's if left out.",
+    help="Correction for multiple comparisons. Default: the experiment's.",
 )
 @click.option(
     "--covariance",
     type=click.Choice(["auto", "model", "sandwich"]),
-    help="Standard errors of the classes; the experiment's if left out.",
+    help="Standard errors of the classes. Default: the experiment's.",
 )
 @click.option(
     "--experiment",
     type=click.Path(path_type=Path),
-    help="The experiment file, for pictures of the stimuli; experiments/NAME.yaml if left out.",
+    help="Experiment file, for pictures of the stimuli. Default: experiments/NAME.yaml.",
 )
 @click.option(
     "--thumbnails/--no-thumbnails",
     default=True,
-    help="Whether the page shows the stimuli, where they lie built in the cache.",
+    help="Show the stimuli on the page, if they are in the cache.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print everything found as JSON instead of a table.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     results: tuple[Path, ...],
     output: Path | None,

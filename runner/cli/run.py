@@ -12,48 +12,48 @@ from documents.text.words import counted
 
 @click.command(short_help="Run a session with an observer.")
 @click.argument("experiment", type=click.Path(path_type=Path))
-@click.option("--observer", required=True, help="The observer's code: letters and digits, such as 01.")
-@click.option("--resume", is_flag=True, help="Go on exactly where this observer's last session stopped.")
+@click.option("--observer", required=True, help="Code of the observer: letters and digits, such as 01.")
+@click.option("--resume", is_flag=True, help="Resume this observer's last session exactly where it stopped.")
 @click.option(
     "--accept-changes",
     is_flag=True,
-    help="With --resume or --replay: go on although experiment, stimuli or display changed; the record says so.",
+    help="With --resume or --replay: continue although experiment, stimuli or display changed.",
 )
 @click.option(
     "--results",
     type=click.Path(path_type=Path),
     default=Path("results"),
     show_default=True,
-    help="Folder of all sessions.",
+    help="Folder that the sessions are written to.",
 )
-@click.option("--mode", help="A stereo mode in place of the rig's.")
-@click.option("--windowed", is_flag=True, help="A window in place of the full screen.")
+@click.option("--mode", help="Stereo mode to use instead of the rig's.")
+@click.option("--windowed", is_flag=True, help="Use a window instead of the full screen.")
 @click.option(
     "--simulate",
     type=click.Path(path_type=Path),
-    help="A file of simulated observers that answer in place of a person, on a surface without a window.",
+    help="File of simulated observers who answer instead of a person, without a window.",
 )
 @click.option(
     "--replay",
     type=click.Path(path_type=Path),
-    help="A session.jsonl whose presses are repeated in place of a person, on a surface without a window.",
+    help="Recorded session.jsonl whose key presses are repeated, without a window.",
 )
 @click.option(
     "--backend",
     type=click.Choice(["window", "egl", "null"]),
-    help="Where to draw; 'window' for a person, 'egl' for a simulation.",
+    help="Where to draw: 'window' for a person, 'egl' for a simulation.",
 )
 @click.option(
     "--allow-uncharacterised",
     is_flag=True,
-    help="Borrow another mode's characterisation, and mark every record of it.",
+    help="Use another mode's characterisation if this mode has none; every record says so.",
 )
 @click.option(
     "--console/--no-console",
     default=None,
-    help="Whether this terminal takes notes and marks during the session; it does if a person sits at the window.",
+    help="Take notes and marks in this terminal during the session. Default: if a person answers.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     experiment: Path,
     observer: str,

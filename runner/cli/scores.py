@@ -16,38 +16,44 @@ if TYPE_CHECKING:
 
 @click.command(name="scores")
 @click.argument("table", metavar="TABLE.csv")
-@click.option("--alpha", type=float, default=0.05, show_default=True, help="Level at which two items differ.")
+@click.option(
+    "--alpha",
+    type=float,
+    default=0.05,
+    show_default=True,
+    help="Significance level for a difference between two items.",
+)
 @click.option(
     "--adjust",
     type=click.Choice(["holm", "bh", "maxz", "none"]),
     default="holm",
     show_default=True,
-    help="Correction for testing every pair.",
+    help="Correction for multiple comparisons.",
 )
 @click.option(
     "--model",
     type=click.Choice(["bradley-terry", "davidson", "rao-kupper", "thurstone"]),
     default="bradley-terry",
     show_default=True,
-    help="Davidson and Rao-Kupper have ties; Thurstone's Case V gives JOD.",
+    help="Model of the answers; davidson and rao-kupper have ties, thurstone (Case V) gives JOD.",
 )
 @click.option(
     "--method",
     type=click.Choice(["ml", "firth", "map"]),
     default="ml",
     show_default=True,
-    help="Maximum likelihood; Firth's penalised fit, or a Gaussian prior, for items that always win.",
+    help="Maximum likelihood; or, for items that always win, Firth's penalty or a Gaussian prior.",
 )
-@click.option("--prior-sd", type=float, help="Standard deviation of the prior on each strength.  [map: 2]")
-@click.option("--order-effect", is_flag=True, help="Fit what being shown first adds; needs the column 'first'.")
+@click.option("--prior-sd", type=float, help="Standard deviation of the prior on each log score. Default with map: 2.")
+@click.option("--order-effect", is_flag=True, help="Fit the advantage of being shown first; needs the column 'first'.")
 @click.option(
     "--covariance",
     type=click.Choice(["model", "sandwich"]),
     default="model",
     show_default=True,
-    help="Errors from the model, or clustered by observer.",
+    help="Standard errors from the model, or clustered by observer.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     table: str,
     alpha: float,

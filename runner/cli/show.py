@@ -17,37 +17,39 @@ if TYPE_CHECKING:
 _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 
 
-@click.command(short_help="Show one stereo image with the display's response undone.")
+@click.command(short_help="Show one stereo image with the display's response inverted.")
 @click.argument("file", type=click.Path(path_type=Path))
-@click.option("--display", "display_file", type=click.Path(path_type=Path), required=True, help="A display file.")
-@click.option("--mode", required=True, help="A stereo mode that the display was characterised in.")
+@click.option("--display", "display_file", type=click.Path(path_type=Path), required=True, help="Display file.")
+@click.option("--mode", required=True, help="Stereo mode that the display was characterised in.")
 @click.option(
-    "--screenshot", type=click.Path(path_type=Path), help="Write the framebuffer's codes to this PNG, and end."
+    "--screenshot", type=click.Path(path_type=Path), help="PNG file to write with the framebuffer's codes; then exit."
 )
 @click.option("--headless", is_flag=True, help="Draw without a window, at the panel's resolution.")
 @click.option(
-    "--backend", type=click.Choice(["egl", "null"]), default="egl", show_default=True, help="How, if headless."
+    "--backend", type=click.Choice(["egl", "null"]), default="egl", show_default=True, help="Where to draw if headless."
 )
-@click.option("--windowed", is_flag=True, help="Keep the window from filling the screen.")
+@click.option("--windowed", is_flag=True, help="Use a window instead of the full screen.")
 @click.option(
-    "--colour-space", type=click.Choice(["xyz", "rec709"]), help="What the file's numbers are, if it is silent."
+    "--colour-space",
+    type=click.Choice(["xyz", "rec709"]),
+    help="Colour space of the file's values, if it does not say.",
 )
-@click.option("--white-luminance", type=float, metavar="CD_M2", help="The luminance of the value 1.")
-@click.option("--clip-negative", is_flag=True, help="Set XYZ below 0 to 0 instead of refusing it.")
+@click.option("--white-luminance", type=float, metavar="CD_M2", help="Luminance of the value 1.")
+@click.option("--clip-negative", is_flag=True, help="Set negative XYZ to 0 instead of refusing the picture.")
 @click.option("--flat", is_flag=True, help="Show the centre view to both eyes.")
 @click.option(
     "--mode-option",
     "mode_options",
     multiple=True,
     metavar="KEY=VALUE",
-    help="An option of the mode, as in a rig file: swap_eyes=true.",
+    help="Option of the stereo mode, as in a rig file: swap_eyes=true.",
 )
 @click.option(
     "--bits",
     type=click.Choice(list(_BITS)),
-    help="Bits of a channel's codes, 10 where the driver gives them; without it, 10 for a panel that has them.",
+    help="Bits of a channel's codes. Default: 10 for a panel that has them, if the driver does.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print what was shown as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     file: Path,
     display_file: Path,
@@ -64,7 +66,7 @@ def command(
     bits: str | None,
     as_json: bool,
 ) -> None:
-    """Show one stereo image with the display's response undone.
+    """Show one stereo image with the display's response inverted.
 
     FILE is an OpenEXR picture; it stands at 1:1 in the middle of each eye's area until Escape is pressed. The
     shares of pixels that the display cannot show are printed for each eye. Crosstalk and a gain map of the display

@@ -13,29 +13,34 @@ if TYPE_CHECKING:
 
 @click.command(name="develop")
 @click.argument("photos", metavar="PHOTO...", nargs=-1, required=True)
-@click.option("-o", "--output", required=True, metavar="OUT.exr|FOLDER", help="OpenEXR file, or folder, to write.")
-@click.option("--camera", metavar="CAMERA.yaml", help="Camera file of `camera fit`; without it: camera RGB.")
-@click.option("--exposure", metavar="TIME,F,ISO", help="Exposure, such as 1/15,8,200.  [the file's own]")
+@click.option("-o", "--output", required=True, metavar="OUT.exr|FOLDER", help="OpenEXR file or folder to write.")
+@click.option("--camera", metavar="CAMERA.yaml", help="Camera file written by `camera fit`. Default: keep camera RGB.")
+@click.option("--exposure", metavar="TIME,F,ISO", help="Exposure, such as 1/15,8,200. Default: the file's own.")
 @click.option(
     "--demosaic",
     type=click.Choice(["superpixel", "bilinear", "malvar", "vng", "ppg", "ahd"]),
     default="malvar",
     show_default=True,
-    help="Interpolation of colours; superpixel interpolates nothing, at half the size.",
+    help="Demosaicing method; superpixel does not interpolate and halves the size.",
 )
-@click.option("--black", type=float, metavar="CODE", help="Black level.  [the file's own]")
-@click.option("--white", type=float, metavar="CODE", help="Full scale.  [the file's own]")
-@click.option("--saturated", type=float, metavar="CODE", help="Code from which a photosite is full.  [white]")
-@click.option("--as-stored", is_flag=True, help="Do not turn the picture upright.")
-@click.option("--linear", is_flag=True, help="Take a TIFF or OpenEXR as linear camera RGB whatever it declares.")
+@click.option("--black", type=float, metavar="CODE", help="Black level of the sensor. Default: the file's own.")
+@click.option("--white", type=float, metavar="CODE", help="Full scale of the sensor. Default: the file's own.")
+@click.option(
+    "--saturated",
+    type=float,
+    metavar="CODE",
+    help="Level from which a photosite counts as saturated. Default: full scale.",
+)
+@click.option("--as-stored", is_flag=True, help="Do not rotate the picture upright.")
+@click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
 @click.option(
     "--negative",
     type=click.Choice(["clip", "refuse"]),
     default="clip",
     show_default=True,
-    help="XYZ below 0, as noise about black gives: set to 0 and counted, or refused.",
+    help="What to do with negative XYZ from noise around black: set to 0 and count, or refuse.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     photos: tuple[str, ...],
     output: str,

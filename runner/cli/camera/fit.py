@@ -20,37 +20,44 @@ _TABLES = (".csv", ".txt")
 
 @click.command(name="fit")
 @click.argument("chart", metavar="CHART.csv|PHOTO")
-@click.option("--reference", metavar="REF.csv", help="The chart's patches as measured: X,Y,Z[,name] in cd/m².")
-@click.option("--white", metavar="X,Y,Z", help="Its white patch alone, in cd/m²; the rest as a ColorChecker's.")
+@click.option("--reference", metavar="REF.csv", help="Measured patches of the chart as CSV: X,Y,Z[,name] in cd/m².")
+@click.option("--white", metavar="X,Y,Z", help="Measured white patch in cd/m²; the other patches as on a ColorChecker.")
 @click.option(
     "--corners",
     nargs=4,
     metavar="X,Y X,Y X,Y X,Y",
-    help="Outer corners of the patches in pixels, around the chart.  [found]",
+    help="Outer corners of the patches in pixels, in order around the chart. Default: found.",
 )
-@click.option("--exposure", metavar="TIME,F,ISO", help="Such as 1/15,8,800.  [the photograph's own]")
+@click.option("--exposure", metavar="TIME,F,ISO", help="Exposure, such as 1/15,8,800. Default: the photograph's own.")
 @click.option(
     "--form",
     type=click.Choice(["linear", "affine"]),
     default="linear",
     show_default=True,
-    help="affine has an offset, and serves one exposure.",
+    help="Form of the camera model; affine has an offset and holds for one exposure only.",
 )
 @click.option(
     "--loss",
     type=click.Choice(["xyz", "delta-e"]),
     default="xyz",
     show_default=True,
-    help="Least squares in XYZ, or in ΔE00.",
+    help="Error to minimise: least squares in XYZ, or ΔE00.",
 )
-@click.option("--black", metavar="R,G,B", help="To subtract first, in shares of full scale.  [0,0,0]")
-@click.option("--saturated", type=float, metavar="CODE", help="From where a photosite is full.  [the file's white]")
-@click.option("--linear", is_flag=True, help="Take a TIFF or OpenEXR as linear camera RGB whatever it declares.")
-@click.option("--name", default="", help="The camera's name.")
+@click.option(
+    "--black", metavar="R,G,B", help="Black level to subtract first, as shares of full scale. Default: 0,0,0."
+)
+@click.option(
+    "--saturated",
+    type=float,
+    metavar="CODE",
+    help="Level from which a photosite counts as saturated. Default: the file's white.",
+)
+@click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
+@click.option("--name", default="", help="Name of the camera.")
 @click.option("-o", "--output", metavar="CAMERA.yaml", help="Camera file to write.")
-@click.option("--replace", is_flag=True, help="Write it over one that is there.")
+@click.option("--replace", is_flag=True, help="Overwrite an existing camera file.")
 @click.option("--report", metavar="PAGE.html", help="HTML page to write.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     chart: str,
     reference: str | None,

@@ -11,9 +11,11 @@ import click
 @click.option(
     "--quantity",
     type=click.Choice(["radiance", "reflectance"]),
-    help="What FILE holds, if it does not say.",
+    help="Quantity of the values, if FILE does not say.",
 )
-@click.option("--illuminant", metavar="NAME|LIGHT.csv", help="Light on reflectance: A, D50, D65, E, … or a spectrum.")
+@click.option(
+    "--illuminant", metavar="NAME|LIGHT.csv", help="Illuminant of reflectances: A, D50, D65, E, … or a spectrum."
+)
 @click.option(
     "--white-luminance", "white", type=float, metavar="CD_M2", help="Luminance of a perfect diffuser in that light."
 )
@@ -22,21 +24,25 @@ import click
     type=float,
     default=1.0,
     show_default=True,
-    help="Factor on the values or the light, for other units.",
+    help="Factor for the values or the light, for other units.",
 )
-@click.option("--sensitivities", metavar="SENSOR.csv", help="wavelength_nm,red,green,blue: camera RGB instead of XYZ.")
 @click.option(
-    "--full-scale", type=float, metavar="CD_M2", help="Luminance of equal-energy light that just fills the sensor."
+    "--sensitivities",
+    metavar="SENSOR.csv",
+    help="Sensor table (wavelength_nm,red,green,blue): write camera RGB instead of XYZ.",
 )
-@click.option("--exposure", metavar="TIME,F,ISO", help="Exposure to keep with the camera RGB, such as 1/15,8,200.")
+@click.option(
+    "--full-scale", type=float, metavar="CD_M2", help="Luminance of equal-energy light that just saturates the sensor."
+)
+@click.option("--exposure", metavar="TIME,F,ISO", help="Exposure to store with the camera RGB, such as 1/15,8,200.")
 @click.option(
     "--negative",
     type=click.Choice(["refuse", "clip"]),
     default="refuse",
     show_default=True,
-    help="XYZ below 0: refused, or set to 0 and counted.",
+    help="What to do with negative XYZ: refuse, or set to 0 and count.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a sentence.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     file: str,
     output: str,

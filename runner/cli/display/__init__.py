@@ -11,7 +11,7 @@ COMMANDS = {
     "patches": "Show patches of known device codes full-screen in a stereo mode.",
     "measure": "Show patches and read each with an instrument.",
     "fit": "Fit display models to measurements and choose the one that predicts best.",
-    "verify": "Show fresh colours, read them, and say how far off they are.",
+    "verify": "Show new colours, read them, and report the colour error.",
     "convert": "Convert a table of device codes to XYZ, or back.",
     "report": "Write an HTML page that judges a display by its measurements.",
 }

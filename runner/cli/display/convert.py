@@ -9,10 +9,12 @@ import click
 @click.argument("file", metavar="[FILE]", default="-")
 @click.option("--display", "display_file", required=True, metavar="DISPLAY.yaml", help="Display file.")
 @click.option("--mode", required=True, help="Stereo mode of the display file.")
-@click.option("--eye", type=click.Choice(["left", "right"]), default="left", show_default=True, help="Whose.")
-@click.option("--to", "target", type=click.Choice(["code", "xyz"]), required=True, help="What to print.")
 @click.option(
-    "--full", type=click.FloatRange(min=0, min_open=True), default=255.0, show_default=True, help="Full drive."
+    "--eye", type=click.Choice(["left", "right"]), default="left", show_default=True, help="Eye whose model is used."
+)
+@click.option("--to", "target", type=click.Choice(["code", "xyz"]), required=True, help="Quantity to print.")
+@click.option(
+    "--full", type=click.FloatRange(min=0, min_open=True), default=255.0, show_default=True, help="Code of full drive."
 )
 def command(file: str, display_file: str, mode: str, eye: str, target: str, full: float) -> None:
     """Convert a table of device codes to XYZ, or back.

@@ -21,27 +21,33 @@ if TYPE_CHECKING:
 
 @click.command(name="fit")
 @click.argument("file", metavar="FILE")
-@click.option("--mode", help="Stereo mode that the readings are of.  [the file's own]")
-@click.option("--eye", type=click.Choice(["both", "left", "right"]), default="both", show_default=True, help="Whose.")
+@click.option("--mode", help="Stereo mode of the readings. Default: the file's own.")
+@click.option(
+    "--eye",
+    type=click.Choice(["both", "left", "right"]),
+    default="both",
+    show_default=True,
+    help="Eye that the readings were taken for.",
+)
 @click.option(
     "--model",
     type=click.Choice(["auto", "gog", "gogo", "ggo", "gamma", "table", "plvc", "none"]),
     default="auto",
     show_default=True,
-    help="auto takes the simplest that predicts held-out readings well; none fits none.",
+    help="Display model; auto takes the simplest that predicts held-out readings well, none fits none.",
 )
-@click.option("--without-glasses", metavar="FILE", help="The same patches read without glasses.")
-@click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, where it does not say.")
-@click.option("--seed", type=int, default=1, show_default=True, help="Of the folds of the cross-validation.")
-@click.option("-o", "--output", metavar="DISPLAY.yaml", help="Display file to make, or to write the mode into.")
+@click.option("--without-glasses", metavar="FILE", help="Readings of the same patches without glasses.")
+@click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not say.")
+@click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the cross-validation folds.")
+@click.option("-o", "--output", metavar="DISPLAY.yaml", help="Display file to create, or to write the mode into.")
 @click.option(
     "--panel",
     metavar="WxH,PITCH_MM[,HZ[,BITS]]",
-    help="Panel of a new display file, such as 1920x1080,0.2768,120,8.  [the one measured]",
+    help="Panel of a new display file, such as 1920x1080,0.2768,120,8. Default: the measured one.",
 )
-@click.option("--replace", is_flag=True, help="Overwrite what the mode holds already.")
+@click.option("--replace", is_flag=True, help="Overwrite an existing characterisation of the mode.")
 @click.option("--brief", is_flag=True, help="Leave out the fits by the thesis's two methods.")
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of tables.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     file: str,
     mode: str | None,

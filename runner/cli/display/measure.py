@@ -20,24 +20,25 @@ from runner.cli.display.measuring_options import (
 
 @click.command(short_help="Show patches and read each with an instrument.")
 @click.argument("rig_or_display", type=click.Path(path_type=Path))
-@click.option("-o", "--output", type=click.Path(path_type=Path), required=True, help="The measurement: NAME.jsonl.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), required=True, help="Measurement file to write: NAME.jsonl."
+)
 @click.option(
     "--table",
     "tables",
     multiple=True,
     type=click.Path(path_type=Path),
     metavar="PATH",
-    help="Where the table goes at the end: *.csv, or *.ti3 of ArgyllCMS, with spectra. Several times for both.  "
-    "[default: NAME.csv]",
+    help="Table to write at the end: *.csv, or *.ti3 of ArgyllCMS with spectra; repeat for both.  [default: NAME.csv]",
 )
-@click.option("--mode", help="The stereo mode; a rig has one already.")
+@click.option("--mode", help="Stereo mode; a rig has its own.")
 @choosing_options
-@click.option("--notes", default="", help="What to keep with the readings: which lens, which room.")
-@click.option("--resume", is_flag=True, help="Go on with a measurement: read what has no reading yet.")
-@click.option("--again", multiple=True, metavar="NAME", help="Read this patch once more; white#2 is the second white.")
+@click.option("--notes", default="", help="Notes to store with the readings, such as the lens and the room.")
+@click.option("--resume", is_flag=True, help="Resume a measurement: read the patches that have no reading yet.")
+@click.option("--again", multiple=True, metavar="NAME", help="Patch to read once more; white#2 is the second white.")
 @reading_options
 @showing_options
-@click.option("--json", "as_json", is_flag=True, help="Print what was done as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     rig_or_display: Path,
     output: Path,

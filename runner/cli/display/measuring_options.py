@@ -24,8 +24,8 @@ Command = Callable[..., Any]
 # As devices.instruments.INSTRUMENTS and devices.patches.BUILT_IN have them; held here so that help appears at once.
 INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
 SETS = (
-    "table_c1, grey, cube, dark; warm-up, repeatability, additivity, on-white, uniformity, angles, crosstalk, glasses; "
-    "all; or FILE.csv. Several times for several."
+    "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, repeatability, additivity, on-white, "
+    "uniformity, angles, crosstalk, glasses; all; or FILE.csv."
 )
 
 
@@ -96,15 +96,15 @@ showing_options = _gathered(
         type=click.Choice(["both", "left", "right"]),
         default="both",
         show_default=True,
-        help="The other eye sees black.",
+        help="Eye to measure; the other eye sees black.",
     ),
-    click.option("--seed", type=int, default=1, show_default=True, help="Of the order of the patches."),
+    click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the order of the patches."),
     click.option(
         "--repeat-every",
         type=click.IntRange(0),
         default=12,
         show_default=True,
-        help="Show black and white again after so many patches; 0 never does.",
+        help="Number of patches after which black and white are shown again; 0: never.",
     ),
     click.option(
         "--settle",
@@ -113,7 +113,7 @@ showing_options = _gathered(
         default=1.0,
         show_default=True,
         metavar="S",
-        help="How long a patch stands before it is read.",
+        help="Time that a patch is shown before it is read.",
     ),
     click.option(
         "--backend",
@@ -122,34 +122,38 @@ showing_options = _gathered(
         show_default=True,
         help="Where to draw; without a window there are no keys.",
     ),
-    click.option("--windowed", is_flag=True, help="A window in place of the full screen."),
+    click.option("--windowed", is_flag=True, help="Use a window instead of the full screen."),
 )
 choosing_options = _gathered(
     "choosing",
     Choosing,
     click.option("--set", "set_names", multiple=True, default=("table_c1",), show_default=True, help=SETS),
-    click.option("--codes", "code_range", help="What the codes of FILE.csv run over, if it does not say: 0..255."),
+    click.option(
+        "--codes", "code_range", help="Range of the codes in FILE.csv, if it does not say: 0..1, 0..255 or 0..1023."
+    ),
     click.option(
         "--every",
         "every_s",
         type=click.FloatRange(0),
         metavar="S",
-        help="The time between two readings of the warm-up; 60 s if left out.",
+        help="Time between two readings of the warm-up. Default: 60 s.",
     ),
 )
 reading_options = _gathered(
     "reading",
     Reading,
-    click.option("--instrument", type=click.Choice(INSTRUMENTS), required=True, help="What reads the light."),
-    click.option("--port", help="The instrument's serial port, or its number with spotread."),
+    click.option(
+        "--instrument", type=click.Choice(INSTRUMENTS), required=True, help="Instrument that reads the light."
+    ),
+    click.option("--port", help="Serial port of the instrument, or its number with spotread."),
     click.option(
         "--instrument-option",
         "instrument_options",
         multiple=True,
         metavar="KEY=VALUE",
-        help='An option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".',
+        help='Option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".',
     ),
-    click.option("--unattended", is_flag=True, help="Say what is to be moved, but wait for nobody."),
+    click.option("--unattended", is_flag=True, help="Say what to move, but do not wait for a key."),
 )
 
 

@@ -12,14 +12,22 @@ from runner.cli.display.measuring_options import Choosing, Showing, choosing_opt
 
 @click.command(short_help="Show patches of known device codes full-screen in a stereo mode.")
 @click.argument("rig_or_display", type=click.Path(path_type=Path))
-@click.option("--mode", help="The stereo mode; a rig has one already.")
+@click.option("--mode", help="Stereo mode; a rig has its own.")
 @choosing_options
-@click.option("--each", "each_s", type=click.FloatRange(0, min_open=True), metavar="S", help="Go on by itself after S.")
-@click.option("--start", "start_label", metavar="NAME", help="Begin at this patch; white#2 is the second white.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="A table of what was shown, to fill X, Y, Z in.")
+@click.option(
+    "--each",
+    "each_s",
+    type=click.FloatRange(0, min_open=True),
+    metavar="S",
+    help="Show the next patch after so many seconds, without a key.",
+)
+@click.option("--start", "start_label", metavar="NAME", help="Patch to begin with; white#2 is the second white.")
+@click.option(
+    "-o", "--output", type=click.Path(path_type=Path), help="Table of the patches shown, with empty X, Y, Z to fill in."
+)
 @click.option("--list", "list_only", is_flag=True, help="Print the patches in their order as CSV, and show nothing.")
 @showing_options
-@click.option("--json", "as_json", is_flag=True, help="Print what was shown as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     rig_or_display: Path,
     mode: str | None,

@@ -15,19 +15,22 @@ if TYPE_CHECKING:
 
 @click.command(name="report")
 @click.argument("measurements", nargs=-1, required=True, type=click.Path(path_type=Path), metavar="MEASUREMENTS...")
-@click.option("--display", type=click.Path(path_type=Path), help="A display file to hold the readings against.")
-@click.option("--mode", help="Its stereo mode; the readings' own, or its only one, if left out.")
+@click.option("--display", type=click.Path(path_type=Path), help="Display file to compare the readings with.")
+@click.option("--mode", help="Stereo mode in it. Default: that of the readings, or the only one.")
 @click.option(
     "--without-glasses",
     "without_glasses",
     type=click.Path(path_type=Path),
-    help="The same patches read without glasses.",
+    help="Readings of the same patches without glasses.",
 )
-@click.option("--codes", metavar="RANGE", help="What codes in the files run over: 0..1, 0..255 or 0..1023.")
+@click.option("--codes", metavar="RANGE", help="Range of the codes in the files: 0..1, 0..255 or 0..1023.")
 @click.option(
-    "-o", "--output", type=click.Path(path_type=Path), help="The page; the first file's name with .html if left out."
+    "-o",
+    "--output",
+    type=click.Path(path_type=Path),
+    help="HTML page to write. Default: the first file's name with .html.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print JSON instead of a table.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     measurements: tuple[Path, ...],
     display: Path | None,

@@ -14,14 +14,19 @@ if TYPE_CHECKING:
     from runner.measuring.verification import Verdict
 
 
-@click.command(short_help="Show fresh colours, read them, and say how far off they are.")
+@click.command(short_help="Show new colours, read them, and report the colour error.")
 @click.option(
-    "--display", "display_file", type=click.Path(path_type=Path), required=True, help="A display file, or a rig file."
+    "--display", "display_file", type=click.Path(path_type=Path), required=True, help="Display file or rig file."
 )
-@click.option("--mode", help="The stereo mode to verify; a rig has one already.")
-@click.option("-o", "--output", type=click.Path(path_type=Path), help="Where the readings go: NAME.jsonl.")
-@click.option("--resume", is_flag=True, help="Go on with the verification that stopped.")
-@click.option("--limit", type=click.FloatRange(0), metavar="DELTA_E", help="Exit with 1 if the mean ΔE00 is above it.")
+@click.option("--mode", help="Stereo mode to verify; a rig has its own.")
+@click.option("-o", "--output", type=click.Path(path_type=Path), help="Measurement file to write: NAME.jsonl.")
+@click.option("--resume", is_flag=True, help="Resume a verification that stopped.")
+@click.option(
+    "--limit",
+    type=click.FloatRange(0),
+    metavar="DELTA_E",
+    help="Exit with status 1 if the mean ΔE00 is larger than this.",
+)
 @reading_options
 @showing_options
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
@@ -35,7 +40,7 @@ def command(
     showing: Showing,
     as_json: bool,
 ) -> None:
-    """Show fresh colours, read them, and say how far off they are.
+    """Show new colours, read them, and report the colour error.
 
     The 24 colours of the ColorChecker are asked in XYZ, adapted and scaled into the display's gamut, and shown as a
     session shows its pictures: by the same shader, with crosstalk cancelled and the panel evened out, undithered. The

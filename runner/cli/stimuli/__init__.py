@@ -16,4 +16,4 @@ COMMANDS = {
 
 @click.group(cls=LazyGroup, name="stimuli", package="runner.cli.stimuli", commands_help=COMMANDS)
 def command() -> None:
-    """Build stimuli from photographs, other pictures or made-up plates."""
+    """Build stimuli from photographs, other pictures or computed plates."""

@@ -16,13 +16,17 @@ _NAMED = 3
 
 @click.command(name="build", short_help="Build the pictures of a recipe, or take them from the cache.")
 @click.argument("recipe", metavar="RECIPE")
-@click.option("--rig", "rig_file", metavar="RIG.yaml", help="Rig that will show them: its pixels, range and place.")
-@click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Size of a display's pixel, without a rig.")
-@click.option("-o", "--output", metavar="FOLDER", help="New folder for a copy of pictures, manifest, contact sheet.")
-@click.option("--jobs", type=click.IntRange(1, 256), metavar="N", help="Threads that make pictures.  [2]")
-@click.option("--force", is_flag=True, help="Make all pictures again.")
-@click.option("--verify", is_flag=True, help="Read every picture in the cache, not only those touched since.")
-@click.option("--json", "as_json", is_flag=True, help="Print what was built as JSON.")
+@click.option(
+    "--rig", "rig_file", metavar="RIG.yaml", help="Rig that will show the pictures: its pixels, range and distance."
+)
+@click.option("--pixel-pitch-mm", type=float, metavar="MM", help="Pixel pitch of the display, if there is no rig.")
+@click.option("-o", "--output", metavar="FOLDER", help="New folder for a copy of pictures, manifest and contact sheet.")
+@click.option(
+    "--jobs", type=click.IntRange(1, 256), metavar="N", help="Number of threads that make pictures. Default: 2."
+)
+@click.option("--force", is_flag=True, help="Build all pictures again.")
+@click.option("--verify", is_flag=True, help="Read every picture in the cache, not only those changed since.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     recipe: str,
     rig_file: str | None,

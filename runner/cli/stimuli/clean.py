@@ -13,7 +13,7 @@ import click
     show_default=True,
     help="Hours since the last write after which a build counts as killed.",
 )
-@click.option("--json", "as_json", is_flag=True, help="Print what was removed as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(hours: float, as_json: bool) -> None:
     """Remove from the cache what killed builds left.
 

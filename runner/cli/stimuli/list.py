@@ -9,7 +9,7 @@ _ROOMY = 76
 
 
 @click.command(name="list", short_help="List the stimulus sets in the cache.")
-@click.option("--json", "as_json", is_flag=True, help="Print them as JSON.")
+@click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(as_json: bool) -> None:
     """List the stimulus sets in the cache: how many pictures, of which kind, how large. Any may be deleted."""
     import json
