@@ -8,8 +8,6 @@ from typing import Any
 
 import click
 
-from documents.text.words import nearest
-
 
 class LazyGroup(click.Group):
     """Commands by name, each the ``command`` of the module of its name in ``package``.
@@ -39,6 +37,8 @@ class LazyGroup(click.Group):
         """Find the command that ``args`` begins with; a misspelt one is refused with the nearest spelling."""
         name = click.utils.make_str(args[0])
         if name not in self._commands_help and not name.startswith("-"):
+            from documents.text.words import nearest  # only now: it brings pydantic
+
             near = nearest(name, self._commands_help)
             hint = f" Did you mean '{near}'?" if near else ""
             within = f"{self.name} " if ctx.parent else ""
