@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -11,17 +11,25 @@ from typing import Any
 import numpy as np
 
 from documents import Finding
-from stimuli.comparison.by_region import ComparedRegions
+from stimuli.comparison.areas import inside, window
+from stimuli.comparison.by_pixel import difference_map, overview, seen_regions, summarise
+from stimuli.comparison.by_region import ComparedRegions, compare_regions
 from stimuli.comparison.depth import DisparityPair, disparity_pair
-from stimuli.comparison.evidence import Evidence
+from stimuli.comparison.evidence import Evidence, RegistrationEvidence
 from stimuli.comparison.judging import judge
 from stimuli.comparison.luminance import luminance_factor
-from stimuli.comparison.one_eye import EyePair, Progress, judge_eye, register_eye
 from stimuli.comparison.pictures import Eye, read_picture
+from stimuli.comparison.regions import Region
 from stimuli.comparison.regions_file import RegionsFile, read_regions
+from stimuli.comparison.registering import EyePair, Progress, register_eye
 from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
+from stimuli.comparison.rows import Floats, Mask, ScaledRows
+from stimuli.comparison.scielab import SeenPicture
+from stimuli.comparison.sparkles import SparkleArea, sparkle_area
 from stimuli.comparison.verdict import Limits, Verdict, together
 from stimuli.errors import StimulusError
+
+_MOST_REASONS = 5
 
 
 def compare_pictures(
@@ -102,7 +110,7 @@ def compare_pictures(
         named = _named(step, "" if eye == "both" else f", {eye} eye")
         pairs[eye] = register_eye(view, two.views[eye], str(two.file), one.safe_cd_m2, file, options, named)
     tables = _tables(pairs, file, options)
-    eyes = {eye: judge_eye(pair, tables[eye], file, options) for eye, pair in pairs.items()}
+    eyes = {eye: _judge_eye(pair, tables[eye], file, options) for eye, pair in pairs.items()}
     disparity = None
     if "left" in one.views:
         step("Measuring disparity", 0, 2)
@@ -127,7 +135,7 @@ def _tables(pairs: Mapping[Eye, EyePair], regions: RegionsFile, options: Compare
     tables: dict[Eye, ComparedRegions] = {}
     white = None
     for eye, pair in pairs.items():
-        tables[eye] = pair.regions(regions, options, white)
+        tables[eye] = _table(pair, regions, options, white)
         if white is not None:
             tables[eye] = replace(tables[eye], said=(*tables[eye].said, "white is that of the left eye"))
         white = np.array(tables[eye].table.white_XYZ)
@@ -141,9 +149,129 @@ def _tables(pairs: Mapping[Eye, EyePair], regions: RegionsFile, options: Compare
         [row.photo.luminance_cd_m2 for row in rows], [row.rendering.luminance_cd_m2 for row in rows]
     ).of(mode)
     return {
-        eye: replace(tables[eye], table=pair.regions(regions, options, white, factor).table)
+        eye: replace(tables[eye], table=_table(pair, regions, options, white, factor).table)
         for eye, pair in pairs.items()
     }
+
+
+def _table(
+    pair: EyePair,
+    regions: RegionsFile,
+    options: CompareOptions,
+    white: Floats | None = None,
+    scaled_by: float | None = None,
+) -> ComparedRegions:
+    display_white = options.display_white_XYZ
+    return compare_regions(
+        pair.photo.xyz,
+        pair.moved,
+        pair.placed,
+        regions,
+        white_XYZ=white,
+        display_white_cd_m2=None if display_white is None else float(display_white[1]),
+        scaled_by=scaled_by,
+        photo_saturated=pair.photo.saturated,
+        rendering_saturated=pair.saturated,
+        safe_luminance_cd_m2=pair.safe_cd_m2,
+        rows_done=partial(pair.step, "Measuring regions"),
+    )
+
+
+def _judge_eye(
+    pair: EyePair, compared_regions: ComparedRegions, regions: RegionsFile, options: CompareOptions
+) -> EyeComparison:
+    """Compare what one eye sees pixel by pixel and by its sparkles, and judge all of it.
+
+    Raises
+    ------
+    StimulusError
+        If no region is left to compare.
+    """
+    table, said, limits, step = compared_regions.table, list(compared_regions.said), regions.limits, pair.step
+    photo, rendering, placed = pair.photo.xyz, ScaledRows(pair.moved, table.scaled_by), pair.placed
+    counts = [region for region, row in zip(placed.regions, table.rows, strict=True) if not row.excluded]
+    compared = _compared(counts, pair.within, pair.photo.saturated, pair.saturated)
+    if not compared.any():
+        reasons = [
+            Finding(f"the region '{row.name}' does not count: {'; '.join(row.excluded)}") for row in table.excluded
+        ]
+        raise StimulusError([Finding("no region is left to compare", regions.file), *reasons[:_MOST_REASONS]])
+    sparkle = _sparkle(pair, options)
+    elsewhere = {area.name for area in sparkle if area.other_flakes}
+    other_flakes = False
+    if elsewhere:
+        same = compared & ~_compared([region for region in counts if region.name in elsewhere], pair.within)
+        other_flakes = not same.any()
+        if not other_flakes:
+            compared = same
+            names = ", ".join(f"'{name}'" for name in sorted(elsewhere))
+            said.append(f"single pixels of {names} are left out: their flakes lie elsewhere in the rendering")
+    delta_e = difference_map(photo, rendering, table.white_XYZ, partial(step, "Colour differences"))
+    plain, plain_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
+    del delta_e
+    seen, seen_overview, by_region = None, None, {}
+    if options.pixels_per_degree is None:
+        said.append("no viewing distance was told, so that nothing is known of what the eye resolves")
+    else:
+        step("As the eye sees it", 0, photo.shape[0])
+        first, second = (SeenPicture(rows, options.pixels_per_degree, table.white_XYZ) for rows in (photo, rendering))
+        delta_e = difference_map(first, second, table.white_XYZ, partial(step, "As the eye sees it"))
+        seen, seen_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
+        by_region = seen_regions(delta_e, counts)
+        del delta_e
+    alignment = pair.alignment
+    evidence = Evidence(
+        table,
+        plain,
+        seen,
+        tuple(numbers for area in sparkle for numbers in area.pairs),
+        RegistrationEvidence(alignment.residual_px, alignment.shift_px, alignment.shift_se_px, alignment.rotation_deg),
+        seen_regions=by_region,
+        other_flakes=other_flakes,
+    )
+    said += alignment.remarks()
+    return EyeComparison(
+        photo,
+        rendering,
+        alignment,
+        table,
+        plain,
+        plain_overview,
+        seen,
+        seen_overview,
+        sparkle,
+        judge(evidence, limits),
+        tuple(said),
+        placed,
+    )
+
+
+def _compared(regions: Sequence[Region], within: Mask, *flags: Mask | None) -> Mask:
+    """Return the pixels that lie in a region, within the rendering, and are not saturated."""
+    found = np.zeros(within.shape, dtype=np.bool_)
+    for region in regions:
+        rows, columns = window(region.photo_px, within.shape)
+        found[rows, columns] |= inside(region.photo_px, rows, columns)
+    found &= within
+    for full in flags:
+        if full is not None:
+            found &= ~full
+    return found
+
+
+def _sparkle(pair: EyePair, options: CompareOptions) -> tuple[SparkleArea, ...]:
+    asked = [region for region in pair.placed.regions if region.sparkle]
+    areas = []
+    for done, region in enumerate(asked):
+        pair.step("Measuring sparkle", done, len(asked))
+        area = sparkle_area(
+            region, pair.photo.xyz, pair.rendering.xyz, pair.moved, pair.alignment, options.pixels_per_degree
+        )
+        if area is not None:
+            areas.append(area)
+    if asked:
+        pair.step("Measuring sparkle", len(asked), len(asked))
+    return tuple(areas)
 
 
 def _verdict(eyes: Mapping[Eye, EyeComparison], disparity: DisparityPair | None, limits: Limits) -> Verdict:

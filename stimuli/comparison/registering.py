@@ -8,27 +8,99 @@ The displacements that are left afterwards give the residual.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+
 import numpy as np
 
 from documents import Finding
 from stimuli.align.homography import homography_from_points, mapped
-from stimuli.comparison.alignment import STILL_PX, Alignment
-from stimuli.comparison.charts import Side, check_charts
+from stimuli.comparison.alignment import STILL_PX, Alignment, resample, resample_flags
+from stimuli.comparison.areas import inside, window
+from stimuli.comparison.by_region import Side, check_charts
 from stimuli.comparison.first_guess import guess_alignment, sizes_differ
 from stimuli.comparison.pictures import View
-from stimuli.comparison.regions import corner_pairs, place_regions
+from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.results import CompareOptions, Registering
-from stimuli.comparison.rows import Floats, RowFile
+from stimuli.comparison.rows import Floats, Mask, RowFile
 from stimuli.comparison.squares import LEAST_SQUARES, SquareShifts, fit_similarity, measure_squares, middle
 from stimuli.errors import StimulusError
 
+# Called with what is being done, how much of it is done, and of how much.
+Progress = Callable[[str, int, int], None]
+
+# A region of which more lies beyond the rendering's edge is not compared.
+_MOST_OUTSIDE = 0.05
 # A rendering that is turned further is refused: it was made another way round.
 MOST_TURN_DEG = 45.0
 _ROUNDS = 5
 
 
-def register_views(photo: View, rendering: View, file: str, regions: RegionsFile, options: CompareOptions) -> Alignment:
+@dataclass(frozen=True, eq=False, slots=True)
+class EyePair:
+    """Both views of one eye on the photograph's grid; ``within`` and the flags are bool (height, width)."""
+
+    photo: View
+    rendering: View
+    moved: RowFile
+    within: Mask
+    saturated: Mask | None
+    alignment: Alignment
+    placed: PlacedRegions
+    safe_cd_m2: tuple[float, float] | None
+    step: Progress
+
+
+def register_eye(
+    photo: View,
+    rendering: View,
+    file: str,
+    safe_cd_m2: tuple[float, float] | None,
+    regions: RegionsFile,
+    options: CompareOptions,
+    step: Progress,
+) -> EyePair:
+    """Bring the rendering, of the file named, onto the photograph's grid.
+
+    Raises
+    ------
+    StimulusError
+        If it is not known closely enough where the rendering lies, if a chart lies another way round, or if a region
+        lies outside or beyond the rendering's edge.
+    """
+    step("Registering", 0, 1)
+    alignment = _aligned(photo, rendering, file, regions, options)
+    step("Registering", 1, 1)
+    height, width = photo.xyz.shape[:2]
+    size = (width, height)
+    moved, within = resample(rendering.xyz, alignment, size, partial(step, "Bringing to one grid"))
+    full = None if rendering.saturated is None else resample_flags(rendering.saturated, alignment, size)
+    placed = place_regions(regions, photo.xyz.shape)
+    _refuse_outside(placed, within, regions.file)
+    return EyePair(photo, rendering, moved, within, full, alignment, placed, safe_cd_m2, step)
+
+
+def _refuse_outside(placed: PlacedRegions, within: Mask, file: str) -> None:
+    findings = []
+    for region in placed.regions:
+        rows, columns = window(region.photo_px, within.shape)
+        mask = inside(region.photo_px, rows, columns)
+        beyond = float(np.count_nonzero(mask & ~within[rows, columns])) / max(1, int(np.count_nonzero(mask)))
+        if beyond > _MOST_OUTSIDE:
+            findings.append(
+                Finding(
+                    f"{100 * beyond:.0f} % of the region '{region.name}' lie beyond the rendering's edge",
+                    file,
+                    remedy="make it smaller, or render more",
+                )
+            )
+    if findings:
+        raise StimulusError(findings)
+
+
+def _aligned(photo: View, rendering: View, file: str, regions: RegionsFile, options: CompareOptions) -> Alignment:
     """Return where the rendering, read from ``file``, lies.
 
     Raises

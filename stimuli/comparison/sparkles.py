@@ -18,7 +18,7 @@ from stimuli.comparison.evidence import SparklePair
 from stimuli.comparison.regions import Region
 from stimuli.comparison.rows import Floats32, Mask, RowFile
 from stimuli.sparkle.measures.find import Peaks, Threshold
-from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles
+from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_sparkles, mutual_nearest
 
 # Less is no turn and no growth.
 _TURNED_DEG, _GROWN = 1e-6, 1e-6
@@ -112,16 +112,10 @@ def sparkle_area(
 
 def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> int | None:
     """Return how many sparkles are each other's nearest and near, or None if they are too few of either."""
-    from scipy.spatial import KDTree
-
-    if not (len(photo) and len(rendering)):
-        return None
     one = np.column_stack([photo.column, photo.row]).astype(np.float64)
     two = np.column_stack([rendering.column, rendering.row]) - np.asarray(shift_px)
-    apart, there = KDTree(two).query(one)
-    _, back = KDTree(one).query(two)
-    both = int(np.count_nonzero((np.asarray(back)[there] == np.arange(len(one))) & (apart < SAME_PX)))
-    return both if both >= SAME_SHARE * max(len(one), len(two)) else None
+    both = mutual_nearest(one, two, SAME_PX)
+    return both if both and both >= SAME_SHARE * max(len(one), len(two)) else None
 
 
 def _filled(picture: RowFile, rows: slice, columns: slice, mask: Mask) -> Floats32:

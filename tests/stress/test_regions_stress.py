@@ -13,8 +13,7 @@ from devices.chart.way_round import WAYS
 from devices.colour.spaces import XYZ_from_xyY
 from devices.patches.colorchecker import colorchecker_xyY
 from stimuli.comparison.areas import AreaMean, area_means, crosses_itself, inside, window
-from stimuli.comparison.by_region import compare_regions
-from stimuli.comparison.charts import check_charts
+from stimuli.comparison.by_region import check_charts, compare_regions
 from stimuli.comparison.evidence import Evidence
 from stimuli.comparison.judging import judge
 from stimuli.comparison.regions import Chart, Region, place_regions

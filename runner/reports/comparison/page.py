@@ -12,8 +12,15 @@ from markupsafe import Markup
 
 from documents.files.whole_file import write_whole
 from documents.pages.environment import page_environment
-from runner.reports.comparison.picture_figures import draw_pictures, draw_profiles, histogram_figure, map_figure
-from runner.reports.comparison.region_figures import chromaticity_figure, delta_e_figure, luminance_figure
+from runner.reports.comparison.figures import (
+    chromaticity_figure,
+    delta_e_figure,
+    draw_pictures,
+    draw_profiles,
+    histogram_figure,
+    luminance_figure,
+    map_figure,
+)
 from stimuli.comparison.results import Comparison, EyeComparison
 from stimuli.comparison.verdict import Outcome
 from stimuli.comparison.wording import decision_sentence, outcome_lines, passing_heading, passing_lines

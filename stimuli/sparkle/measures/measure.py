@@ -235,14 +235,7 @@ def shared_sparkles(
     if not (math.isfinite(tolerance_px) and tolerance_px > 0 and math.isfinite(parallax_px)):
         raise StimulusError(f"tolerance_px is {tolerance_px} and parallax_px {parallax_px}; expected finite, above 0")
     one, other = _places(left, 0.0), _places(right, -parallax_px)
-    both = 0
-    if len(one) and len(other):
-        from scipy.spatial import cKDTree
-
-        near, there = cKDTree(other).query(one, distance_upper_bound=tolerance_px)
-        _, back = cKDTree(one).query(other, distance_upper_bound=tolerance_px)
-        met = np.flatnonzero(np.isfinite(near))
-        both = int((np.asarray(back)[np.asarray(there)[met]] == met).sum())
+    both = mutual_nearest(one, other, tolerance_px)
     per_px = len(other) / right.pixels
     by_chance = len(one) * -math.expm1(-per_px * math.pi * tolerance_px**2)
     return SharedSparkles(len(one), len(other), both, by_chance, tolerance_px)
@@ -251,3 +244,14 @@ def shared_sparkles(
 def _places(measures: SparkleMeasures, shift_px: float) -> Floats:
     found = measures.moments
     return np.stack([found.row_px, found.column_px + shift_px], axis=-1)
+
+
+def mutual_nearest(one: Floats, other: Floats, within_px: float) -> int:
+    """Return how many places, (n, 2) and (m, 2), are each other's nearest and lie nearer than ``within_px``."""
+    if not (len(one) and len(other)):
+        return 0
+    from scipy.spatial import KDTree
+
+    apart, there = KDTree(other).query(one)
+    _, back = KDTree(one).query(other)
+    return int(np.count_nonzero((np.asarray(back)[there] == np.arange(len(one))) & (apart < within_px)))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from runner.reports.comparison.region_figures import MOST_BARS, chromaticity_figure, delta_e_figure, luminance_figure
+from runner.reports.comparison.figures import MOST_BARS, chromaticity_figure, delta_e_figure, luminance_figure
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.regions import Region
 from stimuli.comparison.table import RegionTable, region_table

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from devices.chart.way_round import WAYS
 from stimuli.comparison import rows
-from stimuli.comparison.charts import check_charts
+from stimuli.comparison.by_region import check_charts
 from stimuli.comparison.regions import Chart, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.errors import StimulusError

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from runner.reports.comparison.picture_figures import histogram_figure, map_figure, profile, profile_figure
+from runner.reports.comparison.figures import histogram_figure, map_figure, profile, profile_figure
 from stimuli.comparison import rows
 from stimuli.comparison.by_pixel import difference_map, histogram, overview, reduced, summarise
 from stimuli.errors import StimulusError
