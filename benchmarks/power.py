@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, times_faster, write
 
 from analysis.classes.classes import classify
-from analysis.power.assumed import parted, spread_theta
+from analysis.power.assumed import differing_pairs, spread_theta
 from analysis.power.plan import Plan
 from analysis.power.simulation import simulate_power
 from analysis.scaling.bradley_terry import fit, probabilities
@@ -41,7 +41,9 @@ def plan(theta: Floats, **fields: Any) -> Plan:
     """Return a plan of all pairs, each once."""
     theta = theta - theta.mean()
     names = tuple(f"item {item}" for item in range(len(theta)))
-    return Plan(names, theta, np.ones(len(theta) * (len(theta) - 1) // 2, dtype=np.int64), parted(theta), **fields)
+    return Plan(
+        names, theta, np.ones(len(theta) * (len(theta) - 1) // 2, dtype=np.int64), differing_pairs(theta), **fields
+    )
 
 
 def one_by_one(design: Plan, observers: int, replicates: int) -> Floats:

@@ -77,6 +77,21 @@ def passed(log: SessionLog, tests: Sequence[str] = ()) -> bool | None:
     return all(last[test] for test in wanted)
 
 
+def check_tests(sessions: Iterable[SessionLog], tests: Sequence[str]) -> None:
+    """Do nothing if each of ``tests`` was taken in some session.
+
+    Raises
+    ------
+    ResultsError
+        If nobody took one of them.
+    """
+    known = list(dict.fromkeys(outcome.test for session in sessions for outcome in outcomes(session)))
+    for test in tests:
+        if test not in known:
+            remedy = f"tests taken: {', '.join(known)}" if known else "no session has a test of vision"
+            raise ResultsError(Finding(f"nobody took the test of vision '{test}'", remedy=remedy))
+
+
 def screened(
     logs: Iterable[SessionLog], tests: Sequence[str] = (), unscreened: Unscreened = "leave_out"
 ) -> tuple[SessionLog, ...]:

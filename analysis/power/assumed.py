@@ -46,7 +46,7 @@ def score_theta(scores: Mapping[str, float], items: Sequence[str]) -> Floats:
     return np.asarray(theta - theta.mean())
 
 
-def parted(theta: Floats, labels: Sequence[str] = ()) -> NDArray[np.bool_]:
+def differing_pairs(theta: Floats, labels: Sequence[str] = ()) -> NDArray[np.bool_]:
     """Return which pairs the right classes part, shape (P,).
 
     Parameters

@@ -3,13 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
-
-if TYPE_CHECKING:
-    from analysis.power.results import Needed
-    from runner.protocol.experiment import Experiment
 
 
 class Numbers(click.ParamType[tuple[int, ...]]):
@@ -140,88 +135,65 @@ def command(
     EXPERIMENT is an experiment file with a block of all pairs; its stimuli need not be built. Whole studies are
     simulated under assumed scores, and analysed as `scores` does.
     """
+    import json
+    import sys
     from typing import cast
 
     from analysis.bootstrap.stability import Covariance
     from analysis.classes.multiplicity import Adjust
     from analysis.power.compute import ComputeError
-    from analysis.power.page import assumed_notes
-    from analysis.power.plan import Interval, Plan
-    from analysis.power.results import check_target, chosen_pairs, observers_needed
-    from analysis.power.simulation import simulate_power
+    from analysis.power.page import write_page
+    from analysis.power.plan import Interval
+    from analysis.power.tables import print_power, write_csv
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
-    from runner.observers.assumed_scores import assume
-    from runner.protocol.experiment import read_experiment
-    from runner.protocol.pair_design import pair_design
+    from runner.reports.power import PowerOptions, study_power
 
     if sum(given is not None for given in (scores, simulate, spread)) > 1:
         raise click.UsageError("Give one of --scores, --simulate and --spread.")
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers are local processes; a scheduler has its own.")
-    if as_json and str(table) == "-":
+    to_terminal = str(table) == "-"
+    if as_json and to_terminal:
         raise click.UsageError("Both --json and --csv - would go to the terminal.")
-    design = read_experiment(experiment)
-    pairs = pair_design(design)
-    assumed = assume(pairs, scores=scores, simulate=simulate, spread_nats=spread)
-    plan = Plan(
-        items=pairs.items,
-        theta=assumed.theta,
-        times=pairs.times,
-        differs=assumed.differs,
+    options = PowerOptions(
+        observers=observers,
+        scores=scores,
+        simulate=simulate,
+        spread_nats=spread,
         observer_sd=observer_sd,
-        lapse_rate=assumed.lapse_rate if lapse_rate is None else lapse_rate,
-        alpha=design.spec.analysis.alpha if alpha is None else alpha,
-        adjust=cast(Adjust, adjust or design.spec.analysis.adjust),
+        lapse_rate=lapse_rate,
+        pairs=pair,
+        target=target,
+        alpha=alpha,
+        adjust=cast("Adjust | None", adjust),
         covariance=cast(Covariance, covariance),
         interval=cast(Interval, interval),
+        replicates=replicates,
+        seed=seed,
+        scheduler=scheduler,
+        workers=workers,
     )
-    check_target(target)  # what is wrong with the question is told before the work, not after it
-    if pair:
-        chosen_pairs(plan.items, pair)
     try:
         with progress_bar(quiet=as_json) as step:
-            found = simulate_power(
-                plan,
-                observers,
-                replicates=replicates,
-                seed=seed,
-                scheduler=scheduler,
-                workers=workers,
-                done=lambda done, of: step("Simulating studies", done, of),
-            )
+            study = study_power(experiment, options, lambda done, of: step("Simulating studies", done, of))
     except ComputeError as error:
         raise WorkError(str(error)) from error
-    answer = observers_needed(found, pair, target)
-    _tell(answer, design, [*assumed.notes, *assumed_notes(plan)], output, table, as_json)
-
-
-def _tell(
-    answer: Needed, design: Experiment, notes: list[str], output: Path | None, table: Path | None, as_json: bool
-) -> None:
-    import json
-    import sys
-
-    from analysis.power.page import write_page
-    from analysis.power.tables import print_power, write_csv
-    from runner.cli.main import WorkError
-
     try:
         if output is not None:
-            write_page(answer, output, design.spec.name, notes)
-        if table is not None and str(table) != "-":
-            write_csv(answer, table)
+            write_page(study.needed, output, study.experiment, study.notes)
+        if table is not None and not to_terminal:
+            write_csv(study.needed, table)
     except OSError as error:
         raise WorkError(f"{error.filename} cannot be written: {error.strerror}") from error
     if as_json:
-        told = {"experiment": design.spec.name, "notes": notes, "needed": answer.to_json(), **answer.power.to_json()}
-        click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(study.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
         return
-    if str(table) == "-":
-        write_csv(answer, sys.stdout)
+    if to_terminal:
+        write_csv(study.needed, sys.stdout)
         return
-    print_power(answer)
-    for note in notes:
+    print_power(study.needed)
+    for note in study.notes:
         click.echo(note)
     if output is not None:
         click.echo(f"The page: {output}")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.power.assumed import parted, spread_theta
+from analysis.power.assumed import differing_pairs, spread_theta
 from analysis.power.plan import Plan
 from analysis.power.results import Power
 from analysis.power.simulation import simulate_power
@@ -24,12 +24,12 @@ ROOT = Path(__file__).parents[2]
 
 MANY = """
 import numpy as np
-from analysis.power.assumed import parted, spread_theta
+from analysis.power.assumed import differing_pairs, spread_theta
 from analysis.power.plan import Plan
 from analysis.power.simulation import simulate_power
 from tests.stress.memory import forget_peak, peak_kb
 theta = spread_theta(100, 3)
-plan = Plan(tuple(map(str, range(100))), theta, np.ones(4950, dtype=np.int64), parted(theta), observer_sd=0.5,
+plan = Plan(tuple(map(str, range(100))), theta, np.ones(4950, dtype=np.int64), differing_pairs(theta), observer_sd=0.5,
             covariance="sandwich")
 before = forget_peak()
 found = simulate_power(plan, [200], replicates=20, workers=1)
@@ -41,7 +41,9 @@ print((peak_kb() - before) // 1024)
 def plan_of(theta: np.ndarray[tuple[int, ...], np.dtype[np.float64]], **fields: Any) -> Plan:
     """Return a plan of all pairs, each once."""
     names = tuple(f"item {item}" for item in range(len(theta)))
-    return Plan(names, theta, np.ones(len(theta) * (len(theta) - 1) // 2, dtype=np.int64), parted(theta), **fields)
+    return Plan(
+        names, theta, np.ones(len(theta) * (len(theta) - 1) // 2, dtype=np.int64), differing_pairs(theta), **fields
+    )
 
 
 def numbers(found: Power) -> list[bytes]:

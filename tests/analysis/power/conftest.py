@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from analysis.power.assumed import parted
+from analysis.power.assumed import differing_pairs
 from analysis.power.plan import Plan
 
 MakePlan = Callable[..., Plan]
@@ -21,7 +21,7 @@ def plan_of() -> MakePlan:
         strengths = np.array(theta) - np.mean(theta)
         names = tuple(f"item {item}" for item in range(len(theta)))
         every = np.full(len(theta) * (len(theta) - 1) // 2, times, dtype=np.int64)
-        return Plan(names, strengths, every, parted(strengths), **fields)  # type: ignore[arg-type]  # keywords by name
+        return Plan(names, strengths, every, differing_pairs(strengths), **fields)  # type: ignore[arg-type]  # keywords by name
 
     return make
 

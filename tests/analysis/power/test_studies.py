@@ -19,7 +19,7 @@ from analysis.bootstrap.replicates import resample_counts
 from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
 from analysis.power import widths as width_module
-from analysis.power.assumed import parted
+from analysis.power.assumed import differing_pairs
 from analysis.power.plan import Plan
 from analysis.power.studies import Studies, draw, run
 from analysis.power.widths import widths
@@ -172,7 +172,7 @@ def test_the_order_of_items_and_observers_does_not_matter(theta: list[float], se
     n = len(theta)
     times = np.ones(n * (n - 1) // 2, dtype=np.int64)
     names, strengths = tuple(f"item {item}" for item in range(n)), np.array(theta)
-    plan = Plan(names, strengths, times, parted(strengths), covariance=covariance)  # type: ignore[arg-type]  # one of its words
+    plan = Plan(names, strengths, times, differing_pairs(strengths), covariance=covariance)  # type: ignore[arg-type]  # one of its words
     order, people = random.permutation(n), random.permutation(7)
     drawn = (random.random((4, 7, len(times))) < plan.chances(strengths)).astype(np.float64)
 
@@ -193,6 +193,6 @@ def test_the_order_of_items_and_observers_does_not_matter(theta: list[float], se
 
 def test_right_classes_part_what_shares_no_label_and_what_is_not_equal() -> None:
     theta = np.array([2.0, 1.0, 1.0])
-    assert parted(theta).tolist() == [True, True, False]
-    assert parted(theta, ["1", "1+2", "2"]).tolist() == [False, True, False]
-    assert parted(theta, ["1", "", "2"]).tolist() == [True, True, False]
+    assert differing_pairs(theta).tolist() == [True, True, False]
+    assert differing_pairs(theta, ["1", "1+2", "2"]).tolist() == [False, True, False]
+    assert differing_pairs(theta, ["1", "", "2"]).tolist() == [True, True, False]

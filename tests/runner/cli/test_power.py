@@ -79,7 +79,7 @@ def test_simulated_observers_bring_their_lapses(tmp_path: Path) -> None:
     found = told(THESIS, "--simulate", careless, "--observers", "10", "--replicates", "20")
     assert found["lapse_rate"] == 0.02
     assert found["notes"] == [
-        "Of the observers in the file, their leaning to the first place and their fatigue are not simulated."
+        "Of the observers in the file, their preference for the first position and their fatigue are not simulated."
     ]
     assert told(THESIS, "--scores", careless, "--observers", "10", "--replicates", "20")["lapse_rate"] == 0
     changed = told(THESIS, "--simulate", careless, "--lapse-rate", "0.1", "--observers", "10", "--replicates", "20")

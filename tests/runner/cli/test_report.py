@@ -12,7 +12,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from runner.cli import report
-from runner.reports.print_page import find_browser
+from runner.reports.results import find_browser
 
 NAMES = "abcd"
 
@@ -123,7 +123,7 @@ def test_tables_and_pdf_are_written_beside_the_page(results: Path, tmp_path: Pat
 
 def test_pictures_are_taken_for_what_they_are_worth(results: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     asked = []
-    monkeypatch.setattr("runner.reports.thumbnails.find_shown", lambda header, file: asked.append(file))
+    monkeypatch.setattr("runner.reports.results.find_shown", lambda header, file: asked.append(file))
     monkeypatch.chdir(results)
     (results / "experiments").mkdir()
     (results / "experiments" / "small.yaml").touch()
@@ -137,7 +137,7 @@ def test_an_experiments_name_leads_out_of_no_folder(results: Path, monkeypatch: 
     for file in results.rglob("session.jsonl"):
         file.write_text(file.read_text().replace('"experiment": "small"', '"experiment": "../../small"'))
     asked = []
-    monkeypatch.setattr("runner.reports.thumbnails.find_shown", lambda header, file: asked.append(file))
+    monkeypatch.setattr("runner.reports.results.find_shown", lambda header, file: asked.append(file))
     monkeypatch.chdir(results)
     (results.parent / "small.yaml").touch()
     assert run(results).exit_code == 0

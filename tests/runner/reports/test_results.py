@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from runner.errors import SessionError
-from runner.reports import print_page
-from runner.reports.print_page import find_browser, print_pdf
+from runner.reports import results
+from runner.reports.results import find_browser, print_pdf
 
 
 def test_a_page_becomes_a_pdf_and_nothing_else(tmp_path: Path) -> None:
@@ -24,8 +24,8 @@ def test_a_page_becomes_a_pdf_and_nothing_else(tmp_path: Path) -> None:
 
 
 def test_without_a_browser_the_remedy_is_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(print_page, "BROWSERS", ())
-    monkeypatch.setattr(print_page, "OUTSIDE_PATH", ())
+    monkeypatch.setattr(results, "BROWSERS", ())
+    monkeypatch.setattr(results, "OUTSIDE_PATH", ())
     with pytest.raises(SessionError, match="install Chromium or Chrome"):
         print_pdf(tmp_path / "page.html", tmp_path / "page.pdf")
     assert not list(tmp_path.iterdir())
@@ -33,7 +33,7 @@ def test_without_a_browser_the_remedy_is_told(tmp_path: Path, monkeypatch: pytes
 
 def test_a_browser_that_fails_leaves_no_file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for command in ("true", "false"):
-        monkeypatch.setattr(print_page, "BROWSERS", (command,))
+        monkeypatch.setattr(results, "BROWSERS", (command,))
         with pytest.raises(SessionError, match="did not print"):
             print_pdf(tmp_path / "page.html", tmp_path / "page.pdf")
     assert not list(tmp_path.iterdir())

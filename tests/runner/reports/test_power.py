@@ -10,9 +10,8 @@ import numpy as np
 import pytest
 
 from documents import InputError
-from runner.observers.assumed_scores import assume
 from runner.protocol.experiment import read_experiment
-from runner.protocol.pair_design import PairDesign, pair_design
+from runner.reports.power import PairDesign, assume, pair_design
 
 Study = Any  # tests/conftest.py
 

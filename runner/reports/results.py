@@ -1,0 +1,193 @@
+"""The report on results: read, described, written with pictures of the stimuli, and printed to PDF."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from analysis.classes.multiplicity import Adjust
+from analysis.errors import ResultsError
+from analysis.observers.filters import Filter
+from analysis.observers.screening import check_tests
+from analysis.records.results import read_results
+from analysis.records.session_record import Header
+from analysis.report.estimate import CovarianceWish
+from analysis.report.page import write_report
+from analysis.report.report import Report
+from documents import Finding
+from runner.errors import SessionError
+from runner.reports.thumbnails import find_shown, thumbnails
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "chrome")
+OUTSIDE_PATH = (
+    "/Applications/Google Chrome.app/Contents/MacOS/Google Chrome",
+    "/Applications/Chromium.app/Contents/MacOS/Chromium",
+    "C:/Program Files/Google/Chrome/Application/chrome.exe",
+    "C:/Program Files (x86)/Microsoft/Edge/Application/msedge.exe",
+)
+QUIET = ("--headless", "--disable-gpu", "--no-first-run", "--disable-background-networking", "--disable-sync")
+LONGEST_S = 120
+
+
+@dataclass(frozen=True, slots=True)
+class ReportOptions:
+    """How results are reported.
+
+    Attributes
+    ----------
+    rule
+        Whom to leave out; nobody by default.
+    alpha, adjust, covariance
+        Level, correction and standard errors of the classes; None takes those of the experiment.
+    pictures
+        Whether the page shows the stimuli, where they are in the cache.
+    experiment
+        The experiment file, for the pictures; None looks for ``experiments/NAME.yaml``.
+    pdf
+        Whether to print the page to PDF too, beside it.
+    csv_folder
+        Where to write each table as CSV; nowhere if None.
+    """
+
+    rule: Filter = field(default_factory=Filter)
+    alpha: float | None = None
+    adjust: Adjust | None = None
+    covariance: CovarianceWish | None = None
+    pictures: bool = True
+    experiment: Path | None = None
+    pdf: bool = False
+    csv_folder: Path | None = None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class WrittenReport:
+    """A ``report`` and where it was written: the ``page``, and its ``pdf`` where it was asked for."""
+
+    report: Report
+    page: Path
+    pdf: Path | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {**self.report.to_json(), "report": str(self.page)}
+
+
+def report_results(
+    results: Sequence[Path],
+    output: Path | None = None,
+    options: ReportOptions = ReportOptions(),
+    progress: Callable[[str, int, int], None] = lambda what, done, of: None,
+) -> WrittenReport:
+    """Write an HTML page on the results of one experiment.
+
+    Parameters
+    ----------
+    results
+        Folders of sessions, from one station or many, or single session logs.
+    output
+        The page; None writes ``report.html`` into the first folder.
+    options
+        Whom to leave out, how to test, what to write beside the page.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
+
+    Raises
+    ------
+    InputError
+        If results are missing, damaged or of different experiments, or an option names what is not there.
+    SessionError
+        If the page cannot be printed to PDF.
+    OSError
+        If the page or a table cannot be written.
+    """
+    sessions = read_results(*results)
+    first = results[0]
+    page = output or (first if first.is_dir() else first.parent) / "report.html"
+    check_tests(sessions, options.rule.screening or ())
+    pictures = stimulus_pictures(sessions[0].header, options.experiment, progress) if options.pictures else {}
+    report = write_report(
+        sessions,
+        page,
+        alpha=options.alpha,
+        adjust=options.adjust,
+        covariance=options.covariance,
+        rule=options.rule,
+        thumbnails=pictures,
+        csv_folder=options.csv_folder,
+    )
+    pdf = page.with_suffix(".pdf") if options.pdf else None
+    if pdf is not None:
+        print_pdf(page, pdf)
+    return WrittenReport(report, page, pdf)
+
+
+def stimulus_pictures(
+    header: Header, experiment: Path | None, progress: Callable[[str, int, int], None]
+) -> dict[str, dict[str, bytes]]:
+    """Return small pictures of the stimuli of a session; none where they are not at hand.
+
+    Raises
+    ------
+    ResultsError
+        If ``experiment`` is named, but its stimuli or its display are not those of the session.
+    """
+    roots = (Path.cwd(), Path(__file__).parents[2])
+    usual = [root / "experiments" / f"{Path(header.experiment).name}.yaml" for root in roots]
+    for file in [experiment] if experiment else usual:
+        shown = find_shown(header, file) if file.is_file() else None
+        if shown is not None:
+            return thumbnails(*shown, lambda done, of: progress("Making small pictures", done, of))
+    if experiment is not None:
+        what = "these are not the stimuli and the display of the results, or the stimuli are not built"
+        remedy = "name the experiment file of these sessions, or leave --experiment out"
+        raise ResultsError(Finding(what, str(experiment), remedy=remedy))
+    return {}
+
+
+def find_browser() -> str | None:
+    """Return a browser of the Chromium family; None if there is none."""
+    for name in BROWSERS:
+        found = shutil.which(name)
+        if found:
+            return found
+    return next((place for place in OUTSIDE_PATH if Path(place).is_file()), None)
+
+
+def print_pdf(page: Path, pdf: Path) -> None:
+    """Print ``page`` to ``pdf``, which appears whole or not at all.
+
+    Raises
+    ------
+    SessionError
+        If there is no such browser, or it prints nothing.
+    """
+    browser = find_browser()
+    if browser is None:
+        remedy = "install Chromium or Chrome, or open the page in any browser and print it to a file"
+        raise SessionError(Finding("no browser was found that could print the page", str(page), remedy=remedy))
+    with tempfile.TemporaryDirectory(prefix="cyclopean-print-") as folder:
+        printed = Path(folder) / "page.pdf"
+        command = [browser, *QUIET, "--no-pdf-header-footer", f"--user-data-dir={folder}/profile"]
+        if hasattr(os, "geteuid") and os.geteuid() == 0:
+            command.append("--no-sandbox")  # the browser refuses to run as the administrator otherwise
+        command += [f"--print-to-pdf={printed}", page.resolve().as_uri()]
+        try:
+            subprocess.run(command, capture_output=True, timeout=LONGEST_S, check=True)
+        except (OSError, subprocess.SubprocessError) as error:
+            raise _failed(browser, page) from error
+        if not printed.is_file():
+            raise _failed(browser, page)
+        draft = pdf.with_name(f"{pdf.name}.part")
+        shutil.copyfile(printed, draft)
+        draft.replace(pdf)
+
+
+def _failed(browser: str, page: Path) -> SessionError:
+    what = f"{Path(browser).name} did not print the page"
+    return SessionError(Finding(what, str(page), remedy="open the page in any browser and print it to a file"))
