@@ -18,8 +18,8 @@ from skimage.registration import phase_cross_correlation
 
 from stimuli.align.interpolate import cut
 from stimuli.align.phase import hann
-from stimuli.align.register import register
-from stimuli.align.straighten import straighten
+from stimuli.align.registration import register
+from stimuli.align.straightening import straighten
 from stimuli.recipes.recipe import read_recipe
 from stimuli.sparkle.studio import Studio
 

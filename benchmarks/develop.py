@@ -19,7 +19,7 @@ from curves import seconds, write
 from numpy.typing import NDArray
 
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.read_raw import DEMOSAICS, read_raw
+from stimuli.develop.raw_files import DEMOSAICS, read_raw
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import measure_sparkles
 from stimuli.spectral.convert import spectral_to_xyz

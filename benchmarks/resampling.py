@@ -14,7 +14,7 @@ import numpy as np
 from curves import Row, seconds, write
 from numpy.typing import NDArray
 
-from stimuli.pictures.resample import Filter, axis_weights, resample
+from stimuli.pictures.resampling import Filter, axis_weights, resample
 
 Floats = NDArray[np.float64]
 Picture = NDArray[np.float32]

@@ -14,10 +14,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
-from documents import Finding
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture
-from stimuli.align.register import refine_within
+from stimuli.align.registration import refine_within
 from stimuli.align.roll_scale import RollScale, fit_roll_scale
 from stimuli.errors import StimulusError
 
@@ -129,10 +128,8 @@ def measure_disparity(
     one, two = light_plane(left, luminance_weights, "left"), light_plane(right, luminance_weights, "right")
     same_size(one, two, ("left", "right"))
     if not LEAST_SIDE_PX <= block_px <= min(one.shape):
-        raise StimulusError(
-            Finding(
-                f"block_px is {block_px}", remedy=f"between {LEAST_SIDE_PX} and the picture's side, {min(one.shape)}"
-            )
+        raise StimulusError.of(
+            f"block_px is {block_px}", f"between {LEAST_SIDE_PX} and the picture's side, {min(one.shape)}"
         )
     return _report(_Blocks(one, two, block_px, false_alarm), viewing)
 

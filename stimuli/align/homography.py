@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.chart.layout import project
-from documents import Finding
 from stimuli.align.planes import LEAST_SIDE_PX
 from stimuli.errors import StimulusError
 
@@ -49,19 +48,25 @@ def homography_from_points(reference_points: ArrayLike, moving_points: ArrayLike
     """
     one, two = (np.asarray(points, dtype=np.float64) for points in (reference_points, moving_points))
     if one.ndim != 2 or one.shape != two.shape or one.shape[1] != 2 or len(one) < 4:
-        raise _error(f"the corners have shapes {one.shape} and {two.shape}", "give four pairs of places (x, y) or more")
+        raise StimulusError.of(
+            f"the corners have shapes {one.shape} and {two.shape}", "give four pairs of places (x, y) or more"
+        )
     if not (np.isfinite(one).all() and np.isfinite(two).all()):
-        raise _error("a corner's place is NaN or infinite", "give places in pixels")
+        raise StimulusError.of("a corner's place is NaN or infinite", "give places in pixels")
     (to_one, a), (to_two, b) = _normalised(one), _normalised(two)
     zero, ones = np.zeros((len(a), 3)), np.ones((len(a), 1))
     p = np.hstack([a, ones])
     rows = np.concatenate([np.hstack([p, zero, -b[:, :1] * p]), np.hstack([zero, p, -b[:, 1:] * p])])
     values, vectors = np.linalg.eigh(rows.T @ rows)
     if values[1] < 1e-9 * values[-1]:
-        raise _error("the corners do not fix a homography", "give four places of which no three lie on one line")
+        raise StimulusError.of(
+            "the corners do not fix a homography", "give four places of which no three lie on one line"
+        )
     matrix = np.linalg.inv(to_two) @ vectors[:, 0].reshape(3, 3) @ to_one
     if abs(matrix[2, 2]) < 1e-12 * np.abs(matrix).max() or abs(np.linalg.det(matrix / np.abs(matrix).max())) < 1e-15:
-        raise _error("the corners do not fix a homography", "give four places of which no three lie on one line")
+        raise StimulusError.of(
+            "the corners do not fix a homography", "give four places of which no three lie on one line"
+        )
     matrix = matrix / matrix[2, 2]
     away = mapped(matrix, one) - two
     return Homography(matrix, float(np.sqrt(np.mean(np.sum(away**2, axis=1)))))
@@ -113,14 +118,14 @@ def common_part(homographies: list[Floats], width: int, height: int, remedy: str
     corners = np.array([[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]])
     # Beyond a right angle from its axis nothing is before a camera.
     if any((np.linalg.inv(one)[2] @ (x, y, 1.0)) <= 0 for one in homographies for x, y in corners):
-        raise _error("no part of the plane is common to both turned views", remedy)
+        raise StimulusError.of("no part of the plane is common to both turned views", remedy)
     quads = [mapped(np.linalg.inv(one), corners) for one in homographies]
     first_column = max(0, *(int(np.ceil(x - 1e-6)) for quad in quads for x in quad[[0, 2], 0]))
     first_row = max(0, *(int(np.ceil(y - 1e-6)) for quad in quads for y in quad[[0, 1], 1]))
     last_column = min(width - 1, *(int(np.floor(x + 1e-6)) for quad in quads for x in quad[[1, 3], 0]))
     last_row = min(height - 1, *(int(np.floor(y + 1e-6)) for quad in quads for y in quad[[2, 3], 1]))
     if min(last_column - first_column, last_row - first_row) + 1 < LEAST_SIDE_PX:
-        raise _error("no part of the plane is common to both turned views", remedy)
+        raise StimulusError.of("no part of the plane is common to both turned views", remedy)
     return first_column, first_row, last_column + 1, last_row + 1
 
 
@@ -131,7 +136,3 @@ def _normalised(points: Floats) -> tuple[Floats, Floats]:
     scale = np.sqrt(2.0) / size if size > 0 else 1.0
     matrix = np.array([[scale, 0, -scale * middle[0]], [0, scale, -scale * middle[1]], [0, 0, 1.0]])
     return matrix, (points - middle) * scale
-
-
-def _error(message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, remedy=remedy))

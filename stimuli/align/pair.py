@@ -14,11 +14,10 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from documents import Finding
 from stimuli.align.disparity import BLOCK_PX, DisparityReport, Viewing, measure_disparity
 from stimuli.align.interpolate import Interpolation, cut, reach_px, transfer
 from stimuli.align.planes import LEAST_SIDE_PX, Region, light_plane, same_size
-from stimuli.align.register import register_planes
+from stimuli.align.registration import register_planes
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
@@ -82,7 +81,7 @@ class Alignment:
         found = register_planes(planes[0], planes[1], names=("left", "centre"))
         start = (_tidy(x + found.shift_px[0]), _tidy(y + found.shift_px[1]))
         if min(start) < 0 or start[0] + width > centre.shape[1] or start[1] + height > centre.shape[0]:
-            raise _error(
+            raise StimulusError.of(
                 f"the part that both eyes see begins at {start} px in the centre view, and reaches beyond it",
                 "check the shift, or leave the centre view out and name an eye for the flat version",
             )
@@ -140,7 +139,7 @@ def align_pair(
     reach_px(interpolation)
     planes = light_plane(left, luminance_weights, "left"), light_plane(right, luminance_weights, "right")
     if left.ndim != 3 or right.ndim != 3:
-        raise _error("a pair to align has one channel", "give (height, width, 3), XYZ or RGB")
+        raise StimulusError.of("a pair to align has one channel", "give (height, width, 3), XYZ or RGB")
     same_size(left, right, ("left", "right"))
     found: dict[str, Any] = {}
     residual: float | None = None
@@ -148,7 +147,7 @@ def align_pair(
         shift = _given(offset_px)
     elif method == "points":
         if points is None:
-            raise _error("no points are given", "mark the same places of the plane in both views")
+            raise StimulusError.of("no points are given", "mark the same places of the plane in both views")
         marked = shift_from_points(*points, planes[0].shape)
         shift, residual = marked.shift_px, marked.residual_px
         found = {name: getattr(marked, name) for name in ("pairs", "residual_px", "worst_px", "worst_pair")}
@@ -157,7 +156,7 @@ def align_pair(
         shift, residual = registration.shift_px, float(np.hypot(*registration.standard_error_px))
         found = {"region": None if region is None else list(region), "registration": registration.to_json()}
     else:
-        raise _error(f"method is {method!r}", "one of " + ", ".join(map(repr, get_args(Method))))
+        raise StimulusError.of(f"method is {method!r}", "one of " + ", ".join(map(repr, get_args(Method))))
     del planes
     undone = (shift[0], shift[1] if correct_vertical else 0.0)
     starts, size, fraction = _crops(undone, left.shape, whole_pixels, interpolation)
@@ -207,7 +206,7 @@ def _crops(
         first = max(0, -whole) + margin
         common = length - abs(whole) - 2 * margin
         if common < LEAST_SIDE_PX:
-            raise _error(
+            raise StimulusError.of(
                 f"a shift of {amount:g} px leaves {max(0, common)} of {length} pixels common to both views",
                 f"at least {LEAST_SIDE_PX} are needed: give another shift",
             )
@@ -240,7 +239,7 @@ def _interpolated(fraction: tuple[float, float], interpolation: Interpolation, n
 def _given(offset_px: tuple[float, float] | None) -> tuple[float, float]:
     offset = np.asarray(() if offset_px is None else offset_px, dtype=np.float64)
     if offset.shape != (2,) or not np.isfinite(offset).all():
-        raise _error(f"offset_px is {offset_px}", "give the right view's shift, across and down, in pixels")
+        raise StimulusError.of(f"offset_px is {offset_px}", "give the right view's shift, across and down, in pixels")
     return float(offset[0]), float(offset[1])
 
 
@@ -248,10 +247,6 @@ def _tidy(value: float) -> float:
     """Return ``value``, or the whole number that it differs from by less than is worth an interpolation."""
     whole = round(value)
     return float(whole) if abs(value - whole) < LEAST_FRACTION_PX else value
-
-
-def _error(message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, remedy=remedy))
 
 
 @dataclass(frozen=True, slots=True)
@@ -280,16 +275,20 @@ def shift_from_points(left_points: ArrayLike, right_points: ArrayLike, shape: tu
     left, right = (np.asarray(points, dtype=np.float64) for points in (left_points, right_points))
     for points, name in ((left, "left"), (right, "right")):
         if points.ndim != 2 or points.shape[1] != 2 or len(points) == 0:
-            raise _error(f"the {name} points have shape {points.shape}", "give a list of places, x and y in pixels")
+            raise StimulusError.of(
+                f"the {name} points have shape {points.shape}", "give a list of places, x and y in pixels"
+            )
         inside = np.all((points >= -0.5) & (points <= np.array([shape[1], shape[0]]) - 0.5), axis=1)
         if not inside.all():
             first = int(np.flatnonzero(~inside)[0])
-            raise _error(
+            raise StimulusError.of(
                 f"point {first + 1} of the {name} picture, {tuple(points[first].tolist())}, lies outside it",
                 f"the picture is {shape[1]} × {shape[0]} pixels, counted from 0",
             )
     if len(left) != len(right):
-        raise _error(f"{len(left)} points are marked on the left and {len(right)} on the right", "mark the same points")
+        raise StimulusError.of(
+            f"{len(left)} points are marked on the left and {len(right)} on the right", "mark the same points"
+        )
     away = right - left
     shift = away.mean(axis=0)
     distance = np.hypot(*(away - shift).T)

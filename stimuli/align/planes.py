@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from documents import Finding
 from stimuli.errors import StimulusError
 
 Floats32 = NDArray[np.float32]
@@ -38,16 +37,18 @@ def light_plane(picture: NDArray[Any], luminance_weights: ArrayLike | None, name
     """
     image = np.asarray(picture)
     if image.ndim not in (2, 3) or (image.ndim == 3 and image.shape[2] != 3):
-        raise _error(f"the {name} picture has shape {image.shape}", "give (height, width) or (height, width, 3)")
+        raise StimulusError.of(
+            f"the {name} picture has shape {image.shape}", "give (height, width) or (height, width, 3)"
+        )
     height, width = image.shape[:2]
     if min(height, width) < LEAST_SIDE_PX:
-        raise _error(
+        raise StimulusError.of(
             f"the {name} picture is {width} × {height} pixels",
             f"a picture to align has at least {LEAST_SIDE_PX} pixels on each side",
         )
     bad = sum(int(np.count_nonzero(~np.isfinite(rows).all(axis=-1))) for rows in _bands(image))
     if bad:
-        raise _error(
+        raise StimulusError.of(
             f"{bad} of {width * height} pixels of the {name} picture are NaN or infinite",
             "repair or crop them before aligning",
         )
@@ -57,7 +58,7 @@ def light_plane(picture: NDArray[Any], luminance_weights: ArrayLike | None, name
         return image[:, :, 1].astype(np.float32)
     weights = np.asarray(luminance_weights, dtype=np.float64)
     if weights.shape != (3,) or not np.isfinite(weights).all() or not weights.any():
-        raise _error(f"luminance_weights is {luminance_weights}", "give three finite numbers, not all 0")
+        raise StimulusError.of(f"luminance_weights is {luminance_weights}", "give three finite numbers, not all 0")
     return np.asarray(image @ weights.astype(np.float32), dtype=np.float32)
 
 
@@ -65,7 +66,7 @@ def same_size(first: NDArray[Any], second: NDArray[Any], names: tuple[str, str])
     """Raise StimulusError unless both pictures have the same height and width."""
     if first.shape[:2] != second.shape[:2]:
         sizes = [f"{one.shape[1]} × {one.shape[0]}" if one.ndim >= 2 else str(one.shape) for one in (first, second)]
-        raise _error(
+        raise StimulusError.of(
             f"the {names[0]} picture is {sizes[0]} pixels and the {names[1]} one {sizes[1]}",
             "both views come from one camera at one size",
         )
@@ -99,19 +100,17 @@ def checked_region(region: Region | None, shape: tuple[int, ...]) -> Region:
         return 0, 0, width, height
     left, top, right, bottom = region
     if not (0 <= left < right <= width and 0 <= top < bottom <= height):
-        raise _error(
+        raise StimulusError.of(
             f"the region {tuple(region)} does not lie in a picture of {width} × {height} pixels",
             "give first column, first row, and the column and row after the last",
         )
     if min(right - left, bottom - top) < LEAST_SIDE_PX:
-        raise _error(f"the region {tuple(region)} is too small", f"give at least {LEAST_SIDE_PX} pixels on each side")
+        raise StimulusError.of(
+            f"the region {tuple(region)} is too small", f"give at least {LEAST_SIDE_PX} pixels on each side"
+        )
     return int(left), int(top), int(right), int(bottom)
 
 
 def _bands(image: NDArray[Any]) -> list[NDArray[Any]]:
     flat = image.reshape(image.shape[0], image.shape[1], -1)
     return [flat[start : start + 256] for start in range(0, len(flat), 256)]
-
-
-def _error(message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, remedy=remedy))

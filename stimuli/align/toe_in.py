@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
-from documents import Finding
 from stimuli.align.disparity import Viewing
 from stimuli.align.homography import common_part, mapped, warp
 from stimuli.align.planes import light_plane, same_size
@@ -71,7 +70,7 @@ class Rectified:
 def focal_px(width_px: int, field_of_view_deg: float) -> float:
     """Return the focal length, in pixels, of a picture ``width_px`` wide that spans ``field_of_view_deg`` across."""
     if not 0.0 < field_of_view_deg < 180.0:
-        raise _error(f"field_of_view_deg is {field_of_view_deg}", "give an angle above 0 and below 180")
+        raise StimulusError.of(f"field_of_view_deg is {field_of_view_deg}", "give an angle above 0 and below 180")
     return float(width_px / 2.0 / np.tan(np.radians(field_of_view_deg) / 2.0))
 
 
@@ -137,7 +136,7 @@ def rectify_toe_in(
     _check(toe_in_deg, focal_length_px)
     for view, name in ((left, "left"), (right, "right")):
         if light_plane(view, None, name).ndim != 2 or view.ndim != 3:
-            raise _error(f"the {name} picture has one channel", "give (height, width, 3), XYZ or RGB")
+            raise StimulusError.of(f"the {name} picture has one channel", "give (height, width, 3), XYZ or RGB")
     same_size(left, right, ("left", "right"))
     height, width = left.shape[:2]
     eyes: tuple[Eye, Eye] = ("left", "right")
@@ -163,15 +162,13 @@ def rectify_toe_in(
 
 def _check(toe_in_deg: float, focal_length_px: float) -> None:
     if not 0.0 <= toe_in_deg < MOST_DEG:
-        raise _error(f"toe_in_deg is {toe_in_deg}", f"the angle of each camera, from 0 to below {MOST_DEG:g} degrees")
+        raise StimulusError.of(
+            f"toe_in_deg is {toe_in_deg}", f"the angle of each camera, from 0 to below {MOST_DEG:g} degrees"
+        )
     if not (np.isfinite(focal_length_px) and focal_length_px > 0):
-        raise _error(f"focal_length_px is {focal_length_px}", "give a finite number above 0, in pixels")
+        raise StimulusError.of(f"focal_length_px is {focal_length_px}", "give a finite number above 0, in pixels")
 
 
 def _four(values: Floats) -> Corners:
     first, second, third, fourth = (float(value) for value in values)
     return first, second, third, fourth
-
-
-def _error(message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, remedy=remedy))

@@ -164,7 +164,7 @@ def saturated_percent(
 
     Pictures are only read where the numbers for these very pictures and this display's range are not kept yet.
     """
-    from stimuli.luminance.saturation import saturation
+    from stimuli.luminance.saturation import measure_saturation
 
     key = sha256_of_json([built.digest, setup.range_json()])[:16]
     record = built.folder.with_name(f".{built.folder.name}-saturated-{key}.json")
@@ -176,9 +176,10 @@ def saturated_percent(
     for done, name in enumerate(built.names):
         report(done, len(built.names))
         image = built.load(name)
-        left = saturation(image.left, setup.models.left).to_json()
+        left = measure_saturation(image.left, setup.models.left)
         same = image.is_flat and setup.models.left is setup.models.right
-        percent[name] = {"left": left, "right": left if same else saturation(image.right, setup.models.right).to_json()}
+        right = left if same else measure_saturation(image.right, setup.models.right)
+        percent[name] = {"left": left.to_json(), "right": right.to_json()}
     report(len(built.names), len(built.names))
     # Where the cache cannot be written, the numbers are counted again next time.
     with contextlib.suppress(OSError):

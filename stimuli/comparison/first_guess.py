@@ -18,7 +18,7 @@ _LEAST_INLIERS, _LEAST_INLIER_SHARE = 12, 0.15
 
 def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
     """Return a first guess: one shift for all, or, where that fails, a similarity from features."""
-    from stimuli.align.register import register_planes
+    from stimuli.align.registration import register_planes
 
     (one, bin_px), (two, other_px) = _small_plane(photo), _small_plane(rendering)
     reason: StimulusError | None = None

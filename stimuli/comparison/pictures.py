@@ -277,7 +277,7 @@ def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDo
 def _developed(
     path: Path, digest: str, holds: Holds, image: Any, camera: CameraModel, what: str, done: RowsDone
 ) -> Picture:
-    from stimuli.develop.to_xyz import to_xyz
+    from stimuli.develop.camera_to_xyz import to_xyz
 
     try:
         developed = to_xyz(image, camera)

@@ -45,7 +45,7 @@ class SquareShifts:
 
 def measure_squares(photo: RowFile, rendering: RowFile, matrix: Floats) -> SquareShifts:
     """Return how squares of the photograph lie in the rendering once ``matrix`` is undone."""
-    from stimuli.align.register import register_planes
+    from stimuli.align.registration import register_planes
 
     height, width = photo.shape[:2]
     side = int(np.clip(min(height, width) // 4, *_SQUARE_PX))

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from documents import Finding
 from stimuli.errors import StimulusError
 
 _FILTERS = 4  # red, green, blue, and the second green, as LibRaw counts
@@ -32,8 +31,8 @@ class Levels:
             if level is None:
                 continue
             if not np.isfinite(level) or level < 0 or (name != "black" and level <= black):
-                raise StimulusError(
-                    Finding(f"the level '{name}' is {level:g}", remedy="levels are codes: white above black, from 0 up")
+                raise StimulusError.of(
+                    f"the level '{name}' is {level:g}", "levels are codes: white above black, from 0 up"
                 )
 
     def black_codes(self, declared: Sequence[float]) -> list[float]:

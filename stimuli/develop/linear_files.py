@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
-from documents import Finding
 from documents.files.hashes import sha256_of_file
 from documents.text.words import counted
 from stimuli.develop.camera_image import CameraImage
@@ -61,17 +60,19 @@ def read_linear(
     import OpenImageIO as oiio
 
     if not path.is_file():
-        raise _wrong(path, "there is no such file", "check the path")
+        raise StimulusError.at(path, "there is no such file", "check the path")
     hint = oiio.ImageSpec()
     hint.attribute("oiio:RawColor", 1)
     hint.attribute("oiio:UnassociatedAlpha", 1)
     picture = opened(path, "write it again", hint)
     try:
         if picture.format_name() not in _FORMATS:
-            raise _wrong(path, f"the picture is {picture.format_name()}, not raw, TIFF or OpenEXR", _REMEDY)
+            raise StimulusError.at(path, f"the picture is {picture.format_name()}, not raw, TIFF or OpenEXR", _REMEDY)
         return _read(picture, path, levels or Levels(), rotate, exposure, assume_linear)
     except UnicodeDecodeError as error:
-        raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "write it again") from error
+        raise StimulusError.at(
+            path, "the picture is damaged: its header is not UTF-8 text", "write it again"
+        ) from error
     finally:
         picture.close()
 
@@ -85,22 +86,24 @@ def _read(
     spec = picture.spec()
     _refuse(spec, path, linear)
     if picture.seek_subimage(1, 0):
-        raise _wrong(path, "the file holds more than one picture", "keep one")
+        raise StimulusError.at(path, "the file holds more than one picture", "keep one")
     picture.seek_subimage(0, 0)
     stored: NDArray[Any] | None = picture.read_image(0, 0, 0, spec.nchannels, spec.format)
     if stored is None:
-        raise _wrong(path, f"the picture is cut short or damaged: {reason(picture.geterror())}", "copy it again")
+        raise StimulusError.at(
+            path, f"the picture is cut short or damaged: {reason(picture.geterror())}", "copy it again"
+        )
     names = list(spec.channelnames)
     values = stored[..., [names.index(name) for name in _RGB]]
     whole = np.issubdtype(values.dtype, np.integer)
     black = 0.0 if levels.black is None else levels.black
     white = (float(np.iinfo(values.dtype).max) if whole else 1.0) if levels.white is None else levels.white
     if not white > black:
-        raise _wrong(path, f"the white level {white:g} is not above the black level {black:g}", "tell both")
+        raise StimulusError.at(path, f"the white level {white:g} is not above the black level {black:g}", "tell both")
     full = white if levels.saturated is None else levels.saturated
     bad = 0 if whole else int((~np.isfinite(values)).any(axis=-1).sum())
     if bad:
-        raise _wrong(path, f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite", "mend the picture")
+        raise StimulusError.at(path, f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite", "mend the picture")
     if all(name in names for name in SATURATED):
         saturated, map_from = stored[..., [names.index(name) for name in SATURATED]] > 0, "file"
     else:
@@ -131,28 +134,32 @@ def _read(
 
 def _refuse(spec: OpenImageIO.ImageSpec, path: Path, linear: bool) -> None:
     if spec.deep or not 0 < spec.width * spec.height <= MAX_PIXELS:
-        raise _wrong(
+        raise StimulusError.at(
             path, f"a picture of {spec.width} × {spec.height} pixels is deep or too large", "flatten or crop it"
         )
     if spec.width * spec.height * spec.nchannels > MAX_VALUES:
         size = f"{spec.width} × {spec.height} pixels of {spec.nchannels} channels"
-        raise _wrong(path, f"the picture has {size}, more than {MAX_VALUES} values", "keep R, G and B")
+        raise StimulusError.at(path, f"the picture has {size}, more than {MAX_VALUES} values", "keep R, G and B")
     missing = [name for name in _RGB if name not in spec.channelnames]
     if missing:
         found = ", ".join(spec.channelnames[:6])
-        raise _wrong(path, f"the picture lacks the channel {missing[0]}; it has {found}", _REMEDY)
+        raise StimulusError.at(path, f"the picture lacks the channel {missing[0]}; it has {found}", _REMEDY)
     if linear:
         return
     declared = str(spec.getattribute("oiio:ColorSpace") or "")
     if declared and not declared.lower().startswith(_LINEAR):
-        raise _wrong(path, f"the picture declares the colour space '{declared}', which is not linear", _UNLESS)
+        raise StimulusError.at(
+            path, f"the picture declares the colour space '{declared}', which is not linear", _UNLESS
+        )
     if spec.getattribute("ICCProfile") is not None:
         profile = spec.getattribute("ICCProfile:profile_description") or "without a name"
-        raise _wrong(path, f"the picture carries a colour profile ({profile}), so it is no camera RGB", _UNLESS)
+        raise StimulusError.at(
+            path, f"the picture carries a colour profile ({profile}), so it is no camera RGB", _UNLESS
+        )
     if spec.getattribute("chromaticities") is not None:
-        raise _wrong(path, "the picture declares chromaticities, so it is no camera RGB", _UNLESS)
+        raise StimulusError.at(path, "the picture declares chromaticities, so it is no camera RGB", _UNLESS)
     if str(spec.format) in _EIGHT_BITS:
-        raise _wrong(path, "the picture has 8 bits, which linear light does not fit into", _UNLESS)
+        raise StimulusError.at(path, "the picture has 8 bits, which linear light does not fit into", _UNLESS)
 
 
 _UNLESS = f"{_REMEDY}; or say that the numbers are linear camera RGB all the same"
@@ -162,10 +169,6 @@ _EIGHT_BITS = ("uint8", "int8")
 def _orientation(spec: OpenImageIO.ImageSpec) -> int:
     value = spec.getattribute("Orientation")
     return value if isinstance(value, int) else 1
-
-
-def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, str(path), remedy=remedy))
 
 
 def write_camera_exr(path: Path, image: CameraImage) -> None:

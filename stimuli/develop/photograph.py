@@ -14,11 +14,11 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from documents import Finding, InputError
 from stimuli.develop.camera_image import CameraImage
+from stimuli.develop.camera_to_xyz import Negative, to_xyz
 from stimuli.develop.levels import Levels
 from stimuli.develop.linear_files import write_camera_exr
+from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.develop.read import read_camera_image
-from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
-from stimuli.develop.to_xyz import Negative, to_xyz
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
@@ -39,7 +39,7 @@ class DevelopOptions:
 
 @dataclass(frozen=True, slots=True)
 class LuminanceReport:
-    """The light of a developed photograph, and how far it can be trusted: see `stimuli.develop.to_xyz.Developed`.
+    """The light of a developed photograph, and how far it can be trusted: see `camera_to_xyz.Developed`.
 
     ``exposure_was_characterised`` says whether the camera file was tested at this exposure; None where that is unknown.
     """

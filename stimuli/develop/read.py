@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 
 from devices.camera.exposure import Exposure
-from documents import Finding
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.linear_files import read_linear
-from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic, read_raw
+from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic, read_raw
 from stimuli.errors import StimulusError
 
 _LINEAR_SUFFIXES = (".tif", ".tiff", ".exr")
@@ -28,7 +27,7 @@ def read_camera_image(
 ) -> CameraImage:
     """Return the linear camera RGB in a raw file, or in a TIFF or OpenEXR file of linear camera RGB.
 
-    ``demosaic``: `stimuli.develop.read_raw.DEMOSAICS`, for raw files alone. ``levels`` take the place of the file's
+    ``demosaic``: `stimuli.develop.raw_files.DEMOSAICS`, for raw files alone. ``levels`` take the place of the file's
     black and white, ``exposure`` that of its metadata. ``assume_linear``: see `stimuli.develop.linear_files`.
 
     Raises
@@ -44,11 +43,9 @@ def read_camera_image(
             start = file.read(4)
         for magic, name in _CURVED.items():
             if start.startswith(magic):
-                raise StimulusError(
-                    Finding(
-                        f"the picture is {name}: the camera's tone curve is in it, and cannot be taken out",
-                        str(path),
-                        remedy="give the raw file",
-                    )
+                raise StimulusError.at(
+                    path,
+                    f"the picture is {name}: the camera's tone curve is in it, and cannot be taken out",
+                    "give the raw file",
                 )
     return read_raw(path, demosaic=demosaic, levels=levels, rotate=rotate, exposure=exposure)

@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from devices.colour.spaces import XYZ_from_xyY
-from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
@@ -47,7 +46,7 @@ def white_luminance_cd_m2(image: StereoImage, box: Box) -> float:
     top, left, rows, columns = box
     if min(top, left) < 0 or min(rows, columns) < 1 or top + rows > image.height_px or left + columns > image.width_px:
         message = f"the white's box {list(box)} does not lie in the picture of {image.height_px} × {image.width_px} px"
-        raise StimulusError(Finding(message, remedy="give first row, first column, rows and columns inside it"))
+        raise StimulusError.of(message, "give first row, first column, rows and columns inside it")
     parts = [eye[top : top + rows, left : left + columns, 1] for eye in eyes_once(image)]
     return float(np.median(np.stack(parts).astype(np.float64)))
 
@@ -68,7 +67,7 @@ def factor_to(luminance_cd_m2: float, target_cd_m2: float) -> float:
     factor = target_cd_m2 / luminance_cd_m2 if luminance_cd_m2 > 0 else math.nan
     if not (math.isfinite(factor) and factor > 0):
         message = f"the picture has {luminance_cd_m2:g} cd/m², which no factor brings to {target_cd_m2:g} cd/m²"
-        raise StimulusError(Finding(message, remedy="give a picture that holds light"))
+        raise StimulusError.of(message, "give a picture that holds light")
     return factor
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display.display_file import EyeModels
-from stimuli.luminance.saturation import Saturation, saturation
+from stimuli.luminance.saturation import Saturation, measure_saturation
 from stimuli.pictures.stereo_image import Eye, StereoImage
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import PixelScale, SparkleMeasures, measure_sparkles
@@ -136,6 +136,6 @@ def _statistics(
         DynamicRange(float(luminance.min()), float(luminance.max())),
         DynamicRange(float(low), float(high)),
         math.sqrt(variance / luminance.size) / mean if mean > 0 else 0.0,
-        None if models is None else saturation(xyz, models.eye(eye)),
+        None if models is None else measure_saturation(xyz, models.eye(eye)),
         None if threshold is None else measure_sparkles(luminance, threshold, scale),
     )

@@ -82,7 +82,7 @@ def read_exr_counted(
     windows = {name: views[name].data_window_px for name in names}
     if len({window[2:] for window in windows.values()}) > 1 or len({views[name].size_px for name in names}) > 1:
         sizes = ", ".join(f"'{name}' is {width} × {height}" for name, (_, _, width, height) in windows.items())
-        raise StimulusError(Finding(f"the views differ in size: {sizes}", str(path), remedy="crop them alike"))
+        raise StimulusError.at(path, f"the views differ in size: {sizes}", "crop them alike")
     converted = [
         view_to_xyz(
             views[name],
@@ -111,21 +111,15 @@ def _chosen(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye | None
         return "left", "right"
     if not flat and len(eyes) == 1:
         missing = "right" if eyes == ["left"] else "left"
-        raise StimulusError(
-            Finding(f"the view '{eyes[0]}' has no '{missing}' beside it", str(path), remedy="add it, or ask for flat")
-        )
+        raise StimulusError.at(path, f"the view '{eyes[0]}' has no '{missing}' beside it", "add it, or ask for flat")
     if middle is not None:
         return (middle,)
     if flat and flat_eye in eyes:
         return (str(flat_eye),)
     found = ", ".join(f"'{name}'" for name in names)
     if flat and eyes:
-        raise StimulusError(
-            Finding(f"there is no centre view for the flat version, only {found}", str(path), remedy="name an eye")
-        )
-    raise StimulusError(
-        Finding(f"there are only the views {found}", str(path), remedy="expected left and right, or center")
-    )
+        raise StimulusError.at(path, f"there is no centre view for the flat version, only {found}", "name an eye")
+    raise StimulusError.at(path, f"there are only the views {found}", "expected left and right, or center")
 
 
 ColourSpace = Literal["declared", "xyz", "rec709"]

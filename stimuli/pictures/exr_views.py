@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened, reason
 
@@ -67,12 +66,14 @@ def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
         one view twice; if the region is not within a view.
     """
     if not path.is_file():
-        raise _wrong(path, "there is no such picture", "check the path")
+        raise StimulusError.at(path, "there is no such picture", "check the path")
     try:
         return _read_views(path, region)
     except UnicodeDecodeError as error:
         # OpenImageIO hands over names and messages as they stand in the file.
-        raise _wrong(path, "the picture is damaged: its header is not UTF-8 text", "copy or write it again") from error
+        raise StimulusError.at(
+            path, "the picture is damaged: its header is not UTF-8 text", "copy or write it again"
+        ) from error
 
 
 def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
@@ -81,15 +82,17 @@ def _read_views(path: Path, region: Region | None) -> Mapping[str, View]:
     views: dict[str, View] = {}
     try:
         if picture.format_name() != "openexr":
-            raise _wrong(path, f"the picture is {picture.format_name()}, not OpenEXR", "convert it to OpenEXR")
+            raise StimulusError.at(
+                path, f"the picture is {picture.format_name()}, not OpenEXR", "convert it to OpenEXR"
+            )
         for view in _parts(picture, path, region):
             if view.name in views:
-                raise _wrong(path, f"the view '{view.name}' stands twice", "keep one")
+                raise StimulusError.at(path, f"the view '{view.name}' stands twice", "keep one")
             views[view.name] = view
     finally:
         picture.close()
     if not views:
-        raise _wrong(path, "no view has the channels R, G, B or X, Y, Z", "write the picture with them")
+        raise StimulusError.at(path, "no view has the channels R, G, B or X, Y, Z", "write the picture with them")
     return views
 
 
@@ -97,7 +100,9 @@ def _parts(picture: OpenImageIO.ImageInput, path: Path, region: Region | None) -
     part = 0
     while picture.seek_subimage(part, 0):
         if part == MAX_PARTS:
-            raise _wrong(path, f"the file has more than {MAX_PARTS} parts", "keep only the views that are shown")
+            raise StimulusError.at(
+                path, f"the file has more than {MAX_PARTS} parts", "keep only the views that are shown"
+            )
         spec = picture.spec()
         _refuse_size(path, spec)
         groups = _groups(spec, path)
@@ -105,18 +110,20 @@ def _parts(picture: OpenImageIO.ImageInput, path: Path, region: Region | None) -
             wanted = region or Region(0, 0, spec.full_width, spec.full_height)
             if not wanted.is_within(spec.full_width, spec.full_height):
                 size = f"{spec.full_width} × {spec.full_height} px"
-                raise _wrong(path, f"the picture is {size} and holds no {wanted}", "build the stimuli again")
+                raise StimulusError.at(path, f"the picture is {size} and holds no {wanted}", "build the stimuli again")
             first, last = _rows(spec, region)
             stored = _read(picture, part, spec, first, last) if first < last else _nothing(spec)
             if stored is None:
-                raise _wrong(path, f"the picture is damaged: {reason(picture.geterror())}", "copy or write it again")
+                raise StimulusError.at(
+                    path, f"the picture is damaged: {reason(picture.geterror())}", "copy or write it again"
+                )
             window = Region(spec.x - spec.full_x, first - spec.full_y, spec.width, last - first)
             for name, indices in groups.items():
                 yield _view(name, indices, stored, window, wanted, spec, path)
         part += 1
     problem = picture.geterror()
     if problem:
-        raise _wrong(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
+        raise StimulusError.at(path, f"the picture is damaged: {reason(problem)}", "copy or write it again")
 
 
 def _rows(spec: OpenImageIO.ImageSpec, region: Region | None) -> tuple[int, int]:
@@ -152,19 +159,21 @@ def _nothing(spec: OpenImageIO.ImageSpec) -> NDArray[np.float32]:
 
 def _refuse_size(path: Path, spec: OpenImageIO.ImageSpec) -> None:
     if spec.deep:
-        raise _wrong(path, "the picture is deep", "flatten it")
+        raise StimulusError.at(path, "the picture is deep", "flatten it")
     for width, height in ((spec.width, spec.height), (spec.full_width, spec.full_height)):
         if not 0 < width * height <= MAX_PIXELS:
-            raise _wrong(path, f"a view of {width} × {height} pixels is beyond {MAX_PIXELS}", "crop it")
+            raise StimulusError.at(path, f"a view of {width} × {height} pixels is beyond {MAX_PIXELS}", "crop it")
     if spec.nchannels > MAX_CHANNELS:
-        raise _wrong(path, f"the picture has {spec.nchannels} channels, more than {MAX_CHANNELS}", "keep R, G and B")
+        raise StimulusError.at(
+            path, f"the picture has {spec.nchannels} channels, more than {MAX_CHANNELS}", "keep R, G and B"
+        )
 
 
 def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int, int]]:
     """Return, per view of one part, the indices of its three colour channels."""
     listed = [_spelling(name) for name in _strings(spec.getattribute("multiView"))]
     if len(set(listed)) != len(listed):
-        raise _wrong(path, f"multiView lists a view twice: {', '.join(listed)}", "name each view once")
+        raise StimulusError.at(path, f"multiView lists a view twice: {', '.join(listed)}", "name each view once")
     unprefixed = listed[0] if listed else _spelling(str(spec.getattribute("view") or ""))
     found: dict[str, dict[str, int]] = {}
     for index, channel in enumerate(spec.channelnames):
@@ -180,7 +189,7 @@ def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int
                 break
     for view in listed:
         if view not in groups:
-            raise _wrong(path, f"the view '{view}' lacks a channel of R, G, B", "write all three")
+            raise StimulusError.at(path, f"the view '{view}' lacks a channel of R, G, B", "write all three")
     return groups
 
 
@@ -197,7 +206,7 @@ def _view(
     left, top = spec.x - spec.full_x, spec.y - spec.full_y
     right, bottom = min(left + spec.width, spec.full_width), min(top + spec.height, spec.full_height)
     if right <= max(left, 0) or bottom <= max(top, 0):
-        raise _wrong(path, f"the view '{name}' stores nothing of its display window", "crop or pad it")
+        raise StimulusError.at(path, f"the view '{name}' stores nothing of its display window", "crop or pad it")
     pixels = np.zeros((wanted.height, wanted.width, 3), dtype=np.float32)
     columns = max(window.left, wanted.left), min(window.right, wanted.right)
     rows = max(window.top, wanted.top), min(window.bottom, wanted.bottom)
@@ -228,7 +237,9 @@ def _numbers(spec: OpenImageIO.ImageSpec, attribute: str, count: int, path: Path
     except (ValueError, TypeError):
         numbers = np.empty(0)
     if numbers.shape != (count,):
-        raise _wrong(path, f"its attribute '{attribute}' does not hold {count} numbers", "mend the picture's header")
+        raise StimulusError.at(
+            path, f"its attribute '{attribute}' does not hold {count} numbers", "mend the picture's header"
+        )
     return numbers
 
 
@@ -241,10 +252,6 @@ def _strings(value: Any) -> list[str]:
 def _spelling(name: str) -> str:
     name = name.lower()
     return _SPELLINGS.get(name, name)
-
-
-def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, str(path), remedy=remedy))
 
 
 @dataclass(frozen=True, slots=True)

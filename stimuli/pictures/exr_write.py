@@ -42,13 +42,10 @@ def write_exr(path: Path, image: StereoImage) -> None:
     for view, xyz in views.items():
         bad = int((~((xyz >= 0) & (xyz <= HALF_MAX))).any(axis=-1).sum())
         if bad:
-            raise StimulusError(
-                Finding(
-                    f"in the view '{view}' {counted(bad, 'pixel is', 'pixels are')} not within 0 to "
-                    f"{HALF_MAX:.0f} cd/m²",
-                    str(path),
-                    remedy="scale the picture down, or mend it",
-                )
+            raise StimulusError.at(
+                path,
+                f"in the view '{view}' {counted(bad, 'pixel is', 'pixels are')} not within 0 to {HALF_MAX:.0f} cd/m²",
+                "scale the picture down, or mend it",
             )
     first, *others = views
     names = [*"RGB", *(f"{view}.{channel}" for view in others for channel in "RGB")]

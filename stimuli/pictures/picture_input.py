@@ -5,7 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from documents import Finding
 from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:
@@ -26,7 +25,7 @@ def opened(
 
     picture = oiio.ImageInput.open(str(path)) if hint is None else oiio.ImageInput.open(str(path), hint)
     if picture is None:
-        raise StimulusError(Finding(f"the picture cannot be read: {reason(oiio.geterror())}", str(path), remedy=remedy))
+        raise StimulusError.at(path, f"the picture cannot be read: {reason(oiio.geterror())}", remedy)
     return picture
 
 

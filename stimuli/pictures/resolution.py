@@ -17,7 +17,7 @@ from devices.display.viewing import (
     visual_angle_deg,
 )
 from stimuli.errors import StimulusError
-from stimuli.pictures.resample import display_pixels
+from stimuli.pictures.resampling import display_pixels
 
 
 @dataclass(frozen=True, slots=True)
@@ -84,7 +84,7 @@ class Resolution:
         }
 
 
-def resolution(
+def display_resolution(
     picture_px: tuple[int, int], size_mm: tuple[float, float], pixel_pitch_mm: float, distance_mm: float
 ) -> Resolution:
     """Return what a display of ``pixel_pitch_mm`` at ``distance_mm`` keeps of a picture; width comes before height.

@@ -12,10 +12,10 @@ from devices.camera.camera_file import ExposureSpec
 from documents.files.paths import tidy
 from documents.yaml.load import Strict
 from documents.yaml.source import Path_
-from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, Demosaic
+from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
-from stimuli.recipes.from_files import FilesRecipe, FileStimulusSpec
+from stimuli.recipes.pictures import FilesRecipe, FileStimulusSpec
 from stimuli.recipes.recipe_kind import Fault
 from stimuli.recipes.values import MAX_STIMULI, InsideFile
 

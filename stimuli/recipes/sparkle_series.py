@@ -15,7 +15,6 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, ValidationError
 
-from documents import Finding
 from documents.yaml.load import Strict
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
@@ -246,7 +245,7 @@ def _made(picture: SeriesPicture, studio: Studio, target_cd_m2: float) -> MadePi
     mean_cd_m2 = mean_luminance_cd_m2(StereoImage(eyes[0], eyes[-1]))
     if mean_cd_m2 <= 0:
         remedy = "give it a base or flakes that reflect, and a lamp that shines"
-        raise StimulusError(Finding(f"the plate '{picture.plate.name}' sends no light", remedy=remedy))
+        raise StimulusError.of(f"the plate '{picture.plate.name}' sends no light", remedy)
     adapted = factor_to(mean_cd_m2, target_cd_m2)
     series = picture.series
     shown = [series.apply(eye, adapted * series.luminance_scale) for eye in eyes]

@@ -59,9 +59,7 @@ class OneFile:
         """Read left and right."""
         read = self._read(flat=False)
         if read.image.is_flat:
-            raise StimulusError(
-                Finding("the picture has one view", str(self.path), remedy="stereo needs the views left and right")
-            )
+            raise StimulusError.at(self.path, "the picture has one view", "stereo needs the views left and right")
         return read
 
     def flat(self) -> Read:
@@ -110,9 +108,9 @@ def spectral_reader(spectral: SpectralSpec, folder: Path) -> ViewReader:
 def _photograph(
     path: Path, *, camera: CameraModel, develop: DevelopSpec, exposure: Exposure | None
 ) -> tuple[XYZImage, tuple[Step, ...]]:
+    from stimuli.develop.camera_to_xyz import to_xyz
     from stimuli.develop.levels import Levels
     from stimuli.develop.read import read_camera_image
-    from stimuli.develop.to_xyz import to_xyz
 
     image = read_camera_image(
         path,
@@ -148,7 +146,7 @@ def exr_reader(path: Path) -> tuple[XYZImage, tuple[Step, ...]]:
     if path.suffix.lower() != ".exr":
         message = "this is no OpenEXR picture, and the recipe names no camera"
         remedy = "name the file that `cyclopean camera fit` wrote as 'camera:' in the recipe"
-        raise StimulusError(Finding(message, str(path), remedy=remedy))
+        raise StimulusError.at(path, message, remedy)
     read = OneFile(path, path.name).flat()
     return read.image.left, read.steps
 

@@ -17,10 +17,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from stimuli.sparkle.cull import TILE_PX, tiles_of
 from stimuli.sparkle.light import Light
 from stimuli.sparkle.optics import Sparkles
 from stimuli.sparkle.scene import Camera, Noise, Plate
-from stimuli.sparkle.tiles import TILE_PX, tiles_of
 
 # Flakes splatted at a time: the weights of a block stay in memory that the processor's cache can hold.
 _BLOCK = 8192

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from devices.colour.spaces import XYZ_from_xyY
 from stimuli.errors import StimulusError
-from stimuli.pictures.resample import area_weights, resample
+from stimuli.pictures.resampling import area_weights, resample
 from stimuli.sparkle.lamplight import illuminance_lx
 from stimuli.sparkle.optics import mirror
 from stimuli.sparkle.scene import Camera, Lamp, Plate, Row, Spectrum

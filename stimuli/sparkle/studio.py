@@ -13,17 +13,16 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from stimuli.pictures.resample import area_weights, resample
-from stimuli.pictures.resolution import resolution
+from stimuli.pictures.resampling import area_weights, resample
+from stimuli.pictures.resolution import display_resolution
 from stimuli.pictures.stereo_image import View, XYZImage
 from stimuli.sparkle.camera import expose, sensor_of, splat, through_the_eye
-from stimuli.sparkle.cull import LEAST_LOBE_SHARE, that_matter
+from stimuli.sparkle.cull import LEAST_LOBE_SHARE, TILE_PX, that_matter, tiles_of
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.light import Light, Term, colour_under, flop_luminance, gathered, matt_luminance
 from stimuli.sparkle.optics import shade
 from stimuli.sparkle.recipe import CameraSpec, LampSpec, PlateSpec
 from stimuli.sparkle.scene import Camera, Lamp, Plate
-from stimuli.sparkle.tiles import TILE_PX, tiles_of
 
 
 def viewpoints(view: View) -> tuple[str, ...]:
@@ -89,7 +88,8 @@ class Studio:
     def _resampled(self) -> Mapping[str, Any]:
         """Return the step to the display's pixels, and what they lose, seen from where the camera stood."""
         size_mm = (self._plate.width_mm, self._plate.height_mm)
-        kept = resolution(self._camera.grid_px(self._plate), size_mm, self._pixel_pitch_mm, self._camera.distance_mm)
+        grid_px, distance_mm = self._camera.grid_px(self._plate), self._camera.distance_mm
+        kept = display_resolution(grid_px, size_mm, self._pixel_pitch_mm, distance_mm)
         step = {"step": "resample", "pixel_pitch_mm": self._pixel_pitch_mm, "size_mm": list(size_mm), "filter": "area"}
         return {**step, "resolution": kept.to_json(), "said": list(kept.sentences())}
 

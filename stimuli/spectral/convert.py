@@ -91,12 +91,10 @@ def spectral_to_camera(
         If the sensitivities or the light do not go with the picture, or a value is NaN or infinite.
     """
     if not (np.isfinite(full_scale_luminance_cd_m2) and full_scale_luminance_cd_m2 > 0):
-        raise StimulusError(
-            Finding(f"full scale is at {full_scale_luminance_cd_m2} cd/m²", remedy="give a luminance above 0")
-        )
+        raise StimulusError.of(f"full scale is at {full_scale_luminance_cd_m2} cd/m²", "give a luminance above 0")
     if not LEAST <= full_scale_luminance_cd_m2 <= MOST:
         message = f"full scale is at {full_scale_luminance_cd_m2:g} cd/m²"
-        raise StimulusError(Finding(message, remedy=f"{LEAST:g} to {MOST:g} is what it can be"))
+        raise StimulusError.of(message, f"{LEAST:g} to {MOST:g} is what it can be")
     light = light or Light()
     waves = picture.wavelengths_nm
     # As wide as half the way to either neighbour, and to the only one at the ends.

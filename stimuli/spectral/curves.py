@@ -33,7 +33,7 @@ def read_sensitivities(path: Path, wavelengths_nm: Floats) -> Floats:
     waves, curves = _read(path, SENSITIVITY)
     dead = [name for name, curve in zip(SENSITIVITY, curves.T, strict=True) if not curve.any()]
     if dead:
-        raise _wrong(path, f"{dead[0]} sees nothing at any wavelength", "give its sensitivity")
+        raise StimulusError.at(path, f"{dead[0]} sees nothing at any wavelength", "give its sensitivity")
     return np.stack([np.interp(wavelengths_nm, waves, curve, left=0.0, right=0.0) for curve in curves.T], axis=1)
 
 
@@ -50,7 +50,7 @@ def read_illuminant(name: str, wavelengths_nm: Floats) -> Floats:
     from colour.colorimetry.datasets import SDS_ILLUMINANTS
 
     if name not in SDS_ILLUMINANTS:
-        raise StimulusError(Finding(f"there is no illuminant '{name}'", remedy="A, D50, D65, E, …, or a .csv file"))
+        raise StimulusError.of(f"there is no illuminant '{name}'", "A, D50, D65, E, …, or a .csv file")
     table = SDS_ILLUMINANTS[name]
     known = np.asarray(table.wavelengths, dtype=np.float64)
     return np.interp(wavelengths_nm, known, np.asarray(table.values, dtype=np.float64), left=0.0, right=0.0)
@@ -62,19 +62,19 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
         file = io.StringIO(bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig"), newline="")
         rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and row[0][:1] != "#"]
     except OSError as error:
-        raise _wrong(path, f"it cannot be read: {error.strerror}", "check the path") from error
+        raise StimulusError.at(path, f"it cannot be read: {error.strerror}", "check the path") from error
     except (UnicodeDecodeError, csv.Error) as error:
-        raise _wrong(path, f"it is no CSV in UTF-8: {error}", "write it again") from error
+        raise StimulusError.at(path, f"it is no CSV in UTF-8: {error}", "write it again") from error
     columns = (WAVELENGTH, *names)
     if rows and (separated := other_separator(rows[0][1], str(path), rows[0][0])):
         raise StimulusError(separated)
     head = [cell.strip() for cell in rows[0][1]] if rows else []
     missing = [name for name in columns if name not in head]
     if missing:
-        raise _wrong(path, f"the header has no {', '.join(missing)}", f"columns: {','.join(columns)}")
+        raise StimulusError.at(path, f"the header has no {', '.join(missing)}", f"columns: {','.join(columns)}")
     twice = [name for name in columns if head.count(name) > 1]
     if twice:
-        raise _wrong(path, f"the column '{twice[0]}' stands twice", "keep one")
+        raise StimulusError.at(path, f"the column '{twice[0]}' stands twice", "keep one")
     table = np.empty((len(rows) - 1, len(columns)))
     for index, (line, cells) in enumerate(rows[1:]):
         for column, name in enumerate(columns):
@@ -95,9 +95,5 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
                 )
     if len(table) < 2 or table[0, 0] > MUST_COVER_NM[0] or table[-1, 0] < MUST_COVER_NM[1]:
         over = f"{table[0, 0]:g}..{table[-1, 0]:g} nm" if len(table) else "nothing"
-        raise _wrong(path, f"its wavelengths run over {over}", "400..700 nm is the least")
+        raise StimulusError.at(path, f"its wavelengths run over {over}", "400..700 nm is the least")
     return table[:, 0], table[:, 1:]
-
-
-def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, str(path), remedy=remedy))

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents import Finding
 from documents.text.words import counted
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import Quantity, SpectralPicture
@@ -28,36 +27,40 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
 
     header = _header(path)
     if header.stat().st_size > _MOST_BYTES:
-        raise _wrong(path, f"its header is larger than {_MOST_BYTES // 1000} kB", "leave out what is no header")
+        raise StimulusError.at(
+            path, f"its header is larger than {_MOST_BYTES // 1000} kB", "leave out what is no header"
+        )
     try:
         with np.errstate(all="ignore"):  # of sizes that are refused below
             data = envi.open(str(header.resolve()))
     except Exception as error:  # the library lets through what its parsing meets, of any kind
         reason = (str(error).splitlines() or [type(error).__name__])[0]
-        raise _wrong(path, f"the ENVI file cannot be read: {reason}", "check its header and its data file") from error
+        raise StimulusError.at(
+            path, f"the ENVI file cannot be read: {reason}", "check its header and its data file"
+        ) from error
     if not isinstance(data, SpyFile):
-        raise _wrong(path, "it is a library of spectra, not a picture", "give a picture")
+        raise StimulusError.at(path, "it is a library of spectra, not a picture", "give a picture")
     told = data.metadata
     layout = str(told["interleave"]).lower()
     if layout not in ("bsq", "bil", "bip"):
-        raise _wrong(path, f"its interleave is '{layout}'", "write bsq, bil or bip")
+        raise StimulusError.at(path, f"its interleave is '{layout}'", "write bsq, bil or bip")
     if min(data.nrows, data.ncols, data.nbands) < 1 or data.offset < 0:
-        raise _wrong(
+        raise StimulusError.at(
             path, f"it has {data.nrows} lines of {data.ncols} samples in {data.nbands} bands", "mend its header"
         )
     if not (np.isfinite(data.scale_factor) and data.scale_factor > 0):
-        raise _wrong(path, f"its reflectance scale factor is {data.scale_factor:g}", "mend its header")
+        raise StimulusError.at(path, f"its reflectance scale factor is {data.scale_factor:g}", "mend its header")
     needed = data.nrows * data.ncols * data.nbands * data.sample_size + data.offset
     size = Path(data.filename).stat().st_size
     if size < needed:
-        raise _wrong(path, f"its data are cut short: {size} bytes, not {needed}", "copy it again")
+        raise StimulusError.at(path, f"its data are cut short: {size} bytes, not {needed}", "copy it again")
     if np.issubdtype(data.dtype, np.complexfloating):
-        raise _wrong(path, "its values are complex", "give radiance or reflectance")
+        raise StimulusError.at(path, "its values are complex", "give radiance or reflectance")
     waves = _wavelengths(told, data.nbands, path)
     good = _good(told, data.nbands, path)
     scaled = "reflectance scale factor" in told
     if quantity is None and not scaled:
-        raise _wrong(path, "its header does not tell radiance from reflectance", "say which it is")
+        raise StimulusError.at(path, "its header does not tell radiance from reflectance", "say which it is")
     said = () if good.all() else (f"{int((~good).sum())} bands marked bad in the header were left out",)
     return SpectralPicture(
         path=path,
@@ -89,13 +92,13 @@ class _Rows:
         try:
             mapped = np.memmap(self._file, dtype=self._dtype, mode="r", offset=self._offset, shape=self._shape)
         except (OSError, ValueError) as error:
-            raise _wrong(self._path, f"its data cannot be read: {error}", "copy it again") from error
+            raise StimulusError.at(self._path, f"its data cannot be read: {error}", "copy it again") from error
         part = mapped[:, first:last] if self._rows_axis else mapped[first:last]
         read = np.array(part.transpose(self._axes)[..., self._bands])
         if self._ignored is not None:
             missing = int((read == self._ignored).any(axis=-1).sum())
             if missing:
-                raise _wrong(
+                raise StimulusError.at(
                     self._path,
                     f"in rows {first}..{last - 1}, {counted(missing, 'pixel holds', 'pixels hold')} no data",
                     "crop it",
@@ -110,22 +113,26 @@ def _header(path: Path) -> Path:
         if header.suffix.lower() == ".hdr" and header.is_file():
             return header
     if path.is_file():
-        raise _wrong(path, "this is neither OpenEXR nor ENVI data with a header beside it", "give one of them")
-    raise _wrong(path, "there is no such file", "check the path")
+        raise StimulusError.at(
+            path, "this is neither OpenEXR nor ENVI data with a header beside it", "give one of them"
+        )
+    raise StimulusError.at(path, "there is no such file", "check the path")
 
 
 def _wavelengths(told: Any, bands: int, path: Path) -> NDArray[np.float64]:
     if "wavelength" not in told:
-        raise _wrong(path, "its header lists no wavelengths", "add 'wavelength = { … }'")
+        raise StimulusError.at(path, "its header lists no wavelengths", "add 'wavelength = { … }'")
     unit = str(told.get("wavelength units", "")).strip().lower()
     if unit not in _NM:
-        raise _wrong(path, f"the unit of its wavelengths is '{unit}'", "write 'wavelength units = Nanometers'")
+        raise StimulusError.at(
+            path, f"the unit of its wavelengths is '{unit}'", "write 'wavelength units = Nanometers'"
+        )
     try:
         waves = np.array([float(value) for value in told["wavelength"]]) * _NM[unit]
     except (TypeError, ValueError) as error:
-        raise _wrong(path, f"its wavelengths are no numbers: {error}", "mend its header") from error
+        raise StimulusError.at(path, f"its wavelengths are no numbers: {error}", "mend its header") from error
     if len(waves) != bands:
-        raise _wrong(path, f"its header lists {len(waves)} wavelengths for {bands} bands", "mend its header")
+        raise StimulusError.at(path, f"its header lists {len(waves)} wavelengths for {bands} bands", "mend its header")
     return waves
 
 
@@ -136,9 +143,9 @@ def _good(told: Any, bands: int, path: Path) -> NDArray[np.bool_]:
     try:
         good = np.array([float(mark) > 0 for mark in marks])
     except (TypeError, ValueError) as error:
-        raise _wrong(path, f"its bad-band list holds no numbers: {error}", "mend its header") from error
+        raise StimulusError.at(path, f"its bad-band list holds no numbers: {error}", "mend its header") from error
     if len(good) != bands:
-        raise _wrong(path, f"its bad-band list marks {len(good)} of {bands} bands", "mend its header")
+        raise StimulusError.at(path, f"its bad-band list marks {len(good)} of {bands} bands", "mend its header")
     return good
 
 
@@ -147,8 +154,4 @@ def _ignored(told: Any, path: Path) -> float | None:
     try:
         return None if value is None else float(value)
     except (TypeError, ValueError) as error:
-        raise _wrong(path, f"its data ignore value is '{value}'", "mend its header") from error
-
-
-def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, str(path), remedy=remedy))
+        raise StimulusError.at(path, f"its data ignore value is '{value}'", "mend its header") from error

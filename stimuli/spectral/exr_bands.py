@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents import Finding
 from documents.text.words import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened
@@ -40,11 +39,15 @@ def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
             spec.full_width,
             spec.full_height,
         ):
-            raise _wrong(path, "the picture is deep, or its data window is not its display window", "flatten, crop it")
+            raise StimulusError.at(
+                path, "the picture is deep, or its data window is not its display window", "flatten, crop it"
+            )
         kinds: dict[str, dict[int, float]] = {}
         for index, name in enumerate(spec.channelnames):
             if _BISPECTRAL.fullmatch(name):
-                raise _wrong(path, f"the channel {name} is bispectral", "fluorescence is not read; render radiance")
+                raise StimulusError.at(
+                    path, f"the channel {name} is bispectral", "fluorescence is not read; render radiance"
+                )
             if match := _CHANNEL.fullmatch(name):
                 nm = round(float(match["value"].replace(",", ".")) * _NM[match["unit"]], 6)
                 kinds.setdefault(match["kind"] or "", {})[index] = nm
@@ -86,11 +89,13 @@ def _chosen(
             "reflectance": "T.550nm or 550nm",
             None: "S0.550nm, T.550nm or 550nm",
         }
-        raise _wrong(path, f"no channel is named like {sought[quantity]}; there are {listed}", "name them so")
+        raise StimulusError.at(path, f"no channel is named like {sought[quantity]}; there are {listed}", "name them so")
     if len(there) > 1 and quantity is None:
-        raise _wrong(path, f"it holds {' and '.join(kind or 'plain' for kind in there)} channels", "say which to take")
+        raise StimulusError.at(
+            path, f"it holds {' and '.join(kind or 'plain' for kind in there)} channels", "say which to take"
+        )
     if not there[0] and quantity is None:
-        raise _wrong(path, "its channels do not tell radiance from reflectance", "say which they are")
+        raise StimulusError.at(path, "its channels do not tell radiance from reflectance", "say which they are")
     return there[0], kinds[there[0]]
 
 
@@ -115,7 +120,9 @@ class _Rows:
                 read = picture.read_scanlines(0, 0, top, bottom, 0, low, high, "float")
             if read is None:
                 reason = picture.geterror().strip().splitlines()
-                raise _wrong(self._path, f"it is cut short or damaged: {reason[-1] if reason else ''}", "copy it again")
+                raise StimulusError.at(
+                    self._path, f"it is cut short or damaged: {reason[-1] if reason else ''}", "copy it again"
+                )
             taken: NDArray[np.float32] = read[..., [index - low for index in self._order]]
             return taken
         finally:
@@ -127,9 +134,5 @@ def _open(path: Path) -> OpenImageIO.ImageInput:
     picture = opened(path)
     if picture.format_name() != "openexr":
         picture.close()
-        raise _wrong(path, f"the picture is {picture.format_name()}, not OpenEXR", "give OpenEXR or ENVI")
+        raise StimulusError.at(path, f"the picture is {picture.format_name()}, not OpenEXR", "give OpenEXR or ENVI")
     return picture
-
-
-def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, str(path), remedy=remedy))

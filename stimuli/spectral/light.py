@@ -9,7 +9,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.measurements.spectra import xyz_from_spectra
-from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant
 from stimuli.spectral.picture import SpectralPicture, seen_bands
@@ -35,11 +34,9 @@ class Light:
     def __post_init__(self) -> None:
         for name, value in (("white_luminance_cd_m2", self.white_luminance_cd_m2), ("scale", self.scale)):
             if value is not None and not (np.isfinite(value) and value > 0):
-                raise StimulusError(Finding(f"'{name}' is {value}", remedy="give a number above 0"))
+                raise StimulusError.of(f"'{name}' is {value}", "give a number above 0")
             if value is not None and not LEAST <= value <= MOST:
-                raise StimulusError(
-                    Finding(f"'{name}' is {value:g}", remedy=f"{LEAST:g} to {MOST:g} is what it can be")
-                )
+                raise StimulusError.of(f"'{name}' is {value:g}", f"{LEAST:g} to {MOST:g} is what it can be")
 
     def per_band(self, picture: SpectralPicture) -> Floats:
         """Return the radiance that the value 1 stands for in each band, shape (bands,).

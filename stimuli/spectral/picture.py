@@ -10,7 +10,6 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from documents import Finding
 from documents.text.words import counted
 from stimuli.errors import StimulusError
 
@@ -106,7 +105,7 @@ class SpectralPicture:
 
     def wrong(self, message: str, remedy: str) -> StimulusError:
         """Return the error that says what is wrong with the file."""
-        return StimulusError(Finding(message, str(self.path), remedy=remedy))
+        return StimulusError.at(self.path, message, remedy)
 
 
 def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPicture:
@@ -126,5 +125,5 @@ def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPictu
 
     path = Path(path)
     if not path.is_file() and path.suffix.lower() != ".hdr":
-        raise StimulusError(Finding("there is no such file", str(path), remedy="check the path"))
+        raise StimulusError.at(path, "there is no such file", "check the path")
     return (exr_bands if path.suffix.lower() == ".exr" else envi_bands)(path, quantity)

@@ -18,7 +18,7 @@ from stimuli.align.disparity import Viewing, measure_disparity
 from stimuli.align.interpolate import Interpolation, cut, sampled, transfer, weights
 from stimuli.align.pair import align_pair
 from stimuli.align.phase import correlation, find_peak, hann
-from stimuli.align.register import register
+from stimuli.align.registration import register
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.recipe import read_recipe

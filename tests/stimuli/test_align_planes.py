@@ -12,7 +12,7 @@ from devices.display.viewing import visual_angle_deg
 from stimuli.align.disparity import Viewing
 from stimuli.align.homography import homography_from_points, mapped, warp
 from stimuli.align.pair import align_pair
-from stimuli.align.register import register
+from stimuli.align.registration import register
 from stimuli.align.toe_in import focal_px, keystone, rectify_toe_in, toe_in_homography
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import Eye

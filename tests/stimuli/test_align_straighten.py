@@ -14,7 +14,7 @@ from scipy.special import ndtr
 from stimuli.align.disparity import measure_disparity
 from stimuli.align.pair import align_pair
 from stimuli.align.roll_scale import fit_roll_scale
-from stimuli.align.straighten import straighten
+from stimuli.align.straightening import straighten
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]
@@ -138,8 +138,8 @@ def test_a_shift_can_be_given() -> None:
 def test_large_views_are_averaged_to_measure(monkeypatch: pytest.MonkeyPatch) -> None:
     left, right = view(), view(0.4, 1.002, (6.0, 1.0))
     whole = straighten(left, right).found
-    monkeypatch.setattr("stimuli.align.straighten.MOST_PIXELS", SIDE**2 // 4)
-    monkeypatch.setattr("stimuli.align.straighten.BLOCK_PX", 36)
+    monkeypatch.setattr("stimuli.align.straightening.MOST_PIXELS", SIDE**2 // 4)
+    monkeypatch.setattr("stimuli.align.straightening.BLOCK_PX", 36)
     halved = straighten(left, right, offset_px=(6.0, 1.0), region=(0, 0, SIDE, SIDE))
     assert halved.found.blocks <= 16  # of 36 averaged pixels
     assert halved.found.roll_deg == pytest.approx(0.4, abs=5 * ROUNDS_DEG)

@@ -12,13 +12,12 @@ from hypothesis import strategies as st
 
 from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.cull import LEAST_LOBE_SHARE, slope_circles, that_matter
+from stimuli.sparkle.cull import LEAST_LOBE_SHARE, Tiles, slope_circles, that_matter, tiles_of, whole
 from stimuli.sparkle.flakes import Flakes, scatter_flakes
 from stimuli.sparkle.lamplight import lamp_directions
 from stimuli.sparkle.optics import half_way, refract, shade, view_directions
 from stimuli.sparkle.scene import Camera, Lamp, Plate
 from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
-from stimuli.sparkle.tiles import Tiles, tiles_of, whole
 
 ROOT = Path(__file__).parents[2]
 RECIPE, _ = read_recipe(ROOT / "configs" / "stimuli" / "manitoba_gray.yaml")

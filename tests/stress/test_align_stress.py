@@ -15,8 +15,8 @@ from scipy.special import ndtr
 
 from stimuli.align.disparity import measure_disparity
 from stimuli.align.pair import align_pair
-from stimuli.align.register import Registration, register
-from stimuli.align.straighten import straighten
+from stimuli.align.registration import Registration, register
+from stimuli.align.straightening import straighten
 from stimuli.errors import StimulusError
 
 pytestmark = pytest.mark.stress

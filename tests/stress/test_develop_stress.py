@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from stimuli.develop.levels import Levels
+from stimuli.develop.raw_files import DEMOSAICS, Demosaic
 from stimuli.develop.read import read_camera_image
-from stimuli.develop.read_raw import DEMOSAICS, Demosaic
 from stimuli.errors import StimulusError
 from stimuli.spectral.convert import spectral_to_xyz
 from stimuli.spectral.picture import read_spectral

@@ -12,9 +12,9 @@ from numpy.typing import NDArray
 
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
-from stimuli.luminance.saturation import largest_factor, saturation, saturation_factors
+from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors
 from stimuli.luminance.statistics import picture_statistics
-from stimuli.pictures.resample import Filter, axis_weights, resample_picture
+from stimuli.pictures.resampling import Filter, axis_weights, resample_picture
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.sparkle.measures.find import Threshold
 from stimuli.sparkle.measures.measure import SparkleMeasures, measure_sparkles
@@ -95,9 +95,9 @@ def test_thirty_six_megapixels() -> None:
     tracemalloc.stop()
     print(f"resampled to {small.left.shape} in {spent:.1f} s, {most / 1e6:.0f} MB beside the picture")
     assert most < 400e6
-    counted = saturation(xyz, shown, found.factor * (1 - 1e-12)).any_channel
+    counted = measure_saturation(xyz, shown, found.factor * (1 - 1e-12)).any_channel
     assert counted <= 0.003 * luminance.size
-    assert saturation(xyz, shown, found.factor * (1 + 1e-6)).any_channel > 0.003 * luminance.size
+    assert measure_saturation(xyz, shown, found.factor * (1 + 1e-6)).any_channel > 0.003 * luminance.size
     told = picture_statistics(StereoImage.flat(xyz)).eyes["left"]
     assert told.mean_cd_m2 == pytest.approx(luminance.mean(dtype=np.float64))
 

@@ -12,12 +12,11 @@ import pytest
 
 from stimuli.recipes.recipe import read_recipe
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
-from stimuli.sparkle.cull import that_matter
+from stimuli.sparkle.cull import that_matter, tiles_of
 from stimuli.sparkle.flakes import scatter_flakes
 from stimuli.sparkle.optics import shade
 from stimuli.sparkle.scene import Noise
 from stimuli.sparkle.studio import photograph, plate_light, sparkle_map
-from stimuli.sparkle.tiles import tiles_of
 
 pytestmark = pytest.mark.stress
 CONFIGS = Path(__file__).parents[2] / "configs" / "stimuli"

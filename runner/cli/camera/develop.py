@@ -71,10 +71,10 @@ def command(
     from devices.camera.exposure import parse_exposure
     from documents import InputError
     from runner.cli.progress import progress_bar
+    from stimuli.develop.camera_to_xyz import Negative
     from stimuli.develop.levels import Levels
     from stimuli.develop.photograph import DevelopOptions, develop_photographs
-    from stimuli.develop.read_raw import Demosaic
-    from stimuli.develop.to_xyz import Negative
+    from stimuli.develop.raw_files import Demosaic
 
     options = DevelopOptions(
         camera=read_camera(Path(camera)) if camera else None,

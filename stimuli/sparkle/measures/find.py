@@ -12,7 +12,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from documents import Finding
 from documents.text.words import counted
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Background, Floats, Luminance, local_background
@@ -120,7 +119,7 @@ def _above(luminance: Luminance, background: Background, threshold: Threshold) -
     if len(place) > _MOST_ABOVE * luminance.size:
         share = 100 * len(place) / luminance.size
         message = f"{share:.0f} % of the picture is above the threshold of its sparkles"
-        raise StimulusError(Finding(message, remedy="raise 'times' or 'above_cd_m2' above what lies between sparkles"))
+        raise StimulusError.of(message, "raise 'times' or 'above_cd_m2' above what lies between sparkles")
     return place
 
 

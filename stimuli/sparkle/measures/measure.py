@@ -15,7 +15,7 @@ import numpy as np
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Floats, Luminance
 from stimuli.sparkle.measures.find import Peaks, Threshold, find_peaks
-from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, moments
+from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, sparkle_moments
 from stimuli.sparkle.measures.profile import Profile, radial_profile
 
 # Two equal Gaussians have one top up to two standard deviations apart, unequal ones up to more: so many in the mean.
@@ -154,7 +154,7 @@ def measure_sparkles(
     """
     threshold = threshold or Threshold()
     peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px, separation_px=separation_px)
-    found = moments(luminance_cd_m2, peaks)
+    found = sparkle_moments(luminance_cd_m2, peaks)
     alone = peaks.peaks_in_area == 1
     lit = peaks.background_cd_m2 > 0
     excess = peaks.luminance_cd_m2 - peaks.background_cd_m2

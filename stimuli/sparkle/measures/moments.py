@@ -51,7 +51,7 @@ class Moments:
     fits: NDArray[np.bool_]
 
 
-def moments(luminance_cd_m2: Luminance, peaks: Peaks) -> Moments:
+def sparkle_moments(luminance_cd_m2: Luminance, peaks: Peaks) -> Moments:
     """Return the adaptive moments about ``peaks`` of the luminance, float32 (rows, columns), in which they were found.
 
     What reaches beyond the picture is left out of both the light and the weight's own moments, so that the background

@@ -16,7 +16,7 @@ from stimuli.develop import linear_files as reader
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.linear_files import STEPS_ATTRIBUTE, read_linear, write_camera_exr
 from stimuli.develop.metadata import EXPOSURE_ATTRIBUTE, MOST_CHARACTERS, MOST_STEPS, earlier_steps, kept_exposure
-from stimuli.develop.read_raw import read_raw
+from stimuli.develop.raw_files import read_raw
 from stimuli.errors import StimulusError
 from tests.stimuli.develop.dng import exposure_tags, write_dng
 

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from devices.camera.exposure import Exposure
 from stimuli.develop.demosaic import REACH_PX
 from stimuli.develop.levels import Levels
+from stimuli.develop.raw_files import DEMOSAICS, Demosaic
 from stimuli.develop.read import read_camera_image
-from stimuli.develop.read_raw import DEMOSAICS, Demosaic
 from stimuli.errors import StimulusError
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 

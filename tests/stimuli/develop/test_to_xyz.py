@@ -8,7 +8,7 @@ from devices.camera.camera_model import CameraModel
 from devices.camera.exposure import Exposure
 from devices.errors import DeviceError
 from stimuli.develop.camera_image import CameraImage
-from stimuli.develop.to_xyz import to_xyz
+from stimuli.develop.camera_to_xyz import to_xyz
 from stimuli.errors import StimulusError
 
 MATRIX = np.array([[60.0, 25.0, 15.0], [25.0, 80.0, -5.0], [1.0, -10.0, 120.0]])

@@ -16,8 +16,7 @@ from devices.display.display_file import EyeModels, read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from stimuli.errors import StimulusError
-from stimuli.luminance.saturation import largest_factor, saturation, saturation_factors
-from stimuli.luminance.tone_map import tone_mapping
+from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors, tone_mapping
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
 DISPLAY = Path(__file__).parents[3] / "configs" / "displays" / "asus_vg248qe.yaml"
@@ -83,7 +82,7 @@ def test_pictures_of_many_blocks() -> None:
 def test_saturation_equals_the_display_model() -> None:
     xyz, model = sparkling(2), with_black()
     for factor in (0.3, 3.0, 30.0):
-        counts = saturation(xyz, model, factor)
+        counts = measure_saturation(xyz, model, factor)
         above = model.linear(xyz.astype(np.float64) * factor) > 1.0
         assert (counts.red, counts.green, counts.blue) == tuple(above.sum(axis=(0, 1)))
         assert counts.any_channel == above.any(axis=-1).sum()

@@ -19,10 +19,10 @@ from stimuli.develop.read import read_camera_image
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import read_exr, read_exr_counted
 from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.resample import resample_picture
+from stimuli.pictures.resampling import resample_picture
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.recipes.photographs import DevelopSpec
-from stimuli.recipes.prepared import _within
+from stimuli.recipes.picture_steps import _within
 from stimuli.recipes.recipe import read_recipe
 from tests.runner.cli.stimuli.test_wrong_input import exr
 from tests.stimuli.photographs.raw_pair import ROOT, write_recipe

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from stimuli.errors import StimulusError
-from stimuli.pictures.resample import Filter, area_weights, axis_weights, resample, resample_picture
+from stimuli.pictures.resampling import Filter, area_weights, axis_weights, resample, resample_picture
 from stimuli.pictures.stereo_image import StereoImage
 
 

@@ -8,7 +8,7 @@ import math
 import pytest
 
 from documents import InputError
-from stimuli.pictures.resolution import Resolution, resolution
+from stimuli.pictures.resolution import Resolution, display_resolution
 
 # The plate of the thesis: 150 × 100 mm at 700 mm, 146 camera pixels per centimetre, on pixels of 0.2768 mm.
 PLATE = ((2190, 1460), (150.0, 100.0))
@@ -16,7 +16,7 @@ PLATE = ((2190, 1460), (150.0, 100.0))
 
 @pytest.fixture
 def plate() -> Resolution:
-    return resolution(*PLATE, 0.2768, 700.0)
+    return display_resolution(*PLATE, 0.2768, 700.0)
 
 
 def test_both_figures(plate: Resolution) -> None:
@@ -41,18 +41,18 @@ def test_what_is_lost_is_said(plate: Resolution) -> None:
 
 
 def test_nothing_is_lost_of_a_coarse_picture_or_far_away() -> None:
-    coarse = resolution((200, 150), (150.0, 100.0), 0.2768, 700.0)
+    coarse = display_resolution((200, 150), (150.0, 100.0), 0.2768, 700.0)
     assert coarse.lost_cycles_per_degree is None
     assert len(coarse.sentences()) == 1
     # The coarser of the two axes is what the picture is sure to hold.
     assert coarse.picture_cycles_per_degree == pytest.approx(
-        resolution((200, 9000), (150.0, 100.0), 1, 700).picture_cycles_per_degree
+        display_resolution((200, 9000), (150.0, 100.0), 1, 700).picture_cycles_per_degree
     )
-    far = resolution(*PLATE, 0.2768, 4000.0)
+    far = display_resolution(*PLATE, 0.2768, 4000.0)
     assert far.lost_cycles_per_degree is not None
     assert far.seen_and_lost is None
     assert "cannot see" in far.sentences()[0]
-    between = resolution(*PLATE, 0.2768, 1200.0)
+    between = display_resolution(*PLATE, 0.2768, 1200.0)
     assert "the 60 that eyes resolve need" in between.sentences()[0]
     assert "there is the one pixel per cycle" in between.sentences()[0]
     for one in (coarse, far, between):
@@ -70,4 +70,4 @@ def test_nothing_is_lost_of_a_coarse_picture_or_far_away() -> None:
 )
 def test_what_cannot_be(picture: tuple[int, int], size: tuple[float, float], pitch: float, distance: float) -> None:
     with pytest.raises(InputError):
-        resolution(picture, size, pitch, distance)
+        display_resolution(picture, size, pitch, distance)

@@ -15,8 +15,8 @@ from devices.camera.exposure import Exposure
 from documents import InputError
 from runner.cli.camera import command as group
 from runner.cli.camera.develop import command as develop_command
+from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, DEMOSAICS
 from stimuli.develop.read import read_camera_image
-from stimuli.develop.read_raw import DEFAULT_DEMOSAIC, DEMOSAICS
 from stimuli.pictures.exr_read import read_exr
 from tests.stimuli.develop.dng import coded, exposure_tags, save_dng, smooth, write_dng
 

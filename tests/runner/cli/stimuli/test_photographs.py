@@ -13,7 +13,7 @@ from click.testing import CliRunner
 
 from runner.cli.main import group
 from stimuli.pictures.exr_read import read_exr
-from stimuli.pictures.resample import resample_picture
+from stimuli.pictures.resampling import resample_picture
 from stimuli.pictures.stereo_image import StereoImage
 from tests.stimuli.photographs.raw_pair import (
     LEFT_AT,

@@ -12,8 +12,8 @@ from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_va
 
 from documents.yaml.load import Strict
 from stimuli.align.interpolate import Interpolation
-from stimuli.luminance.tone_map import LIMIT_PERCENT
-from stimuli.pictures.resample import Filter
+from stimuli.luminance.saturation import LIMIT_PERCENT
+from stimuli.pictures.resampling import Filter
 from stimuli.sparkle.recipe import Chromaticity
 
 Place = tuple[float, float]
@@ -51,7 +51,7 @@ class PointsSpec(Strict):
 class AlignSpec(Strict):
     """How the sample's plane comes to zero parallax: see `stimuli.align.pair.align_pair`.
 
-    With ``straighten``, roll and scale between the cameras are undone first: see `stimuli.align.straighten`.
+    With ``straighten``, roll and scale between the cameras are undone first: see `stimuli.align.straightening`.
     """
 
     method: Literal["correlation", "points", "offset"] = "correlation"

@@ -13,7 +13,6 @@ from typing import TYPE_CHECKING, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from documents import Finding
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
@@ -91,7 +90,7 @@ def axis_weights(pixels: int, length_mm: float, pixel_pitch_mm: float, filter: F
     if filter == "area":
         return area_weights(pixels, length_mm, pixel_pitch_mm)
     if filter not in _DEGREE:
-        raise StimulusError(Finding(f"there is no filter '{filter}'", remedy="expected area, linear or cubic"))
+        raise StimulusError.of(f"there is no filter '{filter}'", "expected area, linear or cubic")
     count = display_pixels(length_mm, pixel_pitch_mm)
     size = length_mm / pixels
     if count == pixels and abs(size - pixel_pitch_mm) <= 1e-9 * size:
@@ -159,12 +158,10 @@ def resample_picture(
     """
     width_px, height_px = (display_pixels(length_mm, pixel_pitch_mm) for length_mm in size_mm)
     if width_px * height_px > MAX_AREA_PX:
-        raise StimulusError(
-            Finding(
-                f"{size_mm[0]:g} × {size_mm[1]:g} mm are {width_px} × {height_px} pixels of the display, more than "
-                f"{MAX_AREA_PX}",
-                remedy="make the picture smaller",
-            )
+        raise StimulusError.of(
+            f"{size_mm[0]:g} × {size_mm[1]:g} mm are {width_px} × {height_px} pixels of the display, more than "
+            f"{MAX_AREA_PX}",
+            "make the picture smaller",
         )
     columns = axis_weights(image.width_px, size_mm[0], pixel_pitch_mm, filter)
     rows = axis_weights(image.height_px, size_mm[1], pixel_pitch_mm, filter)

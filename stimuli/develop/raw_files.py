@@ -10,7 +10,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.exposure import Exposure
-from documents import Finding
 from documents.files.hashes import sha256_of_file
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import (
@@ -61,19 +60,21 @@ def read_raw(
     import rawpy
 
     if demosaic not in DEMOSAICS:
-        raise StimulusError(Finding(f"there is no demosaicing '{demosaic}'", remedy=f"one of {', '.join(DEMOSAICS)}"))
+        raise StimulusError.of(f"there is no demosaicing '{demosaic}'", f"one of {', '.join(DEMOSAICS)}")
     if not path.is_file():
-        raise _wrong(path, "there is no such file", "check the path")
+        raise StimulusError.at(path, "there is no such file", "check the path")
     try:
         with rawpy.imread(str(path)) as raw:
             return _developed(raw, path, demosaic, levels or Levels(), rotate, exposure)
     except rawpy.LibRawFileUnsupportedError as error:
-        raise _wrong(path, "this is no raw file that LibRaw knows", "give a raw file, TIFF or OpenEXR") from error
+        raise StimulusError.at(
+            path, "this is no raw file that LibRaw knows", "give a raw file, TIFF or OpenEXR"
+        ) from error
     except (rawpy.LibRawIOError, rawpy.LibRawDataError) as error:
-        raise _wrong(path, "the raw file is cut short or damaged", "copy it from the card again") from error
+        raise StimulusError.at(path, "the raw file is cut short or damaged", "copy it from the card again") from error
     except rawpy.LibRawError as error:
         reason = str(error).removeprefix("b").strip("'\"")
-        raise _wrong(path, f"the raw file cannot be read: {reason}", "convert it to DNG") from error
+        raise StimulusError.at(path, f"the raw file cannot be read: {reason}", "convert it to DNG") from error
 
 
 def _developed(
@@ -108,16 +109,22 @@ def _mosaic(raw: rawpy.RawPy, path: Path, levels: Levels) -> tuple[Mosaic, dict[
 
     sizes = raw.sizes
     if raw.raw_type != rawpy.RawType.Flat or raw.raw_pattern is None:
-        raise _wrong(path, "the raw file holds pixels that were interpolated already", "export it as a linear TIFF")
+        raise StimulusError.at(
+            path, "the raw file holds pixels that were interpolated already", "export it as a linear TIFF"
+        )
     if raw.raw_pattern.shape != (2, 2) or raw.num_colors != 3 or raw.color_desc[:3] != b"RGB":
         name = raw.color_desc.decode("ascii", "replace")
         shape = "×".join(str(side) for side in raw.raw_pattern.shape)
-        raise _wrong(path, f"the colour filter is {shape} of {name}, not Bayer", "export it as a linear TIFF")
+        raise StimulusError.at(path, f"the colour filter is {shape} of {name}, not Bayer", "export it as a linear TIFF")
     if sizes.width * sizes.height > MAX_PHOTOSITES:
-        raise _wrong(path, f"{sizes.width} × {sizes.height} photosites are beyond {MAX_PHOTOSITES}", "crop it")
+        raise StimulusError.at(
+            path, f"{sizes.width} × {sizes.height} photosites are beyond {MAX_PHOTOSITES}", "crop it"
+        )
     codes = raw.raw_image_visible
     if codes.shape != (sizes.height, sizes.width) or min(codes.shape) < 2:
-        raise _wrong(path, f"the raw file has {codes.shape[1]} × {codes.shape[0]} photosites of {sizes}", "check it")
+        raise StimulusError.at(
+            path, f"the raw file has {codes.shape[1]} × {codes.shape[0]} photosites of {sizes}", "check it"
+        )
     filters = raw.raw_colors_visible[:2, :2].astype(np.int64)
     pattern = np.where(filters == 3, 1, filters)
     blacks = levels.black_codes(raw.black_level_per_channel)
@@ -131,7 +138,9 @@ def _mosaic(raw: rawpy.RawPy, path: Path, levels: Levels) -> tuple[Mosaic, dict[
             filter_ = int(filters[row, column])
             black, white = blacks[filter_], whites[filter_]
             if not white > black:
-                raise _wrong(path, f"the white level {white:g} is not above the black level {black:g}", "tell them")
+                raise StimulusError.at(
+                    path, f"the white level {white:g} is not above the black level {black:g}", "tell them"
+                )
             values[place] = (codes[place] - np.float32(black)) * np.float32(1.0 / (white - black))
             saturated[place] = codes[place] >= full[filter_]
     mosaic = Mosaic(values, saturated, pattern)
@@ -157,7 +166,3 @@ def _gains(raw: rawpy.RawPy) -> NDArray[np.float64]:
         if np.isfinite(gains).all() and (gains > 0).all() and gains.max() < 100 * gains.min():
             return np.asarray(gains / gains.max())
     return np.ones(3)
-
-
-def _wrong(path: Path, message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, str(path), remedy=remedy))

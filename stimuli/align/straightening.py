@@ -10,13 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from documents import Finding
 from stimuli.align.disparity import BLOCK_PX, measure_disparity
 from stimuli.align.homography import common_part, warp
 from stimuli.align.planes import LEAST_SIDE_PX, Region, binned, light_plane, same_size
-from stimuli.align.refine import MOST_PIXELS
-from stimuli.align.register import register_planes
+from stimuli.align.registration import register_planes
 from stimuli.align.roll_scale import RollScale
+from stimuli.align.subpixel import MOST_PIXELS
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 
@@ -76,7 +75,7 @@ def straighten(
     """
     planes = [light_plane(one, luminance_weights, name) for one, name in ((left, "left"), (right, "right"))]
     if left.ndim != 3 or right.ndim != 3:
-        raise _error("a pair to straighten has one channel", "give (height, width, 3), XYZ or RGB")
+        raise StimulusError.of("a pair to straighten has one channel", "give (height, width, 3), XYZ or RGB")
     same_size(left, right, ("left", "right"))
     height, width = left.shape[:2]
     bin_px = int(np.ceil(np.sqrt(planes[0].size / MOST_PIXELS)))
@@ -131,14 +130,14 @@ def _measured(one: Floats32, two: Floats32, shift: tuple[float, float]) -> RollS
     left, right = max(0, -across), min(width, width - across)
     top, bottom = max(0, -down), min(height, height - down)
     if min(right - left, bottom - top) < LEAST_SIDE_PX:
-        raise _error(f"a shift of ({across}, {down}) px leaves too little in common", "give another shift")
+        raise StimulusError.of(f"a shift of ({across}, {down}) px leaves too little in common", "give another shift")
     report = measure_disparity(
         one[top:bottom, left:right],
         two[top + down : bottom + down, left + across : right + across],
         block_px=min(BLOCK_PX, right - left, bottom - top),
     )
     if report.roll_scale is None:
-        raise _error(
+        raise StimulusError.of(
             f"{report.used} of {report.blocks} blocks tell a vertical disparity: too few, or all along one line",
             "a roll needs texture over the whole picture: align by the shift alone",
         )
@@ -211,7 +210,3 @@ def _halves(matrix: Floats, width: int, height: int) -> list[Floats]:
         homography[:2, 2] = middle - linear @ middle
         found.append(homography)
     return found
-
-
-def _error(message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, remedy=remedy))

@@ -14,10 +14,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from documents import Finding
 from stimuli.align.phase import LEAST_AGREEMENT, Peak, agreement, correlation, find_peak, hann
 from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
-from stimuli.align.refine import MARGIN_PX, MOST_PIXELS, Fit, refine
+from stimuli.align.subpixel import MARGIN_PX, MOST_PIXELS, Fit, refine
 from stimuli.errors import StimulusError
 
 Floats = NDArray[np.float64]
@@ -124,10 +123,10 @@ def register_planes(
     part = (slice(place[1], place[3]), slice(place[0], place[2]))
     for fine, light, name in ((one[part], reference[part], names[0]), (two, moving, names[1])):
         if is_flat(fine, light):
-            raise _error(f"the {name} picture is flat: there is nothing in it to align by", _ELSE)
+            raise StimulusError.of(f"the {name} picture is flat: there is nothing in it to align by", _ELSE)
     peak, bin_px = _coarse(one, two, place, most_px)
     if peak.false_alarm > false_alarm:
-        raise _error(
+        raise StimulusError.of(
             f"the {names[0]} and the {names[1]} picture have nothing in common that rises above noise: the best shift "
             f"stands {peak.height:.1f} standard deviations high, which {peak.false_alarm:.2g} of noise pictures reach",
             _ELSE,
@@ -135,17 +134,17 @@ def register_planes(
     start = _start(one, two, place, peak, bin_px)
     agreed, needed = _agreement(one, two, place, start)
     if agreed < needed:
-        raise _error(
+        raise StimulusError.of(
             f"the {names[0]} and the {names[1]} picture agree in too few places: at the best shift, "
             f"({start[0]:.4g}, {start[1]:.4g}) px, their agreement is {agreed:.1f} and must be {needed:.1f}",
             _ELSE,
         )
     if peak.rival_share > MOST_RIVAL_SHARE and peak.rival_false_alarm <= false_alarm:
         shifts = " and ".join(f"({bin_px * at[0]}, {bin_px * at[1]})" for at in (peak.shift_px, peak.rival_px))
-        raise _error(f"the pictures repeat: shifts of {shifts} px fit nearly as well", _ELSE)
+        raise StimulusError.of(f"the pictures repeat: shifts of {shifts} px fit nearly as well", _ELSE)
     fit = refine_within(one, two, place, start)
     if not fit.converged:
-        raise _error(
+        raise StimulusError.of(
             f"no shift to a fraction of a pixel was found near ({start[0]:.4g}, {start[1]:.4g}) px",
             "give the shift, or mark points, or choose a region that lies in one plane",
         )
@@ -231,7 +230,3 @@ def _tapered(length: int) -> Floats32:
     found[:edge] = hann(2 * edge)[:edge]
     found[-edge:] = found[:edge][::-1]
     return found
-
-
-def _error(message: str, remedy: str) -> StimulusError:
-    return StimulusError(Finding(message, remedy=remedy))
