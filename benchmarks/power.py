@@ -22,8 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, times_faster, write
 
 from analysis.classes.classes import classify
-from analysis.power.assumed import differing_pairs, spread_theta
-from analysis.power.plan import Plan
+from analysis.power.plan import Plan, differing_pairs, spread_theta
 from analysis.power.simulation import simulate_power
 from analysis.scaling.bradley_terry import fit, probabilities
 

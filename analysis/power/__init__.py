@@ -1,1 +1,1 @@
-"""How many observers a study needs: studies simulated by the thousand, here or on Dask, and what comes out of them."""
+"""How many observers a study needs: statistical power by simulation of whole studies, locally or on Dask."""

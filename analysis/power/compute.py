@@ -1,8 +1,7 @@
-"""Blocks of work done here, by processes of this machine, or by a lab's Dask scheduler: the results are the same.
+"""Compute blocks of work here, in processes of this machine, or by a Dask scheduler; the results are the same.
 
-A block must bring its own random seed and nothing that depends on who does it. Results stand in the order of the
-blocks, whoever finished first. A worker that dies costs time only: Dask gives its blocks to another, and puts a new
-local process in its place.
+A block has its own random seed and depends on nothing else that a worker could change. Results are in the order of the
+blocks. If a worker dies, Dask gives its blocks to another worker and starts a new local process in its place.
 
 Dask is imported only where a cluster is needed. Servers listen on the loopback address alone, and there is no
 dashboard.
@@ -24,7 +23,7 @@ Block = TypeVar("Block")
 Result = TypeVar("Result")
 Done = Callable[[int, int], None]
 
-# Two processes are up after two to four seconds, and halve what is left: below this it is quicker to go on alone.
+# Two processes need two to four seconds to start and halve the rest: below this, one process is faster.
 WORTH_A_CLUSTER_S = 12.0
 RESTART_S = 20.0  # how long workers that died may take to come back before the cluster is closed
 CONNECT_S, FIRST_WORKER_S = 10, 60
@@ -54,26 +53,26 @@ def compute(
     scheduler
         Address of a Dask scheduler, such as ``tcp://10.0.0.5:8786``; None for this machine.
     workers
-        How many local processes; 1 works in this process. None decides by the clock: this process begins, and starts
-        one process for each core once what is left would take it longer than `WORTH_A_CLUSTER_S`.
+        How many local processes; 1 works in this process. With None, this process begins, and starts one process for
+        each core if the rest would take it longer than `WORTH_A_CLUSTER_S`.
     done
-        Told after each block how many are done, and of how many.
+        Called after each block with how many blocks are done, and how many there are.
     connect_s
         How long to wait for the scheduler to answer, in seconds.
 
     Raises
     ------
     ComputeError
-        If the scheduler does not answer or has no workers, or workers die too often at one block. What ``work``
-        raises comes through as it is.
+        If the scheduler does not answer or has no workers, or workers die too often at one block. An
+        exception from ``work`` is raised unchanged.
     """
     results: list[Result] = []
-    tell = done or (lambda count, of: None)
+    report = done or (lambda count, of: None)
     if scheduler is None and (workers is None or workers == 1):
         processes = workers or cores()
         for result in _here(work, blocks, processes):
             results.append(result)
-            tell(len(results), len(blocks))
+            report(len(results), len(blocks))
         if len(results) == len(blocks):
             return results
         workers = processes
@@ -81,11 +80,11 @@ def compute(
     connection = _local(min(workers or 1, len(left))) if scheduler is None else _remote(scheduler, connect_s)
     begun = len(results)
     with connection as client:
-        return results + _on(client, work, left, lambda count: tell(begun + count, len(blocks)))
+        return results + _on(client, work, left, lambda count: report(begun + count, len(blocks)))
 
 
 def _here(work: Callable[[Block], Result], blocks: Sequence[Block], processes: int) -> Iterator[Result]:
-    """Work in this process until done, or until more processes are worth their start."""
+    """Work in this process until done, or until starting more processes is worth the time."""
     began = perf_counter()
     for count, block in enumerate(blocks):
         left = len(blocks) - count
@@ -95,28 +94,28 @@ def _here(work: Callable[[Block], Result], blocks: Sequence[Block], processes: i
 
 
 def _on(
-    client: Client, work: Callable[[Block], Result], blocks: Sequence[Block], tell: Callable[[int], None]
+    client: Client, work: Callable[[Block], Result], blocks: Sequence[Block], report: Callable[[int], None]
 ) -> list[Result]:
     from distributed import KilledWorker, as_completed
     from distributed.client import FutureCancelledError
 
     futures = client.map(work, blocks, pure=False)
     place = {future.key: index for index, future in enumerate(futures)}
-    found: dict[int, Result] = {}
+    by_place: dict[int, Result] = {}
     try:
         coming = as_completed(futures)
-        futures.clear()  # a result that was fetched is let go: were its worker to die, it would be computed again
+        futures.clear()  # release fetched results: if their worker died, they would be computed again
         for future in coming:
-            found[place[future.key]] = future.result()
+            by_place[place[future.key]] = future.result()
             future.release()
-            tell(len(found))
+            report(len(by_place))
     except KilledWorker as error:
         raise ComputeError(f"workers died again and again at the same block: {error}") from error
     except (FutureCancelledError, OSError) as error:
         raise ComputeError(f"the connection to the scheduler was lost: {error}") from error
     except ImportError as error:
         raise ComputeError(f"a worker lacks what the work needs (is cyclopean installed there?): {error}") from error
-    return [found[index] for index in range(len(blocks))]
+    return [by_place[index] for index in range(len(blocks))]
 
 
 @contextmanager
@@ -131,8 +130,8 @@ def _local(processes: int) -> Iterator[Client]:
         scratch = stack.enter_context(TemporaryDirectory(prefix="cyclopean-", ignore_cleanup_errors=True))
         stack.enter_context(dask.config.set(_QUIET))
         cluster: LocalCluster
-        # A keyboard's Ctrl-C reaches every process of the terminal. Threads and processes that are started while it
-        # is blocked never see it: this process alone does, and ends the others in order.
+        # Ctrl-C reaches every process of the terminal. Threads and processes that start while it is blocked never
+        # receive it: this process alone does, and ends the others.
         with interrupts_held():
             cluster = stack.enter_context(
                 LocalCluster(
@@ -150,7 +149,7 @@ def _local(processes: int) -> Iterator[Client]:
         try:
             yield client
         except ComputeError:
-            # A worker that is just being started anew cannot be closed in order: let all of them come back first.
+            # A worker that is restarting cannot be closed cleanly: wait until all of them are back.
             with suppress(TimeoutError):
                 client.wait_for_workers(processes, timeout=RESTART_S)
             raise

@@ -1,4 +1,4 @@
-"""A power simulation as one HTML page that needs nothing but itself: curves against the number of observers, tables."""
+"""A power simulation as one self-contained HTML page: curves against the number of observers, and tables."""
 
 from __future__ import annotations
 
@@ -42,14 +42,14 @@ def chances_svg(needed: Needed) -> str:
         for index in np.argsort(matters, kind="stable").tolist():
             colour, width = (DEEP, 0.9) if matters[index] else (FAINT, 0.6)
             axes.plot(power.observers, 100 * power.separates[:, index], color=colour, linewidth=width, alpha=0.7)
-        one, other = power.pair_names[hardest]
+        first, second = power.pair_names[hardest]
         _with_error(
             axes,
             power.observers,
             100 * power.separates[:, hardest],
             100 * power.separates_error[:, hardest],
             SECOND,
-            f"{short(one)} and {short(other)}",
+            f"{short(first)} and {short(second)}",
         )
         axes.axhline(100 * needed.target, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
         axes.set(ylabel="chance to separate (%)", ylim=(-2, 102))
@@ -168,8 +168,8 @@ def facts(needed: Needed) -> list[tuple[str, str]]:
 
 
 def _shares(observers: Sequence[int], shares: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> str:
-    told = [f"{100 * share:.1f} % with {count}" for count, share in zip(observers, shares, strict=True) if share > 0]
-    return "; ".join(told) + " (fitted by Firth's penalised likelihood)" if told else "none"
+    texts = [f"{100 * share:.1f} % with {count}" for count, share in zip(observers, shares, strict=True) if share > 0]
+    return "; ".join(texts) + " (fitted by Firth's penalised likelihood)" if texts else "none"
 
 
 def _pair_rows(needed: Needed) -> list[PairRow]:
@@ -191,10 +191,10 @@ def _pair_rows(needed: Needed) -> list[PairRow]:
 
 
 def assumed_notes(plan: Plan) -> list[str]:
-    """Return what a reader must know before the numbers."""
+    """Return sentences that a reader needs before the numbers."""
     if plan.observer_sd > 0 and plan.covariance == "model":
         return [
-            "Observers are assumed to differ, but the model's standard errors take all answers for independent: pairs "
-            "that are equal then come out different too often. --covariance sandwich allows for it."
+            "Observers are assumed to differ, but the model's standard errors treat all answers as independent: pairs "
+            "that are equal are then significant too often. Use --covariance sandwich."
         ]
     return []

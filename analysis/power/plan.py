@@ -1,7 +1,8 @@
-"""The study that is planned: what is compared how often, what is assumed of stimuli and observers, how it is tested."""
+"""The plan of a simulated study: what is compared how often, what is assumed of the scores, how pairs are tested."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal, get_args
 
@@ -35,15 +36,15 @@ class Plan:
     times
         Shape (P,): how often each observer compares each pair, whole, at least 0.
     differs
-        Shape (P,): whether the classes that are right part the pair.
+        Shape (P,): whether the pair differs in the assumed classes.
     observer_sd
         Standard deviation in nats of each observer's own strength of each item about ``theta``.
     lapse_rate
-        Share (0 to 1) of answers that are a toss-up.
+        Share (0 to 1) of random answers.
     alpha, adjust, covariance
-        How pairs are tested: level, correction, and whose standard errors.
+        How pairs are tested: level, correction for multiple comparisons, and kind of standard errors.
     interval, level
-        What kind of interval is put around log10 scores, and its coverage.
+        Kind of the intervals of log10 scores, and their coverage.
     """
 
     items: tuple[str, ...]
@@ -66,7 +67,7 @@ class Plan:
 
     @property
     def by_observer(self) -> bool:
-        """Whether who gave which answer matters, not only how many there were."""
+        """Whether answers are simulated observer by observer, not as one count for each pair."""
         return self.observer_sd > 0 or self.covariance == "sandwich" or self.interval == "bootstrap"
 
     def chances(self, theta: Floats) -> Floats:
@@ -78,7 +79,7 @@ class Plan:
         return np.asarray(attentive * (1 - self.lapse_rate) + self.lapse_rate / 2)
 
     def degrees_of_freedom(self, observers: int) -> int | None:
-        """Return those of the standard errors: observers − 1 where these are estimated from observers, else None."""
+        """Return the degrees of freedom of the standard errors: observers − 1 for the sandwich, else None."""
         return observers - 1 if self.covariance == "sandwich" else None
 
     def critical_z(self, observers: int) -> float:
@@ -98,7 +99,7 @@ class Plan:
 
 
 def check(plan: Plan) -> None:
-    """Refuse a plan that no study could follow.
+    """Check that a plan can be simulated.
 
     Raises
     ------
@@ -135,3 +136,55 @@ def _linked(plan: Plan) -> int:
     graph = coo_array((plan.times[met], (first[met], second[met])), shape=(n, n)).tocsr()
     count, _ = connected_components(graph, directed=False)
     return int(count)
+
+
+def spread_theta(count: int, nats: float) -> Floats:
+    """Return ``count`` log scores at equal steps over ``nats``, best first, with mean 0.
+
+    Raises
+    ------
+    ResultsError
+        If ``nats`` is negative or not finite.
+    """
+    if not (np.isfinite(nats) and nats >= 0):
+        raise ResultsError(Finding(f"the spread is {nats:g} nats", remedy="give 0 or more, such as 2"))
+    return np.linspace(nats / 2, -nats / 2, count)
+
+
+def score_theta(scores: Mapping[str, float], items: Sequence[str]) -> Floats:
+    """Return log scores of ``items`` with mean 0, in nats.
+
+    Raises
+    ------
+    ResultsError
+        If an item has no score, or a score is not positive and finite.
+    """
+    missing = [name for name in items if name not in scores]
+    if missing:
+        what = f"no score is assumed for {', '.join(missing[:8])}"
+        raise ResultsError(Finding(what, remedy="add each with its score"))
+    values = np.array([scores[name] for name in items], dtype=np.float64)
+    wrong = [name for name, value in zip(items, values.tolist(), strict=True) if not (np.isfinite(value) and value > 0)]
+    if wrong:
+        raise ResultsError(Finding(f"the score of {wrong[0]} is {scores[wrong[0]]:g}", remedy="scores are above zero"))
+    theta = np.log(values)
+    return np.asarray(theta - theta.mean())
+
+
+def differing_pairs(theta: Floats, labels: Sequence[str] = ()) -> NDArray[np.bool_]:
+    """Return which pairs differ in the assumed classes, shape (P,).
+
+    Parameters
+    ----------
+    theta
+        Shape (n,): assumed log scores.
+    labels
+        The class of each item, such as "3+4"; two items that share no class differ. Without labels, or where a label
+        is empty, items differ unless their scores are equal.
+    """
+    first, second = np.triu_indices(len(theta), 1)
+    if not labels or not all(labels):
+        return np.asarray(theta[first] != theta[second])
+    classes = [frozenset(label.split("+")) for label in labels]
+    pairs = zip(first.tolist(), second.tolist(), strict=True)
+    return np.array([not classes[i] & classes[j] for i, j in pairs], dtype=np.bool_)

@@ -22,7 +22,7 @@ TARGET = 0.8
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Power:
-    """What K numbers of observers come to, for n items and P pairs i < j in the order of ``numpy.triu_indices``.
+    """Power with each of K numbers of observers, for n items and P pairs i < j in the order of ``numpy.triu_indices``.
 
     Each value has a Monte-Carlo standard error of its own, in a field that ends with ``_error``.
 
@@ -128,18 +128,18 @@ class Needed:
     Attributes
     ----------
     power
-        Where it comes from.
+        The power it follows from.
     target
-        The chance (0 to 1) that each pair is to have.
+        The power (0 to 1) that each pair should reach.
     pairs
         Shape (k,): indices of the pairs that matter, of the P pairs of ``power``.
     named
-        Whether they were named; if not, they are those that the right classes part.
+        Whether they were named; if not, they are all pairs that should differ.
     observers
-        The fewest with which all of them reach the target, and with which every larger number tried keeps it; None if
-        there are none.
+        The fewest with which all these pairs reach the target, as they do with every larger number tried; None if
+        there is no such number.
     by_pair
-        Shape (P,): the same for each pair alone; 0 if there are none.
+        Shape (P,): the same for each pair alone; 0 if there is no such number.
     """
 
     power: Power
@@ -151,7 +151,7 @@ class Needed:
 
     @property
     def weakest(self) -> tuple[int, int]:
-        """Index of the number of observers told of (the one needed, or the largest), and of its weakest pair."""
+        """Index of the number of observers reported (the number needed, or the largest), and of its weakest pair."""
         sizes = self.power.observers
         size = len(sizes) - 1 if self.observers is None else sizes.index(self.observers)
         return size, int(self.pairs[np.argmin(self.power.separates[size, self.pairs])])
@@ -161,7 +161,7 @@ class Needed:
         """The answer in words."""
         size, pair = self.weakest
         observers = self.power.observers[size]
-        one, other = self.power.pair_names[pair]
+        first, second = self.power.pair_names[pair]
         chance, error = self.power.separates[size, pair], self.power.separates_error[size, pair]
         how = f"{100 * chance:.0f} % of the studies (± {100 * error:.1f} %)"
         target = f"{100 * self.target:g} % power"
@@ -172,24 +172,24 @@ class Needed:
             reach = int((self.power.separates[size, self.pairs] >= self.target).sum())
             return (
                 f"{_people(observers)}, the most tried, are too few for {target} on {self._which}: {reach} of "
-                f"{len(self.pairs)} reach it, and the hardest, {one} and {other}, separate in {how}."
+                f"{len(self.pairs)} reach it, and the hardest, {first} and {second}, separate in {how}."
             )
-        hardest = "they" if len(self.pairs) == 1 else f"the hardest, {one} and {other},"
+        hardest = "they" if len(self.pairs) == 1 else f"the hardest, {first} and {second},"
         few = ", the fewest tried," if size == 0 else ""
         return f"{_people(observers)}{few} give {target} on {self._which}: {hardest} separate in {how}."
 
     @property
     def doubt(self) -> str | None:
-        """What two standard errors of the simulation leave open, or None."""
+        """Which numbers two standard errors of the simulation leave open, or None."""
         reached = self.power.separates[:, self.pairs] + 2 * self.power.separates_error[:, self.pairs] >= self.target
-        sure = self.power.separates[:, self.pairs] - 2 * self.power.separates_error[:, self.pairs] >= self.target
+        certain = self.power.separates[:, self.pairs] - 2 * self.power.separates_error[:, self.pairs] >= self.target
         sizes = self.power.observers
-        perhaps, surely = _first_kept(np.asarray(reached.all(axis=1))), _first_kept(np.asarray(sure.all(axis=1)))
+        perhaps, surely = _first_kept(np.asarray(reached.all(axis=1))), _first_kept(np.asarray(certain.all(axis=1)))
         if perhaps == surely:
             return None
         fewest = sizes[perhaps] if perhaps is not None else sizes[-1]
         most = str(sizes[surely]) if surely is not None else f"more than {sizes[-1]}"
-        return f"The simulation leaves open whether it takes {fewest} or {most}; more replicates would tell."
+        return f"The simulation leaves open whether it takes {fewest} or {most}; more replicates would decide."
 
     @property
     def _which(self) -> str:
@@ -200,7 +200,7 @@ class Needed:
         return f"all {len(self.pairs)} pairs that should differ"
 
     def to_json(self) -> dict[str, Any]:
-        """Return the answer with the pairs that it is about."""
+        """Return plain values for JSON: the number of observers, and that of each pair."""
         names = self.power.pair_names
         return {
             "target": self.target,
@@ -215,7 +215,7 @@ class Needed:
 
 
 def observers_needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = TARGET) -> Needed:
-    """Find how many observers it takes until ``pairs``, by name, separate with the chance ``target``.
+    """Return the fewest observers with which ``pairs``, by name, separate with the power ``target``.
 
     Raises
     ------
@@ -249,17 +249,17 @@ def chosen_pairs(items: Sequence[str], pairs: Sequence[tuple[str, str]]) -> NDAr
     """Return the indices of ``pairs``, by name, in the order of ``numpy.triu_indices``, each once."""
     first, second = np.triu_indices(len(items), 1)
     index = {pair: place for place, pair in enumerate(zip(first.tolist(), second.tolist(), strict=True))}
-    found = []
+    indices = []
     for pair in pairs:
         for name in pair:
             if name not in items:
                 remedy = did_you_mean(name, items, "there are: " + ", ".join(items[:20]))
                 raise ResultsError(Finding(f"there is no item '{name}' to compare", remedy=remedy))
-        one, other = sorted(items.index(name) for name in pair)
-        if one == other:
+        low, high = sorted(items.index(name) for name in pair)
+        if low == high:
             raise ResultsError(Finding(f"'{pair[0]}' is paired with itself", remedy="name two items"))
-        found.append(index[one, other])
-    return np.unique(np.array(found, dtype=np.intp))
+        indices.append(index[low, high])
+    return np.unique(np.array(indices, dtype=np.intp))
 
 
 def _first_kept(enough: NDArray[np.bool_]) -> int | None:

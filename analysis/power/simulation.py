@@ -1,6 +1,6 @@
-"""The power of studies with so many observers, by simulation.
+"""The power of studies by simulation, with several numbers of observers.
 
-The unit of work is a block of replicates: simulated from a seed of its own, counted, and added up.
+The unit of work is a block of replicates: simulated from its own seed, counted, and summed.
 """
 
 from __future__ import annotations
@@ -17,8 +17,7 @@ from analysis.errors import ResultsError
 from analysis.power.compute import Done, compute
 from analysis.power.plan import Plan, check
 from analysis.power.results import Power
-from analysis.power.studies import run
-from analysis.power.widths import widths
+from analysis.power.studies import run, widths
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -45,7 +44,7 @@ class Block:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Tally:
-    """What became of some studies: counts, sums, and sums of squares.
+    """Results of some studies: counts, sums, and sums of squares.
 
     Attributes
     ----------
@@ -90,8 +89,8 @@ class Tally:
 
 
 def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> list[Block]:
-    """Part the work into blocks that fit into memory. How large they are depends on the plan and the sizes alone."""
-    found = []
+    """Return blocks that fit into memory; their size depends on the plan and the numbers of observers alone."""
+    blocks = []
     common = plan.critical_z(2) if plan.adjust == "maxz" and plan.covariance == "model" else float("nan")
     for observers in sizes:
         per_study = max(len(plan.times), len(plan.items) ** 2) * (observers if plan.by_observer else 2)
@@ -100,12 +99,12 @@ def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> l
             most = min(most, 10)
         critical = plan.critical_z(observers) if plan.adjust == "maxz" and plan.covariance == "sandwich" else common
         for index, start in enumerate(range(0, replicates, most)):
-            found.append(Block(plan, observers, min(most, replicates - start), index, seed, critical))
-    return found
+            blocks.append(Block(plan, observers, min(most, replicates - start), index, seed, critical))
+    return blocks
 
 
 def simulate(block: Block) -> Tally:
-    """Simulate the studies of a block and count what became of them."""
+    """Simulate the studies of a block and count their results."""
     plan, random = block.plan, block.random()
     studies = run(plan, block.observers, block.replicates, random)
     fitted = np.asarray(np.isfinite(studies.theta).all(axis=1))
@@ -113,8 +112,8 @@ def simulate(block: Block) -> Tally:
     first, second = plan.pairs
     significant = studies.significant(block.critical_z)
     assumed = np.sign(plan.theta[first] - plan.theta[second])
-    found = np.sign(studies.theta[:, first] - studies.theta[:, second])
-    as_assumed = (assumed == 0) | (found == assumed)
+    estimated = np.sign(studies.theta[:, first] - studies.theta[:, second])
+    as_assumed = (assumed == 0) | (estimated == assumed)
     right, wrong = significant & as_assumed, significant & ~as_assumed
     as_classes = np.where(plan.differs, right, ~significant)
     alike = as_classes.mean(axis=1)
@@ -211,7 +210,7 @@ def _power(plan: Plan, replicates: int, seed: int, sizes: tuple[int, ...], talli
 
 
 def _error_of_share(times: Floats, count: Floats) -> Floats:
-    """Return √(p (1 − p) / count), with p drawn in by one study each way: never 0, even for none or all."""
+    """Return √(p (1 − p) / count), with a success and a failure added: never 0, even for none or all."""
     p = (times + 1) / (count + 2)
     return np.asarray(np.sqrt(p * (1 - p) / (count + 3)))
 

@@ -1,7 +1,8 @@
-"""Many studies of one plan at once: their answers, their fits, and what the tests and intervals make of them."""
+"""Many simulated studies of a plan at once: answers, fits, tests, and widths of the intervals of log10 scores."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -10,12 +11,13 @@ from numpy.typing import NDArray
 from analysis.bootstrap.firth_batch import pseudo_inverses
 from analysis.bootstrap.fits import fit_each
 from analysis.classes.multiplicity import benjamini_hochberg, holm, two_sided_p
-from analysis.power.plan import Plan
-from analysis.scaling.bradley_terry import probabilities
+from analysis.power.plan import Interval, Plan
+from analysis.scaling.bradley_terry import Method, probabilities
 from analysis.scaling.laplacian import contrast_variances, without_rounding
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
+BOOTSTRAPS = 1000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -32,7 +34,7 @@ class Studies:
         Shape (B, n): strengths in nats, mean 0; by Firth's fit where items are separated, as in a report; NaN where no
         fit converged.
     covariance
-        Shape (B, n, n): of ``theta``, by the kind that the plan names.
+        Shape (B, n, n): of ``theta``, of the kind that the plan names.
     separated
         Shape (B,): whether the plain likelihood has no maximum.
     """
@@ -80,7 +82,7 @@ def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator
     p = probabilities(fits.theta)
     covariance = pseudo_inverses(totals * p * p.transpose(0, 2, 1))
     if plan.covariance == "sandwich":
-        # Observers who agree without exception have no spread: then the model is all there is.
+        # Observers who agree without exception do not vary: only the model's covariance is left.
         kept = fits.separated
         covariance[~kept] = _sandwich(plan, won[~kept], p[~kept], covariance[~kept])
     return Studies(plan, observers, won, fits.theta, covariance, fits.separated)
@@ -122,3 +124,47 @@ def _sandwich(plan: Plan, won: Floats, p: Floats, inverse: Floats) -> Floats:
     pulled = slope @ inverse
     spread = pulled.transpose(0, 2, 1) @ pulled
     return np.asarray(spread * (people / (people - 1)))
+
+
+def widths(studies: Studies, random: np.random.Generator) -> Floats:
+    """Return the width of each item's interval of log10 score in each study, shape (B, n)."""
+    return _WAYS[studies.plan.interval](studies, random)
+
+
+def _wald(studies: Studies, random: np.random.Generator) -> Floats:
+    """Twice a quantile times the standard error by the delta method, as in `analysis.report.summary`."""
+    from scipy.special import ndtri, softmax, stdtrit
+
+    tail = (1 + studies.plan.level) / 2
+    df = studies.plan.degrees_of_freedom(studies.observers)
+    quantile = float(ndtri(tail) if df is None else stdtrit(df, tail))
+    score = softmax(studies.theta, axis=1)
+    # The gradient of log s_i is e_i − s: its variance is C_ii − 2 (C s)_i + sᵀ C s.
+    pulled = (studies.covariance @ score[:, :, None])[:, :, 0]
+    variance = np.diagonal(studies.covariance, axis1=1, axis2=2) - 2 * pulled
+    variance = variance + (score * pulled).sum(axis=1, keepdims=True)
+    return np.asarray(2 * quantile * np.sqrt(np.maximum(variance, 0)) / np.log(10))
+
+
+def _bootstrap(studies: Studies, random: np.random.Generator) -> Floats:
+    """The default of `analysis.bootstrap.intervals`, with 1000 bootstrap samples of observers for each study."""
+    from analysis.bootstrap.intervals import intervals
+    from analysis.bootstrap.replicates import resample_counts
+
+    plan, people = studies.plan, studies.observers
+    first, second = plan.pairs
+    names = [f"{number:04d}" for number in range(people)]
+    width = np.empty_like(studies.theta)
+    for place, (won, separated) in enumerate(zip(studies.won, studies.separated, strict=True)):
+        counts = np.zeros((people, len(plan.items), len(plan.items)))
+        counts[:, first, second] = won
+        counts[:, second, first] = plan.times - won
+        method: Method = "firth" if separated else "ml"
+        seed = int(random.integers(2**31))
+        samples = resample_counts(counts, plan.items, names, replicates=BOOTSTRAPS, seed=seed, method=method)
+        ends = intervals(samples, "log10_score", level=plan.level)
+        width[place] = ends.high - ends.low
+    return width
+
+
+_WAYS: dict[Interval, Callable[[Studies, np.random.Generator], Floats]] = {"wald": _wald, "bootstrap": _bootstrap}

@@ -1,4 +1,4 @@
-"""The numbers of a power simulation as rows: of a table on a page or a terminal, and of a CSV file."""
+"""The results of a power simulation as rows: for the page, the terminal and CSV."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def percent(share: float, error: float) -> str:
 
 
 def csv_rows(needed: Needed) -> Iterator[tuple[int, str, str, str, float, float]]:
-    """Yield every value with its Monte-Carlo standard error, one a row, in the order of `COLUMNS`."""
+    """Yield a row for each value and its Monte-Carlo standard error, in the order of `COLUMNS`."""
     power = needed.power
     for index, observers in enumerate(power.observers):
         yield observers, "class_recovery", "", "", float(power.recovery[index]), float(power.recovery_error[index])

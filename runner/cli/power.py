@@ -17,19 +17,19 @@ class Numbers(click.ParamType[tuple[int, ...]]):
         """Return the numbers, ascending, each once."""
         if isinstance(value, tuple):
             return value
-        found: set[int] = set()
+        chosen: set[int] = set()
         for part in str(value).split(","):
             ends = part.split(":")
             if not all(end.strip().isdecimal() for end in ends) or len(ends) > 3:
-                self.fail(f"'{part}' is neither a number nor such as 10:60:5", param, ctx)
+                self.fail(f"'{part}' is neither a number nor a range such as 10:60:5", param, ctx)
             numbers = [int(end) for end in ends]
             first, last, step = numbers[0], numbers[min(1, len(ends) - 1)], numbers[2] if len(ends) == 3 else 1
             if first < 1 or last < first or step < 1:
-                self.fail(f"'{part}' holds no number of observers", param, ctx)
+                self.fail(f"'{part}' is not a number of observers", param, ctx)
             if (last - first) // step >= self.most:
-                self.fail(f"'{part}' holds more than {self.most} numbers", param, ctx)
-            found |= set(range(first, last + 1, step))
-        return tuple(sorted(found))
+                self.fail(f"'{part}' has more than {self.most} numbers", param, ctx)
+            chosen |= set(range(first, last + 1, step))
+        return tuple(sorted(chosen))
 
 
 @click.command(name="power")
@@ -67,7 +67,7 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 @click.option("--lapse-rate", type=float, help="Share of random answers. Default: that of --simulate, or 0.")
 @click.option("--pair", nargs=2, multiple=True, metavar="A B", help="Pair of stimuli that matters; repeat for each.")
 @click.option(
-    "--power", "target", type=float, default=0.8, show_default=True, help="Power that each such pair is to reach."
+    "--power", "target", type=float, default=0.8, show_default=True, help="Power that each of these pairs should reach."
 )
 @click.option(
     "--alpha", type=float, help="Significance level for a difference between two stimuli. Default: the experiment's."

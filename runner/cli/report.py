@@ -28,7 +28,7 @@ import click
 @click.option(
     "--most-missed",
     type=click.IntRange(min=0),
-    help="Leave out observers who missed more obvious catch trials than this share.",
+    help="Leave out observers who missed more than this number of obvious catch trials.",
 )
 @click.option(
     "--alpha", type=float, help="Significance level for a difference between two stimuli. Default: the experiment's."
@@ -72,8 +72,8 @@ def command(
 ) -> None:
     """Write an HTML report on the results of one experiment.
 
-    RESULTS are folders of sessions, from one station or many, or single session.jsonl files. Nobody is left out
-    unless you ask, and the page says whom you asked to leave out.
+    RESULTS are folders of sessions, from one station or many, or single session.jsonl files. No observer is left
+    out by default; the page lists observers who are left out by an option.
     """
     import json
     from typing import cast

@@ -1,4 +1,4 @@
-"""How many observers an experiment needs: its design, the scores assumed, and studies simulated under them."""
+"""The power of an experiment: its design, the scores assumed, and studies simulated with them."""
 
 from __future__ import annotations
 
@@ -15,9 +15,8 @@ from numpy.typing import NDArray
 from analysis.bootstrap.stability import Covariance
 from analysis.classes.multiplicity import Adjust
 from analysis.errors import ResultsError
-from analysis.power.assumed import differing_pairs, score_theta, spread_theta
 from analysis.power.page import assumed_notes
-from analysis.power.plan import Interval, Plan
+from analysis.power.plan import Interval, Plan, differing_pairs, score_theta, spread_theta
 from analysis.power.results import TARGET, Needed, check_target, chosen_pairs, observers_needed
 from analysis.power.simulation import REPLICATES, SEED, simulate_power
 from documents import Finding
@@ -34,7 +33,7 @@ DEFAULT_SPREAD_NATS = 2.0
 
 @dataclass(frozen=True, slots=True)
 class PowerOptions:
-    """What is assumed of stimuli and observers, and how studies are simulated and tested.
+    """What is assumed about stimuli and observers, and how studies are simulated and tested.
 
     Attributes
     ----------
@@ -103,7 +102,7 @@ def study_power(
     experiment
         An experiment file with a block of all pairs; its stimuli need not be built.
     options
-        What is assumed, simulated and asked.
+        What is assumed, and how studies are simulated and tested.
     progress
         Called with how many blocks of work are done, and how many there are.
 
@@ -178,13 +177,13 @@ def pair_design(experiment: Experiment) -> PairDesign:
     index = {name: place for place, name in enumerate(items)}
     times = np.zeros((len(items), len(items)), dtype=np.int64)
     for block, names in zip(blocks, shown, strict=True):
-        for one, other in combinations(sorted(index[name] for name in names), 2):
-            times[one, other] += block.repeats
+        for first, second in combinations(sorted(index[name] for name in names), 2):
+            times[first, second] += block.repeats
     return PairDesign(items, times[np.triu_indices(len(items), 1)], any(block.ties != "none" for block in blocks))
 
 
 def unsimulated(behaviour: BehaviourSpec, design: PairDesign) -> list[str]:
-    """Return a sentence on what simulated observers do, beside lapses, that a simulation of counts leaves out."""
+    """Return a sentence on the behaviour of simulated observers, beside lapses, that the simulation leaves out."""
     left_out = []
     if behaviour.position_bias:
         left_out.append("their preference for the first position")
@@ -206,7 +205,7 @@ class Assumed:
 
 
 def assume(design: PairDesign, *, scores: Path | None, simulate: Path | None, spread_nats: float | None) -> Assumed:
-    """Return the scores that one of the three gives, or a spread of 2 nats where none is given.
+    """Return the scores that the given source gives; equal steps over 2 nats without a source.
 
     A file of simulated observers gives scores and, where it names them for all stimuli, their classes; ``simulate``
     also takes its lapses. A file that ends with .json is what `cyclopean scores --json` or `report --json` printed.
@@ -224,7 +223,7 @@ def assume(design: PairDesign, *, scores: Path | None, simulate: Path | None, sp
     if file is None:
         nats = DEFAULT_SPREAD_NATS if spread_nats is None else spread_nats
         theta = spread_theta(len(design.items), nats)
-        steps = f"Scores are assumed at even steps over {nats:g} nats, in the recipe's order"
+        steps = f"Scores are assumed at equal steps over {nats:g} nats, in the recipe's order"
         odds = f": the best is preferred to the worst {100 / (1 + np.exp(-nats)):.0f} times in 100."
         return Assumed(theta, differing_pairs(theta), 0.0, (steps + odds, *ties))
     spec = read_scored_observer(file, design.items)

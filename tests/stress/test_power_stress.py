@@ -13,8 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from analysis.power.assumed import differing_pairs, spread_theta
-from analysis.power.plan import Plan
+from analysis.power.plan import Plan, differing_pairs, spread_theta
 from analysis.power.results import Power
 from analysis.power.simulation import simulate_power
 
@@ -24,7 +23,7 @@ ROOT = Path(__file__).parents[2]
 
 MANY = """
 import numpy as np
-from analysis.power.assumed import differing_pairs, spread_theta
+from analysis.power.plan import differing_pairs, spread_theta
 from analysis.power.plan import Plan
 from analysis.power.simulation import simulate_power
 from tests.stress.memory import forget_peak, peak_kb

@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 import pytest
 
-from analysis.power.assumed import differing_pairs
-from analysis.power.plan import Plan
+from analysis.power.plan import Plan, differing_pairs
 
 MakePlan = Callable[..., Plan]
 

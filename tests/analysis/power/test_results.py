@@ -33,7 +33,7 @@ def test_the_fewest_observers_that_are_enough_for_every_pair_named(found: Power)
         "20 observers give 80 % power on the 2 pairs named: the hardest, item 0 and item 1, separate in 81 % of the "
         "studies (± 1.0 %)."
     )
-    assert answer.doubt == ("The simulation leaves open whether it takes 20 or 30; more replicates would tell.")
+    assert answer.doubt == ("The simulation leaves open whether it takes 20 or 30; more replicates would decide.")
 
 
 def test_one_pair_is_named_in_the_answer(found: Power) -> None:

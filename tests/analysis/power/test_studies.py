@@ -18,11 +18,9 @@ from analysis.bootstrap.intervals import intervals
 from analysis.bootstrap.replicates import resample_counts
 from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
-from analysis.power import widths as width_module
-from analysis.power.assumed import differing_pairs
-from analysis.power.plan import Plan
-from analysis.power.studies import Studies, draw, run
-from analysis.power.widths import widths
+from analysis.power import studies as width_module
+from analysis.power.plan import Plan, differing_pairs
+from analysis.power.studies import Studies, draw, run, widths
 from analysis.scaling.bradley_terry import BradleyTerryFit, fit, probabilities
 
 Floats = NDArray[np.float64]

@@ -70,7 +70,7 @@ def test_without_scores_a_spread_is_assumed_and_said() -> None:
     found = told(THESIS, "--observers", "10", "--replicates", "20")
     thetas = [item["theta"] for item in found["items"]]
     assert max(thetas) - min(thetas) == pytest.approx(2.0)
-    assert "even steps over 2 nats" in found["notes"][0]
+    assert "equal steps over 2 nats" in found["notes"][0]
     assert "88 times in 100" in found["notes"][0]
 
 
@@ -105,9 +105,9 @@ def test_processes_print_the_same() -> None:
 @pytest.mark.parametrize(
     ("words", "finding"),
     [
-        (["--observers", "60:10"], "'60:10' holds no number of observers"),
-        (["--observers", "0"], "'0' holds no number of observers"),
-        (["--observers", "many"], "'many' is neither a number nor such as 10:60:5"),
+        (["--observers", "60:10"], "'60:10' is not a number of observers"),
+        (["--observers", "0"], "'0' is not a number of observers"),
+        (["--observers", "many"], "'many' is neither a number nor a range such as 10:60:5"),
         (["--observers", "1:1000000"], "more than 1000 numbers"),
         (["--spread", "2", "--scores", TABLE_4_4], "Give one of"),
         (["--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "a scheduler has its own"),
