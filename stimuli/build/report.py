@@ -4,20 +4,35 @@ from __future__ import annotations
 
 import contextlib
 import json
+import shutil
+import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.colour.srgb import srgb
+from devices.colour.white_points import white_point
 from devices.display.rig_file import Rig
 from documents import Finding, InputError
 from documents.files.hashes import sha256_of_json
 from documents.files.whole_file import write_whole
 from stimuli.build.cache import cache_folder
 from stimuli.build.recipe_to_set import build_set
-from stimuli.build.set_copy import Saturated, copy_set
-from stimuli.build.stimulus_set import StimulusSet
+from stimuli.build.stimulus_set import MANIFEST, StimulusSet
+from stimuli.pictures.stereo_image import XYZImage
 from stimuli.recipes.build_context import DisplaySetup
+
+if TYPE_CHECKING:
+    from PIL.Image import Image
+
+# Percentages by channel, and of pixels with any of them, for each eye.
+Saturated = Mapping[str, Mapping[str, float]]
+SHEET = "contact_sheet.png"
+_SIDE_PX, _GAP_PX, _LINE_PX = 192, 8, 16
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,3 +200,96 @@ def saturated_percent(
     with contextlib.suppress(OSError):
         write_whole(record, json.dumps(percent))
     return percent
+
+
+def copy_set(
+    made: StimulusSet,
+    folder: Path,
+    saturated: Mapping[str, Saturated] | None = None,
+    report: Callable[[int, int], None] = lambda done, total: None,
+) -> None:
+    """Copy pictures and manifest to ``folder``, which appears as a whole, with a contact sheet.
+
+    The manifest says what a display saturates, if ``saturated`` is given.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written.
+    """
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
+        try:
+            for done, name in enumerate(made.names):
+                report(done, len(made.names))
+                shutil.copyfile(made.path(name), draft / made.path(name).name)
+            (draft / MANIFEST).write_text(_manifest(made, saturated), encoding="utf-8")
+            contact_sheet(made).save(draft / SHEET)
+            report(len(made.names), len(made.names))
+            draft.chmod(0o755)
+            if folder.exists():
+                folder.rmdir()
+            draft.rename(folder)
+        finally:
+            shutil.rmtree(draft, ignore_errors=True)
+    except OSError as error:
+        raise InputError(Finding(f"the set cannot be copied: {error.strerror or error}", str(folder))) from error
+
+
+def _manifest(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> str:
+    manifest = dict(made.manifest)
+    if saturated is not None:
+        manifest["stimuli"] = [
+            {
+                **entry,
+                "statistics": {
+                    **entry["statistics"],
+                    "eyes": {
+                        eye: {**one, "saturated_percent": saturated[entry["name"]][eye]}
+                        for eye, one in entry["statistics"]["eyes"].items()
+                    },
+                },
+            }
+            for entry in manifest["stimuli"]
+        ]
+    return json.dumps(manifest, indent=1, allow_nan=False) + "\n"
+
+
+def contact_sheet(made: StimulusSet) -> Image:
+    """Return all stimuli small, a row of left and right where they differ, in sRGB.
+
+    One white serves all, so that bright pictures are brighter: four times the largest mean luminance.
+    """
+    from PIL import Image, ImageDraw
+
+    small = {name: [_small(eye) for eye in _eyes(made, name)] for name in made.names}
+    white_cd_m2 = 4.0 * max(float(eye[..., 1].mean()) for eyes in small.values() for eye in eyes) or 1.0
+    white_XYZ = white_point("d65", white_cd_m2)
+    sizes = {name: (sum(eye.shape[1] + _GAP_PX for eye in eyes), eyes[0].shape[0]) for name, eyes in small.items()}
+    cell = max(width for width, _ in sizes.values()), max(height for _, height in sizes.values()) + _LINE_PX + _GAP_PX
+    columns = max(1, round((len(small) * cell[1] / cell[0]) ** 0.5))
+    rows = -(-len(small) // columns)
+    sheet = Image.new("RGB", (columns * cell[0] + _GAP_PX, rows * cell[1] + _GAP_PX), (32, 32, 32))
+    draw = ImageDraw.Draw(sheet)
+    for index, (name, eyes) in enumerate(small.items()):
+        x, y = _GAP_PX + index % columns * cell[0], _GAP_PX + index // columns * cell[1]
+        draw.text((x, y), name, fill=(220, 220, 220))
+        for eye in eyes:
+            codes = np.rint(255 * srgb(eye, white_XYZ)).astype(np.uint8)
+            sheet.paste(Image.fromarray(codes), (x, y + _LINE_PX))
+            x += eye.shape[1] + _GAP_PX
+    return sheet
+
+
+def _eyes(made: StimulusSet, name: str) -> list[XYZImage]:
+    image = made.load(name)
+    return [image.left] if image.is_flat else [image.left, image.right]
+
+
+def _small(xyz: XYZImage) -> NDArray[np.float64]:
+    """Return the picture averaged over blocks, 192 pixels at its longer side or less."""
+    block = -(-max(xyz.shape[:2]) // _SIDE_PX)
+    pad = [(0, -side % block) for side in xyz.shape[:2]]
+    whole = np.pad(xyz.astype(np.float64), (*pad, (0, 0)), mode="edge")
+    return np.asarray(whole.reshape(whole.shape[0] // block, block, -1, block, 3).mean(axis=(1, 3)))

@@ -15,15 +15,16 @@ If a number that would decide is missing or too uncertain, the verdict is "canno
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Literal
 
-from stimuli.comparison.colour_reasons import colour_reasons, region_notes
-from stimuli.comparison.evidence import DisparityEvidence, Evidence, RegistrationEvidence, SparklePair
+import numpy as np
+
+from stimuli.comparison.by_pixel import DifferenceSummary
+from stimuli.comparison.evidence import Evidence, disparity_reasons, registration_reasons, sparkle_reasons
+from stimuli.comparison.table import RegionTable
 from stimuli.comparison.verdict import Limits, Outcome, Reason, Verdict, decided, decimals
-
-# A displacement that was undone is named from here on, if it is above so many of its standard errors.
-NAMED_PX, NAMED_Z = 0.02, 3.0
-NAMED_DEG = 0.01
 
 
 def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
@@ -39,104 +40,193 @@ def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
     return decided(reasons, limits)
 
 
-def registration_reasons(found: RegistrationEvidence | None, limits: Limits) -> list[Reason]:
-    """Return whether the pictures lie on one grid, and how they lay before."""
-    if found is None:
-        return []
-    reasons = []
-    residual, most = found.residual_px, limits.registration_residual_px
-    if residual is not None:
-        good = residual <= most
-        said = f"the pictures lie {residual:.2g} px apart, {'within' if good else 'more than'} {most:g} px"
-        if not good:
-            said += ": nothing can be said of single pixels"
-        outcome: Outcome = "passes" if good else "cannot say"
-        reasons.append(Reason("registration", "residual", outcome, said, residual, most, "px"))
-    if found.shift_px is not None:
-        shift = math.hypot(*found.shift_px)
-        error = math.hypot(*found.shift_se_px) if found.shift_se_px is not None else 0.0
-        if shift > max(NAMED_PX, NAMED_Z * error):
-            across, down = (decimals(one, 2) for one in found.shift_px)
-            said = f"the rendering lay ({across}, {down}) px beside the photograph, across and down"
-            reasons.append(Reason("registration", "shift", "noted", said, shift, None, "px"))
-    if found.rotation_deg is not None and abs(found.rotation_deg) > NAMED_DEG:
-        said = f"the rendering lay turned by {decimals(found.rotation_deg, 2)}° against the photograph"
-        reasons.append(Reason("registration", "rotation", "noted", said, found.rotation_deg, None, "°"))
+def colour_reasons(evidence: Evidence, limits: Limits) -> list[Reason]:
+    """Return what the regions and the two maps say of colour."""
+    reasons = [] if evidence.regions is None else _regions(evidence.regions, evidence.seen_regions, limits)
+    residual = evidence.registration.residual_px if evidence.registration is not None else None
+    if residual is not None and residual > limits.registration_residual_px:
+        return reasons  # that nothing can be said of pixels is said where registration is judged
+    if evidence.other_flakes:
+        return [*reasons, *_elsewhere(evidence, limits)]
+    seen = [] if evidence.seen is None else _map(evidence.seen, "as seen", "as the eye resolves them", limits)
+    plain = [] if evidence.per_pixel is None else _map(evidence.per_pixel, "per pixel", "pixel by pixel", limits)
+    return reasons + seen + _weighed(plain, seen)
+
+
+def _regions(table: RegionTable, seen: Mapping[str, float], limits: Limits) -> list[Reason]:
+    limit = limits.delta_e
+    reasons = [
+        Reason(
+            f"region {row.name}", "excluded", "noted", f"region '{row.name}' does not count: " + "; ".join(row.excluded)
+        )
+        for row in table.excluded
+    ]
+    mean = table.mean_delta_e
+    if mean is None:
+        said = "no region is left to compare" if table.rows else "there are no regions"
+        return [*reasons, Reason("regions", "ΔE00", "cannot say", said, None, limit)]
+    worst = max(table.compared, key=lambda row: row.delta_e)
+    for row in table.compared:
+        if row.delta_e > limit:
+            error = "" if row.delta_e_se is None else f" ± {row.delta_e_se:.2g}"
+            said = f"region '{row.name}' differs by ΔE00 {row.delta_e:.2f}{error}, more than {limit:g}"
+            as_seen = seen.get(row.name, row.delta_e)
+            outcome: Outcome = "fails"
+            if as_seen <= limit:
+                outcome, said = (
+                    "noted",
+                    f"{said}; as the eye resolves it, by {as_seen:.2f}: it cancels with what is beside",
+                )
+            reasons.append(Reason(f"region {row.name}", "ΔE00", outcome, said, row.delta_e, limit))
+    if worst.delta_e <= limit:
+        said = f"no region differs by more than ΔE00 {worst.delta_e:.2f} ('{worst.name}'), within {limit:g}"
+        reasons.append(Reason("regions", "largest ΔE00", "passes", said, worst.delta_e, limit))
+    count = len(table.compared)
+    told = f"{count} regions differ by" if count > 1 else "one region differs by"
+    told += f" ΔE00 {mean:.2f}" + (" on average" if count > 1 else "")
+    how = f"more than {limit:g}" if mean > limit else f"within {limit:g}"
+    shown = [seen.get(row.name, row.delta_e) for row in table.compared]
+    outcome = "passes"
+    if mean > limit:
+        outcome = "noted" if max(shown) <= limit else "fails"
+    reasons.append(Reason("regions", "mean ΔE00", outcome, f"{told}, {how}", mean, limit))
     return reasons
 
 
-def disparity_reasons(found: DisparityEvidence | None, limits: Limits) -> list[Reason]:
-    """Return whether both eyes see the rendering as deep as the photograph.
+def _map(summary: DifferenceSummary, subject: str, how: str, limits: Limits) -> list[Reason]:
+    share, most = summary.above_limit_percent, limits.above_limit_percent
+    if summary.limit != limits.delta_e:
+        said = f"the map's share is above ΔE00 {summary.limit:g}, and the limit is {limits.delta_e:g}"
+        return [Reason(subject, "limit", "cannot say", said, summary.limit, limits.delta_e)]
+    over = summary.mean > limits.delta_e
+    many = share > most
+    return [
+        Reason(
+            subject,
+            "mean ΔE00",
+            "fails" if over else "passes",
+            f"pixels differ by ΔE00 {summary.mean:.2f} on average {how}, {'more than' if over else 'within'} "
+            f"{limits.delta_e:g}",
+            summary.mean,
+            limits.delta_e,
+        ),
+        Reason(
+            subject,
+            "share above the limit",
+            "fails" if many else "passes",
+            f"{share:.3g} % of the pixels differ by more than ΔE00 {limits.delta_e:g} {how}, "
+            f"{'more than' if many else 'within'} {most:g} %",
+            share,
+            most,
+            "%",
+        ),
+    ]
 
-    What is beyond the limit by fewer than ``NAMED_Z`` standard errors is left open, and so is what is known less well
-    than to the limit.
-    """
-    if found is None:
+
+def _elsewhere(evidence: Evidence, limits: Limits) -> list[Reason]:
+    """Return a note of what single pixels differ by where it says that flakes lie elsewhere, and no more."""
+    summary, how = (
+        (evidence.per_pixel, "pixel by pixel") if evidence.seen is None else (evidence.seen, "as the eye resolves them")
+    )
+    if summary is None:
         return []
-    reasons = []
-    most = limits.disparity_px
-    for name, apart, error in zip(("across", "down"), found.difference_px, found.standard_error_px, strict=True):
-        outcome: Outcome = "passes"
-        if math.isnan(apart) or math.isnan(error):
-            outcome = "cannot say"
-        elif abs(apart) > most:
-            outcome = "fails" if abs(apart) - NAMED_Z * error > most else "cannot say"
-        elif error > most:
-            outcome = "cannot say"
-        how = "within" if outcome == "passes" else "more than" if outcome == "fails" else "too uncertain against"
-        said = f"disparity {name} differs by {decimals(apart, 2)} ± {error:.2g} px, {how} {most:g} px"
-        reasons.append(Reason("disparity", name, outcome, said, apart, most, "px"))
-    return reasons
+    said = f"pixels differ by ΔE00 {summary.mean:.2f} on average {how}: flakes lie elsewhere, which decides nothing"
+    return [Reason("as seen", "mean ΔE00", "noted", said, summary.mean, limits.delta_e)]
 
 
-def sparkle_reasons(pairs: Sequence[SparklePair], limits: Limits) -> list[Reason]:
-    """Return a reason for every number that says something of sparkle."""
-    return [_reason(pair, limits) for pair in pairs]
+def _weighed(plain: list[Reason], seen: list[Reason]) -> list[Reason]:
+    """Return what the plain map says once it is known what of it is seen: it decides nothing by itself."""
+    weighed = []
+    for reason in plain:
+        if reason.outcome != "fails":
+            weighed.append(reason)
+        elif not seen:
+            said = f"{reason.said}; without a viewing distance it is not known whether that is seen"
+            weighed.append(_with(reason, "cannot say", said))
+        elif any(one.outcome != "passes" for one in seen):
+            weighed.append(_with(reason, "noted", reason.said))
+        else:
+            weighed.append(_with(reason, "noted", f"{reason.said}; it cancels at the viewing distance"))
+    return weighed
 
 
-def _reason(pair: SparklePair, limits: Limits) -> Reason:
-    relative = pair.relative
-    outcome, why = _outcome(pair, limits)
-    where = f" on '{pair.where}'" if pair.where else ""
-    unit = f" {pair.unit}" if pair.unit else ""
+def _with(reason: Reason, outcome: Literal["noted", "cannot say"], said: str) -> Reason:
+    return replace(reason, outcome=outcome, said=said)
+
+
+LEAST_REGIONS = 4
+# Medians of |x| for one and of √(x² + y²) for two normal distributions of standard deviation 1.
+_MEDIAN_1, _MEDIAN_2 = 0.6745, 1.1774
+
+
+def region_notes(table: RegionTable | None, limits: Limits) -> list[Reason]:
+    """Return notes on luminance and chromaticity, of all regions and of those that stand out."""
+    if table is None or not table.compared:
+        return []
+    return [*_factor(table, limits), *_chromaticity(table, limits), *_luminance(table, limits)]
+
+
+def _factor(table: RegionTable, limits: Limits) -> list[Reason]:
+    factor = table.factor
+    if factor is None:
+        return []
+    off, error = factor.mean_ratio - 1.0, factor.mean_ratio_se
+    if abs(off) <= max(limits.stands_out_luminance, limits.stands_out_z * (error or 0.0)):
+        return []
+    given = "" if error is None else f" ± {error:.2g}"
+    brighter = 100 * (1.0 / factor.mean_ratio - 1.0)
+    over = f"{factor.regions} {'region' if factor.regions == 1 else 'regions'}"
     said = (
-        f"sparkle {pair.measure}{where} is {pair.rendering:.4g}{_error(pair.rendering_se)}{unit} in the rendering and "
-        f"{pair.photo:.4g}{_error(pair.photo_se)}{unit} in the photograph"
+        f"luminances differ by a factor: photograph / rendering is {factor.mean_ratio:.4g}{given} over {over}, "
+        f"the rendering {abs(brighter):.3g} % {'brighter' if brighter > 0 else 'darker'}"
     )
-    if math.isfinite(relative) and relative:
-        error = _error(100 * pair.relative_se)
-        said += f", {100 * abs(relative):.3g}{error} % {'more' if relative > 0 else 'less'}"
-    value = 100 * abs(relative) if math.isfinite(relative) else None
-    return Reason(
-        f"sparkle{where}",
-        pair.measure,
-        outcome,
-        f"{said}: {why}",
-        value,
-        100 * limits.sparkle_relative,
-        "%",
-    )
+    if table.luminance != "absolute":
+        said += f"; colours were compared after the rendering was multiplied by {table.scaled_by:.4g}"
+    return [Reason("luminance", "factor", "noted", said, factor.mean_ratio, None)]
 
 
-def _outcome(pair: SparklePair, limits: Limits) -> tuple[Outcome, str]:
-    relative, z, most = pair.relative, pair.z, limits.sparkle_relative
-    if math.isnan(pair.photo) and math.isnan(pair.rendering):
-        return "noted", "neither has what it is measured on"
-    if pair.photo == pair.rendering:
-        return "passes", "equal"
-    if math.isnan(z) or math.isnan(relative):
-        return "cannot say", "there is too little to tell"
-    large, certain = abs(relative) > most, abs(z) > limits.sparkle_z
-    if large and certain:
-        return "fails", f"{abs(z):.1f} standard errors and more than {100 * most:g} %"
-    if certain:
-        return "noted", f"{abs(z):.1f} standard errors, but within {100 * most:g} %"
-    if large:
-        return "cannot say", f"more than {100 * most:g} %, but only {abs(z):.1f} standard errors"
-    if pair.relative_se > limits.sparkle_relative_se:
-        return "cannot say", f"the difference is known to {100 * pair.relative_se:.2g} % only"
-    return "passes", f"within {100 * most:g} % and {limits.sparkle_z:g} standard errors"
+def _chromaticity(table: RegionTable, limits: Limits) -> list[Reason]:
+    rows = table.compared
+    shifts = np.array([[row.delta_x, row.delta_y] for row in rows])
+    common = np.median(shifts, axis=0) if len(rows) >= LEAST_REGIONS else np.zeros(2)
+    apart = np.hypot(*(shifts - common).T)
+    scatter = float(np.median(apart)) / _MEDIAN_2 if len(rows) >= LEAST_REGIONS else 0.0
+    least = limits.stands_out_delta_xy
+    reasons = []
+    if float(np.hypot(*common)) > max(least, limits.stands_out_z * scatter / math.sqrt(len(rows))):
+        said = f"chromaticities are shifted alike, by Δx {_signed(common[0])} and Δy {_signed(common[1])} in the median"
+        reasons.append(Reason("chromaticity", "Δxy", "noted", said, float(np.hypot(*common)), least))
+    for row, distance in zip(rows, apart, strict=True):
+        error = math.hypot(row.delta_x_se or 0.0, row.delta_y_se or 0.0)
+        if distance > max(least, limits.stands_out_z * error, limits.stands_out_z * scatter):
+            x, y = _signed(row.delta_x), _signed(row.delta_y)
+            said = f"region '{row.name}' is shifted in chromaticity, by Δx {x} and Δy {y}"
+            if error:
+                said += f" (± {error:.1g})"
+            reasons.append(Reason(f"region {row.name}", "Δxy", "noted", said, row.delta_xy, least))
+    return reasons
 
 
-def _error(se: float) -> str:
-    return f" ± {se:.2g}" if math.isfinite(se) else ""
+def _signed(value: float) -> str:
+    text = decimals(value, 4)
+    return text if text.startswith("-") or float(text) == 0 else f"+{text}"
+
+
+def _luminance(table: RegionTable, limits: Limits) -> list[Reason]:
+    rows = table.compared
+    ratios = np.array([row.luminance_ratio or np.nan for row in rows])  # those that count hold light
+    if len(rows) < LEAST_REGIONS:
+        return []  # the factor says it
+    common = float(np.median(ratios))
+    apart = ratios / common - 1.0
+    scatter = float(np.median(np.abs(apart))) / _MEDIAN_1
+    reasons = []
+    for row, ratio, off in zip(rows, ratios, apart, strict=True):
+        error = (row.luminance_ratio_se or 0.0) / common
+        if abs(off) > max(limits.stands_out_luminance, limits.stands_out_z * max(error, scatter)):
+            said = (
+                f"region '{row.name}' stands out in luminance: photograph / rendering is {ratio:.4g}, "
+                f"{100 * abs(off):.3g} % {'above' if off > 0 else 'below'} the median of all"
+            )
+            reasons.append(Reason(f"region {row.name}", "luminance", "noted", said, float(ratio), None))
+    return reasons

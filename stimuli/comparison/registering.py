@@ -19,13 +19,20 @@ from stimuli.align.homography import homography_from_points, mapped
 from stimuli.comparison.alignment import STILL_PX, Alignment, resample, resample_flags
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.by_region import Side, check_charts
-from stimuli.comparison.first_guess import guess_alignment, sizes_differ
+from stimuli.comparison.displacements import (
+    LEAST_SQUARES,
+    SquareShifts,
+    fit_similarity,
+    guess_alignment,
+    measure_squares,
+    middle,
+    sizes_differ,
+)
 from stimuli.comparison.pictures import View
 from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.results import CompareOptions, Registering
 from stimuli.comparison.rows import Floats, Mask, RowFile
-from stimuli.comparison.squares import LEAST_SQUARES, SquareShifts, fit_similarity, measure_squares, middle
 from stimuli.errors import StimulusError
 
 # Called with what is being done, how much of it is done, and of how much.
