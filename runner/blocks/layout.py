@@ -5,9 +5,8 @@ A picture is shown through its aperture; the rest of a larger picture is not rea
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Literal, Protocol
+from typing import Literal
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
@@ -20,7 +19,6 @@ from runner.errors import SessionError
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.scene import Offset, Picture
 from stimuli.pictures.exr_views import Part, Region
-from stimuli.pictures.stereo_image import StereoImage
 
 
 class LayoutError(SessionError):
@@ -190,23 +188,17 @@ def _refuse_if_too_large(what: str, wide: int, high: int, style: Style) -> None:
         )
 
 
-class LoadPart(Protocol):
-    """Where pictures come from, by name: whole, or the part that is chosen by their size."""
+def visible_part(aperture_px: tuple[int, int], area: EyeArea) -> Part | None:
+    """Return which part of a picture is seen through an aperture of ``aperture_px`` (width, height); None for all.
 
-    def __call__(self, name: str, part: Part | None = None, /) -> StereoImage:
-        """Return the picture ``name``, or ``part`` of it."""
-
-
-def through_aperture(load: LoadPart, aperture_px: tuple[int, int], area: EyeArea) -> Callable[[str], StereoImage]:
-    """Return ``load`` with its pictures cropped to ``aperture_px`` (width, height), standing where they stood.
-
-    A picture in the middle of an eye's view begins at (view - size) // 2, so that the crop depends on the view's size
-    by a pixel. A squeezed view shares pixels between columns or rows, and there nothing is cropped.
+    The part stands where it stood in the whole picture. A picture in the middle of an eye's view begins at
+    (view - size) // 2, so that the part depends on the view's size by a pixel. A squeezed view shares pixels between
+    columns or rows: there, pictures are read whole.
     """
     if area.squeeze != (1, 1):
-        return load
+        return None
 
-    def shown(size_px: tuple[int, int]) -> Region:
+    def part(size_px: tuple[int, int]) -> Region:
         width, height = (min(most, size) for most, size in zip(aperture_px, size_px, strict=True))
         left, top = (
             (view - kept) // 2 - (view - size) // 2
@@ -214,4 +206,4 @@ def through_aperture(load: LoadPart, aperture_px: tuple[int, int], area: EyeArea
         )
         return Region(left, top, width, height)
 
-    return lambda name: load(name, shown)
+    return part

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import asdict
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -193,7 +194,7 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
         lambda _, done, of: options.progress("Building stimuli", done, of),
         setup=DisplaySetup.of(design.rig),
     )
-    costs = ClippingCosts.of(design, stimuli, design.shown(stimuli.load))
+    costs = ClippingCosts.of(design, stimuli, partial(stimuli.load, part=design.visible_part))
     clipping = {}
     for done, name in enumerate(stimuli.names, start=1):
         clipping[name] = costs.description(name)["clipping"]

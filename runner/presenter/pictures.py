@@ -6,7 +6,7 @@ from collections.abc import Callable, Collection
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
-from typing import NamedTuple
+from typing import NamedTuple, TypeAlias
 
 import moderngl
 import numpy as np
@@ -30,8 +30,12 @@ class PictureKey(NamedTuple):
     offset_px: Offset = (0, 0)
 
 
+# Changes a picture for the place at which it is shown, an offset from the middle of the eyes' views.
+Prepare: TypeAlias = Callable[[StereoImage, Offset], StereoImage]
+
+
 class Pictures:
-    """Pictures by their keys, as ``load`` gives them.
+    """Pictures by their keys: as ``load`` gives them by name, changed for their place by ``prepare`` if it is given.
 
     They are decoded in a thread of their own once ``start`` has named them, which calls ``decoded`` after each;
     uploading and the colour pass belong to the context's thread, one band of rows of a view at each ``step``.
@@ -41,14 +45,16 @@ class Pictures:
         self,
         context: moderngl.Context,
         views: ViewCodes,
-        load: Callable[[PictureKey], StereoImage],
+        load: Callable[[str], StereoImage],
         work: Work,
         budget_bytes: int,
+        *,
+        prepare: Prepare | None = None,
         decoded: Callable[[], None] = lambda: None,
     ) -> None:
         self._context = context
         self._work = work
-        self._decoder = Decoder(load, int(context.info["GL_MAX_TEXTURE_SIZE"]), decoded)
+        self._decoder = Decoder(load, int(context.info["GL_MAX_TEXTURE_SIZE"]), decoded, prepare=prepare)
         self._views = views
         self._held: LruCache[PictureKey, PictureCodes] = LruCache(budget_bytes, lambda: work.add(evictions=1))
         self._making: tuple[PictureKey, Making] | None = None
@@ -123,15 +129,21 @@ class Pictures:
 class Decoder:
     """Loads pictures by name, checks them and makes them ready to upload, one after another in one thread.
 
-    ``take`` waits for the one it needs. ``load`` and the rest run in that thread, and what they raise is raised again
-    by ``take``. ``finished`` is called after each picture, from whichever thread. At most the pictures of the last
-    ``start`` wait, beside one that was under way.
+    ``take`` waits for the picture it needs. ``load``, ``prepare`` and the rest run in that thread, and what they raise
+    is raised again by ``take``. ``finished`` is called after each picture, from whichever thread. At most the pictures
+    of the last ``start`` wait, beside one that was under way.
     """
 
     def __init__(
-        self, load: Callable[[PictureKey], StereoImage], largest_px: int, finished: Callable[[], None] = lambda: None
+        self,
+        load: Callable[[str], StereoImage],
+        largest_px: int,
+        finished: Callable[[], None] = lambda: None,
+        *,
+        prepare: Prepare | None = None,
     ) -> None:
         self._load = load
+        self._prepare = prepare
         self._largest_px = largest_px
         self._finished = finished
         self._thread: ThreadPoolExecutor | None = None
@@ -175,7 +187,9 @@ class Decoder:
             self._finished()
 
     def _decode(self, key: PictureKey) -> StereoImage:
-        image = self._load(key)
+        image = self._load(key.stimulus)
+        if self._prepare is not None:
+            image = self._prepare(image, key.offset_px)
         if max(image.width_px, image.height_px) > self._largest_px:
             size = f"{image.width_px} × {image.height_px} px"
             raise PresentationError(

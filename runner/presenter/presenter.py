@@ -102,12 +102,8 @@ class Presenter:
         else:
             views = MixedCodes(surface.context, mixture, self._work, dithering, bits)
 
-        def load_key(key: PictureKey) -> StereoImage:
-            image = load(key.stimulus)
-            return image if prepare is None else prepare(image, key.offset_px)
-
         self._pictures = Pictures(
-            surface.context, views, load_key, self._work, picture_budget_bytes, decoded=surface.wake
+            surface.context, views, load, self._work, picture_budget_bytes, prepare=prepare, decoded=surface.wake
         )
         self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits)
         self._painter = Painter(surface.context, surface.calls)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
@@ -19,7 +19,7 @@ from documents.yaml.load import Strict
 from documents.yaml.source import Path_, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
 from runner.blocks.field_types import Line
-from runner.blocks.layout import LayoutError, LayoutSpec, LoadPart, aperture_px, through_aperture
+from runner.blocks.layout import LayoutError, LayoutSpec, aperture_px, visible_part
 from runner.blocks.registry import AnyBlockSpec
 from runner.blocks.setting import Factors, Setting, Stimuli
 from runner.blocks.style import Style
@@ -29,7 +29,7 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures.exr_views import Part
 from stimuli.recipes.recipe import read_recipe
 
 MOST_TRIALS = 100_000
@@ -100,10 +100,10 @@ class Experiment:
         """How words look."""
         return Style(self.view_px)
 
-    def shown(self, load: LoadPart) -> Callable[[str], StereoImage]:
-        """Return ``load`` with its pictures cropped to what the layout's aperture shows of them."""
-        area = self.mode.areas(self.rig.display.panel.resolution_px)[0]
-        return through_aperture(load, self.aperture_px, area)
+    @property
+    def visible_part(self) -> Part | None:
+        """Which part of each picture the layout's aperture shows, for `StimulusSet.load`; None where it is all."""
+        return visible_part(self.aperture_px, self.mode.areas(self.rig.display.panel.resolution_px)[0])
 
     @property
     def dithering(self) -> Dithering | None:

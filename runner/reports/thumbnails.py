@@ -48,12 +48,12 @@ def thumbnails(
     Each is what the layout shows of the picture: clipped to the display's gamut, averaged in light, and brought into
     sRGB with the display's white as white.
     """
-    load = experiment.shown(stimuli.load)
+    part = experiment.visible_part
     models = experiment.rig.models
     width_px = LARGE_PX if len(stimuli.names) <= FEW else SMALL_PX
     found: dict[str, dict[str, bytes]] = {}
     for number, name in enumerate(stimuli.names):
-        image = load(name)
+        image = stimuli.load(name, part)
         left = png(small(models.left, image.left, width_px), models.left)
         if image.is_flat and models.left is models.right:
             found[name] = {"both": left}

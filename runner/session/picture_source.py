@@ -17,7 +17,8 @@ class PictureSource:
     """The stimuli of an experiment, cut to the aperture, and the pictures that its blocks make themselves."""
 
     def __init__(self, experiment: Experiment, stimuli: StimulusSet, blocks: Sequence[Block] = ()) -> None:
-        self.stimulus = functools.lru_cache(maxsize=_KEPT)(experiment.shown(stimuli.load))
+        load = functools.partial(stimuli.load, part=experiment.visible_part)
+        self.stimulus: Callable[[str], StereoImage] = functools.lru_cache(maxsize=_KEPT)(load)
         self._made: dict[str, Callable[[], StereoImage]] = {}
         self.add(blocks)
 

@@ -113,8 +113,7 @@ class Station:
             reference = spec.reference or self.experiment.stimuli.reference
             if reference is None:
                 raise SessionError("an image-based observer needs a reference picture")
-            load = self.experiment.shown(self.stimuli.load)
-            far = mean_delta_e_00(load, self.stimuli.names, reference, self.experiment.rig.models)
+            far = mean_delta_e_00(self.pictures.stimulus, self.stimuli.names, reference, self.experiment.rig.models)
             log_scores = {name: -spec.slope_per_delta_e_00 * distance for name, distance in far.items()}
             return BradleyTerryObserver.by_log_scores(log_scores, rng, spec)
         return BradleyTerryObserver(spec.scores, rng, spec.median_response_time_s, spec)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -13,7 +15,7 @@ from devices.compensation.eye_view import Rectangle
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
-from runner.blocks.layout import LoadPart, through_aperture
+from runner.blocks.layout import visible_part
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.modes.registry import find_mode
@@ -28,10 +30,10 @@ from stimuli.pictures.stereo_image import StereoImage
 SIZES = st.tuples(st.integers(1, 40), st.integers(1, 40))
 
 
-def held(image: StereoImage) -> LoadPart:
+def held(image: StereoImage) -> Callable[[str, Part | None], StereoImage]:
     """Return where ``image`` comes from under any name, cropped after it is whole: what reading a part must equal."""
 
-    def load(name: str, part: Part | None = None) -> StereoImage:
+    def load(name: str, part: Part | None) -> StereoImage:
         if part is None:
             return image
         region = part((image.width_px, image.height_px))
@@ -51,7 +53,7 @@ def test_what_is_seen_through_the_aperture_stays_in_its_place(
     width, height = size
     values = np.arange(width * height * 3, dtype=np.float32).reshape(height, width, 3)
     area = EyeArea(Rectangle(0, 0, *view), eyes=("left",))
-    cropped = through_aperture(held(StereoImage.flat(values)), aperture, area)("a")
+    cropped = held(StereoImage.flat(values))("a", visible_part(aperture, area))
     assert cropped.is_flat
     assert (cropped.width_px, cropped.height_px) == (min(width, aperture[0]), min(height, aperture[1]))
 
@@ -80,10 +82,10 @@ def test_the_framebuffer_is_the_same_and_fewer_pixels_are_shaded() -> None:
     area = mode.areas((401, 200))[0]
     captured, shaded = [], []
     try:
-        for load in (held(image), through_aperture(held(image), (60, 40), area)):
+        for part in (None, visible_part((60, 40), area)):
             with (
                 open_surface("egl", (401, 200)) as surface,
-                Presenter(surface, mode, EyeModels(model, model), load) as presenter,
+                Presenter(surface, mode, EyeModels(model, model), partial(held(image), part=part)) as presenter,
             ):
                 presenter.show(scene)
                 captured.append(presenter.capture()["screen"])
@@ -107,8 +109,8 @@ def test_a_set_reads_what_is_seen_and_nothing_else(
     entry = {"name": "a", "file": "a.exr", "size_px": [width, height]}
     stimuli = StimulusSet(tmp_path / "recipe.yaml", tmp_path, ("a",), "", {"stimuli": [entry]})
     area = find_mode(mode).areas((401, 200))[0]
-    read = through_aperture(stimuli.load, (60, 40), area)("a")
-    cropped = through_aperture(held(stimuli.load("a")), (60, 40), area)("a")
+    read = stimuli.load("a", visible_part((60, 40), area))
+    cropped = held(stimuli.load("a"))("a", visible_part((60, 40), area))
     assert read.is_flat is cropped.is_flat is flat
     assert np.array_equal(read.left, cropped.left)
     assert np.array_equal(read.right, cropped.right)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -167,7 +168,7 @@ def test_a_session_compensates_in_its_pass_and_for_each_place(study: Study) -> N
         assert station.presenter.counters.uploads == work.uploads
     rig = design.rig
     compensation = design.mode.compensation(rig.models, (640, 480), Correction(rig.crosstalk, rig.gain_map))
-    load = design.shown(stimuli.load)
+    load = partial(stimuli.load, part=design.visible_part)
     with (
         open_surface("egl", (640, 480)) as surface,
         Presenter(surface, design.mode, rig.models, load, prepare=_before(compensation)) as presenter,

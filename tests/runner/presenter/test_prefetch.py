@@ -16,7 +16,7 @@ import pytest
 from devices.display.display_file import EyeModels
 from documents import Finding, InputError
 from runner.presenter.modes.registry import find_mode
-from runner.presenter.pictures import Decoder
+from runner.presenter.pictures import Decoder, PictureKey
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene, Text
 from runner.presenter.surfaces.egl import EglSurface
@@ -147,16 +147,16 @@ def test_a_presenter_that_prefetches_nothing_starts_no_thread(
 
 
 def test_taking_from_the_decoder_is_loading(slow: Slow) -> None:
-    told = threading.Event()
-    decoder = Decoder(slow, 1000, told.set)
+    finished = threading.Event()
+    decoder = Decoder(slow, 1000, finished.set)
     slow.let_go.set()
     assert decoder.ready() is None
-    decoder.start(["a", "b"])
-    assert told.wait(5.0)
-    assert decoder.ready() == "a"
-    assert decoder.take("b") is slow.pictures["b"]
-    assert decoder.take("a") is slow.pictures["a"]
-    assert decoder.take("c") is slow.pictures["c"]
+    keys = {name: PictureKey(name) for name in "abc"}
+    decoder.start([keys["a"], keys["b"]])
+    assert finished.wait(5.0)
+    assert decoder.ready() == keys["a"]
+    for name in "bac":
+        assert decoder.take(keys[name]) is slow.pictures[name]
     decoder.close()
 
 
@@ -173,7 +173,7 @@ def test_pictures_leave_the_decoder_as_their_textures_hold_them(random_stereo: S
     doubles: Any = wide.right.astype(np.float64)
     left = wide.left[:, ::2]
     decoder = Decoder(lambda name: Named(left, left if flat else doubles[:, ::2], name), 1000)
-    taken = decoder.take("a")
+    taken = decoder.take(PictureKey("a"))
     decoder.close()
     assert isinstance(taken, Named)
     assert taken.name == "a"

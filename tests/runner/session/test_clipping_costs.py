@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable
 from dataclasses import astuple
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -37,7 +38,7 @@ def _opened(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]:
     """Return each picture's description, and how many costs were reckoned and found."""
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
-    costs = ClippingCosts.of(design, stimuli, design.shown(stimuli.load))
+    costs = ClippingCosts.of(design, stimuli, partial(stimuli.load, part=design.visible_part))
     return [costs.description(name) for name in stimuli.names], astuple(costs.work)
 
 
@@ -45,7 +46,7 @@ def _slow(study: Study) -> list[dict[str, Any]]:
     """Return the same by reckoning it all."""
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
-    load = design.shown(stimuli.load)
+    load = partial(stimuli.load, part=design.visible_part)
     compensation = rig_compensation(design, load, stimuli.names)
     return [
         {
