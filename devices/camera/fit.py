@@ -10,12 +10,10 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.camera.camera_model import CameraModel, Form
-from devices.camera.correspondences import Correspondences
+from devices.camera.correspondences import Correspondences, pool, uneven
 from devices.camera.exposure import Exposure
-from devices.camera.exposures_pooled import pool, uneven
 from devices.camera.fit_checks import check_black, check_determined, check_enough, remarks
-from devices.camera.outliers import find_outliers, why
-from devices.camera.solve import Loss, design, left_out_xyz, solve
+from devices.camera.solve import Loss, design, find_outliers, left_out_xyz, solve, why
 from devices.characterise.figures import Errors, errors_of
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab

@@ -14,9 +14,8 @@ from pydantic import BaseModel, Discriminator, Field, PositiveFloat, PositiveInt
 
 from devices.compensation.crosstalk import Crosstalk, check_leakage
 from devices.compensation.gain_map import GainMap
-from devices.display.mode_extras import CrosstalkSpec, GainMapSpec
 from devices.display.model import DisplayModel
-from devices.display.model_spec import ModelSpec
+from devices.display.model_spec import CrosstalkSpec, GainMapSpec, ModelSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.text.words import did_you_mean

@@ -1,4 +1,4 @@
-"""What a display file says of one display model: black, primaries and the curves of its channels."""
+"""What a display file holds of a mode: the display model of each eye, crosstalk and a gain map."""
 
 from __future__ import annotations
 
@@ -7,6 +7,8 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, PositiveFloat
 
+from devices.compensation.crosstalk import Crosstalk
+from devices.compensation.gain_map import GainMap, Normalise, Positions
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.display.table_curve import TableCurve
@@ -16,6 +18,7 @@ from documents import Finding
 from documents.yaml.load import Strict
 
 Triple = tuple[float, float, float]
+Matrix = tuple[Triple, Triple, Triple]
 
 
 class PrimariesSpec(Strict):
@@ -160,3 +163,33 @@ class ModelSpec(Strict):
             self.curve.curves(),
         )
         return self.curve.model(additive) if isinstance(self.curve, PlvcSpec) else additive
+
+
+class CrosstalkSpec(Strict):
+    """What leaks into each eye: seen = own + matrix · other, in XYZ above black; three rows of three numbers each."""
+
+    left: Matrix
+    right: Matrix
+    source: str = ""
+
+    def crosstalk(self) -> Crosstalk:
+        """Return the crosstalk; DeviceError if it cannot be undone."""
+        return Crosstalk(np.array(self.left), np.array(self.right))
+
+
+class GainMapSpec(Strict):
+    """Luminance readings over the panel, top row first, in one unit; see `devices.compensation.gain_map.GainMap`."""
+
+    luminance: Annotated[list[Annotated[list[PositiveFloat], Field(min_length=1)]], Field(min_length=1)]
+    positions: Positions
+    normalise: Normalise
+    source: str = ""
+
+    def gain_map(self, resolution_px: tuple[int, int]) -> GainMap:
+        """Return the gain map of a panel; DeviceError if the rows differ in length or are too few."""
+        lengths = [len(row) for row in self.luminance]
+        if len(set(lengths)) > 1:
+            raise DeviceError(
+                f"the rows of the gain map hold {', '.join(map(str, lengths))} readings; all need as many"
+            )
+        return GainMap(np.array(self.luminance), resolution_px, self.positions, self.normalise)

@@ -1,18 +1,34 @@
-"""Spectral radiance to XYZ, summed at the spectrum's own spacing."""
+"""Spectral radiance to XYZ, summed at the spectrum's own spacing; the spectra of a ``.ti3`` file.
+
+A ``.ti3`` has the keywords ``SPECTRAL_BANDS``, ``SPECTRAL_START_NM`` and ``SPECTRAL_END_NM``, and fields ``SPEC_nnn``.
+ArgyllCMS writes radiance in mW/(sr m² nm) and names each field by the nearest whole nm, so that bands of 3⅓ nm follow
+from the first, the last and their number. Some programs scale the spectra with XYZ and some do not: where a file has
+both, the scale comes from them.
+"""
 
 from __future__ import annotations
+
+import math
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
+from devices.measurements.cgats import CgatsTable
+from devices.measurements.table import Measurements
 
 Floats = NDArray[np.float64]
-
 # Luminous efficacy, lm/W, at 540 THz.
 EFFICACY = 683.0
 _MOST_SPACING_NM = 20.0
 _MUST_COVER_NM = (400.0, 700.0)
+FIELD = re.compile(r"SPEC_(\d+(?:\.\d+)?)")
+_WATTS = 1e-3
+# Another scale than mW is told from here; another light from there, as a share of the brightest Y.
+_OTHER_SCALE, _OTHER_LIGHT = 0.05, 0.02
 
 
 def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike) -> Floats:
@@ -48,3 +64,101 @@ def matching_functions(wavelengths_nm: Floats) -> Floats:
     known, values = np.asarray(table.wavelengths, dtype=np.float64), np.asarray(table.values, dtype=np.float64)
     columns = [np.interp(wavelengths_nm, known, values[:, i], left=0.0, right=0.0) for i in range(3)]
     return np.stack(columns, axis=1)
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Spectra:
+    """``per_nm`` (n, m) in W/(sr m² nm) at ``wavelengths_nm`` (m,), their ``XYZ`` (n, 3), and what is to be said."""
+
+    per_nm: Floats
+    wavelengths_nm: Floats
+    XYZ: Floats
+    said: list[str]
+
+
+def read_spectra(table: CgatsTable, fields: Sequence[str], values: Floats, XYZ: Floats | None) -> Spectra:
+    """Return the spectra whose ``fields`` hold ``values`` (n, m); ``XYZ`` (n, 3) are the file's, if it has any.
+
+    Raises
+    ------
+    DeviceError
+        With line and column: if the wavelengths do not fit together, or are too few for XYZ.
+    """
+    waves, said = _wavelengths(table, fields)
+    order = np.argsort(waves)
+    waves, per_nm = waves[order], values[:, order] * _WATTS
+    at = table.keywords.get("SPECTRAL_BANDS", next(cell for cell in table.fields if cell.text == fields[0]))
+    try:
+        own = xyz_from_spectra(per_nm, waves)
+    except DeviceError as error:
+        raise DeviceError([table.finding(f.message, at, f.remedy) for f in error.findings]) from error
+    if XYZ is None:
+        return Spectra(per_nm, waves, own, [*said, "XYZ were summed from the spectra, which were taken to be in mW"])
+    power = float(own[:, 1] @ own[:, 1])
+    scale = float(own[:, 1] @ XYZ[:, 1]) / power if power > 0 else 1.0
+    if scale <= 0 or not math.isfinite(scale):
+        return Spectra(per_nm, waves, own, [*said, "the spectra do not go with XYZ; their scale is not known"])
+    if abs(scale - 1) > _OTHER_SCALE:
+        said.append(f"the spectra were multiplied by {scale:.4g}, so that their Y is that of the file")
+        per_nm, own = per_nm * scale, own * scale
+    off = float(np.abs(own - XYZ).max() / max(XYZ[:, 1].max(), 1e-12))
+    if off > _OTHER_LIGHT:
+        said.append(f"XYZ differ from those of the spectra by up to {100 * off:.1f} % of white; XYZ were kept")
+    return Spectra(per_nm, waves, own, said)
+
+
+def _wavelengths(table: CgatsTable, fields: Sequence[str]) -> tuple[Floats, list[str]]:
+    """Return the wavelength (m,) of each of ``fields``, by first, last and number where the file tells them."""
+    named = np.array([float(found[1]) for name in fields if (found := FIELD.fullmatch(name))])
+    told = [_keyword(table, f"SPECTRAL_{what}") for what in ("BANDS", "START_NM", "END_NM")]
+    bands, start, end = told
+    if bands is not None and bands != len(fields):
+        at = table.keywords["SPECTRAL_BANDS"]
+        raise DeviceError(
+            table.finding(f"SPECTRAL_BANDS is {at.text}, and there are {len(fields)} spectral fields", at)
+        )
+    if start is None or end is None:
+        return named, ["the wavelengths were taken from the names of the spectral fields"]
+    waves = np.linspace(start, end, len(fields))
+    wrong = np.flatnonzero(np.abs(waves - named) > 0.5 + 1e-6)
+    if len(wrong):
+        at = next(cell for cell in table.fields if cell.text == fields[wrong[0]])
+        remedy = f"from {start:g} to {end:g} nm in {len(fields)} bands"
+        raise DeviceError(table.finding(f"{at.text} stands where {waves[wrong[0]]:g} nm should", at, remedy))
+    return waves, []
+
+
+def _keyword(table: CgatsTable, keyword: str) -> float | None:
+    cell = table.keywords.get(keyword)
+    if cell is None:
+        return None
+    try:
+        value = float(cell.text)
+    except ValueError:
+        value = math.nan
+    if not (math.isfinite(value) and value > 0):
+        raise DeviceError(table.finding(f"{keyword} is '{cell.text}'", cell, "a number above 0 is needed"))
+    return value
+
+
+def spectral_head(measurements: Measurements) -> tuple[list[str], list[str]]:
+    """Return the keywords' lines and the names of the fields that spectra need; none where there are none."""
+    waves = measurements.wavelengths_nm
+    if waves is None or len(waves) == 0:
+        return [], []
+    fields = [f"SPEC_{math.floor(wave + 0.5):03d}" for wave in waves.tolist()]
+    steps = np.diff(waves)
+    even = len(steps) > 0 and bool(np.all(steps > 0) and np.ptp(steps) < 1e-6 * steps.mean())
+    if len(set(fields)) < len(fields) or not (even or np.all(waves == np.round(waves))):
+        raise DeviceError("a .ti3 cannot hold these wavelengths: they must be evenly spaced, at least 1 nm apart")
+    said = ['INSTRUMENT_TYPE_SPECTRAL "YES"', f'SPECTRAL_BANDS "{len(waves)}"']
+    if even:
+        said += [f'SPECTRAL_START_NM "{waves[0]:.6f}"', f'SPECTRAL_END_NM "{waves[-1]:.6f}"']
+    return said, fields
+
+
+def spectral_rows(measurements: Measurements) -> list[list[str]]:
+    """Return for each reading its spectrum's numbers as text, in mW/(sr m² nm); none where there are none."""
+    if measurements.spectra is None:
+        return [[] for _ in range(len(measurements))]
+    return [[repr(float(value)) for value in row / _WATTS] for row in measurements.spectra]

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from devices.errors import DeviceError
 from devices.measurements.cgats import Cell, CgatsTable, read_table
+from devices.measurements.spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
-from devices.measurements.ti3_spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
 from documents import Finding
 from documents.files.tables import bounded_bytes
 

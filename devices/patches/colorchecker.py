@@ -1,8 +1,10 @@
-"""The 24 colours of the ColorChecker, asked of a display in XYZ: fresh colours to verify a characterisation with.
+"""The 24 colours of the ColorChecker: asked of a display in XYZ, or as a chart in some light.
 
-The chart's colours under D50 are adapted to the display's white by Bradford's transform, scaled together until the
-brightest fits, and those more saturated than the display can show are moved towards the grey of their luminance, no
-further than need be. Sources: [ColorChecker] for the colours, [Lam1985] for the transform.
+To verify a display, the chart's colours under D50 are adapted to the display's white by Bradford's transform, scaled
+together until the brightest fits, and those more saturated than the display can show are moved towards the grey of
+their luminance, no further than need be. For a chart that nobody measured they are adapted to the light that falls on
+it; a chart differs from the published one, and fades, so that its own readings are better. Sources: [ColorChecker] for
+the colours, [Lam1985] for the transform.
 """
 
 from __future__ import annotations
@@ -12,14 +14,14 @@ from dataclasses import dataclass
 from importlib.resources import files
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from devices.colour.spaces import XYZ_from_xyY
+from devices.colour.spaces import XYZ_from_xyY, bradford_matrix
 from devices.display.model import DisplayModel
+from devices.errors import DeviceError
+from documents import Finding
 
 Floats = NDArray[np.float64]
-
-_BRADFORD = np.array([[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]])
 _D50_XY = (0.345703, 0.358539)
 _WITHIN = 1e-9
 
@@ -69,9 +71,7 @@ def asked_of(model: DisplayModel) -> tuple[AskedColour, ...]:
 
 def _adapted(XYZ: Floats, white: Floats) -> Floats:
     """Return ``XYZ`` under D50, shape (n, 3), adapted to ``white``, shape (3,), in its unit."""
-    from_white = _BRADFORD @ XYZ_from_xyY([*_D50_XY, 1.0])
-    gains = (_BRADFORD @ white) / from_white
-    return np.asarray(XYZ @ (np.linalg.inv(_BRADFORD) @ np.diag(gains) @ _BRADFORD).T)
+    return np.asarray(XYZ @ bradford_matrix(XYZ_from_xyY([*_D50_XY, 1.0]), white).T)
 
 
 def _largest_share(linear: Floats, grey: Floats, lowest: Floats, highest: Floats) -> float:
@@ -99,3 +99,24 @@ def _halved_share(model: DisplayModel, light: Floats, grey: Floats, lowest: Floa
         middle = 0.5 * (low + high)
         low, high = (middle, high) if inside(middle) else (low, middle)
     return low
+
+
+def colorchecker_XYZ(white_XYZ_cd_m2: ArrayLike) -> tuple[tuple[str, ...], Floats]:
+    """Return the names and XYZ (24, 3) in cd/m² of a ColorChecker whose white patch has ``white_XYZ_cd_m2`` (3,).
+
+    Raises
+    ------
+    DeviceError
+        If the white is not three finite numbers above 0.
+    """
+    white = np.asarray(white_XYZ_cd_m2, dtype=np.float64)
+    if white.shape != (3,) or not np.all(np.isfinite(white) & (white > 0)):
+        raise DeviceError(Finding(f"the white patch is {white.tolist()}", remedy="give its X,Y,Z in cd/m²"))
+    names, xyY = colorchecker_xyY()
+    XYZ = XYZ_from_xyY(xyY)
+    brightest = XYZ[np.argmax(XYZ[:, 1])]
+    # The patch, not a perfect white, was measured: it is taken to be as little coloured in this light as under D50.
+    d50 = XYZ_from_xyY([*_D50_XY, 1.0])
+    light = white / brightest * d50
+    adapted = XYZ @ bradford_matrix(d50, light).T
+    return names, np.asarray(adapted * white[1] / adapted[np.argmax(xyY[:, 2]), 1])

@@ -1,15 +1,25 @@
-"""A patch: a name, the device codes of its three channels, what else is on the screen, and how it is to be read."""
+"""Patches, each a name, device codes and how it is to be read; sets of them, also from CSV.
+
+The CSV has the columns ``name,red,green,blue``, with ``# codes: 0..255`` above.
+"""
 
 from __future__ import annotations
 
+import csv
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from devices.errors import DeviceError
+from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.arrangement import Arrangement, PatchEye, Place, degrees
+from documents import Finding
+from documents.files.tables import other_separator
 
 Codes = tuple[float, float, float]
+_COLUMNS = ("red", "green", "blue")
+_MOST_FINDINGS = 20
 
 
 @dataclass(frozen=True, slots=True)
@@ -70,6 +80,8 @@ def _rounded(codes: Codes, highest: int) -> Codes:
 
 
 BLACK = Patch("black", (0.0, 0.0, 0.0))
+
+
 WHITE = Patch("white", (1.0, 1.0, 1.0))
 
 
@@ -109,3 +121,90 @@ def _first_repeated(names: Iterable[tuple[str, PatchEye | None]]) -> str | None:
             return name[0]
         seen.add(name)
     return None
+
+
+def read_patches(path: Path, code_range: str | None = None) -> PatchSet:
+    """Read the patches in the CSV file at ``path``; ``code_range`` is what its codes run over, if it does not say.
+
+    Raises
+    ------
+    DeviceError
+        With file, line, column, value and remedy of the first twenty faults.
+    """
+    try:
+        text = path.read_text(encoding="utf-8-sig")
+    except FileNotFoundError:
+        raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from None
+    except UnicodeDecodeError:
+        raise DeviceError(Finding("the patches are not UTF-8 text", str(path), remedy="save it as UTF-8")) from None
+    except OSError as error:
+        raise DeviceError(Finding(f"the patches cannot be read: {error.strerror}", str(path))) from None
+    return parse_patches(text, str(path), path.stem, code_range)
+
+
+def parse_patches(text: str, file: str, name: str, code_range: str | None = None) -> PatchSet:
+    """Read the patches in ``text``; ``file`` is the name that findings carry; else as `read_patches`."""
+    said: dict[str, tuple[str, int]] = {}
+    lines: list[tuple[int, str]] = []
+    for number, line in enumerate(text.splitlines(), start=1):
+        if line.lstrip().startswith("#"):
+            key, _, value = line.lstrip("# ").partition(":")
+            said[key.strip().lower()] = value.strip(), number
+        elif line.strip():
+            lines.append((number, line))
+    if len(lines) < 2:
+        raise DeviceError(Finding("there are no patches", file, remedy="a header name,red,green,blue and a line each"))
+    try:
+        rows = [(number, [cell.strip() for cell in next(csv.reader([line], strict=True))]) for number, line in lines]
+    except csv.Error as error:
+        raise DeviceError(Finding(f"the patches are not CSV: {error}", file)) from None
+    if separated := other_separator(rows[0][1], file, rows[0][0]):
+        raise DeviceError(separated)
+    header = [cell.lower() for cell in rows[0][1]]
+    missing = [column for column in _COLUMNS if column not in header]
+    if missing:
+        remedy = "columns: name,red,green,blue"
+        raise DeviceError(Finding(f"the header has no {', '.join(missing)}", file, rows[0][0], remedy=remedy))
+    places = [header.index(column) for column in _COLUMNS]
+    findings: list[Finding] = []
+    values = [_codes(cells, number, len(header), places, file, findings) for number, cells in rows[1:]]
+    if findings:
+        raise DeviceError(findings[:_MOST_FINDINGS])
+    declared, declared_line = (code_range, None) if code_range is not None else said.get("codes", (None, None))
+    largest = max(max(codes) for codes in values)
+    full, _ = full_code(largest, None if declared is None else parse_code_range(declared, file, declared_line), file)
+    patches: list[Patch] = []
+    seen: dict[str, int] = {}
+    for (number, cells), (red, green, blue) in zip(rows[1:], values, strict=True):
+        called = cells[header.index("name")] if "name" in header else f"patch{len(patches) + 1}"
+        if called in seen:
+            findings.append(Finding(f"'{called}' stands in line {seen[called]} too", file, number, remedy="rename one"))
+            continue
+        seen[called] = number
+        try:
+            patches.append(Patch(called, (red / full, green / full, blue / full)))
+        except DeviceError as error:
+            remedy = f"codes run over 0..{full:g}"
+            findings += [Finding(finding.message, file, number, remedy=remedy) for finding in error.findings]
+    if findings:
+        raise DeviceError(findings[:_MOST_FINDINGS])
+    return PatchSet(name, tuple(patches), said.get("source", (file, 0))[0])
+
+
+def _codes(
+    cells: list[str], line: int, width: int, places: list[int], file: str, findings: list[Finding]
+) -> tuple[float, float, float]:
+    if len(cells) != width:
+        findings.append(Finding(f"the line has {len(cells)} fields, the header {width}", file, line))
+        return 0.0, 0.0, 0.0
+    found = []
+    for place, column in zip(places, _COLUMNS, strict=True):
+        try:
+            value = float(cells[place])
+        except ValueError:
+            value = math.nan
+        if not math.isfinite(value):
+            remedy = "a finite number is needed"
+            findings.append(Finding(f"{column} is '{cells[place]}'", file, line, place + 1, remedy))
+        found.append(value)
+    return found[0], found[1], found[2]

@@ -10,8 +10,7 @@ from types import MappingProxyType
 
 from devices.errors import DeviceError
 from devices.patches import diagnostic_sets
-from devices.patches.patch import Patch, PatchSet
-from devices.patches.patch_file import parse_patches, read_patches
+from devices.patches.patch import Patch, PatchSet, parse_patches, read_patches
 from documents import Finding
 from documents.text.words import did_you_mean
 

@@ -160,8 +160,8 @@ def _refuse_existing(path: Path) -> None:
 def _patches(reference: str | None, white: str | None) -> ReferenceColours:
     from pathlib import Path
 
-    from devices.camera.chart_reference import colorchecker_XYZ
     from devices.camera.correspondence_file import ReferenceColours, read_reference
+    from devices.patches.colorchecker import colorchecker_XYZ
 
     if reference:
         return read_reference(Path(reference))

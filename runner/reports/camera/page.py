@@ -9,12 +9,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.fit import CameraFit
+from devices.colour.srgb import srgb
 from documents.files.whole_file import write_whole
 from documents.pages.environment import page_environment
 
 _MOST_DECIMALS = 6
-_D65 = np.array([0.95047, 1.0, 1.08883])
-_SRGB = np.array([[3.2406, -1.5372, -0.4986], [-0.9689, 1.8758, 0.0415], [0.0557, -0.2040, 1.0570]])
+_SWATCH_SHARE = 0.9  # of the page's white, for the brightest patch
 
 
 def write_page(found: CameraFit, title: str, output: Path, notes: tuple[str, ...] = ()) -> None:
@@ -82,6 +82,5 @@ def sentence(found: CameraFit) -> str:
 
 def _swatch(XYZ: NDArray[np.float64], white: NDArray[np.float64]) -> str:
     """Return roughly how a patch looks, as #rrggbb."""
-    linear = np.clip(_SRGB @ (XYZ / white * _D65 * 0.9), 0.0, 1.0)
-    bent = np.where(linear <= 0.0031308, 12.92 * linear, 1.055 * linear ** (1 / 2.4) - 0.055)
-    return "#" + "".join(f"{round(255 * value):02x}" for value in bent.tolist())
+    codes = srgb(_SWATCH_SHARE * XYZ, white)
+    return "#" + "".join(f"{round(255 * value):02x}" for value in codes.tolist())

@@ -8,9 +8,9 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from devices.camera import outliers
+from devices.camera import solve
 from devices.camera.correspondences import Correspondences
-from devices.camera.outliers import find_outliers, why
+from devices.camera.solve import find_outliers, why
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 
@@ -33,7 +33,7 @@ def test_the_best_half_is_near_the_best_of_all_halves(seen: See, seed: int) -> N
         return float(np.sort(delta_e_2000(xyz_to_lab(C @ M, white), lab))[:half].sum())
 
     best = min(left(list(rows)) for rows in itertools.combinations(range(11), half))
-    kept = np.flatnonzero(outliers._best_half(C, colours.XYZ, lab, white)).tolist()
+    kept = np.flatnonzero(solve._best_half(C, colours.XYZ, lab, white)).tolist()
     assert left(kept) <= 1.25 * best
     assert not {0, 1} & set(kept)
     off, _ = find_outliers(C, colours.XYZ, white)
@@ -47,7 +47,7 @@ def test_what_is_predicted_well_after_all_is_taken_in_again(seen: See, monkeypat
     off, _ = find_outliers(C, colours.XYZ, colours.XYZ[18])
     assert not off.any()
     # The matrix of the best half alone would have it out.
-    monkeypatch.setattr(outliers, "_ROUNDS", 1)
+    monkeypatch.setattr(solve, "_ROUNDS", 1)
     off, _ = find_outliers(C, colours.XYZ, colours.XYZ[18])
     assert off.sum() == 1
 

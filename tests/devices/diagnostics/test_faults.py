@@ -12,8 +12,7 @@ from devices.diagnostics.channels import additivity, channel_constancy, headroom
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, transmittance
-from devices.diagnostics.gamut_area import gamut, gamut_change
-from devices.diagnostics.model_checks import estimated_codes, model_difference
+from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
 from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.model import DisplayModel

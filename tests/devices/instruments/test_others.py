@@ -12,8 +12,7 @@ from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
 from devices.instruments import INSTRUMENTS, Reading, Showing, open_instrument
 from devices.instruments.errors import GarbledError, LostError, RangeError
-from devices.instruments.manual import Manual
-from devices.instruments.open import Wiring
+from devices.instruments.open import Manual, Wiring
 from devices.instruments.simulated import Faults, Simulated, simulated_XYZ
 
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
