@@ -67,7 +67,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     ...     read_results(folder)
     Traceback (most recent call last):
     ...
-    analysis.errors.ResultsError: ...: the folder holds no session.jsonl; name a folder of results
+    analysis.errors.ResultsError: ...: the folder holds no session.jsonl (name a folder of results)
     """
     return tuple(read_session(file) for file in result_files(places))
 

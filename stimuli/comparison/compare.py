@@ -79,7 +79,7 @@ def compare_pictures(
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
     >>> from stimuli.comparison.compare import compare_pictures
-    >>> from stimuli.pictures.exr.write import write_exr
+    >>> from stimuli.pictures.exr_write import write_exr
     >>> from stimuli.pictures.stereo_image import StereoImage
     >>> light = np.random.default_rng(1).uniform(10, 40, (180, 240, 3)).astype(np.float32)
     >>> with TemporaryDirectory() as folder:

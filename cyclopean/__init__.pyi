@@ -1,0 +1,15 @@
+from .answers import observers as observers
+from .answers import power as power
+from .answers import read_results as read_results
+from .answers import report as report
+from .answers import scores as scores
+from .pictures import build as build
+from .pictures import compare as compare
+from .pictures import delta_e as delta_e
+from .pictures import display as display
+from .pictures import read_picture as read_picture
+from .pictures import write_picture as write_picture
+from .result import Result as Result
+from .sessions import check as check
+from .sessions import preview as preview
+from .sessions import simulate as simulate

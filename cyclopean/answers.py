@@ -1,0 +1,265 @@
+"""What the answers mean: results as a table, scores, observers, the report, and how many observers to ask."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from cyclopean.result import Result
+from documents import Finding, InputError
+
+if TYPE_CHECKING:
+    from analysis.classes.multiplicity import Adjust
+    from analysis.comparisons.comparisons import Comparisons
+    from analysis.observers.table import ObserverTable
+    from analysis.scaling.bradley_terry import Method
+    from analysis.scaling.scores import Scores
+    from runner.reports.power import PowerStudy
+
+Answers = pd.DataFrame | str | Path
+
+
+def read_results(*places: str | Path) -> pd.DataFrame:
+    """Read every answered trial of the sessions in ``places``.
+
+    Parameters
+    ----------
+    places
+        Folders of sessions, from one station or many, or single session logs (``session.jsonl``).
+
+    Returns
+    -------
+    pandas.DataFrame
+        One row for each trial, its last attempt: experiment, observer, session, whether the session is complete, block
+        and trial (from 0), kind, attempt, response time in seconds, UTC, and what the kind of block records. For pairs:
+        ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. Nested values, such as clipping per eye, are
+        columns with dots in their names.
+
+    Raises
+    ------
+    InputError
+        If a place does not exist or holds no session, or a log is damaged.
+
+    Examples
+    --------
+    >>> trials = read_results("results/dynamic_range")  # doctest: +SKIP
+    >>> trials.groupby("observer")["response_time_s"].median()  # doctest: +SKIP
+    """
+    from analysis.records.results import read_results as read_logs
+
+    rows = [
+        {
+            "experiment": log.header.experiment,
+            "observer": log.header.observer,
+            "session": log.header.session,
+            "complete": log.complete,
+            **{key: value for key, value in trial.to_json().items() if key not in ("record", "events")},
+        }
+        for log in read_logs(*places)
+        for trial in log.trials
+    ]
+    return pd.json_normalize(rows)
+
+
+def scores(answers: Answers, *, alpha: float = 0.05, adjust: Adjust = "holm", method: Method = "ml") -> Result[Scores]:
+    """Fit scores and perceptual classes to paired comparisons.
+
+    Parameters
+    ----------
+    answers
+        A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
+        and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``.
+    alpha
+        Significance level for a difference between two items.
+    adjust
+        Correction for multiple comparisons.
+    method
+        ``ml``, maximum likelihood, or ``firth``, Firth's penalty, which stays finite for items that always win.
+
+    Returns
+    -------
+    Result
+        A row for each item, best first: wins, comparisons, log score ``theta`` in nats with its standard error ``se``,
+        ``score`` (they sum to 1), ``log10_score`` and ``class``.
+
+    Raises
+    ------
+    InputError
+        If the answers cannot be read, hold no comparison, or an option is out of range.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> answers = pd.DataFrame({"winner": ["a", "a", "b", "b"], "loser": ["b", "b", "a", "a"], "count": [6, 3, 2, 1]})
+    >>> scores(answers).to_frame()[["name", "score", "class"]]
+      name  score class
+    0    a   0.75     1
+    1    b   0.25     1
+    """
+    from analysis.scaling.scores import score
+
+    result = score(comparisons(answers), alpha=alpha, adjust=adjust, method=method)
+    rows = [item.to_json() for item in result.items]
+    return Result(result, rows, f"Bradley-Terry scores of {len(rows)} items, best first")
+
+
+def observers(answers: Answers) -> Result[ObserverTable]:
+    """Describe each observer: answers, consistency, agreement with the others, side bias, response times.
+
+    Parameters
+    ----------
+    answers
+        As for `scores`; response times, catch trials and vision tests are known from a folder of results only.
+
+    Returns
+    -------
+    Result
+        A row for each observer; ``value.concordance`` says how well they agree.
+
+    Raises
+    ------
+    InputError
+        If the answers cannot be read or hold no comparison.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> answers = pd.DataFrame({"winner": list("aab"), "loser": list("bcc"), "observer": ["01"] * 3})
+    >>> observers(answers).to_frame()[["observer", "answers", "consistency.circular_triads"]]
+      observer  answers  consistency.circular_triads
+    0       01      3.0                          0.0
+    """
+    from analysis.observers.table import observers_in_comparisons, observers_in_sessions
+    from analysis.records.results import read_results as read_logs
+
+    if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
+        table = observers_in_comparisons(comparisons(answers))
+    else:
+        table = observers_in_sessions(read_logs(answers))
+    rows = [line.to_json() for line in table.lines]
+    return Result(table, rows, f"{len(rows)} observers")
+
+
+def report(*places: str | Path, output: str | Path | None = None, pdf: bool = False) -> Path:
+    """Write the HTML report on the results of one experiment.
+
+    Parameters
+    ----------
+    places
+        Folders of sessions, or single session logs.
+    output
+        The page to write; ``report.html`` in the first folder if None.
+    pdf
+        Whether to print it to PDF too; needs Chromium or Chrome.
+
+    Returns
+    -------
+    pathlib.Path
+        The page.
+
+    Raises
+    ------
+    InputError
+        If results are missing, damaged or of different experiments.
+    """
+    from runner.reports.results import ReportOptions, report_results
+
+    page = None if output is None else Path(output)
+    return report_results([Path(place) for place in places], page, ReportOptions(pdf=pdf)).page
+
+
+def power(
+    experiment: str | Path,
+    numbers_of_observers: Sequence[int],
+    *,
+    scores: str | Path | None = None,
+    replicates: int = 1000,
+    seed: int = 1,
+) -> Result[PowerStudy]:
+    """Simulate studies, to plan how many observers to ask.
+
+    Parameters
+    ----------
+    experiment
+        An experiment file with a block of all pairs; its stimuli need not be built.
+    numbers_of_observers
+        The numbers to try.
+    scores
+        A file of simulated observers, or what `cyclopean scores --json` printed for a pilot study; even steps over two
+        nats if None.
+    replicates
+        Number of studies simulated for each number of observers.
+    seed
+        Random seed of the simulation.
+
+    Returns
+    -------
+    Result
+        A row for each number of observers; ``title`` says how many are needed.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong, the experiment compares no pairs of a fixed number, or an option is out of range.
+
+    Examples
+    --------
+    >>> study = power("experiments/dynamic_range.yaml", [20], replicates=50)
+    >>> study.to_frame()[["observers", "replicates"]]  # doctest: +SKIP
+    """
+    from runner.reports.power import PowerOptions, study_power
+
+    assumed = None if scores is None else Path(scores)
+    options = PowerOptions(tuple(numbers_of_observers), scores=assumed, replicates=replicates, seed=seed)
+    study = study_power(Path(experiment), options)
+    sizes = [
+        {key: value for key, value in size.items() if key not in ("items", "pairs")}
+        for size in study.needed.power.to_json()["sizes"]
+    ]
+    return Result(study, sizes, study.needed.sentence)
+
+
+def comparisons(answers: Answers) -> Comparisons:
+    """Return the paired comparisons in ``answers``, whichever form they have.
+
+    Raises
+    ------
+    InputError
+        If they cannot be read or hold no comparison.
+    """
+    from analysis.comparisons.session_comparisons import KINDS, TIES, from_sessions
+    from analysis.comparisons.table import parse_table, read_table
+    from analysis.records.results import read_results as read_logs
+
+    if not isinstance(answers, pd.DataFrame):
+        path = Path(answers)
+        return read_table(path) if _is_table(path) else from_sessions(read_logs(path))
+    table = answers
+    if "kind" in answers and "winner" not in answers:
+        experiments = sorted(answers["experiment"].astype(str).unique())
+        if len(experiments) > 1:
+            what = f"the trials are of {len(experiments)} experiments: {', '.join(experiments)}"
+            raise InputError(Finding(what, remedy=f"keep one: trials[trials['experiment'] == '{experiments[0]}']"))
+        trials = answers[answers["kind"].isin(KINDS)]
+        if "catch" in trials:
+            trials = trials[trials["catch"].isna()]
+        if trials.empty:
+            raise InputError(Finding("the trials hold no paired comparison", remedy="read results of a block of pairs"))
+        tied = trials["answer"].isin(TIES)
+        table = pd.DataFrame(
+            {
+                "winner": trials["first"].where(tied, trials.get("chosen")),
+                "loser": trials["second"].where(tied, trials.get("rejected")),
+                "observer": trials["observer"],
+                "first": trials["first"],
+                "outcome": tied.map({True: "tie", False: "win"}),
+            }
+        )
+    return parse_table(table.to_csv(index=False).splitlines(keepends=True), "the DataFrame, as CSV")
+
+
+def _is_table(path: Path) -> bool:
+    return path.suffix.lower() != ".jsonl" and not path.is_dir()

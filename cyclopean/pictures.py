@@ -1,0 +1,208 @@
+"""Displays and pictures: what a screen shows, light in files, stimuli, and how different two pictures are."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from cyclopean.result import Result
+
+if TYPE_CHECKING:
+    from devices.display.display_file import Display
+    from stimuli.build.stimulus_set import StimulusSet
+    from stimuli.comparison.results import Comparison
+    from stimuli.pictures.stereo_image import StereoImage
+
+
+def display(path: str | Path) -> Result[Display]:
+    """Read a display file.
+
+    Parameters
+    ----------
+    path
+        A display file, such as ``configs/displays/asus_vg248qe.yaml``.
+
+    Returns
+    -------
+    Result
+        A row for each stereo mode and eye: luminance of white and black in cd/m². ``value.models(mode)`` gives each
+        eye's display model, whose ``xyz(code)`` and ``code(xyz)`` go both ways.
+
+    Raises
+    ------
+    InputError
+        With every fault's file, line, column and remedy.
+
+    Examples
+    --------
+    >>> asus = display("configs/displays/asus_vg248qe.yaml")
+    >>> asus
+    <Display asus_vg248qe.yaml: 1920 x 1080 px, modes quad-buffered, side-by-side>
+    >>> asus.value.models("quad-buffered").left.xyz([1, 1, 1]).round(2).tolist()
+    [26.74, 27.88, 31.2]
+    """
+    from devices.display.display_file import EYES, read_display
+
+    read = read_display(Path(path))
+    rows = [
+        {
+            "mode": mode,
+            "eye": eye,
+            "white_luminance_cd_m2": float(models.eye(eye).white_XYZ_cd_m2[1]),
+            "black_luminance_cd_m2": float(models.eye(eye).black_XYZ_cd_m2[1]),
+            "source": read.sources[mode],
+        }
+        for mode, models in read.modes.items()
+        for eye in EYES
+    ]
+    across, down = read.panel.resolution_px
+    return Result(read, rows, f"Display {Path(path).name}: {across} x {down} px, modes {', '.join(sorted(read.modes))}")
+
+
+def read_picture(path: str | Path) -> StereoImage:
+    """Read an OpenEXR picture, in absolute XYZ.
+
+    Parameters
+    ----------
+    path
+        The file, with a left and a right view, or with one view for both eyes.
+
+    Returns
+    -------
+    StereoImage
+        ``left`` and ``right``: XYZ in cd/m², float32, shape (height, width, 3) each.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, lacks a view, or holds what must not reach an eye.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> grey = np.full((4, 6, 3), 20, np.float32)
+    >>> with TemporaryDirectory() as folder:
+    ...     write_picture(Path(folder, "grey.exr"), grey)
+    ...     picture = read_picture(Path(folder, "grey.exr"))
+    >>> picture.is_flat, picture.left.shape
+    (True, (4, 6, 3))
+    """
+    from stimuli.pictures.exr_read import read_exr
+
+    return read_exr(Path(path))
+
+
+def write_picture(path: str | Path, left: ArrayLike, right: ArrayLike | None = None) -> None:
+    """Write a picture in absolute XYZ as OpenEXR of half floats; the file appears whole or not at all.
+
+    Parameters
+    ----------
+    path
+        The file to write.
+    left
+        XYZ in cd/m², shape (height, width, 3).
+    right
+        The same for the right eye; both eyes see ``left`` if None.
+
+    Raises
+    ------
+    InputError
+        If the shapes are wrong, values are not finite, or the file cannot be written.
+    """
+    from stimuli.pictures.exr_write import write_exr
+    from stimuli.pictures.stereo_image import StereoImage
+
+    first = np.asarray(left, dtype=np.float32)
+    second = first if right is None else np.asarray(right, dtype=np.float32)
+    write_exr(Path(path), StereoImage(first, second))
+
+
+def delta_e(first: ArrayLike, second: ArrayLike, white: ArrayLike) -> NDArray[np.float64]:
+    """Return the colour difference ΔE00 (CIEDE2000) of each pair of colours.
+
+    Parameters
+    ----------
+    first, second
+        XYZ, shape (..., 3) each.
+    white
+        XYZ of the white that they are seen against, shape (3,), in the same unit.
+
+    Returns
+    -------
+    numpy.ndarray
+        Shape (...).
+
+    Examples
+    --------
+    >>> float(delta_e([20, 21, 22], [20, 20.5, 22], white=[95, 100, 108]).round(2))
+    3.48
+    """
+    from devices.colour.ciede2000 import delta_e_2000
+    from devices.colour.spaces import xyz_to_lab
+
+    return delta_e_2000(xyz_to_lab(first, white), xyz_to_lab(second, white))
+
+
+def compare(photo: str | Path, rendering: str | Path, regions: str | Path) -> Result[Comparison]:
+    """Compare a photograph with its rendering, and say whether the rendering is validated.
+
+    Parameters
+    ----------
+    photo, rendering
+        OpenEXR or TIFF of XYZ or of camera RGB, raw photographs, or spectral pictures.
+    regions
+        A regions file: what is compared, and the limits.
+
+    Returns
+    -------
+    Result
+        A row for each eye and region; ``value.verdict`` holds the decision with its reasons.
+
+    Raises
+    ------
+    InputError
+        If a file cannot be read, the pictures cannot be brought to one grid closely enough, or a region lies outside.
+    """
+    from stimuli.comparison.compare import compare_pictures
+
+    result = compare_pictures(Path(photo), Path(rendering), Path(regions))
+    rows: list[dict[str, Any]] = []
+    for eye, one_eye in result.eyes.items():
+        table = one_eye.table.to_json()
+        rows += [{"eye": eye, **row} for row in table["rows"]]
+    return Result(result, rows, repr(result).strip("<>"))
+
+
+def build(recipe: str | Path, rig: str | Path) -> Result[StimulusSet]:
+    """Build the stimuli of a recipe for a rig's display, or take them from the cache.
+
+    Parameters
+    ----------
+    recipe
+        A recipe file, such as ``configs/stimuli/manitoba_gray.yaml``.
+    rig
+        A rig file, such as ``configs/rigs/asus_vg248qe_3dvision.yaml``.
+
+    Returns
+    -------
+    Result
+        A row for each stimulus with its factors; ``value.load(name)`` reads its picture.
+
+    Raises
+    ------
+    InputError
+        If the recipe or a picture is wrong, or the cache cannot be written.
+    """
+    from devices.display.rig_file import read_rig
+    from stimuli.build.recipe_to_set import build_set
+    from stimuli.recipes.build_context import DisplaySetup
+
+    station = read_rig(Path(rig))
+    made = build_set(Path(recipe), station.display.panel.pixel_pitch_mm, setup=DisplaySetup.of(station))
+    rows = [{"name": name, **made.factors(name), "file": str(made.path(name))} for name in made.names]
+    return Result(made, rows, f"{len(rows)} stimuli of {Path(recipe).name}")

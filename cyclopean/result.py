@@ -1,0 +1,43 @@
+"""What the functions of `cyclopean` return: a result with its rows as a table."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Generic, TypeVar
+
+import pandas as pd
+
+Value = TypeVar("Value")
+
+
+@dataclass(frozen=True, slots=True, repr=False, eq=False)
+class Result(Generic[Value]):
+    """A result to look at.
+
+    Attributes
+    ----------
+    value
+        The full result, as the function of the other package returned it.
+    rows
+        What it says of each item, observer or picture: plain values with named columns.
+    title
+        One line on all of it.
+    """
+
+    value: Value
+    rows: Sequence[Mapping[str, Any]]
+    title: str
+
+    def to_frame(self) -> pd.DataFrame:
+        """Return the rows as a DataFrame; the columns of nested values are joined by a dot."""
+        return pd.json_normalize([dict(row) for row in self.rows])
+
+    def __repr__(self) -> str:
+        return f"<{self.title}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows: the title and the table."""
+        from html import escape
+
+        return f"<p>{escape(self.title)}</p>{self.to_frame().to_html(escape=True)}"

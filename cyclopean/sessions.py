@@ -1,0 +1,124 @@
+"""Sessions: check a file, see the screens of an experiment, let simulated observers answer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from cyclopean.result import Result
+
+if TYPE_CHECKING:
+    from runner.check.report import CheckReport
+    from runner.protocol.experiment import Experiment
+    from stimuli.build.stimulus_set import StimulusSet
+
+
+def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:
+    """Check a file of any kind with everything it names.
+
+    Parameters
+    ----------
+    path
+        An experiment, display, rig, recipe, camera, simulated observers, regions, or a record of a photodiode.
+    pictures
+        Whether to build the stimuli of an experiment, to report how much of them a display cannot show.
+
+    Returns
+    -------
+    Result
+        A row for each error and warning, with file, line, column and remedy; ``value.facts`` is what the file says.
+
+    Examples
+    --------
+    >>> check("configs/displays/asus_vg248qe.yaml")
+    <configs/displays/asus_vg248qe.yaml: 0 errors, 0 warnings>
+    """
+    from dataclasses import asdict
+
+    from runner.check.files import check_file
+    from runner.check.report import CheckOptions
+
+    report = check_file(Path(path), CheckOptions(screen="skip", pictures=pictures))
+    rows: list[dict[str, Any]] = [{"severity": "error", **asdict(finding)} for finding in report.errors]
+    rows += [{"severity": "warning", **asdict(finding)} for finding in report.warnings]
+    errors, warnings = len(report.errors), len(report.warnings)
+    return Result(
+        report,
+        rows,
+        f"{path}: {errors} error{'' if errors == 1 else 's'}, {warnings} warning{'' if warnings == 1 else 's'}",
+    )
+
+
+def preview(experiment: str | Path, folder: str | Path, *, observer: str = "01") -> tuple[Path, ...]:
+    """Write every screen that an observer would see to PNG files, one for each eye.
+
+    Parameters
+    ----------
+    experiment
+        An experiment file.
+    folder
+        Where to write the pictures.
+    observer
+        Code of the observer, on which the order of trials depends.
+
+    Returns
+    -------
+    tuple of pathlib.Path
+        The files, in the order of the screens.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong or the folder cannot be made.
+    """
+    from runner.reports.preview import preview as write_screens
+
+    design, stimuli = _ready(experiment)
+    return write_screens(design, stimuli, observer, Path(folder), "egl")
+
+
+def simulate(experiment: str | Path, observers_file: str | Path, folder: str | Path, *, observers: int = 30) -> Path:
+    """Run an experiment with simulated observers, without a window.
+
+    Parameters
+    ----------
+    experiment
+        An experiment file.
+    observers_file
+        A file of simulated observers, such as ``configs/observers/table_4_4.yaml``.
+    folder
+        Where the sessions are written.
+    observers
+        How many observers; their codes are 01, 02 and so on.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder, for `read_results` and `report`.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong or the folder cannot be written.
+    """
+    from runner.observers.observer_file import read_observer
+    from runner.session.station import Station
+
+    design, stimuli = _ready(experiment)
+    spec = read_observer(Path(observers_file), design.stimulus_names, design.stimuli.reference)
+    with Station.open(design, stimuli, Path(folder), "egl") as station:
+        for number in range(1, observers + 1):
+            observer = f"{number:02d}"
+            station.run(observer, station.simulated(spec, observer), simulated=True)
+    return Path(folder)
+
+
+def _ready(experiment: str | Path) -> tuple[Experiment, StimulusSet]:
+    """Return the experiment with its stimuli built."""
+    from runner.protocol.experiment import read_experiment
+    from stimuli.build.recipe_to_set import build_set
+    from stimuli.recipes.build_context import DisplaySetup
+
+    design = read_experiment(Path(experiment))
+    pitch_mm = design.rig.display.panel.pixel_pitch_mm
+    return design, build_set(design.recipe_file, pitch_mm, setup=DisplaySetup.of(design.rig))

@@ -1,0 +1,186 @@
+"""The face for a notebook: the same numbers as the packages give, as tables."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import colour
+import numpy as np
+import pandas as pd
+import pytest
+
+import cyclopean
+from analysis.comparisons.session_comparisons import from_sessions
+from analysis.observers.table import observers_in_sessions
+from analysis.records.results import read_results
+from documents import InputError
+
+ROOT = Path(__file__).parents[2]
+Study = Any  # tests/conftest.py
+
+
+@pytest.fixture(name="command")
+def _command(request: pytest.FixtureRequest) -> Callable[..., subprocess.CompletedProcess[str]]:
+    """The command line; its fixture has the package's name."""
+    run: Callable[..., subprocess.CompletedProcess[str]] = request.getfixturevalue("cyclopean")
+    return run
+
+
+@pytest.fixture
+def results(study: Study) -> Path:
+    """Sessions of three simulated observers who compared all pairs of four pictures."""
+    return cyclopean.simulate(study.experiment, study.folder / "observers.yaml", study.results, observers=3)
+
+
+def test_the_names_are_there_and_lazy() -> None:
+    names = dir(cyclopean)
+    assert 10 <= len(names) <= 20
+    for name in names:
+        assert getattr(cyclopean, name).__doc__, name
+    code = "import sys, cyclopean; print([m for m in ('pandas', 'scipy', 'moderngl', 'colour') if m in sys.modules])"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("hides", ["analysis.py", "stimuli/__init__.py"])
+def test_a_file_that_hides_a_package_is_named(hides: str, tmp_path: Path) -> None:
+    (tmp_path / hides).parent.mkdir(exist_ok=True)
+    (tmp_path / hides).write_text("")
+    code = f"import sys; sys.path[:0] = [{str(tmp_path)!r}, {str(ROOT)!r}]; import cyclopean"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path)
+    last = done.stderr.strip().splitlines()[-1]
+    assert last.startswith("ImportError: cyclopean needs its own package")
+    assert str(tmp_path / Path(hides).parts[0]) in last
+
+
+def test_results_are_a_row_for_each_trial(results: Path) -> None:
+    trials = cyclopean.read_results(results)
+    logs = read_results(results)
+    assert len(trials) == sum(len(log.trials) for log in logs)
+    assert sorted(trials["observer"].unique()) == ["01", "02", "03"]
+    pairs = trials[trials["kind"] == "all_pairs"]
+    assert (pairs["chosen"] != pairs["rejected"]).all()
+    assert pairs["response_time_s"].dtype == np.float64
+    assert any(str(name).startswith("clipping.") for name in trials)
+    first = next(trial for trial in logs[0].trials if trial.kind == "all_pairs")
+    row = pairs.iloc[0]
+    assert (row["chosen"], row["block"], row["trial"]) == (first.data["chosen"], first.block, first.trial)
+
+
+def test_scores_are_those_of_the_command_whatever_the_answers_come_as(
+    results: Path, command: Callable[..., subprocess.CompletedProcess[str]], tmp_path: Path
+) -> None:
+    trials = cyclopean.read_results(results)
+    pairs = trials[trials["kind"] == "all_pairs"]
+    table = pd.DataFrame({"winner": pairs["chosen"], "loser": pairs["rejected"], "observer": pairs["observer"]})
+    table.to_csv(tmp_path / "table.csv", index=False)
+    printed = json.loads(command("scores", tmp_path / "table.csv", "--json", "--method", "firth").stdout)
+    expected = {item["name"]: item["score"] for item in printed["items"]}
+    for answers in (results, trials, table, tmp_path / "table.csv", str(tmp_path / "table.csv")):
+        frame = cyclopean.scores(answers, method="firth").to_frame()
+        assert dict(zip(frame["name"], frame["score"], strict=True)) == pytest.approx(expected, rel=1e-12)
+
+
+def test_comparisons_of_trials_are_those_of_the_sessions(results: Path) -> None:
+    from cyclopean.answers import comparisons
+
+    direct = from_sessions(read_results(results))
+    again = comparisons(cyclopean.read_results(results))
+    order = [again.items.index(name) for name in direct.items]
+    np.testing.assert_array_equal(again.wins[np.ix_(order, order)], direct.wins)
+    assert again.first_share() == direct.first_share()
+
+
+def test_observers_have_a_row_each(results: Path) -> None:
+    frame = cyclopean.observers(results).to_frame()
+    table = observers_in_sessions(read_results(results))
+    assert list(frame["observer"]) == [line.name for line in table.lines]
+    assert list(frame["answers"]) == [line.answers for line in table.lines]
+    assert (frame["complete"] == 1).all()
+    of_frame = cyclopean.observers(cyclopean.read_results(results)).to_frame()
+    assert list(of_frame["answers"]) == list(frame["answers"])
+
+
+def test_the_report_is_written(results: Path) -> None:
+    page = cyclopean.report(results, output=results / "page.html")
+    assert "<svg" in page.read_text(encoding="utf-8")
+
+
+def test_trials_of_two_experiments_are_refused(results: Path) -> None:
+    trials = cyclopean.read_results(results)
+    other = trials.assign(experiment="another")
+    with pytest.raises(InputError, match=r"2 experiments.*keep one"):
+        cyclopean.scores(pd.concat([trials, other]))
+
+
+def test_a_frame_without_comparisons_is_refused(results: Path) -> None:
+    trials = cyclopean.read_results(results)
+    with pytest.raises(InputError, match="no paired comparison"):
+        cyclopean.scores(trials[trials["kind"] == "instructions"])
+    with pytest.raises(InputError, match="loser"):
+        cyclopean.scores(pd.DataFrame({"winner": ["a"]}))
+
+
+def test_colour_differences_are_those_of_colour_science() -> None:
+    first, second, white = np.array([20, 21, 22.0]), np.array([20, 20.5, 22.0]), np.array([95, 100, 108.0])
+    white_xy = colour.XYZ_to_xy(white)
+    one, other = (colour.XYZ_to_Lab(xyz / 100, white_xy) for xyz in (first, second))
+    expected = float(colour.delta_E(one, other, method="CIE 2000"))
+    assert cyclopean.delta_e(first, second, white) == pytest.approx(expected)
+
+
+def test_pictures_come_back_as_they_were_written(tmp_path: Path) -> None:
+    left, right = np.random.default_rng(1).uniform(1, 50, (2, 5, 7, 3)).astype(np.float32)
+    cyclopean.write_picture(tmp_path / "pair.exr", left, right)
+    read = cyclopean.read_picture(str(tmp_path / "pair.exr"))
+    np.testing.assert_array_equal(read.left, left.astype(np.float16))
+    np.testing.assert_array_equal(read.right, right.astype(np.float16))
+
+
+def test_a_display_has_a_row_for_each_mode_and_eye() -> None:
+    shown = cyclopean.display(ROOT / "configs/displays/asus_vg248qe.yaml")
+    frame = shown.to_frame()
+    assert list(zip(frame["mode"], frame["eye"], strict=True))[:2] == [
+        ("quad-buffered", "left"),
+        ("quad-buffered", "right"),
+    ]
+    assert frame["white_luminance_cd_m2"][0] == pytest.approx(5.62 + 18.65 + 2.20, rel=1e-9)  # Table 3.6, black is 0
+    assert "<table" in shown._repr_html_()
+
+
+def test_faults_of_a_file_are_rows(tmp_path: Path) -> None:
+    (tmp_path / "display.yaml").write_text("schema_version: 1\nmodes: {}\npanel: {resolution: [1, 2]}\n")
+    frame = cyclopean.check(tmp_path / "display.yaml").to_frame()
+    assert set(frame["severity"]) == {"error"}
+    assert (frame["line"] > 0).any()
+    assert frame["remedy"].str.len().max() > 0
+
+
+def test_a_comparison_has_a_row_for_each_region(tmp_path: Path) -> None:
+    light = np.random.default_rng(1).uniform(10, 40, (180, 240, 3))
+    cyclopean.write_picture(tmp_path / "plate.exr", light)
+    result = cyclopean.compare(tmp_path / "plate.exr", tmp_path / "plate.exr", ROOT / "configs/regions/plate.yaml")
+    frame = result.to_frame()
+    assert result.value.verdict.decision == "validated"
+    assert len(frame) == len(result.value.eyes["both"].table.rows)
+    assert frame["delta_e"].max() == 0
+
+
+def test_stimuli_and_screens(study: Study) -> None:
+    made = cyclopean.build(study.folder / "recipe.yaml", study.folder / "rig.yaml")
+    assert list(made.to_frame()["name"]) == ["one", "two", "three", "four"]
+    assert made.value.load("three").is_flat
+    files = cyclopean.preview(study.experiment, study.folder / "screens")
+    assert files
+    assert all(file.is_file() for file in files)
+
+
+def test_power_has_a_row_for_each_number_of_observers(study: Study) -> None:
+    done = cyclopean.power(study.experiment, [5, 10], replicates=20)
+    assert list(done.to_frame()["observers"]) == [5, 10]
+    assert "observers" in repr(done)

@@ -1,0 +1,41 @@
+"""Every example in a docstring runs, and prints what it says."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import importlib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PACKAGES = ("documents", "devices", "stimuli", "analysis", "runner", "cyclopean")
+FLAGS = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
+
+
+def _modules_with_examples() -> list[str]:
+    """Return the modules in whose docstrings there is an example."""
+    modules = []
+    for package in PACKAGES:
+        for file in sorted((ROOT / package).rglob("*.py")):
+            text = file.read_text(encoding="utf-8")
+            if ">>> " not in text:
+                continue
+            nodes = [node for node in ast.walk(ast.parse(text)) if isinstance(node, ast.FunctionDef | ast.ClassDef)]
+            if any(">>> " in (ast.get_docstring(node) or "") for node in nodes):
+                modules.append(".".join(file.relative_to(ROOT).with_suffix("").parts))
+    return modules
+
+
+@pytest.mark.parametrize("module", _modules_with_examples())
+def test_examples_run(module: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.chdir(ROOT)
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    done = doctest.testmod(importlib.import_module(module), optionflags=FLAGS)
+    assert done.attempted
+    assert not done.failed
+
+
+def test_the_packages_a_person_calls_have_examples() -> None:
+    assert {"cyclopean.answers", "cyclopean.pictures", "cyclopean.sessions"} <= set(_modules_with_examples())
