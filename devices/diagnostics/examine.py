@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
@@ -14,7 +15,10 @@ from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_i
 from devices.diagnostics.readings import Kind, plain, primaries, tagged, untagged
 from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.display_file import EyeModels
+from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
+from devices.measurements.read import read_measurements
+from documents import Finding, InputError
 
 Examination = Callable[[Measurements], Diagnosis]
 # Checks of readings of a special place, angle or surround.
@@ -43,6 +47,36 @@ class MeasuredSet:
 
     label: str
     measurements: Measurements
+
+
+def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
+    """Return the readings of each of ``files``, called by their files' names.
+
+    ``codes`` is the range of the codes of CSV files, None if they name it.
+
+    Raises
+    ------
+    InputError
+        With what is wrong with every file, or if one is named twice.
+    """
+    findings: list[Finding] = []
+    seen: set[Path] = set()
+    sets: list[MeasuredSet] = []
+    names = [file.name for file in files]
+    for file in files:
+        if file.resolve() in seen:
+            findings.append(Finding("the file is named twice", str(file), remedy="name it once"))
+            continue
+        seen.add(file.resolve())
+        try:
+            found = read_measurements(file, codes if file.suffix.lower() == ".csv" else None)
+        except InputError as error:
+            findings += error.findings
+            continue
+        sets.append(MeasuredSet(file.name if names.count(file.name) == 1 else str(file), found))
+    if findings:
+        raise DeviceError(findings)
+    return sets
 
 
 def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:

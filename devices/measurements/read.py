@@ -1,25 +1,44 @@
-"""Measurements from a file of any kind that is known, by the end of its name."""
+"""Measurements from and to files of any known kind, which the end of the name says."""
 
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, cast
 
-from devices.errors import DeviceError
-from devices.measurements.csv_table import read_csv
-from devices.measurements.table import Measurements
+import numpy as np
+
+from devices.errors import DeviceError, MeasuringError
+from devices.measurements.csv_table import read_csv, write_csv
+from devices.measurements.table import Measurements, PatchEye
 from documents import Finding
+from documents.files.whole_file import whole_file
+
+if TYPE_CHECKING:
+    from devices.measurements.log import Session
 
 
-def read_measurements(path: Path, code_range: str | None = None) -> Measurements:
-    """Read ``path``: ``.csv``, ArgyllCMS's ``.ti3``, or a Psychtoolbox calibration ``.mat``; see each reader.
+def read_measurements(path: str | Path, code_range: str | None = None) -> Measurements:
+    """Read a table of measurements.
 
-    ``code_range`` is for CSV; the others say their range themselves.
+    Parameters
+    ----------
+    path
+        A ``.csv`` table, an ArgyllCMS ``.ti3``, a Psychtoolbox calibration ``.mat``, or the ``.jsonl`` that
+        `cyclopean display measure` writes.
+    code_range
+        The range of the codes of a CSV table that does not name it, such as ``0..255``; the others name theirs.
+
+    Returns
+    -------
+    Measurements
+        Codes in 0..1 and XYZ in cd/m², a row for each reading.
 
     Raises
     ------
-    DeviceError
+    InputError
         With file, line, column and remedy of what is wrong.
     """
+    path = Path(path)
     ending = path.suffix.lower()
     if ending == ".csv":
         return read_csv(path, code_range)
@@ -33,4 +52,65 @@ def read_measurements(path: Path, code_range: str | None = None) -> Measurements
         from devices.measurements.psychtoolbox import read_psychtoolbox
 
         return read_psychtoolbox(path)
-    raise DeviceError(Finding(f"'{ending}' is no known table of measurements", str(path), remedy=".csv, .ti3 or .mat"))
+    if ending == ".jsonl":
+        from devices.measurements.log import read_session
+
+        return measurements_of(read_session(path))
+    raise DeviceError(
+        Finding(f"'{ending}' is no known table of measurements", str(path), remedy=".csv, .ti3, .mat or .jsonl")
+    )
+
+
+def write_measurements(session: Session, file: Path) -> None:
+    """Write the readings of a measurement, whole or not at all: ``.ti3`` with spectra, CSV by any other name.
+
+    Raises
+    ------
+    MeasuringError
+        If there are no readings, or the file cannot be written.
+    """
+    table = measurements_of(session)
+    try:
+        with whole_file(file) as draft:
+            if file.suffix.lower() == ".ti3":
+                from devices.measurements.ti3 import write_ti3
+
+                write_ti3(table, draft)
+            else:
+                write_csv(table, draft, float(session.header["highest_code"]))
+    except OSError as error:
+        what = f"the table cannot be written: {error.strerror}"
+        raise MeasuringError(Finding(what, str(file), remedy="choose another place")) from error
+
+
+def measurements_of(session: Session) -> Measurements:
+    """Return the readings of ``session`` in the order in which they were taken; the last of each step counts.
+
+    Spectra are there if every reading has one at the same wavelengths.
+
+    Raises
+    ------
+    MeasuringError
+        If there are no readings.
+    """
+    kept = sorted(session.readings.values(), key=lambda one: (one.time_s, one.position))
+    if not kept:
+        raise MeasuringError(Finding("the measurement has no readings yet", str(session.file), remedy="--resume it"))
+    header = session.header
+    patches = [session.steps[one.position].patch for one in kept]
+    wavelengths = {one.reading.wavelengths_nm for one in kept}
+    order = f"{header['set']} ({header['set_source']}), seed {header['seed']}, begun {header['begun_utc']}"
+    spectral = len(wavelengths) == 1 and bool(kept[0].reading.wavelengths_nm)
+    return Measurements(
+        np.array([one.shown.own if one.shown else session.steps[one.position].patch.codes for one in kept]),
+        np.array([one.reading.XYZ_cd_m2 for one in kept]),
+        tuple(patch.name for patch in patches),
+        np.array([one.time_s for one in kept]),
+        tuple(patch.eye or cast(PatchEye, header["eye"]) for patch in patches),
+        str(header["mode"]),
+        np.array([one.reading.spectrum for one in kept]) if spectral else None,
+        np.array(kept[0].reading.wavelengths_nm) if spectral else None,
+        str(header["instrument"]),
+        "; ".join(filter(None, (str(header.get("notes", "")), order))),
+        panel=str(header.get("panel", "")),
+    )

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from devices.compensation.compensate import Correction
 from devices.display.display_file import Eye, EyeModels
+from devices.measurements.log import CodeTriple, Shown
 from devices.patches import Patch, PatchEye
-from runner.measuring.patch_screen import CodeTriple, Shown, middle_of
+from runner.measuring.patch_screen import middle_of
 from runner.presenter.depth import highest_code
 from runner.presenter.modes.mode import Mode
 from runner.presenter.presenter import Presenter

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from devices.compensation.eye_view import Rectangle, Size
 from devices.display.display_file import Eye
+from devices.errors import MeasuringError
+from devices.measurements.log import CodeTriple, Shown
 from devices.patches import Patch, PatchEye
-from runner.measuring.errors import MeasuringError
-from runner.measuring.patch_screen import CodeTriple, Shown, middle_of
+from runner.measuring.patch_screen import middle_of
 from runner.presenter.depth import code_texture, highest_code
 from runner.presenter.drawing import BLACK, BLUE
 from runner.presenter.errors import GraphicsError

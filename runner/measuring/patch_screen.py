@@ -2,29 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Protocol
 
 from devices.compensation.eye_view import Size
+from devices.measurements.log import Shown
 from devices.patches import Patch, PatchEye
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.surfaces.surface import Surface
-
-CodeTriple = tuple[float, float, float]
-
-
-@dataclass(frozen=True, slots=True)
-class Shown:
-    """The codes in 0..1 of the eye that is read and of the other one, None where they share their pixels.
-
-    ``place`` is where on the panel the patch's middle stands, across and down, as shares of it. ``read_back`` says that
-    the codes were read off the screen, as they are not those of the patch.
-    """
-
-    own: CodeTriple
-    other: CodeTriple | None
-    place: tuple[float, float] = (0.5, 0.5)
-    read_back: bool = False
 
 
 def middle_of(area: EyeArea, size_px: Size) -> tuple[float, float]:

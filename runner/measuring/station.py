@@ -18,16 +18,16 @@ from numpy.typing import NDArray
 from devices.compensation.compensate import Correction
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
+from devices.errors import MeasuringError
 from devices.instruments import open_instrument
 from devices.instruments.open import Wiring
 from devices.instruments.simulated import SimulatedDisplay
+from devices.measurements.log import MeasurementLog, Session, read_session, step_facts
 from devices.patches import PatchEye, PatchSet, Step, steps
 from documents import Finding
 from documents.text.words import did_you_mean
 from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
-from runner.measuring.errors import MeasuringError
-from runner.measuring.log import MeasurementLog, Session, read_session, step_facts
 from runner.measuring.patch_screen import PatchScreen
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.measuring.target import Target

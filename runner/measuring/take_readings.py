@@ -15,9 +15,9 @@ from queue import Empty, SimpleQueue
 
 from devices.instruments import Instrument, Reading, Showing
 from devices.instruments.errors import GarbledError, InstrumentError, LostError, RangeError
+from devices.measurements.log import MeasurementLog
 from devices.patches import Arrangement, PatchEye, Step
 from runner.measuring.keys import Keys
-from runner.measuring.log import MeasurementLog
 from runner.measuring.patch_screen import PatchScreen
 
 TRIES = 3

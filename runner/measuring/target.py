@@ -12,11 +12,11 @@ from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EyeModels, PanelSpec, read_display
 from devices.display.rig_file import RigSpec
+from devices.errors import MeasuringError
 from devices.instruments.simulated import SimulatedDisplay
 from documents import Finding, load_document
 from documents.files.paths import beside
 from documents.yaml.source import read_yaml
-from runner.measuring.errors import MeasuringError
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode

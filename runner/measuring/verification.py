@@ -12,13 +12,12 @@ from numpy.typing import NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.model import DisplayModel
+from devices.errors import MeasuringError
 from devices.instruments import Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
+from devices.measurements.log import Kept, Session, Shown
 from devices.patches import Patch, PatchEye, PatchSet
 from devices.patches.colorchecker import AskedColour
-from runner.measuring.errors import MeasuringError
-from runner.measuring.log import Kept, Session
-from runner.measuring.patch_screen import Shown
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]

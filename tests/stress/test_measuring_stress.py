@@ -11,11 +11,11 @@ import pytest
 from devices.diagnostics.examine import MeasuredSet, examine
 from devices.instruments import Reading
 from devices.instruments.simulated import Faults
+from devices.measurements.log import MeasurementLog, read_session, step_facts
+from devices.measurements.read import measurements_of
 from devices.patches import Patch, PatchSet, steps
 from documents import InputError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.measuring.export import measurements
-from runner.measuring.log import MeasurementLog, read_session, step_facts
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.surfaces.surface import open_surface
 from tests.devices.patches.simulated_sets import read_sets
@@ -58,7 +58,7 @@ def test_five_thousand_readings_with_spectra(tmp_path: Path) -> None:
         for step in order:
             log.keep(step, step.position, Reading((1.0, 2.0, 3.0), tuple(rng.random(401).tolist()), wavelengths))
     begun_s = time.monotonic()
-    table = measurements(read_session(file))
+    table = measurements_of(read_session(file))
     took_s = time.monotonic() - begun_s
     assert table.spectra is not None
     assert table.spectra.shape == (len(order), 401)

@@ -79,10 +79,10 @@ def command(
     from devices.characterise.choose import Name, characterise
     from devices.characterise.measured_parts import measured_parts
     from devices.characterise.model_numbers import model_numbers
+    from devices.diagnostics.examine import read_sets
     from devices.diagnostics.readings import plain
     from devices.measurements.table import PatchEye
     from runner.cli.display.fit_words import tell, tell_notes
-    from runner.reports.display.reading import read_sets
 
     shape = _panel(panel) if panel else None
     measured, *bare = read_sets([Path(one) for one in (file, without_glasses) if one], code_range)

@@ -58,8 +58,8 @@ def command(
     pauses, Escape stops after the reading; --resume goes on. Close the blinds, and let the display warm up first,
     unless the warm-up is measured. Where the instrument or the glasses must be moved, the run says so and waits.
     """
+    from devices.measurements.read import write_measurements
     from runner.cli.display.measuring_options import note, raise_unless_complete, talk, wiring_of
-    from runner.measuring.export import export_table
     from runner.measuring.station import Order, check_eye, measure, open_screen
     from runner.measuring.target import read_target
 
@@ -87,7 +87,7 @@ def command(
             talk=talk(showing, reading, quiet=as_json),
         )
     for table in tables if session.readings else ():
-        export_table(session, table)
+        write_measurements(session, table)
     if as_json:
         facts = {"readings": len(session.readings), "missing": [step.label for step in session.missing]}
         done = {"taken": outcome.taken, "failed": outcome.failed, "stopped": outcome.stopped}

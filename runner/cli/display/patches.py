@@ -44,10 +44,10 @@ def command(
     Both eyes see them, or one while the other sees black, so that the mode stays enabled. Right and left go on and
     back, space pauses, Escape stops. The order is shuffled by the seed; black and white come again throughout.
     """
+    from devices.errors import MeasuringError
     from devices.patches import steps
     from runner.cli.display.measuring_options import duration, note
     from runner.cli.main import WorkError
-    from runner.measuring.errors import MeasuringError
     from runner.measuring.show_patches import Shown, patch_table, show_patches
     from runner.measuring.station import check_eye, open_screen
     from runner.measuring.target import read_target

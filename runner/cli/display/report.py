@@ -47,10 +47,9 @@ def command(
     """
     import json
 
-    from devices.diagnostics.examine import examine
+    from devices.diagnostics.examine import examine, read_sets
     from runner.cli.main import WorkError
     from runner.reports.display.page import Verdicts, write_page
-    from runner.reports.display.reading import read_sets
 
     if mode is not None and display is None:
         raise click.UsageError("--mode is a mode of the file that --display names.")

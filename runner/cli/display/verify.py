@@ -47,11 +47,11 @@ def command(
     differences are in ΔE00 against the display's white. Beside them stands what the display file alone predicts of the
     codes shown.
     """
+    from devices.errors import MeasuringError
     from devices.patches.colorchecker import asked_of
     from documents import Finding
     from runner.cli.display.measuring_options import note, raise_unless_complete, talk, wiring_of
     from runner.cli.main import WorkError
-    from runner.measuring.errors import MeasuringError
     from runner.measuring.station import Order, characterised, check_eye, eye_model, measure, open_screen
     from runner.measuring.target import read_target
     from runner.measuring.verification import asked_XYZ, judge, patches_of

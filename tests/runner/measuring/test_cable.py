@@ -13,9 +13,9 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
+from devices.measurements.log import read_session
 from documents import InputError
 from runner.cli.main import group
-from runner.measuring.log import read_session
 from runner.presenter.surfaces.surface import open_surface
 
 BLOCKS = [b"OK00," + b",".join([b"1.0e-05"] * count) + b"\n" for count in (100, 100, 100, 101)]

@@ -10,8 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from devices.errors import MeasuringError
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.measuring.errors import MeasuringError
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.options import ModeOptions

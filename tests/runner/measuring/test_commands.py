@@ -12,11 +12,11 @@ from click.testing import CliRunner, Result
 
 from devices.display.display_file import read_display
 from devices.measurements import read_csv
+from devices.measurements.log import read_session
 from devices.measurements.read import read_measurements
 from devices.patches import find_patches
 from documents import InputError
 from runner.cli.main import group
-from runner.measuring.log import read_session
 from runner.presenter.modes.registry import MODES
 from runner.presenter.surfaces.surface import open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL

@@ -12,12 +12,12 @@ from click.testing import CliRunner, Result
 from devices.diagnostics.examine import MeasuredSet, examine
 from devices.display.display_file import read_display
 from devices.measurements import read_csv
+from devices.measurements.log import MeasurementLog, read_session, step_facts
 from devices.patches import Patch, Place, find_sets, steps
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.keys import Keys
-from runner.measuring.log import MeasurementLog, read_session, step_facts
 from runner.ports import KeyPress
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode

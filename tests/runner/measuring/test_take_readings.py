@@ -12,9 +12,9 @@ import pytest
 
 from devices.instruments import Reading, Showing
 from devices.instruments.errors import GarbledError, InstrumentError, LostError, RangeError, TimedOutError
+from devices.measurements.log import MeasurementLog, read_session, step_facts
 from devices.patches import find_patches, steps
 from runner.measuring.code_screen import CodeScreen, EyeCodes
-from runner.measuring.log import MeasurementLog, read_session, step_facts
 from runner.measuring.take_readings import Outcome, Progress, take_readings
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.errors import PresentationError

@@ -14,15 +14,15 @@ from devices.compensation.compensate import Correction
 from devices.display.display_file import EyeModels, read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from devices.errors import MeasuringError
 from devices.instruments import Reading
 from devices.instruments.simulated import SimulatedDisplay
+from devices.measurements.log import Kept, Session, read_session
 from devices.patches import Patch, PatchSet, Step
 from devices.patches.colorchecker import asked_of
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.asked_screen import AskedScreen
-from runner.measuring.errors import MeasuringError
-from runner.measuring.log import Kept, Session, read_session
 from runner.measuring.verification import asked_XYZ, judge, patches_of
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.surface import open_surface

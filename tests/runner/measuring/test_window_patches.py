@@ -13,7 +13,7 @@ from pathlib import Path
 
 import pytest
 
-from runner.measuring.log import read_session
+from devices.measurements.log import read_session
 
 pytestmark = pytest.mark.window
 

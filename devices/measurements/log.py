@@ -12,16 +12,32 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from devices.instruments import Reading
-from devices.patches import Patch, Place, Step
+from devices.errors import MeasuringError
+from devices.instruments.instrument import Reading
+from devices.patches.arrangement import Place
+from devices.patches.order import Step
+from devices.patches.patch import Patch
 from documents import Finding
 from documents.files.durable_log import DurableLog, LogInUseError
 from documents.files.json_lines import DamagedLineError, read_lines
-from runner.measuring.errors import MeasuringError
-from runner.measuring.patch_screen import Shown
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1
+CodeTriple = tuple[float, float, float]
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """The codes in 0..1 of the eye that is read and of the other one, None where they share their pixels.
+
+    ``place`` is where on the panel the patch's middle stands, across and down, as shares of it. ``read_back`` says that
+    the codes were read off the screen, as they are not those of the patch.
+    """
+
+    own: CodeTriple
+    other: CodeTriple | None
+    place: tuple[float, float] = (0.5, 0.5)
+    read_back: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +128,11 @@ class MeasurementLog:
             what = f"the measurement cannot be resumed: {error.strerror}"
             raise MeasuringError(Finding(what, str(file), remedy="let it be written")) from error
         return cls(log), session
+
+    @property
+    def file(self) -> Path:
+        """The file that it is written to."""
+        return self._log.file
 
     def keep(self, step: Step, time_s: float, reading: Reading, shown: Shown | None = None) -> None:
         """Put a reading on disk, with what stood on the screen if that was read back."""

@@ -11,12 +11,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from devices.errors import MeasuringError
 from devices.instruments import Reading
 from devices.measurements import read_csv
+from devices.measurements.log import MeasurementLog, read_session, step_facts
+from devices.measurements.read import measurements_of, write_measurements
 from devices.patches import find_patches, steps
-from runner.measuring.errors import MeasuringError
-from runner.measuring.export import export_table, measurements
-from runner.measuring.log import MeasurementLog, read_session, step_facts
 
 STEPS = steps(find_patches("grey"), 1)
 HEADER = {
@@ -82,7 +82,7 @@ def test_spectra_come_back_with_their_wavelengths(tmp_path: Path) -> None:
     with MeasurementLog.create(file, HEADER) as log:
         for step in STEPS[:3]:
             log.keep(step, 0.0, Reading((1.0, 2.0, 3.0), (0.1, 0.2 + step.position, 0.3), (380.0, 384.0, 388.0)))
-    table = measurements(read_session(file))
+    table = measurements_of(read_session(file))
     assert table.spectra is not None
     assert table.wavelengths_nm is not None
     np.testing.assert_array_equal(table.wavelengths_nm, [380.0, 384.0, 388.0])
@@ -93,8 +93,8 @@ def test_spectra_come_back_with_their_wavelengths(tmp_path: Path) -> None:
 def test_the_table_is_read_back_as_it_was_measured(tmp_path: Path) -> None:
     _write(tmp_path / "m.jsonl", len(STEPS))
     session = read_session(tmp_path / "m.jsonl")
-    export_table(session, tmp_path / "m.csv")
-    table, ours = read_csv(tmp_path / "m.csv"), measurements(session)
+    write_measurements(session, tmp_path / "m.csv")
+    table, ours = read_csv(tmp_path / "m.csv"), measurements_of(session)
     np.testing.assert_allclose(table.codes, ours.codes, atol=1e-15)
     np.testing.assert_array_equal(table.XYZ, ours.XYZ)
     assert table.name == ours.name
