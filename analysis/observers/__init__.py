@@ -1,4 +1,4 @@
-"""The observers themselves: how consistent each is, how well they agree, who differs, and who may be left out.
+"""The observers: how consistent each is, how well they agree, whose answers differ, and who may be left out.
 
-Nothing here drops an observer on its own: `filters` does so by a rule that is stated, and says who and why.
+No observer is left out by default: `filters` leaves observers out by a stated rule and reports who and why.
 """

@@ -1,13 +1,13 @@
 """How well observers agree with each other: Kendall's coefficient u [Kendall1940], and two tests of it.
 
-Two observers agree on a pair if their verdicts are the same. u is the share of agreements among all (two observers, a
-pair both answered) less that of disagreements: 1 if all are of one mind, about 0 by chance, never much below. A tie
-agrees with nothing and contradicts nothing: it counts 0. Without ties and gaps this is Kendall's u.
+Two observers agree on a pair if their verdicts are the same. u is the share of agreements among all cases of two
+observers who answered the same pair, minus the share of disagreements: 1 if all agree, about 0 by chance, never much
+below. A tie counts 0. Without ties and gaps this is Kendall's u.
 
-Two tests ask different things. Against coin tosses: is there more agreement than answers without any judgement give?
-But observers who follow tastes of their own are no coins: their verdicts hang together, and so do their agreements.
-Against strangers: each observer keeps their own judgement with its consistency, but the items' names are shuffled anew
-for each of them. Do the observers share more than such strangers would?
+Two tests have different null hypotheses. The first is random answers: every verdict is a coin toss. Observers with
+preferences of their own do not toss coins: their verdicts, and so their agreements, are correlated. The second is
+unrelated preferences: each observer keeps their own judgement with its consistency, but the items' names are permuted
+independently for each observer.
 """
 
 from __future__ import annotations
@@ -51,18 +51,18 @@ class Concordance:
     u
         Kendall's coefficient, or its extension to ties and gaps.
     least
-        The smallest u that so many observers could have had, with as many ties.
+        The smallest possible u with this number of observers and ties.
     observers
         How many observers share at least one pair with another.
     agreements, disagreements, shared
         How often two observers had the same verdict, opposite ones, or both answered the same pair.
     chance
-        Chance of at least so much agreement if each verdict were the toss of a coin; None where there are only ties.
+        Probability of at least this agreement if each verdict is a coin toss; None where there are only ties.
     chi_square
-        Kendall's approximation of that; None with ties or gaps, or for 2 observers.
+        Kendall's approximation of the same; None with ties or gaps, or for 2 observers.
     strangers_p
-        Chance of at least so much agreement between strangers, by shuffled names of the items; None unless every
-        observer compared every two items.
+        Probability of at least this agreement between observers with unrelated preferences, by permuted names of the
+        items; None unless every observer compared every two items.
     """
 
     u: float
@@ -94,8 +94,8 @@ class Concordance:
 def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance | None:
     """Return the agreement between observers; None if no two of them answered the same pair.
 
-    ``shuffles`` names the items anew so often for the test against strangers, with a fixed seed; 0 leaves it out. Of
-    many items or observers there are fewer shuffles, at least 999.
+    ``shuffles`` is the number of permutations for the test against unrelated preferences, from a fixed seed; 0 leaves
+    the test out. With many items or observers there are fewer, at least 999.
     """
     n = len(comparisons.items)
     answered = np.zeros((n, n), dtype=np.int64)
@@ -137,7 +137,7 @@ def _sharing(comparisons: Comparisons, answered: NDArray[np.int64]) -> int:
 
 
 def _chance(k: NDArray[np.int64], disagreements: int) -> Tail:
-    """Return the chance of at most so many disagreements if ``k`` observers toss a coin for each pair."""
+    """Return the probability of at most this many disagreements if ``k`` observers toss a coin for each pair."""
     support = int((k**2 // 4).sum())
     if support * int((k // 2 + 1).sum()) <= MOST_STEPS:
         return from_chances(disagreement_chances(k), disagreements)
@@ -171,9 +171,12 @@ def _chi_square(m: int, pairs: int, agreements: int) -> ChiSquare | None:
 
 
 def _strangers_p(comparisons: Comparisons, balance: NDArray[np.int64], shuffles: int) -> float:
-    """Return the share of shuffles with as much agreement, the observed order counted among them.
+    """Return the share of permutations with at least the observed agreement, the observed order among them.
 
-    Agreements less disagreements are half of the sum of squares of ``balance``, shape (n, n), less a constant.
+    `scipy.stats.permutation_test` of pairings has the same null distribution and p value. It is not used here: its
+    random numbers differ, so the p values of earlier reports would change, and it needs one index array per observer.
+
+    Agreements minus disagreements are half of the sum of squares of ``balance``, shape (n, n), minus a constant.
     """
     everyone = np.array([verdict for _, verdict, _ in verdicts(comparisons)])
     people, n, _ = everyone.shape
@@ -195,7 +198,7 @@ def _strangers_p(comparisons: Comparisons, balance: NDArray[np.int64], shuffles:
 def _renamed(verdict: Verdicts, order: NDArray[np.intp]) -> Verdicts:
     """Return ``verdict[order[b][:, None], order[b]]`` of each order b. Shapes (n, n) and (B, n) to (B, n, n).
 
-    Whole rows are copied, twice, with rows and columns exchanged between: several times as fast as number by number.
+    Whole rows are copied twice, transposed in between: several times as fast as copying single numbers.
     """
     size, n = order.shape
     columns = np.take(verdict.T, order, axis=0).transpose(0, 2, 1).reshape(size * n, n)

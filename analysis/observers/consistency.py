@@ -1,11 +1,11 @@
 """How consistent each observer is: circular triads, A over B, B over C and yet C over A [Kendall1940].
 
-Kendall's coefficient ζ = 1 − T / T_max is 1 where there is none and 0 where there are as many as there can be. It
-belongs to designs in which every two items were compared. The test works for any design. It asks for the chance of so
-few circular triads if each pair's verdict were the toss of a coin: by enumeration where that is feasible, else by the
-law with the same mean, variance and skewness, which for complete designs is Kendall's χ² (with continuity corrected
-towards caution, T + ½). Ties stay ties: a triad with ties counts as the share of the ways to break them that make it
-circular, as in the mean over fair coins.
+Kendall's coefficient ζ = 1 − T / T_max is 1 without circular triads and 0 where there are as many as possible. It is
+defined for designs in which every two items were compared. The test works for any design: it is the probability of at
+most T circular triads if each verdict is a coin toss, by enumeration where that is feasible, else by the distribution
+with the same mean, variance and skewness, which for complete designs is Kendall's χ² (with a conservative continuity
+correction, T + ½). Ties stay ties: a triad with ties counts as the share of the ways to break them that make it
+circular.
 """
 
 from __future__ import annotations
@@ -29,8 +29,8 @@ Verdicts = NDArray[np.int8]
 Flags = NDArray[np.bool_]
 Scores = tuple[int, ...]
 
-MOST_COINS = 12  # pairs of which every outcome is gone through
-EXACT_UP_TO = 10  # items, all compared, whose tournaments are counted
+MOST_COINS = 12  # pairs up to which every outcome is enumerated
+EXACT_UP_TO = 10  # items, all compared, up to which tournaments are counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,13 +42,13 @@ class Consistency:
     circular
         T: a whole number unless there are ties.
     triads
-        How many threes of items were all compared with each other; by chance, a quarter of them is circular.
+        How many triads of items were all compared with each other; by chance, a quarter of them is circular.
     zeta
-        Kendall's ζ, at most 1; None unless every two items that the observer met were compared, or below 3 items.
+        Kendall's ζ, at most 1; None unless every two items that the observer saw were compared, or below 3 items.
     ties
-        How many pairs have no verdict.
+        How many pairs are tied.
     test
-        The chance of at most T circular triads by coin tosses; None where no toss could change T.
+        The probability of at most T circular triads by coin tosses; None where no toss could change T.
     """
 
     circular: float
@@ -89,7 +89,7 @@ def kendall_zeta(verdict: Verdicts, compared: Flags) -> Consistency:
 def circular_triads(verdict: Verdicts, compared: Flags) -> Floats:
     """Count the circular triads of each set of verdicts. Shapes (B, n, n) and (n, n) to (B,).
 
-    With P the chance that a pair goes one way, 1, 0 or ½ where tied, and 0 where it was not compared: trace(P³) / 3.
+    trace(P³) / 3, with P 1 where the row's item is preferred, ½ where tied, and 0 otherwise.
     """
     chance = np.where(compared, (verdict + 1.0) / 2, 0.0)
     return np.asarray(np.einsum("bij,bji->b", chance @ chance, chance) / 3)
@@ -131,7 +131,7 @@ def _enumerated(verdict: Verdicts, compared: Flags, circular: float) -> Tail:
 def _spread(verdict: Verdicts, compared: Flags) -> tuple[float, float]:
     """Return variance and third central moment of T if each verdict is a coin toss.
 
-    4 T less its mean is a sum, over each two pairs that share an item and lie in a triad, of the product of their
+    4 T minus its mean is a sum, over each two pairs that share an item and lie in a triad, of the product of their
     signs. Such products are uncorrelated, and three of them multiply to 1 only around a triad, or, with sign −1, at an
     item whose three partners were all compared with each other.
     """
@@ -143,7 +143,7 @@ def _spread(verdict: Verdicts, compared: Flags) -> tuple[float, float]:
 
 
 def _stars(coins: Flags, linked: Floats) -> float:
-    """Count the items with three ``coins``, together with those, whose three partners are ``linked`` to each other."""
+    """Count items and three of their ``coins`` whose three partners are ``linked`` to each other."""
     if linked.sum() == len(linked) * (len(linked) - 1):
         return float(sum(comb(degree, 3) for degree in coins.sum(axis=1).tolist()))
     parts = [linked[np.ix_(row, row)] for row in coins]
@@ -151,16 +151,15 @@ def _stars(coins: Flags, linked: Floats) -> float:
 
 
 def verdicts(comparisons: Comparisons) -> Iterator[tuple[NDArray[np.intp], Verdicts, Flags]]:
-    """Yield for each observer the items met, their verdicts, and which pairs they compared.
+    """Yield for each observer the items they saw, their verdicts, and which pairs they compared.
 
-    The item that was preferred more often has the verdict: of a pair that was shown several times, the majority's. An
-    even split is a tie, and so is a pair whose answers all prefer neither; beside others, an answer that prefers
-    neither counts half for each and changes nothing.
+    The verdict on a pair that was shown several times is the majority's. An even split is a tie, and so is a pair whose
+    answers are all ties; beside other answers, a tie counts half for each item and changes nothing.
 
     Yields
     ------
     items
-        Shape (k,): indices of the items that the observer met, ascending.
+        Shape (k,): indices of the items that the observer saw, ascending.
     verdict
         Shape (k, k), antisymmetric: 1 where the row's item is preferred over the column's, −1 the other way, 0 for a
         tie or no answer.
@@ -171,10 +170,10 @@ def verdicts(comparisons: Comparisons) -> Iterator[tuple[NDArray[np.intp], Verdi
     for person in range(len(comparisons.observers)):
         mine, mine_tied = comparisons.observer == person, tied.observer == person
         winner, loser, count = comparisons.winner[mine], comparisons.loser[mine], comparisons.count[mine]
-        one, other = tied.one[mine_tied], tied.other[mine_tied]
-        items, places = np.unique(np.concatenate([winner, loser, one, other]), return_inverse=True)
+        low, high = tied.one[mine_tied], tied.other[mine_tied]
+        items, places = np.unique(np.concatenate([winner, loser, low, high]), return_inverse=True)
         size = len(items)
-        row, column, tied_row, tied_column = np.split(places, np.cumsum([len(winner), len(loser), len(one)]))
+        row, column, tied_row, tied_column = np.split(places, np.cumsum([len(winner), len(loser), len(low)]))
         wins = np.bincount(row * size + column, count, size * size).reshape(size, size)
         compared = wins > 0
         compared[tied_row, tied_column] = True
@@ -186,8 +185,8 @@ def triad_chances(n: int) -> Floats:
     """Return the chance of each number of circular triads, shape (C(n, 3) + 1,), among n items, n at least 1.
 
     The number of circular triads depends on the scores alone, on how often each item won: T = C(n, 3) − Σ C(aᵢ, 2)
-    [Kendall1940]. Tournaments need not be listed: items are taken out one by one, and what is kept is how often the
-    others have won so far, in whatever order, with the chances of Σ C(aᵢ, 2).
+    [Kendall1940]. Tournaments need not be listed: items are removed one by one, and the state is how often each
+    remaining item has won so far, sorted, with the probabilities of Σ C(aᵢ, 2).
     """
     most = comb(n, 3)
     states: dict[Scores, Floats] = {(0,) * n: np.eye(1, most + 1)[0]}
@@ -207,7 +206,7 @@ def triad_chances(n: int) -> Floats:
 
 
 def _outcomes(scores: list[int]) -> Iterator[tuple[Scores, int, float]]:
-    """Yield what meeting one more item may leave of ``scores``, how many of them it beats, and the chance of that."""
+    """Yield the possible scores after another item is compared, how often that item wins, and the probability."""
     values = sorted(set(scores))
     counts = [scores.count(value) for value in values]
     for winners in product(*(range(count + 1) for count in counts)):

@@ -1,4 +1,4 @@
-"""Leaving observers out by a rule that is stated, and saying who was left out and why."""
+"""Leave observers out by a stated rule, and report who was left out and why."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.observers.catch_trials import catch_answers
+from analysis.observers.responses import catch_answers
 from analysis.observers.screening import Unscreened, passed_screening
 from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog
@@ -16,20 +16,20 @@ from documents import Finding
 
 @dataclass(frozen=True, slots=True)
 class Filter:
-    """Whom to leave out; as it stands without arguments, nobody.
+    """The rule by which observers are left out; without arguments, nobody is.
 
     Attributes
     ----------
     without
         Observers to leave out by hand, by their codes.
     most_missed
-        How many obvious catch trials an observer may miss, over all their sessions; None: any number. Who met none
-        stays.
+        How many obvious catch trials an observer may miss, over all their sessions; None: any number. Observers
+        without catch trials are kept.
     screening
-        Tests of vision that must have been passed, by the last of the observer's sessions that tells; None asks for
-        nothing, an empty tuple for every test that was taken.
+        Vision tests that an observer must have passed, in their last session with these tests; None requires nothing,
+        an empty tuple every test that was taken.
     unscreened
-        Whether to keep observers whose sessions tell nothing about these tests.
+        Whether to keep observers who did not take these tests.
     """
 
     without: tuple[str, ...] = ()
@@ -79,12 +79,12 @@ class Kept:
 
 
 def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
-    """Return the sessions of the observers that ``rule`` keeps; an observer is kept or left out as a whole.
+    """Return the sessions of the observers that ``rule`` keeps; an observer is kept or left out with all sessions.
 
     Raises
     ------
     ResultsError
-        If the rule names an observer who is not there, is no rule, or leaves nobody.
+        If the rule names an unknown observer, has a negative limit, or leaves no observer.
     """
     by_observer = sessions_by_observer(sessions)
     for name in rule.without:
@@ -97,7 +97,7 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     left_out = {name: why for name, own in by_observer.items() if (why := _reasons(name, own, rule))}
     if sessions and len(left_out) == len(by_observer):
         everyone = "; ".join(f"{name}: {', '.join(reasons)}" for name, reasons in left_out.items())
-        raise ResultsError(Finding(f"the filter leaves no observer ({everyone})", remedy="ask for less"))
+        raise ResultsError(Finding(f"the filter leaves no observer ({everyone})", remedy="relax the filter"))
     kept = tuple(session for session in sessions if session.header.observer not in left_out)
     return Kept(kept, rule, left_out)
 

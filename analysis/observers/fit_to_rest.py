@@ -1,17 +1,17 @@
-"""How well the others' scores foretell each observer's answers, who stands out, and who moves the scores most.
+"""How well the others' scores predict each observer's answers, who is an outlier, and who changes the scores most.
 
-For each observer s the strengths are fitted to everybody else's answers, by Firth's penalised likelihood [Firth1993]:
-it is finite whatever the others answered, and nearly free of the bias that puts strengths from few answers too far
-apart. With d the differences of these strengths, p the chances they give and W the observer's own counts out of N,
+For each observer s the strengths are fitted to all other observers' answers, by Firth's penalised likelihood
+[Firth1993]: it has a maximum for any answers, and little of the bias that puts strengths from few answers too far
+apart. With d the differences of these strengths, p their probabilities and W the observer's own counts out of N,
 
     l = Σ W log p,   l − E l = Σ d (W − N p)   over the pairs
 
-If s follows the same strengths, l has a spread from s's own answers, Σ N p (1 − p) d², and one from the others', since
-their answers gave the strengths: θᵀ I Σ I θ, with I the information in s's answers and Σ the covariance of the
-strengths. The strengths' errors also lower l a little; that mean is taken off, to second order. z is what remains over
-its standard deviation. Sums of so few answers are skewed, so the p value comes from `tails.lower_tail`, with the third
-moment of s's answers. Holm's correction [Holm1979] over the observers then holds the chance of flagging anybody, if all
-follow the same strengths, at the level that was asked for.
+If s follows the same strengths, the variance of l has a term from s's own answers, Σ N p (1 − p) d², and one from the
+estimated strengths: θᵀ I Σ I θ, with I the information in s's answers and Σ the covariance of the strengths. The errors
+of the strengths also lower the mean of l; that is corrected to second order. z is the deviation from the mean over the
+standard deviation. Sums of few answers are skewed, so the p value comes from `tails.lower_tail`, with the third moment
+of s's answers. Holm's correction [Holm1979] over the observers controls the family-wise error rate: the probability of
+flagging any observer, if all follow the same strengths.
 """
 
 from __future__ import annotations
@@ -46,15 +46,15 @@ class FitToRest:
     mean_log_likelihood
         In nats per answer; log ½ = −0.693 is guessing.
     expected
-        What it would be on average for an observer who follows the others' scores.
+        Its expectation for an observer who follows the others' scores.
     z
-        How far the answers are from that, in standard deviations; below zero, they fit worse.
+        Deviation from that expectation in standard deviations; below zero, the answers fit worse.
     p
-        Chance of answers that fit as badly or worse; ``adjusted_p`` is Holm's over all observers.
+        Probability of answers that fit as badly or worse; ``adjusted_p`` is Holm's over all observers.
     outlier
         Whether ``adjusted_p`` is at most the level.
     influence
-        The largest change of any item's strength, in nats, that leaving the observer out makes; ``most_moved`` names
+        The largest change of any item's strength, in nats, when the observer is left out; ``most_moved`` names
         the item, whose strength is lower without them if ``influence`` is below zero.
     """
 
@@ -84,10 +84,10 @@ class FitToRest:
 def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToRest | None, ...]:
     """Return each observer's fit to the rest, in the order of ``comparisons.observers``.
 
-    None for an observer without an answer that prefers one item; where the others' answers do not link all items, so
-    that they have no common scale; and where they hold all items the observer met to be alike and foretell nothing.
-    None for all above 300 items: work grows with observers times the cube of the items, memory with the square.
-    Counts are taken for numbers of answers: with weights, z is too large or too small.
+    None for an observer without a decided answer; where the others' answers do not link all items, so that there is no
+    common scale; and where all items that the observer saw have equal strengths by the others' answers. None for all
+    observers above 300 items: time grows with observers times the cube of the items, memory with the square. Counts
+    are numbers of answers: with weights, z is too large or too small.
     """
     people, n = len(comparisons.observers), len(comparisons.items)
     if n > MOST_ITEMS:
@@ -105,15 +105,15 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
         theta[start : start + block][sound] = fitted[sound]
         if sound.any():
             parts[start : start + block][sound] = _parts(own[sound], rest[sound], fitted[sound])
-    found = np.isfinite(parts).all(axis=1) & (parts[:, 2] > 0) & np.isfinite(together).all()
-    deviation, expected, variance, third = parts[found].T
+    usable = np.isfinite(parts).all(axis=1) & (parts[:, 2] > 0) & np.isfinite(together).all()
+    deviation, expected, variance, third = parts[usable].T
     p = lower_tail(deviation, variance, third)
     adjusted = multiplicity.holm(p)
-    answers = by_observer.sum(axis=(1, 2))[found]
-    change = together - theta[found]
+    answers = by_observer.sum(axis=(1, 2))[usable]
+    change = together - theta[usable]
     most = np.abs(change).argmax(axis=1)
     lines: list[FitToRest | None] = [None] * people
-    for line, person in enumerate(np.flatnonzero(found)):
+    for line, person in enumerate(np.flatnonzero(usable)):
         lines[person] = FitToRest(
             mean_log_likelihood=float((deviation[line] + expected[line]) / answers[line]),
             expected=float(expected[line] / answers[line]),
@@ -128,7 +128,7 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
 
 
 def _parts(own: Floats, rest: Floats, theta: Floats) -> Floats:
-    """Return l less its mean, its mean, its variance and its third central moment, shape (S, 4)."""
+    """Return l minus its mean, its mean, its variance and its third central moment, shape (S, 4)."""
     from scipy.special import log_expit
 
     d = theta[:, :, None] - theta[:, None, :]
@@ -137,9 +137,9 @@ def _parts(own: Floats, rest: Floats, theta: Floats) -> Floats:
     answers, others = own + own.transpose(0, 2, 1), rest + rest.transpose(0, 2, 1)
     weight = answers * p * q
     covariance = firth_batch.pseudo_inverses(others * p * q)
-    # Sums over ordered pairs hold each pair twice where both directions say the same.
-    lost = -(weight * contrast_variances(covariance) * (1 - (p - q) * d / 2)).sum(axis=(1, 2)) / 2
-    mean = (answers * p * log_expit(d)).sum(axis=(1, 2)) + lost
+    # Sums over ordered pairs count each pair twice where both directions are equal.
+    bias = -(weight * contrast_variances(covariance) * (1 - (p - q) * d / 2)).sum(axis=(1, 2)) / 2
+    mean = (answers * p * log_expit(d)).sum(axis=(1, 2)) + bias
     pull = (weight * d).sum(axis=2)
     variance = (weight * d**2).sum(axis=(1, 2)) / 2 + np.einsum("si,sij,sj->s", pull, covariance, pull)
     third = (weight * d**3 * (q - p)).sum(axis=(1, 2)) / 2

@@ -1,6 +1,6 @@
-"""Vision tests: the threshold that answers give, the outcomes in the sessions, and who passed.
+"""Vision tests: thresholds from answers, outcomes in sessions, and who passed.
 
-A `screening` block records one line for each presentation and, after each test, one with its ``outcome``.
+A `screening` block records a line for each presentation and, after each test, a line with its ``outcome``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Unscreened = Literal["keep", "leave_out"]
 
 @dataclass(frozen=True, slots=True)
 class Outcome:
-    """One test's outcome; ``threshold`` is the finest level passed in ``unit``, None if none was."""
+    """One test's outcome; ``threshold`` is the finest level passed, in ``unit``; None if no level was passed."""
 
     observer: str
     session: str
@@ -33,52 +33,52 @@ class Outcome:
 
 
 def outcomes(log: SessionLog) -> tuple[Outcome, ...]:
-    """Return the outcome of every test that the session completed, in order; of a test taken twice, both.
+    """Return the outcome of every test completed in the session, in order; of a test taken twice, both.
 
     Raises
     ------
     ResultsError
         If a record of an outcome is damaged.
     """
-    found = []
+    completed = []
     for trial in log.trials:
         if trial.kind != KIND or "outcome" not in trial.data or trial.data.get("practice"):
             continue
         try:
-            told = trial.data["outcome"]
-            found.append(
+            outcome = trial.data["outcome"]
+            completed.append(
                 Outcome(
                     log.header.observer,
                     log.header.session,
                     str(trial.data["test"]),
-                    bool(told["passed"]),
-                    _number(told["threshold"]),
-                    _number(told["estimate"]),
-                    float(told["pass_mark"]),
-                    str(told["unit"]),
+                    bool(outcome["passed"]),
+                    _number(outcome["threshold"]),
+                    _number(outcome["estimate"]),
+                    float(outcome["pass_mark"]),
+                    str(outcome["unit"]),
                 )
             )
         except (KeyError, TypeError, ValueError) as error:
-            what = f"trial {trial.trial} of block {trial.block} holds no outcome of a vision test: {error}"
+            what = f"trial {trial.trial} of block {trial.block} has no valid outcome of a vision test: {error}"
             raise ResultsError(Finding(what, str(log.file), remedy="restore the file")) from error
-    return tuple(found)
+    return tuple(completed)
 
 
 def passed(log: SessionLog, tests: Sequence[str] = ()) -> bool | None:
     """Return whether the session's observer passed all of ``tests``, or of the tests taken if none are named.
 
-    None if a test that is named was not taken, or none was. Of a test taken twice, the last counts.
+    None if a named test was not taken, or no test was. If a test was taken twice, the last outcome counts.
     """
     last = {outcome.test: outcome.passed for outcome in outcomes(log)}
     wanted = tests or tuple(last)
     if not wanted or any(test not in last for test in wanted):
-        # A test that was failed decides, whatever was not taken after it.
+        # A failed test decides, even if others were not taken.
         return False if any(last.get(test) is False for test in wanted) else None
     return all(last[test] for test in wanted)
 
 
 def check_tests(sessions: Iterable[SessionLog], tests: Sequence[str]) -> None:
-    """Do nothing if each of ``tests`` was taken in some session.
+    """Check that each of ``tests`` was taken in some session.
 
     Raises
     ------
@@ -111,7 +111,7 @@ def _number(value: object) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float):
-        raise TypeError(f"{value!r} is no number")
+        raise TypeError(f"{value!r} is not a number")
     return float(value)
 
 
@@ -122,11 +122,11 @@ _BEYOND = math.log(2.0)
 
 
 def threshold_estimate(strengths: Sequence[float], right: Sequence[bool], options: int) -> float | None:
-    """Return the strength half-way between guessing among ``options`` and certainty, None if the answers leave it open.
+    """Return the threshold of a logistic psychometric function by maximum likelihood; None without a maximum.
 
     The probability of a right answer is guess + (1 - guess - lapses) · logistic(slope · ln(strength / threshold)), with
-    a slope of 4 and 0.02 lapses: a few answers cannot tell these two. The estimate is sought from half the smallest of
-    ``strengths``, all above 0, to twice the largest; a best value at either end is none.
+    a slope of 4 and 0.02 lapses: a few answers cannot estimate these two. The search goes from half the smallest of
+    ``strengths``, all above 0, to twice the largest; a maximum at either end gives None.
     """
     if not strengths:
         return None

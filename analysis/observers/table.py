@@ -1,4 +1,4 @@
-"""All that is known of each observer, a line each, with nobody left out."""
+"""The observer table: a line for each observer with all measures; nobody is left out."""
 
 from __future__ import annotations
 
@@ -10,15 +10,16 @@ import numpy as np
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison, is_tie
-from analysis.observers.catch_trials import CatchAnswers, catch_answers
 from analysis.observers.concordance import SHUFFLES, Concordance, kendall_u
 from analysis.observers.consistency import Consistency, consistencies
 from analysis.observers.fit_to_rest import LEVEL, FitToRest, fits_to_rest
-from analysis.observers.habits import (
+from analysis.observers.responses import (
     TOO_FAST_S,
+    CatchAnswers,
     ResponseTimes,
     SelfAgreement,
     SideBias,
+    catch_answers,
     response_times,
     self_agreements,
     side_biases,
@@ -43,7 +44,7 @@ class ObserverLine:
     sessions, complete
         How many sessions there are, and how many of them were completed; 0 from a table of comparisons.
     consistency, fit, side, repeats
-        None where the answers do not tell.
+        None where the answers do not determine them.
     times, catch, screening, screening_passed
         From sessions only; ``screening_passed`` is None without a vision test.
     """
@@ -64,7 +65,7 @@ class ObserverLine:
 
     @property
     def flags(self) -> tuple[str, ...]:
-        """What a reader should look at, in words; a reason to look, not to leave out."""
+        """What needs attention, in words; a reason to look at the session, not to leave the observer out."""
         words = []
         if self.fit and self.fit.outlier:
             words.append("answers unlike the others")
@@ -82,7 +83,7 @@ class ObserverLine:
         return tuple(words)
 
     def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON, null where nothing is known."""
+        """Return plain values for JSON; null where there is no value."""
         return {
             "observer": self.name,
             "answers": self.answers,
@@ -96,14 +97,17 @@ class ObserverLine:
             "times": self.times.to_json() if self.times else None,
             "catch": self.catch.to_json() if self.catch else None,
             "screening_passed": self.screening_passed,
-            "screening": [{"test": one.test, "passed": one.passed} for one in self.screening],
+            "screening": [{"test": outcome.test, "passed": outcome.passed} for outcome in self.screening],
             "flags": list(self.flags),
         }
 
 
 @dataclass(frozen=True, slots=True)
 class ObserverTable:
-    """Every observer's line, in the order in which they first come, and how well they agree; None where nobody can."""
+    """The ``lines`` of all observers, in the order of their first session, and their ``concordance`` if there is any.
+
+    ``level`` is the family-wise error rate of the test for outliers.
+    """
 
     lines: tuple[ObserverLine, ...]
     concordance: Concordance | None
@@ -127,18 +131,24 @@ class ObserverTable:
 def observers_in_sessions(
     sessions: Sequence[SessionLog], *, level: float = LEVEL, too_fast_s: float = TOO_FAST_S, shuffles: int = SHUFFLES
 ) -> ObserverTable:
-    """Describe the observers of one experiment's sessions; several sessions of one observer are taken together.
+    """Describe the observers of an experiment's sessions; the sessions of an observer are taken together.
 
-    Sessions without any paired comparison, such as those of series or of screening alone, leave the rest of each line.
+    Without paired comparisons, such as in sessions of series or of screening alone, the lines have the other measures.
 
     Parameters
     ----------
+    sessions
+        Sessions of one experiment, such as `analysis.records.results.read_results` gives.
     level
-        Chance of calling anybody an outlier if all follow the same scores.
+        Family-wise error rate (0 to 1): the probability of any outlier if all observers follow the same scores.
     too_fast_s
         Response times below this many seconds are counted as too fast.
     shuffles
-        As for `analysis.observers.concordance.kendall_u`.
+        Number of permutations, as for `analysis.observers.concordance.kendall_u`.
+
+    Returns
+    -------
+    A line for each observer, also one who answered nothing, and the agreement between them.
 
     Raises
     ------
@@ -173,7 +183,31 @@ def observers_in_sessions(
 def observers_in_comparisons(
     comparisons: Comparisons, *, level: float = LEVEL, shuffles: int = SHUFFLES
 ) -> ObserverTable:
-    """Describe the observers of a table of comparisons; ``level`` and ``shuffles`` as for `observers_in_sessions`."""
+    """Describe the observers of a table of comparisons.
+
+    Parameters
+    ----------
+    comparisons
+        The answers, such as `analysis.comparisons.table.read_table` gives; without observers, they are one observer.
+    level, shuffles
+        As for `observers_in_sessions`.
+
+    Returns
+    -------
+    A line for each observer, without response times, catch trials and vision tests, and the agreement between them.
+
+    Examples
+    --------
+    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> from analysis.observers.table import observers_in_comparisons
+    >>> pairs = [("a", "b"), ("b", "c"), ("a", "c")]
+    >>> answers = [Answer(winner, loser, observer=name) for name in ("01", "02") for winner, loser in pairs]
+    >>> table = observers_in_comparisons(from_answers(answers))
+    >>> [(line.name, line.answers, line.consistency.zeta) for line in table.lines]
+    [('01', 3.0, 1.0), ('02', 3.0, 1.0)]
+    >>> table.concordance.u
+    1.0
+    """
     return ObserverTable(tuple(_lines(comparisons, level)), kendall_u(comparisons, shuffles), level)
 
 
@@ -198,6 +232,6 @@ def _lines(comparisons: Comparisons, level: float) -> list[ObserverLine]:
 
 
 def _strengths(comparisons: Comparisons) -> BradleyTerryFit:
-    """Return the scores; Firth's where the likelihood has no maximum; NaN where comparisons do not link all items."""
+    """Return the scores; Firth's in case of complete separation; NaN where comparisons do not link all items."""
     plain = fit(comparisons.wins)
     return fit(comparisons.wins, method="firth") if plain.separated else plain

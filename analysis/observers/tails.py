@@ -1,8 +1,8 @@
-"""The chance of a statistic at most as large as the one observed, for statistics that move in steps.
+"""Tail probabilities of discrete statistics: the probability of a value at most as large as the observed value.
 
-Where a statistic has few values, no test of it holds its level exactly. Three p values follow from one tail: the
-plain one, which errs by being too large; mid-p, which counts the value observed half and is right on average; and the
-randomised one, which is uniform under chance.
+Where a statistic has few values, no test has exactly its nominal level. Three p values follow from a tail: the plain
+p value, which is conservative; mid-p, which counts the observed value half and is right on average; and the randomised
+p value, which is uniform under the null hypothesis.
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ _NO_SKEW = 1e-6
 
 @dataclass(frozen=True, slots=True)
 class Tail:
-    """Chance ``below`` of a smaller value and ``at`` of the same, each 0 to 1; ``exact`` or by a law of moments.
+    """Probability ``below`` of a smaller value and ``at`` of the same value, 0 to 1; ``exact``, or by moments.
 
-    ``least_p`` is the smallest p that could have come out: where there are few answers, even the best are no proof. It
-    is 0 by a law of moments, which needs many answers anyway.
+    ``least_p`` is the smallest possible p: with few answers, even perfect answers may not be significant. It is 0 for
+    an approximation by moments, which is used for many answers only.
     """
 
     below: float
@@ -33,16 +33,16 @@ class Tail:
 
     @property
     def p(self) -> float:
-        """Chance of a value at most as large."""
+        """Probability of a value at most as large."""
         return min(1.0, self.below + self.at)
 
     @property
     def mid_p(self) -> float:
-        """The same with the value itself counted half."""
+        """The same, with the observed value counted half."""
         return min(1.0, self.below + self.at / 2)
 
     def randomised_p(self, share: float) -> float:
-        """Return a p value that is uniform under chance if ``share`` was drawn evenly from 0 to 1."""
+        """Return a p value that is uniform under the null hypothesis if ``share`` is uniform from 0 to 1."""
         return min(1.0, self.below + share * self.at)
 
     def to_json(self) -> dict[str, Any]:
@@ -51,7 +51,7 @@ class Tail:
 
 
 def from_chances(chances: Floats, index: int) -> Tail:
-    """Return the exact tail at ``index`` of a statistic with ``chances``, shape (k,), that sum to 1."""
+    """Return the exact tail at ``index`` of a statistic with probabilities ``chances``, shape (k,), that sum to 1."""
     least = float(chances[chances > 0][0])
     return Tail(float(chances[:index].sum()), float(chances[index]), exact=True, least_p=least)
 
@@ -64,10 +64,10 @@ def from_moments(value: float, half_step: float, mean: float, variance: float, t
 
 
 def lower_tail(deviation: Floats, variance: Floats, third: Floats) -> Floats:
-    """Return the chance of a value at most ``deviation`` above its mean, by the law that shares its first moments.
+    """Return the probability of a value at most ``deviation`` above the mean, by a distribution with equal moments.
 
-    The law is χ² moved and stretched, or mirrored, so that mean, variance and third central moment agree (Pearson's
-    type III): that of Kendall's own approximations [Kendall1940]. Without skewness it is the normal law.
+    The distribution is a shifted and scaled, or mirrored, χ² with the same mean, variance and third central moment
+    (Pearson's type III), as in Kendall's own approximations [Kendall1940]. Without skewness it is the normal.
 
     Parameters
     ----------

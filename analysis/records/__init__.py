@@ -1,1 +1,1 @@
-"""The records of sessions: what stands in `session.jsonl`."""
+"""The records of sessions: the format of `session.jsonl`, and reading results."""

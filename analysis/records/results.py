@@ -1,4 +1,4 @@
-"""Results: the sessions in a folder, read, and sessions that can be looked at together."""
+"""Results: reading the sessions in folders, and checking that sessions can be analysed together."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from documents import Finding
 def result_files(
     places: Iterable[str | Path], accept: Callable[[Path, Path], bool] = lambda file, place: True
 ) -> list[Path]:
-    """Return the session logs in ``places``, each file once, in the order in which they are found.
+    """Return the session logs in ``places``, each file once, in the order of ``places``.
 
     Parameters
     ----------
     places
         Folders of sessions, which are searched to any depth, or session logs.
     accept
-        Whether a file that was found in a place counts.
+        Called with each file and its place: whether to include the file.
 
     Raises
     ------
@@ -63,7 +63,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     --------
     >>> import tempfile
     >>> from analysis.records.results import read_results
-    >>> with tempfile.TemporaryDirectory() as folder:
+    >>> with tempfile.TemporaryDirectory() as folder:  # doctest: +ELLIPSIS
     ...     read_results(folder)
     Traceback (most recent call last):
     ...
@@ -73,7 +73,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
 
 
 def sessions_by_observer(sessions: Iterable[SessionLog]) -> dict[str, list[SessionLog]]:
-    """Return the sessions of each observer, in the order in which they come."""
+    """Return the sessions of each observer, both in the given order."""
     by_observer: dict[str, list[SessionLog]] = {}
     for session in sessions:
         by_observer.setdefault(session.header.observer, []).append(session)
@@ -81,12 +81,12 @@ def sessions_by_observer(sessions: Iterable[SessionLog]) -> dict[str, list[Sessi
 
 
 def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
-    """Do nothing if ``sessions`` belong together.
+    """Check that ``sessions`` can be analysed together.
 
     Raises
     ------
     ResultsError
-        If there is none, if they are of different experiments or show different stimuli, or if one stands there twice.
+        If there are none, if experiments or stimuli differ, or if a session is there twice.
     """
     if not sessions:
         raise ResultsError(
@@ -101,12 +101,12 @@ def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
             what = f"this session is of '{header.experiment}', {reference.file} of '{reference.header.experiment}'"
             folder = session.file.parent
             named = f": name its folder, such as {folder.parents[1]}" if folder.name.startswith("ses-") else ""
-            remedy = f"look at one experiment at a time{named}"
+            remedy = f"report one experiment at a time{named}"
             raise ResultsError(Finding(what, str(session.file), 1, 1, remedy))
         differing = stimuli ^ {str(stimulus["name"]) for stimulus in header.stimuli}
         if differing:
             what = f"this session and {reference.file} do not show the same stimuli: '{min(differing)}' is in one only"
-            raise ResultsError(Finding(what, str(session.file), 1, 1, "look at them separately"))
+            raise ResultsError(Finding(what, str(session.file), 1, 1, "report them separately"))
         identity = (header.observer, header.session, header.started_utc)
         if identity in seen:
             what = f"this is the same session as {seen[identity].file}: its answers would count twice"
@@ -115,6 +115,6 @@ def refuse_mixtures(sessions: Sequence[SessionLog]) -> None:
 
 
 def damaged(session: SessionLog, trial: Trial, what: str) -> ResultsError:
-    """Return the error that says ``what`` is wrong with one trial's record."""
+    """Return the error for a trial whose record is damaged; ``what`` is wrong with it."""
     where = f"trial {trial.trial} of block {trial.block}"
     return ResultsError(Finding(f"the {where} {what}", str(session.file), remedy="restore the file"))

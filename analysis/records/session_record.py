@@ -1,11 +1,11 @@
-"""The record of a session: one JSON object a line, in `session.jsonl`.
+"""The record of a session: one JSON object per line, in `session.jsonl`.
 
-The first line is the header (``"record": "session"``), then one line per trial (``"record": "trial"``) in the
-order in which they were answered, and an end line (``"record": "end"``) once the session is complete, with the work
-that was done (frames drawn, missed, pictures uploaded). Between them may stand notes (``"record": "note"``), marks of
-trials that are to be asked again (``"record": "mark"``), and a line for each time the session was taken up again
-(``"record": "resume"``). A trial that was asked again stands there once more with a higher ``attempt``, and the last
-attempt counts. The reader defines the contract, so it stands here; the runner writes it.
+The first line is the header (``"record": "session"``), then follow one line per trial (``"record": "trial"``) in the
+order of the answers and, once the session is complete, an end line (``"record": "end"``) with counts of the work
+(frames drawn, missed, pictures uploaded). Between them may be notes (``"record": "note"``), marks of trials to repeat
+(``"record": "mark"``), and a line for each time the session was resumed (``"record": "resume"``). A repeated trial is
+recorded again with a higher ``attempt``, and the last attempt counts. The reader defines the format; the runner writes
+it.
 """
 
 from __future__ import annotations
@@ -27,12 +27,12 @@ Json = Mapping[str, Any]
 
 @dataclass(frozen=True, slots=True)
 class Header:
-    """What a session was: experiment, observer, stimuli, device, software.
+    """Experiment, observer, stimuli, device and software of a session.
 
     ``stimuli`` holds one mapping per stimulus: ``name``, ``factors`` (such as image and view), ``flat`` and
     ``clipping`` with, per eye, ``percent_red``, ``percent_green``, ``percent_blue``, ``percent_any``,
-    ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's wishes:
-    ``alpha`` and ``adjust``. ``hashes`` names the experiment, stimuli and display by SHA-256.
+    ``percent_above_full``, ``delta_e_00_mean`` and ``delta_e_00_max``. ``analysis`` holds the experiment's
+    options: ``alpha`` and ``adjust``. ``hashes`` identifies the experiment, stimuli and display by SHA-256.
     """
 
     experiment: str
@@ -64,7 +64,7 @@ class Trial:
     as ``[key, seconds since the scene's onset]``, from which a session is replayed. ``data`` is what the block's kind
     records; for ``all_pairs``: ``first`` and ``second`` (stimulus names), ``answer`` (``first`` or ``second``),
     ``chosen``, ``rejected``, ``first_position``, and per role and eye what the gamut clip cost (``clipping``).
-    ``attempt`` counts from 0 how often the trial had been answered before.
+    ``attempt`` is how often the trial had been answered before.
     """
 
     block: int
@@ -78,7 +78,7 @@ class Trial:
 
     @property
     def place(self) -> tuple[int, int]:
-        """Block and trial: what every attempt at it shares."""
+        """Block and trial, the same for every attempt."""
         return self.block, self.trial
 
     def to_json(self) -> dict[str, Any]:
@@ -90,7 +90,7 @@ class Trial:
 
 @dataclass(frozen=True, slots=True)
 class Note:
-    """What the ``observer``, the ``experimenter`` or the ``program`` (``by``) wrote down after so many trials."""
+    """A note ``by`` the observer, the experimenter or the program, made after ``trial`` of ``block``."""
 
     text: str
     by: str
@@ -105,7 +105,7 @@ class Note:
 
 @dataclass(frozen=True, slots=True)
 class Mark:
-    """A wish (``by`` whom) that a trial be asked once more."""
+    """A request to repeat a trial, and ``by`` whom."""
 
     block: int
     trial: int
@@ -119,7 +119,7 @@ class Mark:
 
 @dataclass(frozen=True, slots=True)
 class Resumption:
-    """A session taken up again; ``accepted_changes`` maps what had changed meanwhile to its SHA-256 before and now."""
+    """A session was resumed; ``accepted_changes`` maps what had changed to its SHA-256 before and after."""
 
     utc: str
     accepted_changes: Json = field(default_factory=dict)
@@ -152,7 +152,7 @@ def _header(line: dict[str, Any]) -> Header:
 
 @dataclass(frozen=True, slots=True)
 class SessionLog:
-    """A session's log, read; ``answers`` holds every attempt in the order in which they were given."""
+    """The log of a session; ``answers`` holds every attempt in the order of the answers."""
 
     file: Path
     header: Header
@@ -170,24 +170,24 @@ class SessionLog:
 
     @property
     def trials(self) -> tuple[Trial, ...]:
-        """What counts: each trial's last attempt, in the order in which the trials were first answered."""
+        """The trials that count: each trial's last attempt, in the order of the first answers."""
         return self._trials
 
     @property
     def first_attempts(self) -> tuple[Trial, ...]:
-        """Each trial as it was answered first, from which a session is replayed."""
+        """The first attempt at each trial, from which a session is replayed."""
         return tuple(answer for answer in self.answers if answer.attempt == 0)
 
     @property
     def pending(self) -> tuple[tuple[int, int], ...]:
-        """Block and trial of each mark that no further attempt has met, in the order in which they were made."""
+        """Block and trial of each mark without a further attempt, in the order of the marks."""
         attempts: dict[tuple[int, int], int] = {}
         for answer in self.answers:
             attempts[answer.place] = answer.attempt
-        wishes: dict[tuple[int, int], int] = {}
+        requests: dict[tuple[int, int], int] = {}
         for mark in self.marks:
-            wishes[mark.block, mark.trial] = wishes.get((mark.block, mark.trial), 0) + 1
-        return tuple(place for place, wished in wishes.items() if attempts.get(place, wished) < wished)
+            requests[mark.block, mark.trial] = requests.get((mark.block, mark.trial), 0) + 1
+        return tuple(place for place, count in requests.items() if attempts.get(place, count) < count)
 
 
 def session_files(folder: Path) -> Iterator[Path]:
@@ -201,13 +201,18 @@ def session_files(folder: Path) -> Iterator[Path]:
 def read_session(file: Path) -> SessionLog:
     """Read one session log.
 
-    A last line cut short by a power cut is an answer that was never recorded: it is left out and returned in
-    ``torn_tail``. A last line of which only the line end is missing is whole and counts.
+    A last line that is incomplete, such as after a power cut, is left out and returned in ``torn_tail``. A last line
+    that lacks only the line end counts.
+
+    Parameters
+    ----------
+    file
+        A ``session.jsonl``.
 
     Raises
     ------
     ResultsError
-        If the file is unreadable, is no session log, or is damaged before its last line.
+        If the file is unreadable, is not a session log, or is damaged before its last line.
     """
     try:
         content = file.read_bytes()
@@ -239,7 +244,7 @@ def read_session(file: Path) -> SessionLog:
     try:
         torn_tail = read_lines(content, take)
     except DamagedLineError as error:
-        message = f"this line is no session record: {error}"
+        message = f"this line is not a session record: {error}"
         raise ResultsError(Finding(message, str(file), error.number, 1, "restore the file")) from error
     if header is None:
         raise ResultsError(Finding("the file has no session header", str(file), 1, 1))

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from analysis.classes.multiplicity import ADJUSTMENTS, Adjust
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.errors import ResultsError
-from analysis.observers.catch_trials import catch_results
+from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.estimate import COVARIANCE_WISHES, TWO_SIDED_95, CovarianceWish, Estimate, estimate_scores

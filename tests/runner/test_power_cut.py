@@ -99,7 +99,7 @@ def test_a_broken_line_in_the_middle_is_refused_with_its_place(tmp_path: Path, l
         recorder.note(NOTE)
         recorder._log._stream.write(line)
         recorder.note(NOTE)
-    with pytest.raises(ResultsError, match=r"session.jsonl:3:1: this line is no session record"):
+    with pytest.raises(ResultsError, match=r"session.jsonl:3:1: this line is not a session record"):
         read_session(folder / FILE_NAME)
 
 

@@ -8,8 +8,8 @@ from statistics import fmean, median
 
 from analysis.bootstrap.replicates import REPLICATES
 from analysis.comparisons.session_comparisons import is_comparison
-from analysis.observers.catch_trials import catch_results
 from analysis.observers.filters import Kept
+from analysis.observers.responses import catch_results
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
 from analysis.report.references import Citations

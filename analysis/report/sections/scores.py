@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from analysis.errors import ResultsError
-from analysis.observers.catch_trials import catch_results
 from analysis.observers.concordance import Concordance
+from analysis.observers.responses import catch_results
 from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
 from analysis.report.figures import classes_svg, scores_svg
 from analysis.report.summary import Summary

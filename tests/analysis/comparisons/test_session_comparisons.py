@@ -62,7 +62,7 @@ def test_the_folder_of_one_of_two_experiments_is_named(make_session: Maker) -> N
     other = make_session("02", experiment="gloss")
     for file, remedy in (
         (Path("results/gloss/sub-02/ses-x/session.jsonl"), "at a time: name its folder, such as results/gloss"),
-        (Path("copied/session.jsonl"), "look at one experiment at a time"),
+        (Path("copied/session.jsonl"), "report one experiment at a time"),
     ):
         with pytest.raises(ResultsError) as error:
             from_sessions([make_session("01"), replace(other, file=file)])

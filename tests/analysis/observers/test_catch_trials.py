@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import replace
 
-from analysis.observers.catch_trials import catch_results
+from analysis.observers.responses import catch_results
 from analysis.records.session_record import SessionLog, Trial
 from analysis.report.summary import summarise
 

@@ -10,8 +10,8 @@ import pytest
 
 from analysis.comparisons.session_comparisons import from_sessions
 from analysis.errors import ResultsError
-from analysis.observers.catch_trials import CatchAnswers, catch_answers
 from analysis.observers.filters import Filter, keep
+from analysis.observers.responses import CatchAnswers, catch_answers
 from analysis.observers.screening import passed_screening
 from analysis.records.session_record import SessionLog, Trial
 

@@ -95,7 +95,7 @@ def test_damage_before_the_last_line_is_refused_with_its_line(tmp_path: Path) ->
     lines = file.read_bytes().split(b"\n")
     lines[2] = lines[2][:20]
     file.write_bytes(b"\n".join(lines))
-    with pytest.raises(ResultsError, match=r"session.jsonl:3:1: this line is no session record"):
+    with pytest.raises(ResultsError, match=r"session.jsonl:3:1: this line is not a session record"):
         read_session(file)
 
 

@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 from scipy.stats import binom, spearmanr
 
 from analysis.comparisons.comparisons import Answer, from_answers
-from analysis.observers.habits import response_times, self_agreements, side_biases
+from analysis.observers.responses import response_times, self_agreements, side_biases
 from analysis.records.session_record import SessionLog
 
 

@@ -1,4 +1,7 @@
-"""How each observer answers: their preference for a position, their agreement with themselves, their speed."""
+"""How each observer responds: side bias, agreement with their own repetitions, response times, catch trials.
+
+Catch trials are pairs with an obvious answer, and pairs of a stimulus with itself, where nothing is to prefer.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,8 @@ from typing import Any
 import numpy as np
 
 from analysis.comparisons.comparisons import Comparisons
-from analysis.comparisons.session_comparisons import is_comparison
+from analysis.comparisons.session_comparisons import KINDS, is_comparison
+from analysis.records.results import sessions_by_observer
 from analysis.records.session_record import SessionLog, Trial
 
 TOO_FAST_S = 0.2
@@ -18,10 +22,10 @@ FEWEST_ANSWERS = 8  # of a trend
 
 @dataclass(frozen=True, slots=True)
 class SideBias:
-    """How often an observer chose the position shown first.
+    """How often an observer chose the first position.
 
-    ``first`` of ``answers`` went there, a share of ``first / answers`` with Wilson's 95 % limits ``low`` and ``high``
-    [Wilson1927]; ``p`` is the exact two-sided chance of a share as unlikely, if neither place is preferred.
+    The share ``first / answers`` has Wilson's 95 % limits ``low`` and ``high`` [Wilson1927]; ``p`` is of the exact
+    two-sided binomial test against one half.
     """
 
     first: int
@@ -32,7 +36,7 @@ class SideBias:
 
     @property
     def share(self) -> float:
-        """Share of answers that went to the first position, 0 to 1."""
+        """Share of answers that chose the first position, 0 to 1."""
         return self.first / self.answers
 
     def to_json(self) -> dict[str, Any]:
@@ -42,10 +46,10 @@ class SideBias:
 
 
 def side_biases(comparisons: Comparisons) -> tuple[SideBias | None, ...]:
-    """Return each observer's side bias, in the order of ``comparisons.observers``; None where no place was noted.
+    """Return each observer's side bias, in the order of ``comparisons.observers``; None where no position was recorded.
 
-    A line that counts several times is taken for so many answers, rounded. Where each item stands first as often as
-    second, preferences cancel out and the share varies less than the binomial law says: p errs towards caution.
+    A line with a count stands for that many answers, rounded. Where each item is first as often as second, the share
+    varies less than the binomial distribution: the test is conservative.
     """
     known = comparisons.winner_was_first >= 0
     observer, count = comparisons.observer[known], comparisons.count[known]
@@ -69,10 +73,10 @@ def _bias(first: float, answers: float) -> SideBias | None:
 
 @dataclass(frozen=True, slots=True)
 class SelfAgreement:
-    """Of ``repeated`` pairs that an observer answered more than once, how much the answers agree.
+    """How often an observer repeats their answer, over the ``repeated`` pairs that they answered more than once.
 
-    Every two answers to the same pair are held against each other: ``alike`` of ``twos`` are the same. Answers that
-    prefer neither are the same as each other and unlike a preference. Coin tosses agree half of the time.
+    Every two answers to the same pair are compared: ``alike`` of ``twos`` are the same. Two ties are the same; a tie
+    differs from a preference. Random answers agree half of the time.
     """
 
     repeated: int
@@ -81,7 +85,7 @@ class SelfAgreement:
 
     @property
     def share(self) -> float:
-        """Share of answers that are the same again, 0 to 1."""
+        """Share of repeated answers that are the same, 0 to 1."""
         return self.alike / self.twos
 
     def to_json(self) -> dict[str, Any]:
@@ -90,9 +94,9 @@ class SelfAgreement:
 
 
 def self_agreements(comparisons: Comparisons) -> tuple[SelfAgreement | None, ...]:
-    """Return each observer's agreement with themselves, as `comparisons.observers` stand; None without repeated pairs.
+    """Return each observer's self-agreement, in the order of `comparisons.observers`; None without repeated pairs.
 
-    Lines whose counts are weights rather than numbers of answers tell nothing about repetitions: they are passed over.
+    Lines whose counts are not whole numbers are weights, not repetitions, and are ignored.
     """
     tied = comparisons.tied
     n = len(comparisons.items)
@@ -117,17 +121,17 @@ def self_agreements(comparisons: Comparisons) -> tuple[SelfAgreement | None, ...
 
 @dataclass(frozen=True, slots=True)
 class Trend:
-    """How response times go with the difference in scores of the two stimuli.
+    """Regression of response time on the difference between the two stimuli's scores.
 
     Attributes
     ----------
     answers
-        How many answers it rests on.
+        Number of answers.
     slope, slope_se
-        Change of the natural logarithm of the time for each nat of difference, by least squares, with its standard
-        error; a judgement that is easier where scores are far apart gives a slope below zero.
+        Change of the natural logarithm of the time per nat of difference, by least squares, with its standard error;
+        below zero if answers are faster where scores are far apart.
     spearman, p
-        Spearman's rank correlation and the two-sided chance of one as strong, from −1 to 1 and 0 to 1.
+        Spearman's rank correlation, −1 to 1, and its two-sided p value.
     """
 
     answers: int
@@ -179,9 +183,9 @@ def response_times(
     Parameters
     ----------
     theta
-        Strength of each stimulus in nats; those that have none, or NaN, are left out of the trend.
+        Log score of each stimulus in nats; stimuli without a finite score are left out of the trend.
     too_fast_s
-        Below this, nobody can have seen and judged: 0.2 s is about the fastest reaction to any picture at all.
+        Answers faster than this, in seconds, are counted: 0.2 s is about the fastest reaction to any picture.
     """
     trials = [trial for session in sessions for trial in session.trials if is_comparison(trial)]
     if not trials:
@@ -205,3 +209,82 @@ def _trend(trials: Sequence[Trial], theta: Mapping[str, float]) -> Trend | None:
     line = linregress(difference, np.log(times))
     ranks = spearmanr(difference, times)
     return Trend(len(times), float(line.slope), float(line.stderr), float(ranks.statistic), float(ranks.pvalue))
+
+
+@dataclass(frozen=True, slots=True)
+class CatchAnswers:
+    """One observer's catch trials.
+
+    ``right`` of ``obvious`` pairs were answered correctly. Of ``identical`` pairs of a stimulus with itself, ``first``
+    were answered with the first position and ``second`` with the second; the others are ties.
+    """
+
+    obvious: int
+    right: int
+    identical: int
+    first: int
+    second: int
+
+    @property
+    def missed(self) -> int:
+        """How many obvious pairs were answered wrongly."""
+        return self.obvious - self.right
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {"obvious": self.obvious, "right": self.right, "identical": _identical(self)}
+
+
+@dataclass(frozen=True, slots=True)
+class CatchResults:
+    """The catch trials of several observers."""
+
+    by_observer: Mapping[str, CatchAnswers]
+
+    @property
+    def missed(self) -> dict[str, tuple[int, int]]:
+        """For each observer who missed any obvious pair: how many they missed, and how many they answered."""
+        return {name: (own.missed, own.obvious) for name, own in self.by_observer.items() if own.missed}
+
+    @property
+    def obvious(self) -> int:
+        """How many obvious pairs there were."""
+        return sum(own.obvious for own in self.by_observer.values())
+
+    @property
+    def identical(self) -> int:
+        """How many pairs of a stimulus with itself there were."""
+        return sum(own.identical for own in self.by_observer.values())
+
+    @property
+    def first(self) -> int:
+        """How many of these were answered with the first position."""
+        return sum(own.first for own in self.by_observer.values())
+
+    @property
+    def second(self) -> int:
+        """How many of these were answered with the second position."""
+        return sum(own.second for own in self.by_observer.values())
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        missed = {observer: list(counts) for observer, counts in self.missed.items()}
+        return {"obvious": self.obvious, "missed": missed, "identical": _identical(self)}
+
+
+def catch_answers(sessions: Sequence[SessionLog]) -> CatchAnswers:
+    """Count the catch trials of one observer's ``sessions``: the last attempt at each trial, without practice."""
+    trials = [trial for session in sessions for trial in session.trials if trial.kind in KINDS]
+    obvious = [trial for trial in trials if trial.data.get("catch") == "obvious"]
+    same = [str(trial.data.get("answer")) for trial in trials if trial.data.get("catch") == "identical"]
+    right = sum(trial.data.get("correct") is True for trial in obvious)
+    return CatchAnswers(len(obvious), right, len(same), same.count("first"), same.count("second"))
+
+
+def catch_results(sessions: Sequence[SessionLog]) -> CatchResults:
+    """Count the catch trials of each observer of ``sessions``, as `catch_answers` does."""
+    return CatchResults({name: catch_answers(own) for name, own in sessions_by_observer(sessions).items()})
+
+
+def _identical(counts: CatchAnswers | CatchResults) -> dict[str, int]:
+    return {"trials": counts.identical, "first": counts.first, "second": counts.second}
