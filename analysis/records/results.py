@@ -63,7 +63,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     --------
     >>> import tempfile
     >>> from analysis.records.results import read_results
-    >>> with tempfile.TemporaryDirectory() as folder:  # doctest: +ELLIPSIS
+    >>> with tempfile.TemporaryDirectory() as folder:
     ...     read_results(folder)
     Traceback (most recent call last):
     ...

@@ -100,7 +100,7 @@ def test_pairs_chosen_by_the_answers_are_scored_under_the_learnt_prior(make_sess
     centred = expected.theta - expected.theta.mean()
     assert [item.theta for item in summary.scores.items] == pytest.approx(centred[order].tolist())
     scores = [item.score or 0.0 for item in summary.scores.items]
-    assert scores == sorted(scores, reverse=True)
+    assert np.diff(scores).max() <= 1e-12  # equal scores stand in the order of their names, whatever their last bit
     assert sum(scores) == pytest.approx(1)
     assert any("chosen by the answers" in note for note in summary.notes)
     assert np.isfinite(summary.log10_interval).all()
