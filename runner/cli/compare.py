@@ -7,8 +7,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     import numpy as np
     from numpy.typing import NDArray
 
@@ -106,49 +104,35 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
 
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
-    from runner.reports.comparison.experiment import checked_name, write_experiment
-    from runner.reports.comparison.page import write_page
-    from stimuli.comparison.compare import compare_pictures
-    from stimuli.comparison.wording import summary
+    from runner.reports.comparison.report import report_comparison
 
-    corners = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
-    name = options["experiment_name"]
-    if name is not None and not options["rig"]:
+    if options["experiment_name"] is not None and not options["rig"]:
         raise click.UsageError("--experiment needs --rig RIG.yaml: an experiment is run on one")
-    output = Path(options["output"]) if options["output"] else None
-    if output is not None:
-        _refuse_output(output, [Path(photo), Path(rendering), Path(options["regions"])])
-    if name is not None:
-        checked_name(name, Path())
-    compare_options = _compare_options(options, corners)
-    settings = {key: value for key, value in options.items() if value not in (None, False, ())}
+    compare_options = _compare_options(options)
     try:
         with progress_bar(as_json or not sys.stderr.isatty()) as step:
-            comparison = compare_pictures(
-                photo, rendering, options["regions"], compare_options, progress=step, settings=settings
+            report = report_comparison(
+                Path(photo),
+                Path(rendering),
+                Path(options["regions"]),
+                compare_options,
+                page=Path(options["output"]) if options["output"] else None,
+                experiment=options["experiment_name"],
+                rig=Path(options["rig"]) if options["rig"] else None,
+                progress=step,
+                settings={key: value for key, value in options.items() if value not in (None, False, ())},
             )
     except OSError as error:
-        raise WorkError(f"no room for temporary files, or a file cannot be read: {error.strerror or error}") from error
-    written: dict[str, Any] = {}
-    try:
-        if name is not None:
-            files = write_experiment(comparison, name, Path(options["rig"]), Path())
-            written["experiment"] = [str(file) for file in files]
-        if output is not None:
-            write_page(comparison, output)
-            written["page"] = str(output)
-    except OSError as error:
-        raise WorkError(f"{error.filename or output} cannot be written: {error.strerror}") from error
+        reason = error.strerror or error
+        if error.filename is None:
+            raise WorkError(f"no room for temporary files, or a file cannot be read: {reason}") from error
+        raise WorkError(f"{error.filename} cannot be read or written: {reason}") from error
     if as_json:
-        record = comparison.to_json() | {"written": written}
-        click.echo(json.dumps(record, indent=2, allow_nan=False, ensure_ascii=False))
+        click.echo(json.dumps(report.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
     else:
-        for line in summary(comparison):
-            click.echo(line)
-        for what, where in written.items():
-            click.echo(f"{what.capitalize()}: {where if isinstance(where, str) else ', '.join(where)}")
+        click.echo("\n".join(report.lines()))
     sys.stdout.flush()
-    context.exit(0 if comparison.verdict.decision == "validated" else 1)
+    context.exit(0 if report.validated else 1)
 
 
 def _corners(
@@ -175,27 +159,8 @@ def _pair(text: str) -> tuple[float, float]:
     return x, y
 
 
-def _refuse_output(output: Path, inputs: list[Path]) -> None:
-    from documents import Finding, InputError
-
-    if output.suffix.lower() not in (".html", ".htm"):
-        raise InputError(Finding("the page is no .html file", str(output), remedy="name one"))
-    try:
-        is_folder = output.is_dir()
-        above = next(folder for folder in output.absolute().parents if folder.exists())
-    except OSError as error:
-        raise InputError(Finding(f"the page cannot be written: {error.strerror}", str(output))) from error
-    if is_folder:
-        raise InputError(Finding("the page would take a folder's place", str(output), remedy="name a file"))
-    if not above.is_dir():
-        raise InputError(Finding(f"{above} is no folder", str(output), remedy="name another place"))
-    if output.exists() and any(file.exists() and output.samefile(file) for file in inputs):
-        raise InputError(Finding("an input would be written over", str(output), remedy="name another output"))
-
-
-def _compare_options(
-    options: dict[str, Any], corners_px: tuple[NDArray[np.float64], NDArray[np.float64]] | None
-) -> CompareOptions:
+def _compare_options(options: dict[str, Any]) -> CompareOptions:
+    """Return the options of the comparison, of camera, rig and display files that are read for it."""
     from pathlib import Path
 
     from devices.camera.camera_file import read_camera
@@ -204,6 +169,7 @@ def _compare_options(
     from stimuli.comparison.results import CompareOptions
     from stimuli.spectral.light import Light
 
+    corners_px = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     viewing = _viewing(options)
     if (options["sensitivities"] is None) != (options["full_scale"] is None):
         raise click.UsageError("--sensitivities and --full-scale go together")

@@ -61,9 +61,6 @@ class Alignment:
         self,
         centre: XYZImage,
         left: XYZImage,
-        *,
-        luminance_weights: ArrayLike | None = None,
-        interpolation: Interpolation = "sinc",
     ) -> tuple[StereoImage, Step]:
         """Return the flat version from a ``centre`` view, cropped to the same part of the plane, and its step.
 
@@ -75,7 +72,7 @@ class Alignment:
         StimulusError
             As `register`, or if the part reaches beyond the centre view.
         """
-        planes = [light_plane(one, luminance_weights, name) for one, name in ((left, "left"), (centre, "centre"))]
+        planes = [light_plane(view, None, name) for view, name in ((left, "left"), (centre, "centre"))]
         same_size(planes[0], planes[1], ("left", "centre"))
         x, y, width, height = self.crop["left"]
         found = register_planes(planes[0], planes[1], names=("left", "centre"))
@@ -85,7 +82,7 @@ class Alignment:
                 f"the part that both eyes see begins at {start} px in the centre view, and reaches beyond it",
                 "check the shift, or leave the centre view out and name an eye for the flat version",
             )
-        picture, negative = cut(np.asarray(centre, dtype=np.float32), start, (width, height), interpolation)
+        picture, negative = cut(np.asarray(centre, dtype=np.float32), start, (width, height), "sinc")
         step = {
             "step": "flat",
             "view": "center",

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from stimuli.align.disparity import BLOCK_PX, measure_disparity
 from stimuli.align.homography import common_part, warp
@@ -59,12 +59,11 @@ def straighten(
     offset_px: tuple[float, float] | None = None,
     region: Region | None = None,
     most_px: tuple[int, int] | None = None,
-    luminance_weights: ArrayLike | None = None,
 ) -> Straightened:
     """Return a pair, linear XYZ or RGB (height, width, 3), with the roll and the scale between its views undone.
 
-    Each view takes half of it, about the middle of the picture, by a cubic spline in linear light. ``region``,
-    ``most_px`` and ``luminance_weights`` are as in `align_pair`; the shift between the views is found on the way, or
+    Each view takes half of it, about the middle of the picture, by a cubic spline in linear light. ``region``
+    and ``most_px`` are as in `align_pair`; the shift between the views is found on the way, or
     given by ``offset_px`` to about a tenth of a block of 64 pixels, and left as it is. Views of more than four million
     pixels are averaged down to measure.
 
@@ -73,7 +72,7 @@ def straighten(
     StimulusError
         If the views cannot be registered (see `register`), or too few blocks tell a vertical disparity.
     """
-    planes = [light_plane(one, luminance_weights, name) for one, name in ((left, "left"), (right, "right"))]
+    planes = [light_plane(view, None, name) for view, name in ((left, "left"), (right, "right"))]
     if left.ndim != 3 or right.ndim != 3:
         raise StimulusError.of("a pair to straighten has one channel", "give (height, width, 3), XYZ or RGB")
     same_size(left, right, ("left", "right"))

@@ -17,6 +17,7 @@ from stimuli.errors import StimulusError
 
 # The scale of every map and histogram, so that two can be compared; the thesis's.
 HIGHEST = 10.0
+BINS = 100
 # A map is drawn with at most so many pixels along its longer side, each the mean of those it stands for.
 LONGEST_PX = 900
 
@@ -134,17 +135,18 @@ def reduced(delta_e: Floats32, compared: Mask | None = None, longest_px: int = L
 
 
 def histogram(
-    delta_e: Floats32, compared: Mask | None = None, *, bins: int = 100, highest: float = HIGHEST
+    delta_e: Floats32,
+    compared: Mask | None = None,
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Return how many pixels lie in each of ``bins`` from 0 to ``highest`` ΔE00, (bins,), and the edges, (bins + 1,).
+    """Return how many pixels lie in each of `BINS` from 0 to `HIGHEST` ΔE00, (n,), and the edges, (n + 1,).
 
     The last bin also holds all that lies above.
     """
-    counts = np.zeros(bins, dtype=np.int64)
+    counts = np.zeros(BINS, dtype=np.int64)
     for band in bands(delta_e.shape):
         values = delta_e[band].ravel() if compared is None else delta_e[band][compared[band]]
-        counts += np.histogram(np.minimum(values, highest, dtype=np.float64), bins, (0.0, highest))[0]
-    return counts, np.linspace(0.0, highest, bins + 1)
+        counts += np.histogram(np.minimum(values, HIGHEST, dtype=np.float64), BINS, (0.0, HIGHEST))[0]
+    return counts, np.linspace(0.0, HIGHEST, BINS + 1)
 
 
 def seen_regions(delta_e: Floats32, regions: Sequence[Region]) -> dict[str, float]:

@@ -1,7 +1,7 @@
 """Sparkles: places that are brighter than all around them and brighter than a threshold.
 
-Only the pixels above the threshold are looked at again: the brightest within ``separation_px`` of each is a peak, and
-those that touch form one area. Two sparkles nearer than ``separation_px`` are one peak; two peaks in one area overlap.
+Only the pixels above the threshold are looked at again: the brightest within `SEPARATION_PX` of each is a peak, and
+those that touch form one area. Two sparkles nearer than `SEPARATION_PX` are one peak; two peaks in one area overlap.
 """
 
 from __future__ import annotations
@@ -16,7 +16,9 @@ from documents.text.words import counted
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Background, Floats, Luminance, local_background
 
-# Rows whose background is held at a time.
+# The least distance of two peaks.
+SEPARATION_PX = 2
+# Rows whose background is in memory at a time.
 _ROWS = 256
 # A threshold that half the picture is above of does not tell sparkles from what lies between them.
 _MOST_ABOVE = 0.5
@@ -60,9 +62,7 @@ class Peaks:
         return len(self.row)
 
 
-def find_peaks(
-    luminance_cd_m2: Luminance, threshold: Threshold, *, window_px: int = 64, separation_px: int = 2
-) -> Peaks:
+def find_peaks(luminance_cd_m2: Luminance, threshold: Threshold, *, window_px: int = 64) -> Peaks:
     """Return the peaks of a picture's luminance, float32 (rows, columns), in cd/m².
 
     Raises
@@ -71,12 +71,12 @@ def find_peaks(
         If the picture is not two-dimensional or holds what is no number, or if half of it is above the threshold.
     """
     checked(luminance_cd_m2)
-    if window_px < 4 or separation_px < 1:
-        raise StimulusError(f"windows need at least 4 px and separation 1 px, not {window_px} and {separation_px}")
+    if window_px < 4:
+        raise StimulusError(f"windows need at least 4 px, not {window_px}")
     columns = luminance_cd_m2.shape[1]
     background = local_background(luminance_cd_m2, window_px)
     place = _above(luminance_cd_m2, background, threshold)
-    peak = _is_peak(luminance_cd_m2, place, separation_px)
+    peak = _is_peak(luminance_cd_m2, place)
     area = _areas(place, columns)
     sizes = np.bincount(area, minlength=1)
     peaks = np.bincount(area[peak], minlength=len(sizes))
@@ -123,16 +123,16 @@ def _above(luminance: Luminance, background: Background, threshold: Threshold) -
     return place
 
 
-def _is_peak(luminance: Luminance, place: NDArray[np.int64], separation_px: int) -> NDArray[np.bool_]:
+def _is_peak(luminance: Luminance, place: NDArray[np.int64]) -> NDArray[np.bool_]:
     """Return which places have nothing brighter near them; of equals, the first is the peak."""
     height, width = luminance.shape
     row, column = np.divmod(place, width)
     light = luminance[row, column]
     peak = np.ones(len(place), dtype=np.bool_)
-    reach = range(-separation_px, separation_px + 1)
+    reach = range(-SEPARATION_PX, SEPARATION_PX + 1)
     for down in reach:
         for across in reach:
-            if down * down + across * across > separation_px * separation_px or (down, across) == (0, 0):
+            if down * down + across * across > SEPARATION_PX**2 or (down, across) == (0, 0):
                 continue
             # Only what may still be a peak is compared on.
             left = np.flatnonzero(peak)

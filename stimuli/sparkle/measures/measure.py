@@ -14,7 +14,7 @@ import numpy as np
 
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Floats, Luminance
-from stimuli.sparkle.measures.find import Peaks, Threshold, find_peaks
+from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, Threshold, find_peaks
 from stimuli.sparkle.measures.moments import FWHM_PER_SD, Moments, sparkle_moments
 from stimuli.sparkle.measures.profile import Profile, radial_profile
 
@@ -140,7 +140,6 @@ def measure_sparkles(
     scale: PixelScale | None = None,
     *,
     window_px: int = 64,
-    separation_px: int = 2,
 ) -> SparkleMeasures:
     """Return the sparkles of a picture's luminance, float32 (rows, columns), in cd/m².
 
@@ -153,14 +152,14 @@ def measure_sparkles(
         As `find_peaks` does.
     """
     threshold = threshold or Threshold()
-    peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px, separation_px=separation_px)
+    peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px)
     found = sparkle_moments(luminance_cd_m2, peaks)
     alone = peaks.peaks_in_area == 1
     lit = peaks.background_cd_m2 > 0
     excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
     # Two random places are nearer than a radius with the chance of a disc of it.
     widths = found.sd_px[alone & found.fits]
-    radius_px = max(separation_px, _ONE_TOP_SD * float(np.median(widths)) if len(widths) else 0.0)
+    radius_px = max(SEPARATION_PX, _ONE_TOP_SD * float(np.median(widths)) if len(widths) else 0.0)
     chance = math.pi * radius_px**2 / luminance_cd_m2.size
     merged = len(peaks) ** 2 / 2 * chance * (1 + len(peaks) * chance)
     return SparkleMeasures(

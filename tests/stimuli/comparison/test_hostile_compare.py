@@ -11,9 +11,10 @@ import pytest
 from click.testing import CliRunner
 
 from documents import InputError
-from runner.cli.compare import _pair, _refuse_output
+from runner.cli.compare import _pair
 from runner.cli.main import group
 from runner.reports.comparison.experiment import checked_name
+from runner.reports.comparison.report import check_page
 from tests.stimuli.comparison.scenes import PLATE, RIG, Cyclopean, spots, written
 
 
@@ -73,7 +74,7 @@ def _too_long(path: Path) -> Path:
 def test_where_no_page_can_be_is_told_before_anything_is_written(tmp_path: Path, place: Callable[[Path], Path]) -> None:
     output = place(tmp_path)
     with pytest.raises(InputError) as caught:
-        _refuse_output(output, [])
+        check_page(output, [])
     assert str(caught.value).startswith(str(output))
 
 

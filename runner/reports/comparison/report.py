@@ -1,8 +1,12 @@
-"""The page on a comparison: one HTML file that needs nothing but itself."""
+"""The report on a comparison: the two pictures compared, the page on them, and an experiment that asks observers.
+
+The page is one HTML file that needs nothing but itself.
+"""
 
 from __future__ import annotations
 
 import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from pathlib import Path
@@ -10,8 +14,10 @@ from typing import Any
 
 from markupsafe import Markup
 
+from documents import Finding, InputError
 from documents.files.whole_file import write_whole
 from documents.pages.environment import page_environment
+from runner.reports.comparison.experiment import checked_name, write_experiment
 from runner.reports.comparison.figures import (
     chromaticity_figure,
     delta_e_figure,
@@ -21,11 +27,44 @@ from runner.reports.comparison.figures import (
     luminance_figure,
     map_figure,
 )
-from stimuli.comparison.results import Comparison, EyeComparison
+from stimuli.comparison.compare import compare_pictures
+from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
 from stimuli.comparison.verdict import Outcome
-from stimuli.comparison.wording import decision_sentence, outcome_lines, passing_heading, passing_lines
+from stimuli.comparison.wording import decision_sentence, outcome_lines, passing_heading, passing_lines, summary
 
 _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "noted": "noted"}
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ComparisonReport:
+    """A ``comparison`` and what was written of it: the ``page``, and the files of an ``experiment``, none if empty."""
+
+    comparison: Comparison
+    page: Path | None
+    experiment: tuple[Path, ...]
+
+    @property
+    def validated(self) -> bool:
+        """Whether the rendering is validated."""
+        return self.comparison.verdict.decision == "validated"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the comparison and the places of the files as JSON values."""
+        written: dict[str, Any] = {}
+        if self.experiment:
+            written["experiment"] = [str(file) for file in self.experiment]
+        if self.page is not None:
+            written["page"] = str(self.page)
+        return self.comparison.to_json() | {"written": written}
+
+    def lines(self) -> list[str]:
+        """Return the lines that a terminal shows."""
+        lines = summary(self.comparison)
+        if self.experiment:
+            lines.append(f"Experiment: {', '.join(map(str, self.experiment))}")
+        if self.page is not None:
+            lines.append(f"Page: {self.page}")
+        return lines
 
 
 @dataclass(frozen=True, slots=True)
@@ -44,9 +83,70 @@ class _Drawings:
     white_is_display: bool
 
 
-def write_page(comparison: Comparison, output: Path) -> None:
-    """Write the page to ``output``, whole or not at all; its folder is made if need be. Raises OSError if it cannot."""
-    write_whole(output, render(comparison))
+def report_comparison(
+    photo: Path,
+    rendering: Path,
+    regions: Path,
+    options: CompareOptions | None = None,
+    *,
+    page: Path | None = None,
+    experiment: str | None = None,
+    rig: Path | None = None,
+    root: Path = Path(),
+    progress: Callable[[str, int, int], None] | None = None,
+    settings: Mapping[str, Any] | None = None,
+) -> ComparisonReport:
+    """Compare a photograph with its rendering, and write what is asked for: a page, and an experiment.
+
+    Parameters
+    ----------
+    photo, rendering, regions, options, progress, settings
+        As `compare_pictures` takes them.
+    page
+        The HTML page to write, whole or not at all; its folder is made if need be.
+    experiment
+        The name of an experiment that shows both pictures to observers on the ``rig``; it is written below ``root``.
+
+    Raises
+    ------
+    InputError
+        If the pictures cannot be compared, or the page or the experiment would take the place of something else.
+        Nothing is then written.
+    OSError
+        If there is no room for temporary files, or a file cannot be read or written.
+    ValueError
+        If there is an ``experiment`` and no ``rig``.
+    """
+    if experiment is not None and rig is None:
+        raise ValueError("an experiment needs a rig")
+    if page is not None:
+        check_page(page, (photo, rendering, regions))
+    if experiment is not None:
+        checked_name(experiment, root)
+    comparison = compare_pictures(photo, rendering, regions, options, progress=progress, settings=settings)
+    files: tuple[Path, ...] = ()
+    if experiment is not None and rig is not None:
+        files = write_experiment(comparison, experiment, rig, root)
+    if page is not None:
+        write_whole(page, render(comparison))
+    return ComparisonReport(comparison, page, files)
+
+
+def check_page(page: Path, inputs: Sequence[Path]) -> None:
+    """Refuse a page that would take the place of something else, or cannot be written there. Raises InputError."""
+    if page.suffix.lower() not in (".html", ".htm"):
+        raise InputError(Finding("the page is no .html file", str(page), remedy="name one"))
+    try:
+        is_folder = page.is_dir()
+        above = next(folder for folder in page.absolute().parents if folder.exists())
+    except OSError as error:
+        raise InputError(Finding(f"the page cannot be written: {error.strerror}", str(page))) from error
+    if is_folder:
+        raise InputError(Finding("the page would take a folder's place", str(page), remedy="name a file"))
+    if not above.is_dir():
+        raise InputError(Finding(f"{above} is no folder", str(page), remedy="name another place"))
+    if page.exists() and any(file.exists() and page.samefile(file) for file in inputs):
+        raise InputError(Finding("an input would be written over", str(page), remedy="name another output"))
 
 
 def render(comparison: Comparison) -> str:
