@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -35,8 +35,8 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     pandas.DataFrame
         One row for each trial, its last attempt: experiment, observer, session, whether the session is complete, block
         and trial (from 0), kind, attempt, response time in seconds, UTC, and what the kind of block records. For pairs:
-        ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. Nested values, such as clipping per eye, are
-        columns with dots in their names.
+        ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. Nested values are columns with dots in
+        their names, such as ``clipping.first.left.delta_e_00_mean``.
 
     Raises
     ------
@@ -45,8 +45,10 @@ def read_results(*places: str | Path) -> pd.DataFrame:
 
     Examples
     --------
-    >>> trials = read_results("results/dynamic_range")  # doctest: +SKIP
-    >>> trials.groupby("observer")["response_time_s"].median()  # doctest: +SKIP
+    >>> read_results("experiments")
+    Traceback (most recent call last):
+    ...
+    analysis.errors.ResultsError: experiments: the folder holds no session.jsonl (name a folder of results)
     """
     from analysis.records.results import read_results as read_logs
 
@@ -56,7 +58,7 @@ def read_results(*places: str | Path) -> pd.DataFrame:
             "observer": log.header.observer,
             "session": log.header.session,
             "complete": log.complete,
-            **{key: value for key, value in trial.to_json().items() if key not in ("record", "events")},
+            **_by_role({key: value for key, value in trial.to_json().items() if key not in ("record", "events")}),
         }
         for log in read_logs(*places)
         for trial in log.trials
@@ -208,7 +210,8 @@ def power(
     Examples
     --------
     >>> study = power("experiments/dynamic_range.yaml", [20], replicates=50)
-    >>> study.to_frame()[["observers", "replicates"]]  # doctest: +SKIP
+    >>> study.to_frame()["observers"].tolist()
+    [20]
     """
     from runner.reports.power import PowerOptions, study_power
 
@@ -259,6 +262,15 @@ def comparisons(answers: Answers) -> Comparisons:
             }
         )
     return parse_table(table.to_csv(index=False).splitlines(keepends=True), "the DataFrame, as CSV")
+
+
+def _by_role(trial: dict[str, Any]) -> dict[str, Any]:
+    """Return a trial's values with the clipping of ``first`` and ``second`` under these names, not the stimuli's."""
+    clipping = trial.get("clipping")
+    roles = {role: trial[role] for role in ("first", "second") if isinstance(trial.get(role), str)}
+    if not isinstance(clipping, dict) or set(clipping) != set(roles.values()):
+        return trial
+    return {**trial, "clipping": {role: clipping[name] for role, name in roles.items()}}
 
 
 def _is_table(path: Path) -> bool:

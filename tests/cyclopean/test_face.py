@@ -66,10 +66,12 @@ def test_results_are_a_row_for_each_trial(results: Path) -> None:
     pairs = trials[trials["kind"] == "all_pairs"]
     assert (pairs["chosen"] != pairs["rejected"]).all()
     assert pairs["response_time_s"].dtype == np.float64
-    assert any(str(name).startswith("clipping.") for name in trials)
     first = next(trial for trial in logs[0].trials if trial.kind == "all_pairs")
     row = pairs.iloc[0]
     assert (row["chosen"], row["block"], row["trial"]) == (first.data["chosen"], first.block, first.trial)
+    clipped = first.data["clipping"][first.data["second"]]["right"]["percent_any"]
+    assert row["clipping.second.right.percent_any"] == clipped
+    assert not [name for name in trials if "clipping.one" in str(name)]
 
 
 def test_scores_are_those_of_the_command_whatever_the_answers_come_as(

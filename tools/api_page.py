@@ -1,0 +1,109 @@
+#!/usr/bin/env python3
+"""Write docs/api.md from the faces: every public name with its signature and what its docstring says.
+
+python tools/api_page.py           write the page
+python tools/api_page.py --check   exit with 1 if the page is not what would be written
+"""
+
+from __future__ import annotations
+
+import ast
+import inspect
+import re
+import sys
+from importlib import import_module
+from pathlib import Path
+
+ROOT = Path(__file__).parents[1]
+sys.path.insert(0, str(ROOT))
+PAGE = ROOT / "docs" / "api.md"
+PACKAGES = ("cyclopean", "runner", "analysis", "stimuli", "devices", "documents")
+_HEAD = """# What Python can call
+
+Made from the docstrings by `make api`. Begin with `cyclopean`; what it returns keeps the full result of the other
+packages as `value`. Every name can be imported from the package that it stands under.
+"""
+
+
+def public_names(package: str) -> list[str]:
+    """Return the names that the face of ``package`` offers, in its own order."""
+    stub = ROOT / package / "__init__.pyi"
+    names = []
+    for node in ast.parse(stub.read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.ImportFrom) and node.level == 1:
+            names += [alias.asname or alias.name for alias in node.names]
+    return names
+
+
+def markdown(docstring: str) -> str:
+    """Return a NumPy docstring as Markdown: sections in bold, parameters as a list, examples as code."""
+    lines = inspect.cleandoc(docstring).splitlines()
+    out: list[str] = []
+    section, number = "", 0
+    while number < len(lines):
+        line = lines[number]
+        below = lines[number + 1] if number + 1 < len(lines) else ""
+        if line and re.fullmatch(r"-{3,}", below):
+            section = line
+            out += ["", f"**{section}**", ""]
+            number += 2
+            continue
+        if section in ("Parameters", "Attributes", "Returns", "Raises", "Yields") and line and not line.startswith(" "):
+            text = []
+            while number + 1 < len(lines) and (lines[number + 1].startswith("    ") or not lines[number + 1]):
+                number += 1
+                text.append(lines[number].strip())
+            body = " ".join(part for part in text if part)
+            out.append(f"- `{line}`: {body}" if body else f"- {line}")
+        elif section == "Examples" and (line.startswith((">>>", "...")) or (line and out[-1:] != [""])):
+            code = []
+            while number < len(lines) and (
+                lines[number] or (number + 1 < len(lines) and lines[number + 1][:3] == ">>>")
+            ):
+                code.append(lines[number])
+                number += 1
+            out += ["```pycon", *code, "```"]
+        else:
+            out.append(line)
+        number += 1
+    text = re.sub(r"(?<!`)``(?!`)", "`", "\n".join(out))
+    return re.sub(r"\n{3,}", "\n\n", text).strip()
+
+
+def entry(package: str, name: str) -> str:
+    """Return what the page says of one name."""
+    thing = getattr(import_module(package), name)
+    signature = ""
+    if callable(thing):
+        try:
+            signature = str(inspect.signature(thing))
+        except ValueError:
+            signature = ""
+    signature = re.sub(r"(?<![\w.])(?:\w+\.)+(?=[A-Za-z_])", "", signature)
+    head = f"### {package}.{name}\n\n"
+    code = f"```text\n{name}{signature}\n```\n\n" if signature and len(signature) < 400 else ""
+    return head + code + markdown(inspect.getdoc(thing) or "")
+
+
+def page() -> str:
+    """Return the whole page."""
+    parts = [_HEAD]
+    for package in PACKAGES:
+        about = inspect.cleandoc(import_module(package).__doc__ or "").split("\n\n")[0]
+        parts.append(f"## {package}\n\n{about}\n")
+        parts += [entry(package, name) + "\n" for name in public_names(package)]
+    return "\n".join(parts)
+
+
+def main() -> None:
+    """Write the page, or compare it."""
+    made = page()
+    if "--check" in sys.argv:
+        if not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != made:
+            sys.exit("docs/api.md is not what the docstrings say: make api")
+        return
+    PAGE.write_text(made, encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
