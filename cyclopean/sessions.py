@@ -9,8 +9,6 @@ from cyclopean.result import Result
 
 if TYPE_CHECKING:
     from runner.check.report import CheckReport
-    from runner.protocol.experiment import Experiment
-    from stimuli.build.stimulus_set import StimulusSet
 
 
 def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:
@@ -73,8 +71,7 @@ def preview(experiment: str | Path, folder: str | Path, *, observer: str = "01")
     """
     from runner.reports.preview import preview as write_screens
 
-    design, stimuli = _ready(experiment)
-    return write_screens(design, stimuli, observer, Path(folder), "egl")
+    return write_screens(experiment, folder, observer)
 
 
 def simulate(experiment: str | Path, observers_file: str | Path, folder: str | Path, *, observers: int = 30) -> Path:
@@ -101,24 +98,7 @@ def simulate(experiment: str | Path, observers_file: str | Path, folder: str | P
     InputError
         If a file is wrong or the folder cannot be written.
     """
-    from runner.observers.observer_file import read_observer
-    from runner.session.station import Station
+    from runner.session.run import simulate as run_simulated
 
-    design, stimuli = _ready(experiment)
-    spec = read_observer(Path(observers_file), design.stimulus_names, design.stimuli.reference)
-    with Station.open(design, stimuli, Path(folder), "egl") as station:
-        for number in range(1, observers + 1):
-            observer = f"{number:02d}"
-            station.run(observer, station.simulated(spec, observer), simulated=True)
+    run_simulated(experiment, observers_file, observers, results=folder)
     return Path(folder)
-
-
-def _ready(experiment: str | Path) -> tuple[Experiment, StimulusSet]:
-    """Return the experiment with its stimuli built."""
-    from runner.protocol.experiment import read_experiment
-    from stimuli.build.recipe_to_set import build_set
-    from stimuli.recipes.build_context import DisplaySetup
-
-    design = read_experiment(Path(experiment))
-    pitch_mm = design.rig.display.panel.pixel_pitch_mm
-    return design, build_set(design.recipe_file, pitch_mm, setup=DisplaySetup.of(design.rig))

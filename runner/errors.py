@@ -5,3 +5,7 @@ from documents import InputError
 
 class SessionError(InputError):
     """A session was asked for that cannot be run as it was asked for."""
+
+
+class SessionStoppedError(RuntimeError):
+    """A session stopped because an answer could not be written; every answer before it is on disk."""

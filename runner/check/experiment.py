@@ -20,10 +20,9 @@ from runner.check.machine import check_results, check_screen
 from runner.check.report import CheckOptions, CheckReport
 from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
 from runner.session.clipping_costs import ClippingCosts
+from runner.session.picture_source import build_stimuli
 from runner.session.timing_record import NOT_VERIFIED
-from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import StimulusSet
-from stimuli.recipes.build_context import DisplaySetup
 from stimuli.recipes.recipe import read_recipe, unreadable
 
 # ITU-R BT.500: a session should last up to half an hour.
@@ -187,13 +186,7 @@ def check_onsets(report: CheckReport, rig: Rig) -> None:
 
 def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, options: CheckOptions) -> None:
     """Build the stimuli, unless they are in the cache, and report what gamut clipping costs for each eye."""
-    pitch_mm = design.rig.display.panel.pixel_pitch_mm
-    stimuli = build_set(
-        design.recipe_file,
-        pitch_mm,
-        lambda _, done, of: options.progress("Building stimuli", done, of),
-        setup=DisplaySetup.of(design.rig),
-    )
+    stimuli = build_stimuli(design, options.progress)
     costs = ClippingCosts.of(design, stimuli, partial(stimuli.load, part=design.visible_part))
     clipping = {}
     for done, name in enumerate(stimuli.names, start=1):

@@ -40,15 +40,20 @@ def command(
     The files hold the exact device codes of each eye's area, named by block, screen and eye. With --clipping, red marks
     pixels that ask a channel for more light than it has, blue those that ask for less than none, magenta both.
     """
-    from runner.cli.progress import build_stimuli, progress_bar
-    from runner.protocol.experiment import check_observer, read_experiment
+    from runner.cli.progress import progress_bar
     from runner.reports.preview import preview
 
-    design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
-    check_observer(observer)
     with progress_bar(quiet=as_json) as step:
-        stimuli = build_stimuli(design, step)
-        files = preview(design, stimuli, observer, output, backend, step, clipping=clipping)
+        files = preview(
+            experiment,
+            output,
+            observer,
+            mode=mode,
+            allow_uncharacterised=allow_uncharacterised,
+            backend=backend,
+            clipping=clipping,
+            progress=step,
+        )
     if as_json:
         click.echo(json.dumps([str(file) for file in files]))
     else:

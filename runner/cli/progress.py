@@ -7,41 +7,51 @@ from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from runner.protocol.experiment import Experiment
-    from stimuli.build.stimulus_set import StimulusSet
+    from rich.progress import Progress, TaskID
 
 Step = Callable[[str, int, int], None]
 
 
 @contextmanager
 def progress_bar(quiet: bool = False) -> Iterator[Step]:
-    """Yield a function that takes what is being done, how much of it is done, and of how much."""
-    from rich.console import Console
-    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TaskID, TextColumn, TimeElapsedColumn
+    """Yield a function that takes what is being done, how much of it is done, and of how much.
 
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
-    bar = Progress(*columns, console=Console(stderr=True), disable=quiet)
+    A bar is there from the first step of its work to the last, so that lines can be printed before and after.
+    """
+    bar: Progress | None = None
     tasks: dict[str, TaskID] = {}
+    last: tuple[str, int, int] | None = None
 
     def step(what: str, done: int, of: int) -> None:
-        bar.start()  # only now: work that fails before its first step leaves no empty line
+        nonlocal bar, last
+        if bar is None and (what, done, of) == last:
+            return  # reported already
+        last = what, done, of
+        if bar is None:
+            bar = _bar(quiet)
+            bar.start()
         if what not in tasks:
             tasks[what] = bar.add_task(what, total=of)
         bar.update(tasks[what], completed=done, total=of)
+        if bar.finished:
+            stop()
+
+    def stop() -> None:
+        nonlocal bar
+        if bar is not None:
+            bar.stop()
+        bar = None
+        tasks.clear()
 
     try:
         yield step
     finally:
-        if tasks:
-            bar.stop()
+        stop()
 
 
-def build_stimuli(design: Experiment, step: Step) -> StimulusSet:
-    """Build the experiment's stimuli, or find them built, as one line of the bar."""
-    from stimuli.build.recipe_to_set import build_set
-    from stimuli.recipes.build_context import DisplaySetup
+def _bar(quiet: bool) -> Progress:
+    from rich.console import Console
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 
-    pitch_mm, setup = design.rig.display.panel.pixel_pitch_mm, DisplaySetup.of(design.rig)
-    return build_set(
-        design.recipe_file, pitch_mm, lambda what, done, of: step("Building stimuli", done, of), setup=setup
-    )
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TimeElapsedColumn())
+    return Progress(*columns, console=Console(stderr=True), disable=quiet)

@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from documents.text.words import counted
+
+if TYPE_CHECKING:
+    from runner.session.run import Backend
 
 
 @click.command(short_help="Run a session with an observer.")
@@ -64,7 +68,7 @@ def command(
     windowed: bool,
     simulate: Path | None,
     replay: Path | None,
-    backend: str | None,
+    backend: Backend | None,
     allow_uncharacterised: bool,
     console: bool | None,
     as_json: bool,
@@ -72,113 +76,70 @@ def command(
     """Run a session with an observer.
 
     EXPERIMENT is a file such as experiments/dynamic_range.yaml. Every answer is on disk before the next trial
-    appears. The observer answers with the keys that the instructions name; Escape opens a
-    menu: go on, repeat, note, stop. Meanwhile the experimenter can type notes at the terminal, and 'r' to have the last
-    trial asked again.
+    appears. The observer answers with the keys that the instructions name; Escape opens a menu: continue, repeat, note,
+    stop. Meanwhile the experimenter can type notes at the terminal, and 'r' to have the last trial asked again.
     """
     import sys
-    import time
     from contextlib import ExitStack
 
-    from analysis.records.session_record import Trial
     from runner.cli.console import Console, at_a_terminal
     from runner.cli.main import WorkError
-    from runner.cli.progress import build_stimuli, progress_bar
-    from runner.cli.session_status import SessionStatus
-    from runner.observers.observer_file import read_observer
-    from runner.observers.person import Person
-    from runner.observers.replay import read_recording
-    from runner.ports import WindowClosed
-    from runner.protocol.experiment import check_observer, read_experiment
-    from runner.session.folders import to_resume, unfinished
-    from runner.session.session import Left, Session
-    from runner.session.station import Station
+    from runner.cli.progress import progress_bar
+    from runner.errors import SessionStoppedError
+    from runner.session.run import SessionOptions, run_session
+    from runner.session.session import Session
+    from runner.session.status import SessionStatus
 
-    check_observer(observer)
-    design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     if simulate and simulate.suffix == ".jsonl":
         simulate, replay = None, simulate
     if replay and (resume or simulate):
         raise click.UsageError("--replay goes neither with --resume nor with another --simulate")
-    law = read_observer(simulate, design.stimulus_names, design.stimuli.reference) if simulate else None
-    recording = read_recording(replay) if replay else None
-    if resume:
-        to_resume(results, design.spec.name, observer)
-    elif unfinished(results, design.spec.name, observer):
-        click.echo(
-            f"note: observer {observer} has an unfinished session. To go on with it, stop this one before it asks "
-            "anything, and give --resume",
-            err=True,
-        )
-    folder: Path | None = None
-    ending = "completed"
-    backend = backend or ("egl" if law or recording else "window")
+    of_a_person = not (simulate or replay)
     if console is None:
-        console = backend == "window" and not (law or recording) and at_a_terminal()
-    with progress_bar(quiet=as_json) as step:
-        stimuli = build_stimuli(design, step)
-    with (
-        progress_bar(quiet=as_json) as step,
-        ExitStack() as terminal,
-        Station.open(design, stimuli, results, backend, windowed=windowed) as station,
-    ):
-        for remark in station.remarks:
-            click.echo(f"warning: {remark}", err=True)
-        sitting = Person(station.surface.wait_key, station.presenter.point)
-        person = station.simulated(law, observer) if law else sitting
+        console = of_a_person and backend in (None, "window") and at_a_terminal()
+    shown: Console | None = None
+    with ExitStack() as terminal:
+        step = terminal.enter_context(progress_bar(quiet=as_json))
 
-        status = SessionStatus(
-            design.blocks(observer),
-            [block.kind for block in design.spec.blocks],
-            time.monotonic,
-            lambda: station.presenter.counters.frames_missed,
-        )
-        shown: Console | None = None
-
-        def on_session(session: Session) -> None:
+        def on_begin(session: Session, status: SessionStatus) -> None:
             nonlocal shown
-            if console:
+            if console and not replay:
                 shown = terminal.enter_context(Console(session, status.line, sys.stdin, sys.stderr))
 
-        def on_trial(trial: Trial) -> None:
-            status.hear(trial)
+        def on_trial(status: SessionStatus) -> None:
             if shown:
                 shown.refresh()
             else:
                 step(f"Observer {observer}", status.answered, status.trials)
 
+        options = SessionOptions(
+            results=results,
+            resume=resume,
+            accept_changes=accept_changes,
+            mode=mode,
+            allow_uncharacterised=allow_uncharacterised,
+            backend=backend,
+            windowed=windowed,
+            simulate=simulate,
+            replay=replay,
+            progress=step,
+            notify=lambda line: click.echo(line, err=True),
+            on_begin=on_begin,
+            on_trial=on_trial,
+        )
         try:
-            if recording:
-                folder = station.replay(recording, observer, accept_changes=accept_changes, on_trial=on_trial)
-            else:
-                folder = station.run(
-                    observer,
-                    person,
-                    simulated=law is not None,
-                    resume=resume,
-                    accept_changes=accept_changes,
-                    on_trial=on_trial,
-                    on_session=on_session,
-                )
-        except Left:
-            ending = "left"
-        except WindowClosed:
-            ending = "window closed"
-        except KeyboardInterrupt:
-            ending = "interrupted"
-        except OSError as error:
-            raise WorkError(f"the session stopped: {error}; every answer before this is saved") from error
-    answered, total = status.answered, status.trials
-    done = {"ending": ending, "answered": answered, "trials": total, "folder": str(folder) if folder else None}
+            done = run_session(experiment, observer, options)
+        except SessionStoppedError as error:
+            raise WorkError(str(error)) from error
     if as_json:
-        click.echo(json.dumps(done))
-    elif ending == "completed" and folder:
+        click.echo(json.dumps(done.to_json()))
+    elif done.ending == "completed" and done.folder:
         click.echo(
-            f"{counted(answered, 'answer is', 'answers are')} in {folder}\n"
-            f"Score all observers with: cyclopean report {folder.parents[1]}"
+            f"{counted(done.answered, 'answer is', 'answers are')} in {done.folder}\n"
+            f"Score all observers with: cyclopean report {done.folder.parents[1]}"
         )
     else:
         click.echo(
-            f"Stopped ({ending}) after {answered} of {counted(total, 'answer', 'answers')}, all saved. Go on "
-            "with --resume."
+            f"Stopped ({done.ending}) after {done.answered} of {counted(done.trials, 'answer', 'answers')}, all saved. "
+            "To resume the session, give --resume."
         )

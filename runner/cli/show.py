@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Literal
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Literal
 import click
 
 if TYPE_CHECKING:
-    from devices.display.display_file import Eye
+    from runner.presenter.show import ShownPicture
 
 _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 
@@ -56,7 +55,7 @@ def command(
     mode: str,
     screenshot: Path | None,
     headless: bool,
-    backend: str,
+    backend: Literal["egl", "null"],
     windowed: bool,
     colour_space: Literal["xyz", "rec709"] | None,
     white_luminance: float | None,
@@ -73,77 +72,35 @@ def command(
     file are compensated. Where both eyes see the same pixels, the flat version is shown.
     Of a screenshot of 10 bits, the upper 10 of each 16-bit value are the code.
     """
-    from devices.compensation.compensate import Correction
-    from devices.compensation.eye_costs import eye_clip_costs
-    from devices.display.display_file import read_display
     from runner.cli.main import WorkError
-    from runner.ports import WindowClosed
     from runner.presenter.errors import GraphicsError
-    from runner.presenter.modes.options import ModeOptions
-    from runner.presenter.modes.registry import find_mode
-    from runner.presenter.presenter import Presenter
-    from runner.presenter.scene import Picture, Scene
-    from runner.presenter.screenshot import check_screenshot_path, write_screenshot
-    from runner.presenter.surfaces.surface import open_surface
-    from stimuli.pictures.exr_read import read_exr
+    from runner.presenter.show import ShowOptions, show_picture
 
     if headless and screenshot is None:
         raise click.UsageError("Without a window there is nothing to see: add --screenshot OUT.png.")
-    if screenshot is not None:
-        check_screenshot_path(screenshot)
-    display = read_display(display_file)
-    models = display.models(mode)
-    stereo_mode = find_mode(mode, ModeOptions.parse(dict(map(_option, mode_options))))
-    areas = stereo_mode.areas(display.panel.resolution_px)
-    alike = stereo_mode.mixture(models) is None and any(len(area.eyes) > 1 for area in areas)
-    image = read_exr(
-        file,
-        colour_space,
-        flat=flat or alike,
+
+    def report(shown: ShownPicture) -> None:
+        click.echo(json.dumps(shown.to_json(), indent=1) if as_json else _in_words(shown))
+
+    options = ShowOptions(
+        screenshot=screenshot,
+        backend=backend if headless else "window",
+        windowed=windowed,
+        colour_space=colour_space,
         white_luminance_cd_m2=white_luminance,
-        negative="clip" if clip_negative else "refuse",
+        clip_negative=clip_negative,
+        flat=flat,
+        mode_options=dict(map(_option, mode_options)),
+        bits=_BITS[bits] if bits else None,
+        notify=lambda line: click.echo(line, err=True),
+        on_shown=report,
     )
-    correction = Correction(display.crosstalk(mode), display.gain_map(mode))
-    compensation = stereo_mode.compensation(models, display.panel.resolution_px, correction)
     try:
-        with (
-            open_surface(
-                backend if headless else "window",
-                display.panel.resolution_px,
-                stereo=stereo_mode.needs_stereo,
-                windows=stereo_mode.windows,
-                windowed=windowed,
-                bits=_BITS[bits] if bits else display.panel.code_bits,
-            ) as surface,
-            Presenter(surface, stereo_mode, models, lambda _: image, correction=correction) as presenter,
-        ):
-            if display.panel.bits < surface.facts.bits == 10:
-                told = f"codes have {surface.facts.bits} bits, and the panel has {display.panel.bits}"
-                click.echo(f"warning: {told} ({display_file})", err=True)
-            for remark in surface.facts.remarks:
-                click.echo(f"warning: {remark}", err=True)
-            presenter.show(Scene((Picture(str(file)),)))
-            files = write_screenshot(presenter.capture(), screenshot) if screenshot else []
-            shown = _Shown(
-                str(file),
-                mode,
-                (image.width_px, image.height_px),
-                image.is_flat,
-                eye_clip_costs(models, compensation.mixture, *compensation.evened((image.left, image.right), (0, 0))),
-                asdict(surface.facts),
-                tuple(str(path) for path in files),
-            )
-            click.echo(json.dumps(asdict(shown), indent=1) if as_json else _in_words(shown))
-            while screenshot is None and surface.wait_key().key != "escape":
-                pass
-            work = presenter.counters
-            if work.frames_alternated:
-                seen = f"{work.frames_alternated} frames in turn, {work.frames_missed} refreshes missed"
-                click.echo(seen, err=as_json)
-    except WindowClosed:
-        pass
+        work = show_picture(file, display_file, mode, options).work
     except GraphicsError as error:
         raise WorkError(str(error)) from error
+    if work.frames_alternated:
+        click.echo(f"{work.frames_alternated} frames in turn, {work.frames_missed} refreshes missed", err=as_json)
 
 
 def _option(text: str) -> tuple[str, object]:
@@ -159,18 +116,7 @@ def _option(text: str) -> tuple[str, object]:
         raise PresentationError(f"the mode option '{text}' cannot be read: {error}".splitlines()[0]) from None
 
 
-@dataclass(frozen=True, slots=True)
-class _Shown:
-    file: str
-    mode: str
-    picture_px: tuple[int, int]
-    flat: bool
-    clipping: Mapping[Eye, dict[str, float]]
-    surface: dict[str, object]
-    screenshots: tuple[str, ...]
-
-
-def _in_words(shown: _Shown) -> str:
+def _in_words(shown: ShownPicture) -> str:
     width, height = shown.picture_px
     lines = [f"{shown.file}: {width} × {height} px, {'flat' if shown.flat else 'stereo'}, shown {shown.mode}"]
     for eye, share in shown.clipping.items():

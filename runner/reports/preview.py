@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -12,7 +12,7 @@ from devices.compensation.compensate import Compensation, Correction, XYZImage
 from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, EyeModels
 from documents import Finding
-from runner.blocks.block import Draft, Response
+from runner.blocks.block import Block, Draft, Response
 from runner.errors import SessionError
 from runner.observers.plain import plain_key
 from runner.ports import Ask
@@ -23,8 +23,8 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Offset
 from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces.surface import Surface, open_surface
-from runner.protocol.experiment import Experiment
-from runner.session.picture_source import PictureSource
+from runner.protocol.experiment import Experiment, check_observer, read_experiment
+from runner.session.picture_source import PictureSource, Progress, build_stimuli, no_progress
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -42,32 +42,75 @@ class _Album:
 
 
 def preview(
-    experiment: Experiment,
-    stimuli: StimulusSet,
-    observer: str,
-    folder: Path,
-    backend: str,
-    progress: Callable[[str, int, int], None] = lambda what, done, of: None,
+    experiment: str | Path,
+    folder: str | Path,
+    observer: str = "01",
     *,
+    mode: str | None = None,
+    allow_uncharacterised: bool = False,
+    backend: str = "egl",
     clipping: bool = False,
+    progress: Progress = no_progress,
 ) -> tuple[Path, ...]:
-    """Write every screen that ``observer`` would see, per eye, to ``folder`` and return the files.
+    """Write every screen that an observer would see, for each eye, as PNG files of the exact device codes.
 
-    With ``clipping``, each screen is followed by one in which marks stand for the pixels outside the gamut.
+    Parameters
+    ----------
+    experiment
+        Experiment file.
+    folder
+        Folder to write to; made if need be.
+    observer
+        Code of the observer whose order of trials is shown.
+    mode
+        Stereo mode in place of the rig's.
+    allow_uncharacterised
+        Whether to use another mode's characterisation if the mode has none.
+    backend
+        Where to draw: ``egl``, ``null`` or ``window``.
+    clipping
+        Whether each screen is followed by one in which marks stand for the pixels outside the gamut.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
+
+    Returns
+    -------
+    tuple of Path
+        The files, in the order in which the screens would be seen.
 
     Raises
     ------
     InputError
-        If the folder cannot be made, or the surface cannot show the mode.
+        If a file is wrong, the folder cannot be made, or the surface cannot show the mode.
+
+    Examples
+    --------
+    >>> files = preview("experiments/dynamic_range.yaml", "out/preview")  # doctest: +SKIP
+    >>> files[0].name  # doctest: +SKIP
+    'block-01_screen-001_left.png'
     """
+    design = read_experiment(Path(experiment), mode, allow_uncharacterised=allow_uncharacterised)
+    check_observer(observer)
+    stimuli = build_stimuli(design, progress)
+    folder = Path(folder)
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise SessionError(Finding(f"the folder cannot be made: {error.strerror}", str(folder))) from error
+    return _write_screens(design, stimuli, design.blocks(observer), _Album(folder), backend, clipping, progress)
+
+
+def _write_screens(
+    experiment: Experiment,
+    stimuli: StimulusSet,
+    blocks: Sequence[Block],
+    album: _Album,
+    backend: str,
+    clipping: bool,
+    progress: Progress,
+) -> tuple[Path, ...]:
     rig = experiment.rig
-    blocks = experiment.blocks(observer)
     total = sum(block.trials for block in blocks)
-    album = _Album(folder)
     mode = experiment.mode
     pictures = PictureSource(experiment, stimuli, blocks)
     resolution = rig.display.panel.resolution_px

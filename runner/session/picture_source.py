@@ -1,16 +1,42 @@
-"""Where a session's pictures come from, by name."""
+"""Where a session's pictures come from: built from the experiment's recipe, then loaded by name."""
 
 from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Sequence
+from typing import TypeAlias
 
 from runner.blocks.block import Block
 from runner.protocol.experiment import Experiment
+from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.stereo_image import StereoImage
+from stimuli.recipes.build_context import DisplaySetup
+
+# Called with what is being done, how much of it is done, and of how much.
+Progress: TypeAlias = Callable[[str, int, int], None]
 
 _KEPT = 4  # so that a picture whose cost is computed is not read again to be shown
+
+
+def no_progress(what: str, done: int, of: int) -> None:
+    """Report nothing."""
+
+
+def build_stimuli(experiment: Experiment, progress: Progress = no_progress) -> StimulusSet:
+    """Build the experiment's stimuli for its rig's display, or return them from the cache.
+
+    Raises
+    ------
+    InputError
+        If the recipe or a picture is wrong, or the cache cannot be written.
+    """
+    return build_set(
+        experiment.recipe_file,
+        experiment.rig.display.panel.pixel_pitch_mm,
+        lambda _, done, of: progress("Building stimuli", done, of),
+        setup=DisplaySetup.of(experiment.rig),
+    )
 
 
 class PictureSource:

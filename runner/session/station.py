@@ -106,9 +106,11 @@ class Station:
         self.presenter.close()
         self.surface.close()
 
-    def simulated(self, spec: ObserverSpec, observer: str) -> Observer:
-        """Return a simulated observer whose answers are drawn from the experiment's seed and its own name."""
-        rng = random.Random(f"{self.experiment.spec.seed}/{self.experiment.spec.name}/simulated/{observer}")
+    def simulated(self, spec: ObserverSpec, observer: str, seed: int | None = None) -> Observer:
+        """Return a simulated observer whose answers are drawn from ``seed``, or the experiment's, and its own name."""
+        rng = random.Random(
+            f"{self.experiment.spec.seed if seed is None else seed}/{self.experiment.spec.name}/simulated/{observer}"
+        )
         if isinstance(spec, ImageBasedObserverSpec):
             reference = spec.reference or self.experiment.stimuli.reference
             if reference is None:
@@ -125,6 +127,7 @@ class Station:
         *,
         accept_changes: bool = False,
         on_trial: Callable[[Trial], None] = lambda trial: None,
+        on_session: Callable[[Session], None] = lambda session: None,
     ) -> Path:
         """Run ``observer``'s recorded session again as it went, without waiting, and return the new session's folder.
 
@@ -138,7 +141,15 @@ class Station:
         now = hashes(self.experiment, self.stimuli)
         remarks = check_replayable(log, self.experiment.spec.name, observer, now, accept_changes=accept_changes)
         pending = asked_after_their_block(log)
-        return self.run(observer, Replay.of(log), simulated=True, on_trial=on_trial, remarks=remarks, pending=pending)
+        return self.run(
+            observer,
+            Replay.of(log),
+            simulated=True,
+            on_trial=on_trial,
+            on_session=on_session,
+            remarks=remarks,
+            pending=pending,
+        )
 
     def run(
         self,

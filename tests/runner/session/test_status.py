@@ -6,7 +6,7 @@ from analysis.records.session_record import Trial
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
-from runner.cli.session_status import SessionStatus
+from runner.session.status import SessionStatus
 
 LAYOUT = PairLayout("vertical", (0, -60), (0, 60), (100, 80), (0, -140), 400)
 PAIRS = AllPairs(("a", "b", "c", "d", "e"), "Which?", LAYOUT, "s", "o")  # 10 trials of 5 s
@@ -29,14 +29,14 @@ def _status() -> tuple[SessionStatus, _Clock]:
 def _answer(status: SessionStatus, clock: _Clock, trial: int, took_s: float, attempt: int = 0, missed: int = 0) -> None:
     clock.now_s += took_s
     data = {"answer": "first", "timed": [{"what": "pair", "missed_frames": missed}]}
-    status.hear(Trial(1, trial, "all_pairs", (("up", 1.0),), min(took_s, 1.24), UTC, data, attempt))
+    status.update(Trial(1, trial, "all_pairs", (("up", 1.0),), min(took_s, 1.24), UTC, data, attempt))
 
 
 def test_time_left_follows_the_observer_s_own_pace() -> None:
     status, clock = _status()
     assert status.minutes_left * 60 == 50 + 3
     clock.now_s += 30  # a slow reader says nothing of the pace
-    status.hear(Trial(0, 0, "instructions", (("space", 30.0),), 30.0, UTC))
+    status.update(Trial(0, 0, "instructions", (("space", 30.0),), 30.0, UTC))
     assert status.minutes_left * 60 == 50
     for trial in range(5):
         _answer(status, clock, trial, 2.5)
@@ -47,7 +47,7 @@ def test_time_left_follows_the_observer_s_own_pace() -> None:
 
 def test_the_line_says_all_of_it() -> None:
     status, clock = _status()
-    status.hear(Trial(0, 0, "instructions", (("space", 3.0),), 3.0, UTC))
+    status.update(Trial(0, 0, "instructions", (("space", 3.0),), 3.0, UTC))
     for trial in range(4):
         _answer(status, clock, trial, 5.0, missed=trial)
     assert status.line() == (
@@ -70,7 +70,7 @@ def test_what_a_resumed_session_reads_from_its_log_says_nothing_of_the_pace() ->
     status, clock = _status()
     for trial in range(6):
         clock.now_s += 0.001
-        status.hear(Trial(1, trial, "all_pairs", (("up", 2.0),), 2.0, UTC, {"answer": "first"}))
+        status.update(Trial(1, trial, "all_pairs", (("up", 2.0),), 2.0, UTC, {"answer": "first"}))
     assert status.answered == 6
     assert abs(status.minutes_left * 60 - (20 + 3)) < 1e-9
     assert "last:" not in status.line()
@@ -79,6 +79,6 @@ def test_what_a_resumed_session_reads_from_its_log_says_nothing_of_the_pace() ->
 def test_words_that_someone_typed_are_cut_and_harmless() -> None:
     status, clock = _status()
     clock.now_s += 5
-    status.hear(Trial(1, 0, "questionnaire", (), 5.0, UTC, {"answer": "\x1b[2J" + "long " * 20}))
+    status.update(Trial(1, 0, "questionnaire", (), 5.0, UTC, {"answer": "\x1b[2J" + "long " * 20}))
     assert "\x1b" not in status.line()
     assert len(status.line()) < 140

@@ -18,7 +18,10 @@ _LONGEST_ANSWER = 24
 
 @dataclass(slots=True)
 class SessionStatus:
-    """Hears of each trial; ``clock`` is monotonic, in seconds."""
+    """Where a session stands, from the trials that `update` is called with; ``clock`` is monotonic, in seconds.
+
+    ``kinds`` are those of ``blocks``; ``missed_elsewhere`` gives the missed frames that no trial records.
+    """
 
     blocks: Sequence[Block]
     kinds: Sequence[str]
@@ -56,8 +59,8 @@ class SessionStatus:
                 left_s += block.expected_s
         return usual * left_s / 60
 
-    def hear(self, trial: Trial) -> None:
-        """Take note of ``trial``, also of one that a resumed session read from its log."""
+    def update(self, trial: Trial) -> None:
+        """Count ``trial``, also one that a resumed session read from its log."""
         now_s = self.clock()
         took_s, self._before_s = now_s - self._before_s, now_s
         if trial.attempt == 0:

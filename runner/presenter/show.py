@@ -1,0 +1,186 @@
+"""One stereo picture on a screen, or its exact codes in a PNG."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any, Literal
+
+from devices.compensation.compensate import Correction
+from devices.compensation.eye_costs import eye_clip_costs
+from devices.display.display_file import Eye, read_display
+from runner.ports import WindowClosed
+from runner.presenter.counters import Counters
+from runner.presenter.depth import Bits
+from runner.presenter.modes.options import ModeOptions
+from runner.presenter.modes.registry import find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene
+from runner.presenter.screenshot import check_screenshot_path, write_screenshot
+from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
+from stimuli.pictures.exr_read import read_exr
+
+
+@dataclass(frozen=True, slots=True)
+class ShowOptions:
+    """How a picture is shown.
+
+    Parameters
+    ----------
+    screenshot
+        PNG file to write with the framebuffer's codes; then nobody is waited for.
+    backend
+        Where to draw: ``window``, ``egl`` (offscreen) or ``null`` (a window without a screen).
+    windowed
+        Whether to use a window in place of the full screen.
+    colour_space
+        Colour space of the file's values, if it does not say.
+    white_luminance_cd_m2
+        Luminance of the value 1.
+    clip_negative
+        Whether to set negative XYZ to 0 in place of refusing the picture.
+    flat
+        Whether to show the centre view to both eyes.
+    mode_options
+        Options of the stereo mode, as in a rig file.
+    bits
+        Bits of a channel's codes; if None, 10 for a panel that has them, where the driver does.
+    notify
+        Called with each line that the user should read first.
+    on_shown
+        Called once the picture is on the screen, before a key is awaited.
+    """
+
+    screenshot: Path | None = None
+    backend: Literal["window", "egl", "null"] = "window"
+    windowed: bool = False
+    colour_space: Literal["xyz", "rec709"] | None = None
+    white_luminance_cd_m2: float | None = None
+    clip_negative: bool = False
+    flat: bool = False
+    mode_options: Mapping[str, object] | None = None
+    bits: Bits | None = None
+    notify: Callable[[str], None] = lambda line: None
+    on_shown: Callable[[ShownPicture], None] = lambda shown: None
+
+
+@dataclass(frozen=True, slots=True)
+class ShownPicture:
+    """A picture as it was shown.
+
+    ``clipping`` holds for each eye what the gamut clip costs: shares of pixels in percent, costs in ΔE00. ``flat`` says
+    whether both eyes saw the same picture. ``work`` is the presenter's so far.
+    """
+
+    file: str
+    mode: str
+    picture_px: tuple[int, int]
+    flat: bool
+    clipping: Mapping[Eye, dict[str, float]]
+    surface: SurfaceFacts
+    screenshots: tuple[str, ...]
+    work: Counters
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all but the work as plain JSON."""
+        return {key: value for key, value in asdict(self).items() if key != "work"}
+
+
+def show_picture(
+    file: str | Path, display_file: str | Path, mode: str, options: ShowOptions | None = None
+) -> ShownPicture:
+    """Show an OpenEXR picture at 1:1 in the middle of each eye's area, with the display's response inverted.
+
+    In a window it stays until Escape is pressed. Crosstalk and a gain map of the display file are compensated. Where
+    both eyes see the same pixels, the flat version is shown.
+
+    Parameters
+    ----------
+    file
+        OpenEXR picture in XYZ, or with a colour space.
+    display_file
+        Display file that was characterised in ``mode``.
+    mode
+        Stereo mode, such as ``side-by-side``.
+    options
+        How it is shown; on a full screen if None.
+
+    Returns
+    -------
+    ShownPicture
+        What the gamut clip costs each eye, what it was shown on, and the screenshots.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong, or the surface cannot show the mode.
+    GraphicsError
+        If the graphics driver failed.
+
+    Examples
+    --------
+    >>> options = ShowOptions(screenshot=Path("codes.png"), backend="egl")
+    >>> shown = show_picture("plate.exr", "configs/displays/asus_vg248qe.yaml", "side-by-side", options)
+    ... # doctest: +SKIP
+    """
+    options = options or ShowOptions()
+    if options.screenshot is not None:
+        check_screenshot_path(options.screenshot)
+    display = read_display(Path(display_file))
+    models = display.models(mode)
+    stereo_mode = find_mode(mode, ModeOptions.parse(dict(options.mode_options or {})))
+    panel = display.panel
+    areas = stereo_mode.areas(panel.resolution_px)
+    alike = stereo_mode.mixture(models) is None and any(len(area.eyes) > 1 for area in areas)
+    image = read_exr(
+        Path(file),
+        options.colour_space,
+        flat=options.flat or alike,
+        white_luminance_cd_m2=options.white_luminance_cd_m2,
+        negative="clip" if options.clip_negative else "refuse",
+    )
+    correction = Correction(display.crosstalk(mode), display.gain_map(mode))
+    compensation = stereo_mode.compensation(models, panel.resolution_px, correction)
+    with (
+        open_surface(
+            options.backend,
+            panel.resolution_px,
+            stereo=stereo_mode.needs_stereo,
+            windows=stereo_mode.windows,
+            windowed=options.windowed,
+            bits=options.bits or panel.code_bits,
+        ) as surface,
+        Presenter(surface, stereo_mode, models, lambda _: image, correction=correction) as presenter,
+    ):
+        facts = surface.facts
+        if panel.bits < facts.bits == 10:
+            bits = f"codes have {facts.bits} bits, and the panel has {panel.bits}"
+            options.notify(f"warning: {bits} ({display_file})")
+        for remark in facts.remarks:
+            options.notify(f"warning: {remark}")
+        presenter.show(Scene((Picture(str(file)),)))
+        files = write_screenshot(presenter.capture(), options.screenshot) if options.screenshot else []
+        views = compensation.evened((image.left, image.right), (0, 0))
+        shown = ShownPicture(
+            str(file),
+            mode,
+            (image.width_px, image.height_px),
+            image.is_flat,
+            eye_clip_costs(models, compensation.mixture, *views),
+            facts,
+            tuple(str(path) for path in files),
+            presenter.counters,
+        )
+        options.on_shown(shown)
+        if options.screenshot is None:
+            _wait_for_escape(presenter)
+        return replace(shown, work=presenter.counters)
+
+
+def _wait_for_escape(presenter: Presenter) -> None:
+    try:
+        while presenter.surface.wait_key().key != "escape":
+            pass
+    except WindowClosed:
+        pass

@@ -1,0 +1,98 @@
+"""The thesis's second experiment from recipe to report, with simulated observers."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+from analysis.records.results import read_results
+from analysis.report.page import write_report
+from analysis.report.report import Report
+from analysis.scaling.agreement import Agreement, agreement, expected_classes
+from runner.observers.observer_file import read_scored_observer
+from runner.presenter.counters import Counters
+from runner.reports.thumbnails import thumbnails
+from runner.session.folders import new_label
+from runner.session.picture_source import Progress, no_progress
+from runner.session.run import simulate
+
+_ROOT = Path(__file__).parents[2]
+_EXPERIMENT = _ROOT / "experiments/dynamic_range.yaml"
+_OBSERVERS = _ROOT / "configs/observers/table_4_4.yaml"
+
+
+@dataclass(frozen=True, slots=True)
+class Demo:
+    """What the demonstration gives.
+
+    ``published`` is each stimulus's score and class in the thesis's Table 4.4; ``agreement`` compares ours with it,
+    None without a fit. ``expects_published_classes`` says whether the counts that the published scores lead so many
+    observers to on average give exactly the published classes; None where the classes rest on a sandwich covariance.
+    ``work`` is the presenter's.
+    """
+
+    report: Report
+    page: Path
+    published: dict[str, tuple[float, str]]
+    agreement: Agreement | None
+    expects_published_classes: bool | None
+    work: Counters
+
+
+def run_demo(
+    observers: int = 30,
+    results: str | Path = Path("results/demo"),
+    *,
+    window: bool = False,
+    progress: Progress = no_progress,
+) -> Demo:
+    """Repeat the thesis's second experiment with simulated observers, and write a report.
+
+    Parameters
+    ----------
+    observers
+        Number of simulated observers, who answer by the published scores.
+    results
+        Folder in which a new one is made for the sessions and the report.
+    window
+        Whether to draw in a window that can be watched.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
+
+    Returns
+    -------
+    Demo
+        The report, where it is written, and how it agrees with the thesis.
+
+    Examples
+    --------
+    >>> run_demo(3).page.name  # doctest: +SKIP
+    'report.html'
+    """
+    published = {
+        name: (stimulus.score, stimulus.perceptual_class)
+        for name, stimulus in read_scored_observer(_OBSERVERS).stimuli.items()
+    }
+    folder = Path(results) / new_label()
+    done = simulate(
+        _EXPERIMENT,
+        _OBSERVERS,
+        observers,
+        results=folder,
+        backend="window" if window else "egl",
+        progress=progress,
+    )
+    progress("Writing the report", 0, 1)
+    page = folder / "report.html"
+    pictures = thumbnails(done.experiment, done.stimuli)
+    report = write_report(read_results(folder), page, published=published, thumbnails=pictures)
+    progress("Writing the report", 1, 1)
+    scores = report.pairs
+    if scores is None:
+        raise RuntimeError("the demonstration's observers compared no pairs")
+    compared = agreement(scores.scores, published)
+    expected: bool | None = None
+    if scores.estimate.covariance == "model":
+        classes = expected_classes(published, observers, scores.alpha, scores.adjust)
+        expected = classes == {name: label for name, (_, label) in published.items()}
+    return Demo(report, page, published, compared, expected, done.work)

@@ -1,0 +1,135 @@
+"""What Python can call in place of a command: a session, simulated observers, a preview, a picture on the screen."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+from analysis.records.session_record import FILE_NAME, Trial, read_session
+from analysis.report.page import write_report
+from documents import InputError
+from runner.errors import SessionError, SessionStoppedError
+from runner.presenter.show import ShowOptions, show_picture
+from runner.reports.preview import preview
+from runner.session.recorder import Recorder
+from runner.session.run import SessionOptions, run_session, simulate
+
+if TYPE_CHECKING:
+    from conftest import Study
+
+
+def _trials(folder: Path) -> list[tuple[Any, ...]]:
+    return [(t.block, t.trial, t.kind, t.events, t.data) for t in read_session(folder / FILE_NAME).trials]
+
+
+def test_a_session_is_run_and_its_end_reported(study: Study) -> None:
+    lines: list[str] = []
+    places: list[str] = []
+    options = SessionOptions(
+        results=study.results,
+        simulate=study.observers,
+        notify=lines.append,
+        on_trial=lambda status: places.append(status.line().split(" · ")[0]),
+    )
+    done = run_session(study.experiment, "01", options)
+    assert (done.ending, done.answered, done.trials) == ("completed", 6, 6)
+    assert done.folder is not None
+    assert read_session(done.folder / FILE_NAME).complete
+    assert done.to_json() == {"ending": "completed", "answered": 6, "trials": 6, "folder": str(done.folder)}
+    assert places[-1] == "trial 6 of 6"
+    replayed = run_session(str(study.experiment), "01", SessionOptions(results=study.results, replay=done.folder))
+    assert replayed.folder is not None
+    assert _trials(replayed.folder) == _trials(done.folder)
+
+
+def test_an_answer_that_cannot_be_written_stops_the_session(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    def full(self: Recorder, trial: Trial) -> None:
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(Recorder, "append", full)
+    with pytest.raises(SessionStoppedError, match="every answer before this is saved"):
+        run_session(study.experiment, "01", SessionOptions(results=study.results, simulate=study.observers))
+
+
+@pytest.mark.parametrize("other", [{"resume": True}, {"simulate": "observers.yaml"}])
+def test_a_replay_with_anything_else_is_refused(study: Study, other: dict[str, Any]) -> None:
+    with pytest.raises(SessionError, match="give only one"):
+        run_session(study.experiment, "01", SessionOptions(results=study.results, replay="session.jsonl", **other))
+
+
+def test_simulated_observers_answer_as_the_command_lets_them(study: Study) -> None:
+    by_command = run_session(study.experiment, "02", SessionOptions(results=study.results, simulate=study.observers))
+    steps: list[tuple[str, int, int]] = []
+    done = simulate(
+        study.experiment,
+        study.observers,
+        2,
+        results=study.folder / "more",
+        progress=lambda *step: steps.append(step),
+    )
+    assert [folder.parent.name for folder in done.folders] == ["sub-01", "sub-02"]
+    assert by_command.folder is not None
+    assert _trials(done.folders[1]) == _trials(by_command.folder)
+    assert steps[-1] == ("Running simulated observers", 2, 2)
+    # Two stereo pictures and two flat ones, however many observers see them.
+    assert (done.work.decodes, done.work.uploads) == (4, 6)
+
+
+def test_a_seed_changes_the_answers_and_not_the_trials(study: Study) -> None:
+    own, other = (
+        simulate(study.experiment, study.observers, ["a"], results=study.folder / f"seed-{seed}", seed=seed)
+        for seed in (None, 99)
+    )
+    first, second = _trials(own.folders[0]), _trials(other.folders[0])
+    assert [trial[:3] for trial in first] == [trial[:3] for trial in second]
+    assert [t[4].get("first") for t in first] == [t[4].get("first") for t in second]
+    assert first != second
+
+
+def test_observers_without_a_valid_code_are_refused_before_anything_is_made(study: Study) -> None:
+    with pytest.raises(InputError, match="no BIDS label"):
+        simulate(study.experiment, study.observers, ["01", "../x"], results=study.results)
+    assert not study.results.exists()
+
+
+def test_every_screen_is_previewed_for_each_eye(study: Study) -> None:
+    files = preview(study.experiment, study.folder / "screens")
+    assert len(files) == len(set(files)) == 2 * (1 + 6 + 1)  # instructions, six pairs, a break
+    assert all(file.is_file() for file in files)
+    assert files[0].name == "block-01_screen-001_left.png"
+
+
+def test_a_picture_is_shown_and_what_it_costs_reported(study: Study) -> None:
+    shots = []
+    options = ShowOptions(screenshot=study.folder / "codes.png", backend="egl", on_shown=shots.append)
+    shown = show_picture(study.folder / "one.exr", study.folder / "display.yaml", "side-by-side", options)
+    assert shots[0].to_json() == shown.to_json()
+    assert shown.picture_px == (80, 40)
+    assert not shown.flat
+    assert set(shown.clipping) == {"left", "right"}
+    assert shown.work.colour_passes == 2
+    assert [Path(file).is_file() for file in shown.screenshots] == [True]
+
+
+def test_records_with_the_former_names_of_the_counts_are_read_and_reported_alike(study: Study) -> None:
+    """Until they were called ``clipping_costs_computed`` and ``clipping_costs_cached``, they were called otherwise."""
+    former = {"clipping_costs_computed": "costs_reckoned", "clipping_costs_cached": "costs_found"}
+    (folder,) = simulate(study.experiment, study.observers, results=study.results).folders
+    log = folder / FILE_NAME
+    new = read_session(log)
+    new_page = write_report([new], study.folder / "new.html")
+    *lines, last = log.read_text().splitlines()
+    end = json.loads(last)
+    assert set(former) <= set(end["work"])
+    end["work"] = {former.get(name, name): count for name, count in end["work"].items()}
+    log.write_text("\n".join([*lines, json.dumps(end)]) + "\n")
+    old = read_session(log)
+    assert old == new
+    old_page = write_report([old], study.folder / "old.html")
+    assert old_page.pairs is not None
+    assert new_page.pairs is not None
+    assert old_page.pairs.to_json() == new_page.pairs.to_json()
+    assert (study.folder / "old.html").read_text() == (study.folder / "new.html").read_text()
