@@ -13,7 +13,7 @@ from runner.cli.main import group
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").glob("*.md"))]
-_COMMAND = re.compile(r"^(?:\.venv/bin/)?cyclopean(?: |$)")
+_COMMAND = re.compile(r"^(?:\.venv/bin/)?cyclopean(?: \S|$)")
 
 
 def _block_commands(page: Path) -> list[str]:
