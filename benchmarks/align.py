@@ -102,7 +102,7 @@ def _rolled() -> list[Row]:
     left = _turned(0.0)
 
     def ours(right: Floats32) -> float:
-        return straighten(left, right).found.roll_deg
+        return straighten(left, right).roll_scale.roll_deg
 
     def ecc(right: Floats32) -> float:
         step = (cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT, 100, 1e-8)

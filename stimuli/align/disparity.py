@@ -125,13 +125,16 @@ def measure_disparity(
     StimulusError
         If the pictures differ in size, hold NaN, or are smaller than a block; if a block is smaller than 32 pixels.
     """
-    one, two = light_plane(left, luminance_weights, "left"), light_plane(right, luminance_weights, "right")
-    same_size(one, two, ("left", "right"))
-    if not LEAST_SIDE_PX <= block_px <= min(one.shape):
+    left_plane, right_plane = (
+        light_plane(left, luminance_weights, "left"),
+        light_plane(right, luminance_weights, "right"),
+    )
+    same_size(left_plane, right_plane, ("left", "right"))
+    if not LEAST_SIDE_PX <= block_px <= min(left_plane.shape):
         raise StimulusError.of(
-            f"block_px is {block_px}", f"between {LEAST_SIDE_PX} and the picture's side, {min(one.shape)}"
+            f"block_px is {block_px}", f"between {LEAST_SIDE_PX} and the picture's side, {min(left_plane.shape)}"
         )
-    return _report(_Blocks(one, two, block_px, false_alarm), viewing)
+    return _report(_Blocks(left_plane, right_plane, block_px, false_alarm), viewing)
 
 
 class _Blocks:
@@ -141,8 +144,8 @@ class _Blocks:
         self.block_px = block_px
         self.size_px = (left.shape[1], left.shape[0])
         self.flat = self.uncertain = 0
-        self.found: list[tuple[float, ...]] = []
-        one, two = texture(left), texture(right)
+        self.measured: list[tuple[float, ...]] = []
+        left_texture, right_texture = texture(left), texture(right)
         columns, rows = (length // block_px for length in (left.shape[1], left.shape[0]))
         # What is over at the edges is shared between both sides.
         first = [
@@ -162,49 +165,51 @@ class _Blocks:
             if kept:
                 stacks = [
                     np.stack([plane[y : y + block_px, x : x + block_px] for x, y in kept]) * window
-                    for plane in (one, two)
+                    for plane in (left_texture, right_texture)
                 ]
                 for (x, y), surface in zip(kept, correlation(stacks[0], stacks[1]), strict=True):
-                    self._register(one, two, (x, y), surface, false_alarm)
+                    self._register(left_texture, right_texture, (x, y), surface, false_alarm)
 
     def _register(
-        self, one: Floats32, two: Floats32, corner: tuple[int, int], surface: Floats32, false_alarm: float
+        self, left: Floats32, right: Floats32, corner: tuple[int, int], surface: Floats32, false_alarm: float
     ) -> None:
         x, y = corner
         side = self.block_px
         peak = find_peak(surface, (side // 4, side // 4))
         if peak.false_alarm <= false_alarm:
             start = (float(peak.shift_px[0]), float(peak.shift_px[1]))
-            fit = refine_within(one, two, (x, y, x + side, y + side), start)
+            fit = refine_within(left, right, (x, y, x + side, y + side), start)
             if fit.converged and fit.correlation > 0:
                 middle = (x + (side - 1) / 2, y + (side - 1) / 2)
-                self.found.append((*middle, *fit.shift_px, *fit.standard_error_px, peak.false_alarm))
+                self.measured.append((*middle, *fit.shift_px, *fit.standard_error_px, peak.false_alarm))
                 return
         self.uncertain += 1
 
 
 def _report(blocks: _Blocks, viewing: Viewing | None) -> DisparityReport:
-    found = np.array(blocks.found, dtype=np.float64).reshape(-1, 7)
-    across, down = found[:, 2], found[:, 3]
+    table = np.array(blocks.measured, dtype=np.float64).reshape(-1, 7)
+    across, down = table[:, 2], table[:, 3]
     horizontal: dict[str, Spread] = {}
     vertical: dict[str, Spread] = {}
-    if len(found):
+    if len(table):
         horizontal["px"], vertical["px"] = Spread.of(across), Spread.of(down)
-    if len(found) and viewing is not None:
+    if len(table) and viewing is not None:
         pitch, distance = viewing.pixel_pitch_mm, viewing.distance_mm
-        horizontal["mm"], vertical["mm"] = (Spread.of(mm_from_px(one, pitch)) for one in (across, down))
+        horizontal["mm"], vertical["mm"] = (
+            Spread.of(mm_from_px(disparity_px, pitch)) for disparity_px in (across, down)
+        )
         eyes = viewing.interpupillary_distance_mm
         horizontal["arcmin"] = Spread.of(disparity_arcmin(across, pitch, distance, eyes))
         vertical["arcmin"] = Spread.of(60.0 * visual_angle_deg(mm_from_px(down, pitch), distance))
     return DisparityReport(
         blocks.block_px,
-        found[:, :2],
-        found[:, 2:4],
-        found[:, 4:6],
-        found[:, 6],
+        table[:, :2],
+        table[:, 2:4],
+        table[:, 4:6],
+        table[:, 6],
         blocks.flat,
         blocks.uncertain,
         horizontal,
         vertical,
-        fit_roll_scale(found[:, :2], down, blocks.size_px),
+        fit_roll_scale(table[:, :2], down, blocks.size_px),
     )

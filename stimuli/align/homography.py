@@ -46,14 +46,14 @@ def homography_from_points(reference_points: ArrayLike, moving_points: ArrayLike
     StimulusError
         If there are fewer than four pairs, a place is not finite, or three of every four lie on one line.
     """
-    one, two = (np.asarray(points, dtype=np.float64) for points in (reference_points, moving_points))
-    if one.ndim != 2 or one.shape != two.shape or one.shape[1] != 2 or len(one) < 4:
+    reference, moving = (np.asarray(points, dtype=np.float64) for points in (reference_points, moving_points))
+    if reference.ndim != 2 or reference.shape != moving.shape or reference.shape[1] != 2 or len(reference) < 4:
         raise StimulusError.of(
-            f"the corners have shapes {one.shape} and {two.shape}", "give four pairs of places (x, y) or more"
+            f"the corners have shapes {reference.shape} and {moving.shape}", "give four pairs of places (x, y) or more"
         )
-    if not (np.isfinite(one).all() and np.isfinite(two).all()):
+    if not (np.isfinite(reference).all() and np.isfinite(moving).all()):
         raise StimulusError.of("a corner's place is NaN or infinite", "give places in pixels")
-    (to_one, a), (to_two, b) = _normalised(one), _normalised(two)
+    (to_reference, a), (to_moving, b) = _normalised(reference), _normalised(moving)
     zero, ones = np.zeros((len(a), 3)), np.ones((len(a), 1))
     p = np.hstack([a, ones])
     rows = np.concatenate([np.hstack([p, zero, -b[:, :1] * p]), np.hstack([zero, p, -b[:, 1:] * p])])
@@ -62,13 +62,13 @@ def homography_from_points(reference_points: ArrayLike, moving_points: ArrayLike
         raise StimulusError.of(
             "the corners do not fix a homography", "give four places of which no three lie on one line"
         )
-    matrix = np.linalg.inv(to_two) @ vectors[:, 0].reshape(3, 3) @ to_one
+    matrix = np.linalg.inv(to_moving) @ vectors[:, 0].reshape(3, 3) @ to_reference
     if abs(matrix[2, 2]) < 1e-12 * np.abs(matrix).max() or abs(np.linalg.det(matrix / np.abs(matrix).max())) < 1e-15:
         raise StimulusError.of(
             "the corners do not fix a homography", "give four places of which no three lie on one line"
         )
     matrix = matrix / matrix[2, 2]
-    away = mapped(matrix, one) - two
+    away = mapped(matrix, reference) - moving
     return Homography(matrix, float(np.sqrt(np.mean(np.sum(away**2, axis=1)))))
 
 
@@ -86,7 +86,7 @@ def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warp
     from scipy.ndimage import map_coordinates, spline_filter
 
     width, height = size_px
-    found = np.empty((height, width, picture.shape[2]), dtype=np.float32)
+    warped = np.empty((height, width, picture.shape[2]), dtype=np.float32)
     outside = 0
     below = np.zeros((height, width), dtype=np.bool_)
     columns = np.arange(width, dtype=np.float64)
@@ -102,11 +102,11 @@ def warp(picture: Floats32, matrix: ArrayLike, size_px: tuple[int, int]) -> Warp
                 outside += int(np.count_nonzero((x < -0.5) | (x > right + 0.5) | (y < -0.5) | (y > bottom + 0.5)))
             where = [np.clip(y, 0, bottom) + _PAD, np.clip(x, 0, right) + _PAD]
             part = map_coordinates(spline, where, order=3, prefilter=False, output=np.float32, mode="mirror")
-            found[first : first + len(rows), :, channel] = part
+            warped[first : first + len(rows), :, channel] = part
         if plane.min() >= 0.0:
-            below |= found[:, :, channel] < 0.0
-            np.maximum(found[:, :, channel], 0.0, out=found[:, :, channel])
-    return Warped(found, outside, int(below.sum()))
+            below |= warped[:, :, channel] < 0.0
+            np.maximum(warped[:, :, channel], 0.0, out=warped[:, :, channel])
+    return Warped(warped, outside, int(below.sum()))
 
 
 def common_part(homographies: list[Floats], width: int, height: int, remedy: str) -> tuple[int, int, int, int]:
@@ -117,9 +117,9 @@ def common_part(homographies: list[Floats], width: int, height: int, remedy: str
     right, bottom = width - 1.0, height - 1.0
     corners = np.array([[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]])
     # Beyond a right angle from its axis nothing is before a camera.
-    if any((np.linalg.inv(one)[2] @ (x, y, 1.0)) <= 0 for one in homographies for x, y in corners):
+    if any((np.linalg.inv(matrix)[2] @ (x, y, 1.0)) <= 0 for matrix in homographies for x, y in corners):
         raise StimulusError.of("no part of the plane is common to both turned views", remedy)
-    quads = [mapped(np.linalg.inv(one), corners) for one in homographies]
+    quads = [mapped(np.linalg.inv(matrix), corners) for matrix in homographies]
     first_column = max(0, *(int(np.ceil(x - 1e-6)) for quad in quads for x in quad[[0, 2], 0]))
     first_row = max(0, *(int(np.ceil(y - 1e-6)) for quad in quads for y in quad[[0, 1], 1]))
     last_column = min(width - 1, *(int(np.floor(x + 1e-6)) for quad in quads for x in quad[[1, 3], 0]))

@@ -43,14 +43,14 @@ def weights(fraction: float, interpolation: Interpolation = "sinc") -> Floats:
     away = np.arange(-reach, reach + 1) - fraction
     near = np.abs(away)
     if interpolation == "sinc":
-        found = np.where(near < reach, np.sinc(away) * np.sinc(away / reach), 0.0)
+        taps = np.where(near < reach, np.sinc(away) * np.sinc(away / reach), 0.0)
     elif interpolation == "cubic":
         inner = (1.5 * near - 2.5) * near**2 + 1.0
         outer = ((-0.5 * near + 2.5) * near - 4.0) * near + 2.0
-        found = np.where(near < 1.0, inner, np.where(near < 2.0, outer, 0.0))
+        taps = np.where(near < 1.0, inner, np.where(near < 2.0, outer, 0.0))
     else:
-        found = np.maximum(1.0 - near, 0.0)
-    return np.asarray(found / found.sum())
+        taps = np.maximum(1.0 - near, 0.0)
+    return np.asarray(taps / taps.sum())
 
 
 def transfer(fraction: float, cycles_per_px: ArrayLike, interpolation: Interpolation = "sinc") -> Floats:
@@ -68,15 +68,15 @@ def sampled(plane: NDArray[np.floating], shift_px: tuple[float, float], interpol
     """
     from scipy.ndimage import correlate1d
 
-    found = np.asarray(plane, dtype=np.float32)
+    moved = np.asarray(plane, dtype=np.float32)
     for axis, shift in ((1, shift_px[0]), (0, shift_px[1])):
         whole = int(np.round(shift))
         if whole:
-            index = np.clip(np.arange(found.shape[axis]) + whole, 0, found.shape[axis] - 1)
-            found = found.take(index, axis=axis)
+            index = np.clip(np.arange(moved.shape[axis]) + whole, 0, moved.shape[axis] - 1)
+            moved = moved.take(index, axis=axis)
         if shift != whole:
-            found = correlate1d(found, weights(shift - whole, interpolation), axis=axis, mode="nearest")
-    return found
+            moved = correlate1d(moved, weights(shift - whole, interpolation), axis=axis, mode="nearest")
+    return moved
 
 
 def cut(
@@ -93,7 +93,7 @@ def cut(
     if not any(fraction):
         return np.array(picture[whole[1] : whole[1] + height, whole[0] : whole[0] + width], dtype=np.float32), 0
     reach = reach_px(interpolation)
-    found = np.empty((height, width, picture.shape[2]), dtype=np.float32)
+    part_picture = np.empty((height, width, picture.shape[2]), dtype=np.float32)
     negative = 0
     columns = _clipped(whole[0] - reach, width + 2 * reach, picture.shape[1])
     for first in range(0, height, 512):
@@ -107,9 +107,9 @@ def cut(
             if source[:, :, channel].min() >= 0.0:
                 below |= part < 0.0
                 part = np.maximum(part, np.float32(0))
-            found[first : first + count, :, channel] = part
+            part_picture[first : first + count, :, channel] = part
         negative += int(below.sum())
-    return found, negative
+    return part_picture, negative
 
 
 def _clipped(first: int, count: int, length: int) -> NDArray[np.int64]:

@@ -75,8 +75,8 @@ class Alignment:
         planes = [light_plane(view, None, name) for view, name in ((left, "left"), (centre, "centre"))]
         same_size(planes[0], planes[1], ("left", "centre"))
         x, y, width, height = self.crop["left"]
-        found = register_planes(planes[0], planes[1], names=("left", "centre"))
-        start = (_tidy(x + found.shift_px[0]), _tidy(y + found.shift_px[1]))
+        registration = register_planes(planes[0], planes[1], names=("left", "centre"))
+        start = (_tidy(x + registration.shift_px[0]), _tidy(y + registration.shift_px[1]))
         if min(start) < 0 or start[0] + width > centre.shape[1] or start[1] + height > centre.shape[0]:
             raise StimulusError.of(
                 f"the part that both eyes see begins at {start} px in the centre view, and reaches beyond it",
@@ -86,7 +86,7 @@ class Alignment:
         step = {
             "step": "flat",
             "view": "center",
-            "registration": found.to_json(),
+            "registration": registration.to_json(),
             "crop": {"start_px": list(start), "size_px": [width, height]},
             "negative_px_set_to_0": negative,
         }
@@ -138,7 +138,7 @@ def align_pair(
     if left.ndim != 3 or right.ndim != 3:
         raise StimulusError.of("a pair to align has one channel", "give (height, width, 3), XYZ or RGB")
     same_size(left, right, ("left", "right"))
-    found: dict[str, Any] = {}
+    details: dict[str, Any] = {}
     residual: float | None = None
     if method == "offset":
         shift = _given(offset_px)
@@ -147,11 +147,11 @@ def align_pair(
             raise StimulusError.of("no points are given", "mark the same places of the plane in both views")
         marked = shift_from_points(*points, planes[0].shape)
         shift, residual = marked.shift_px, marked.residual_px
-        found = {name: getattr(marked, name) for name in ("pairs", "residual_px", "worst_px", "worst_pair")}
+        details = {name: getattr(marked, name) for name in ("pairs", "residual_px", "worst_px", "worst_pair")}
     elif method == "correlation":
         registration = register_planes(planes[0], planes[1], region=region, most_px=most_px, names=("left", "right"))
         shift, residual = registration.shift_px, float(np.hypot(*registration.standard_error_px))
-        found = {"region": None if region is None else list(region), "registration": registration.to_json()}
+        details = {"region": None if region is None else list(region), "registration": registration.to_json()}
     else:
         raise StimulusError.of(f"method is {method!r}", "one of " + ", ".join(map(repr, get_args(Method))))
     del planes
@@ -176,7 +176,7 @@ def align_pair(
         "right": (*starts["right"], *size),
     }
     steps = (
-        {"step": "align", "method": method, "shift_px": shift[0], "vertical_px": shift[1], **found},
+        {"step": "align", "method": method, "shift_px": shift[0], "vertical_px": shift[1], **details},
         {
             "step": "crop",
             "size_px": list(size),

@@ -85,7 +85,7 @@ def find_peak(surface: Floats32, most_px: tuple[int, int]) -> Peak:
     _blank(near, int(row), int(column))
     rival_row, rival_column = np.unravel_index(int(near.argmax()), near.shape)
     rival = float(near[rival_row, rival_column])
-    alarms = [float(min(1.0, cells * norm.sf(one / floor))) if floor > 0 else 1.0 for one in (peak, rival)]
+    alarms = [float(min(1.0, cells * norm.sf(height_at / floor))) if floor > 0 else 1.0 for height_at in (peak, rival)]
     return Peak(
         shift_px=(int(columns[column]), int(rows[row])),
         height=peak / floor if floor > 0 else 0.0,
@@ -106,7 +106,7 @@ def _floor(surface: Floats32, row: int, column: int) -> float:
     about = _around(surface, row, column, size, size)
     near = _around(surface, row, column, max(height // 8, size + 2), max(width // 8, size + 2))
     square, cells = float(np.vdot(about, about)), about.size
-    floors = [(float(np.vdot(one, one)) - square) / (one.size - cells) for one in (surface, near)]
+    floors = [(float(np.vdot(part, part)) - square) / (part.size - cells) for part in (surface, near)]
     return float(np.sqrt(max(0.0, *floors)))
 
 
@@ -129,11 +129,14 @@ def agreement(reference: Floats32, moving: Floats32, shift_px: tuple[int, int]) 
     top, bottom = max(0, -down), min(height, height - down)
     if min(right - left, bottom - top) < SIDE_PX:
         return 0.0, LEAST_AGREEMENT
-    one = _squares(reference[top:bottom, left:right])
-    two = _squares(moving[top + down : bottom + down, left + across : right + across])
-    power = np.sqrt(np.einsum("ijkl,ijkl->ik", one, one) * np.einsum("ijkl,ijkl->ik", two, two))
+    reference_squares = _squares(reference[top:bottom, left:right])
+    moving_squares = _squares(moving[top + down : bottom + down, left + across : right + across])
+    power = np.sqrt(
+        np.einsum("ijkl,ijkl->ik", reference_squares, reference_squares)
+        * np.einsum("ijkl,ijkl->ik", moving_squares, moving_squares)
+    )
     typical = _DRAW_MEDIAN * float(np.median(power)) + _DRAW_MEAN * float(power.mean()) + np.finfo(np.float32).tiny
-    each = np.einsum("ijkl,ijkl->ik", one, two) / (power + typical)
+    each = np.einsum("ijkl,ijkl->ik", reference_squares, moving_squares) / (power + typical)
     size = float(np.sqrt(np.sum(each**2)))
     needed = min(LEAST_AGREEMENT, LEAST_SHARE * float(np.sqrt(each.size)))
     return (float(each.sum()) / size if size > 0 else 0.0), needed
@@ -148,5 +151,5 @@ def _squares(plane: Floats32) -> Floats32:
 
     plane = plane - uniform_filter(plane, _FINE_PX, mode="nearest")
     height, width = (length // SIDE_PX for length in plane.shape)
-    found = plane[: height * SIDE_PX, : width * SIDE_PX].reshape(height, SIDE_PX, width, SIDE_PX)
-    return np.asarray(found - found.mean(axis=(1, 3), keepdims=True), dtype=np.float32)
+    squares = plane[: height * SIDE_PX, : width * SIDE_PX].reshape(height, SIDE_PX, width, SIDE_PX)
+    return np.asarray(squares - squares.mean(axis=(1, 3), keepdims=True), dtype=np.float32)

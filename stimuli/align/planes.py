@@ -65,7 +65,10 @@ def light_plane(picture: NDArray[Any], luminance_weights: ArrayLike | None, name
 def same_size(first: NDArray[Any], second: NDArray[Any], names: tuple[str, str]) -> None:
     """Raise StimulusError unless both pictures have the same height and width."""
     if first.shape[:2] != second.shape[:2]:
-        sizes = [f"{one.shape[1]} × {one.shape[0]}" if one.ndim >= 2 else str(one.shape) for one in (first, second)]
+        sizes = [
+            f"{picture.shape[1]} × {picture.shape[0]}" if picture.ndim >= 2 else str(picture.shape)
+            for picture in (first, second)
+        ]
         raise StimulusError.of(
             f"the {names[0]} picture is {sizes[0]} pixels and the {names[1]} one {sizes[1]}",
             "both views come from one camera at one size",

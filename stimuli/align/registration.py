@@ -50,7 +50,7 @@ class Registration:
 
     def to_json(self) -> Mapping[str, Any]:
         """Return the numbers by name, for a manifest."""
-        found: dict[str, Any] = {
+        values: dict[str, Any] = {
             "shift_px": list(self.shift_px),
             "standard_error_px": list(self.standard_error_px),
             "correlation": self.correlation,
@@ -58,7 +58,7 @@ class Registration:
             "false_alarm": self.false_alarm,
             "rival_share": self.rival_share,
         }
-        return found if self.homography is None else found | {"homography": [list(row) for row in self.homography]}
+        return values if self.homography is None else values | {"homography": [list(row) for row in self.homography]}
 
 
 def register(
@@ -93,19 +93,23 @@ def register(
         If a picture is flat, too small, or holds NaN; if the sizes differ; if the two have nothing in common, or repeat
         so that several shifts fit as well; if no shift to a fraction of a pixel is found.
     """
-    one = light_plane(reference, luminance_weights, "reference")
-    two = light_plane(moving, luminance_weights, "moving")
+    reference_plane = light_plane(reference, luminance_weights, "reference")
+    moving_plane = light_plane(moving, luminance_weights, "moving")
     homography = None
     if corners is not None:
         from stimuli.align.homography import homography_from_points, warp
 
         homography = homography_from_points(*corners).matrix
-        two = warp(two[:, :, None], homography, (one.shape[1], one.shape[0])).picture[:, :, 0]
-    same_size(one, two, ("reference", "moving"))
-    found = register_planes(one, two, region=region, most_px=most_px, false_alarm=false_alarm)
+        moving_plane = warp(
+            moving_plane[:, :, None], homography, (reference_plane.shape[1], reference_plane.shape[0])
+        ).picture[:, :, 0]
+    same_size(reference_plane, moving_plane, ("reference", "moving"))
+    registration = register_planes(
+        reference_plane, moving_plane, region=region, most_px=most_px, false_alarm=false_alarm
+    )
     if homography is None:
-        return found
-    return replace(found, homography=tuple((float(row[0]), float(row[1]), float(row[2])) for row in homography))
+        return registration
+    return replace(registration, homography=tuple((float(row[0]), float(row[1]), float(row[2])) for row in homography))
 
 
 def register_planes(
@@ -119,20 +123,20 @@ def register_planes(
 ) -> Registration:
     """Do what `register` does for planes of light (height, width), float32, of one size, checked already."""
     place = checked_region(region, reference.shape)
-    one, two = texture(reference), texture(moving)
+    reference_texture, moving_texture = texture(reference), texture(moving)
     part = (slice(place[1], place[3]), slice(place[0], place[2]))
-    for fine, light, name in ((one[part], reference[part], names[0]), (two, moving, names[1])):
+    for fine, light, name in ((reference_texture[part], reference[part], names[0]), (moving_texture, moving, names[1])):
         if is_flat(fine, light):
             raise StimulusError.of(f"the {name} picture is flat: there is nothing in it to align by", _ELSE)
-    peak, bin_px = _coarse(one, two, place, most_px)
+    peak, bin_px = _coarse(reference_texture, moving_texture, place, most_px)
     if peak.false_alarm > false_alarm:
         raise StimulusError.of(
             f"the {names[0]} and the {names[1]} picture have nothing in common that rises above noise: the best shift "
             f"stands {peak.height:.1f} standard deviations high, which {peak.false_alarm:.2g} of noise pictures reach",
             _ELSE,
         )
-    start = _start(one, two, place, peak, bin_px)
-    agreed, needed = _agreement(one, two, place, start)
+    start = _start(reference_texture, moving_texture, place, peak, bin_px)
+    agreed, needed = _agreement(reference_texture, moving_texture, place, start)
     if agreed < needed:
         raise StimulusError.of(
             f"the {names[0]} and the {names[1]} picture agree in too few places: at the best shift, "
@@ -142,7 +146,7 @@ def register_planes(
     if peak.rival_share > MOST_RIVAL_SHARE and peak.rival_false_alarm <= false_alarm:
         shifts = " and ".join(f"({bin_px * at[0]}, {bin_px * at[1]})" for at in (peak.shift_px, peak.rival_px))
         raise StimulusError.of(f"the pictures repeat: shifts of {shifts} px fit nearly as well", _ELSE)
-    fit = refine_within(one, two, place, start)
+    fit = refine_within(reference_texture, moving_texture, place, start)
     if not fit.converged:
         raise StimulusError.of(
             f"no shift to a fraction of a pixel was found near ({start[0]:.4g}, {start[1]:.4g}) px",
@@ -161,7 +165,7 @@ def refine_within(
     local mean knew one side only, sixteen pixels are left out, or an eighth of a small picture.
     """
     height, width = reference.shape
-    across, down = (round(one) for one in start_px)
+    across, down = (round(component) for component in start_px)
     left, right = _reach(place[0], place[2], across, width)
     top, bottom = _reach(place[1], place[3], down, height)
     fit = refine(
@@ -183,41 +187,43 @@ def _reach(first: int, last: int, shift: int, length: int) -> tuple[int, int]:
     )
 
 
-def _agreement(one: Floats32, two: Floats32, place: Region, start_px: tuple[float, float]) -> tuple[float, float]:
+def _agreement(
+    reference: Floats32, moving: Floats32, place: Region, start_px: tuple[float, float]
+) -> tuple[float, float]:
     """Return `agreement` within ``place`` alone."""
     across, down = (round(at) for at in start_px)
-    left, right = max(place[0], -across), min(place[2], one.shape[1] - across)
-    top, bottom = max(place[1], -down), min(place[3], one.shape[0] - down)
+    left, right = max(place[0], -across), min(place[2], reference.shape[1] - across)
+    top, bottom = max(place[1], -down), min(place[3], reference.shape[0] - down)
     if min(right - left, bottom - top) < 1:
         return 0.0, LEAST_AGREEMENT
     return agreement(
-        one[top:bottom, left:right], two[top + down : bottom + down, left + across : right + across], (0, 0)
+        reference[top:bottom, left:right], moving[top + down : bottom + down, left + across : right + across], (0, 0)
     )
 
 
-def _coarse(one: Floats32, two: Floats32, place: Region, most_px: tuple[int, int] | None) -> tuple[Peak, int]:
+def _coarse(reference: Floats32, moving: Floats32, place: Region, most_px: tuple[int, int] | None) -> tuple[Peak, int]:
     """Return the phase correlation's peak, in bins, and how many pixels a bin is."""
-    bin_px = int(np.ceil(np.sqrt(one.size / MOST_PIXELS)))
-    height, width = (length // bin_px for length in one.shape)
+    bin_px = int(np.ceil(np.sqrt(reference.size / MOST_PIXELS)))
+    height, width = (length // bin_px for length in reference.shape)
     left, top, right, bottom = (round(edge / bin_px) for edge in place)
     right, bottom = min(right, width), min(bottom, height)
     whole = (right - left, bottom - top) == (width, height)
     # A part may lie anywhere in the moving picture, whose middle must then not weigh more than the rest.
     across, down = (hann(width), hann(height)) if whole else (_tapered(width), _tapered(height))
-    second = binned(two, bin_px) * across * down[:, None]
+    second = binned(moving, bin_px) * across * down[:, None]
     first = np.zeros((height, width), dtype=np.float32)
-    first[top:bottom, left:right] = binned(one, bin_px)[top:bottom, left:right]
+    first[top:bottom, left:right] = binned(reference, bin_px)[top:bottom, left:right]
     first[top:bottom, left:right] *= hann(right - left) * hann(bottom - top)[:, None]
     reach = (width, height) if most_px is None else (-(-most_px[0] // bin_px), -(-most_px[1] // bin_px))
     return find_peak(correlation(first, second), reach), bin_px
 
 
-def _start(one: Floats32, two: Floats32, place: Region, peak: Peak, bin_px: int) -> tuple[float, float]:
+def _start(reference: Floats32, moving: Floats32, place: Region, peak: Peak, bin_px: int) -> tuple[float, float]:
     """Return where to look for the fraction: the peak, brought within less than a pixel where pixels were binned."""
     if bin_px == 1:
         return float(peak.shift_px[0]), float(peak.shift_px[1])
     left, top, right, bottom = (round(edge / bin_px) for edge in place)
-    small = binned(one, bin_px), binned(two, bin_px)
+    small = binned(reference, bin_px), binned(moving, bin_px)
     inside = (left, top, min(right, small[0].shape[1]), min(bottom, small[0].shape[0]))
     fit = refine_within(*small, inside, (float(peak.shift_px[0]), float(peak.shift_px[1])))
     return fit.shift_px[0] * bin_px, fit.shift_px[1] * bin_px
@@ -226,7 +232,7 @@ def _start(one: Floats32, two: Floats32, place: Region, peak: Peak, bin_px: int)
 def _tapered(length: int) -> Floats32:
     """Return ones (length,) that fall to 0 over a sixteenth of the length at either end."""
     edge = max(1, length // 16)
-    found = np.ones(length, dtype=np.float32)
-    found[:edge] = hann(2 * edge)[:edge]
-    found[-edge:] = found[:edge][::-1]
-    return found
+    taper = np.ones(length, dtype=np.float32)
+    taper[:edge] = hann(2 * edge)[:edge]
+    taper[-edge:] = taper[:edge][::-1]
+    return taper

@@ -69,19 +69,19 @@ def fit_roll_scale(places_px: Floats, vertical_px: Floats, size_px: tuple[int, i
         return None
     design = np.column_stack([np.ones(len(vertical_px)), from_middle])
     weight = np.ones(len(vertical_px))
-    found = np.zeros(3)
+    coefficients = np.zeros(3)
     for _ in range(_ROUNDS):
         root = np.sqrt(weight)
-        before, found = found, np.linalg.lstsq(design * root[:, None], vertical_px * root, rcond=None)[0]
-        off = vertical_px - design @ found
+        before, coefficients = coefficients, np.linalg.lstsq(design * root[:, None], vertical_px * root, rcond=None)[0]
+        off = vertical_px - design @ coefficients
         sd = max(float(np.median(np.abs(off))) / _MAD_PER_SD, _LEAST_SD_PX)
         weight = _HUBER * sd / np.maximum(np.abs(off), _HUBER * sd)
-        if np.abs(found - before).max() < 1e-12:
+        if np.abs(coefficients - before).max() < 1e-12:
             break
     freedom = max(1, len(vertical_px) - 3)
     variance = float((weight * off**2).sum()) / freedom
     errors = np.sqrt(variance * np.diag(np.linalg.inv((design * weight[:, None]).T @ design)))
-    middle, roll, growth = (float(one) for one in found)
+    middle, roll, growth = (float(value) for value in coefficients)
     return RollScale(
         float(np.degrees(np.arctan2(roll, 1 + growth))),
         float(np.degrees(errors[1])),

@@ -34,14 +34,14 @@ _MIDDLE_PARTS = (3, 5, 8)
 class Straightened:
     """A pair without roll and scale between its views, cropped to what both hold, and the shift left for `align_pair`.
 
-    ``found`` is what was measured; ``applied`` says whether it was undone, which it is where it is certain and reaches
-    a twentieth of a pixel in the corners: else the views are returned as they were. ``crop`` is the part kept: first
-    column, first row, column and row after the last.
+    ``roll_scale`` is what was measured. It is undone, and ``applied`` true, if it is certain and reaches a twentieth of
+    a pixel in the corners; else the views are returned as they were. ``crop`` is the part kept: first column, first
+    row, column and row after the last.
     """
 
     left: XYZImage
     right: XYZImage
-    found: RollScale
+    roll_scale: RollScale
     applied: bool
     crop: tuple[int, int, int, int]
     steps: tuple[Mapping[str, Any], ...]
@@ -83,8 +83,8 @@ def straighten(
     matrix = np.eye(2)
     measured: RollScale | None = None
     for _ in range(_ROUNDS):
-        one, two = _turned(planes, matrix)
-        now = _measured(one, two, search.shift(one, two))
+        left_plane, right_plane = _turned(planes, matrix)
+        now = _measured(left_plane, right_plane, search.shift(left_plane, right_plane))
         matrix = _similarity(now.roll_deg, now.scale) @ matrix
         # The last round says how much was left, and so how certain the whole is.
         measured = now
@@ -92,7 +92,7 @@ def straighten(
             break
     assert measured is not None
     growth, turn = float(matrix[0, 0]), float(matrix[1, 0])
-    found = RollScale(
+    whole = RollScale(
         float(np.degrees(np.arctan2(turn, growth))),
         measured.roll_se_deg,
         float(np.hypot(growth, turn)),
@@ -102,11 +102,11 @@ def straighten(
         measured.residual_px * bin_px,
         measured.blocks,
     )
-    applied = found.certain and found.corner_px >= LEAST_CORNER_PX
-    step: dict[str, Any] = {"step": "straighten", "applied": applied, **found.to_json()}
+    applied = whole.certain and whole.corner_px >= LEAST_CORNER_PX
+    step: dict[str, Any] = {"step": "straighten", "applied": applied, **whole.to_json()}
     if not applied:
         views = [np.asarray(view, dtype=np.float32) for view in (left, right)]
-        return Straightened(views[0], views[1], found, False, (0, 0, width, height), (step,))
+        return Straightened(views[0], views[1], whole, False, (0, 0, width, height), (step,))
     halves = _halves(matrix, width, height)
     crop = common_part(halves, width, height, "the roll is too large: mark points instead, or level the cameras")
     moved = np.array([[1.0, 0.0, crop[0]], [0.0, 1.0, crop[1]], [0.0, 0.0, 1.0]])
@@ -119,20 +119,20 @@ def straighten(
         "crop": list(crop),
         "negative_px_set_to_0": {"left": warped[0].negative_px, "right": warped[1].negative_px},
     }
-    return Straightened(warped[0].picture, warped[1].picture, found, True, crop, (step,))
+    return Straightened(warped[0].picture, warped[1].picture, whole, True, crop, (step,))
 
 
-def _measured(one: Floats32, two: Floats32, shift: tuple[float, float]) -> RollScale:
+def _measured(left_plane: Floats32, right_plane: Floats32, shift: tuple[float, float]) -> RollScale:
     """Return roll and scale of a pair of planes, about the middle of what both show at a shift."""
-    height, width = one.shape
+    height, width = left_plane.shape
     across, down = (round(part) for part in shift)
     left, right = max(0, -across), min(width, width - across)
     top, bottom = max(0, -down), min(height, height - down)
     if min(right - left, bottom - top) < LEAST_SIDE_PX:
         raise StimulusError.of(f"a shift of ({across}, {down}) px leaves too little in common", "give another shift")
     report = measure_disparity(
-        one[top:bottom, left:right],
-        two[top + down : bottom + down, left + across : right + across],
+        left_plane[top:bottom, left:right],
+        right_plane[top + down : bottom + down, left + across : right + across],
         block_px=min(BLOCK_PX, right - left, bottom - top),
     )
     if report.roll_scale is None:
@@ -160,26 +160,26 @@ class _Search:
             most and (-(-most[0] // bin_px), -(-most[1] // bin_px)),
         )
 
-    def shift(self, one: Floats32, two: Floats32) -> tuple[float, float]:
+    def shift(self, left: Floats32, right: Floats32) -> tuple[float, float]:
         """Return the shift; where a roll blurs it over the whole, that of the middle."""
         if self.offset_px is not None:
             return self.offset_px
         try:
-            return self._registered(one, two, self.region)
+            return self._registered(left, right, self.region)
         except StimulusError:
             if self.region is not None:
                 raise
-            height, width = one.shape
+            height, width = left.shape
             for parts in _MIDDLE_PARTS:
                 across, down = (round(0.5 * length * (1 - 1 / parts)) for length in (width, height))
                 if min(width - 2 * across, height - 2 * down) < LEAST_SIDE_PX:
                     break
                 with contextlib.suppress(StimulusError):
-                    return self._registered(one, two, (across, down, width - across, height - down))
+                    return self._registered(left, right, (across, down, width - across, height - down))
             raise
 
-    def _registered(self, one: Floats32, two: Floats32, region: Region | None) -> tuple[float, float]:
-        return register_planes(one, two, region=region, most_px=self.most_px, names=("left", "right")).shift_px
+    def _registered(self, left: Floats32, right: Floats32, region: Region | None) -> tuple[float, float]:
+        return register_planes(left, right, region=region, most_px=self.most_px, names=("left", "right")).shift_px
 
 
 def _turned(planes: list[Floats32], matrix: Floats) -> list[Floats32]:
@@ -202,10 +202,10 @@ def _halves(matrix: Floats, width: int, height: int) -> list[Floats]:
     roll_deg = float(np.degrees(np.arctan2(matrix[1, 0], matrix[0, 0]))) / 2
     half = _similarity(roll_deg, float(np.sqrt(np.hypot(matrix[0, 0], matrix[1, 0]))))
     middle = (np.array([width, height]) - 1) / 2
-    found = []
+    homographies = []
     for linear in (np.linalg.inv(half), half):
         homography = np.eye(3)
         homography[:2, :2] = linear
         homography[:2, 2] = middle - linear @ middle
-        found.append(homography)
-    return found
+        homographies.append(homography)
+    return homographies

@@ -55,14 +55,14 @@ def refine(reference: Floats32, moving: Floats32, start_px: tuple[float, float],
     top, bottom = max(0, -whole[1]), min(height, height - whole[1])
     if min(right - left, bottom - top) <= 2 * MARGIN_PX + 4:
         return Fit(start_px, (np.inf, np.inf), 0.0, 0, False)
-    one = reference[top:bottom, left:right]
-    two = moving[top + whole[1] : bottom + whole[1], left + whole[0] : right + whole[0]]
+    fixed = reference[top:bottom, left:right]
+    shifted = moving[top + whole[1] : bottom + whole[1], left + whole[0] : right + whole[0]]
     fraction = np.array(start_px) - whole
-    bands = _bands(one.shape, most_pixels)
+    bands = _bands(fixed.shape, most_pixels)
     step, ended = 0, False
     while True:
         step += 1
-        sums = _Sums.over(one, two, fraction, bands)
+        sums = _Sums.over(fixed, shifted, fraction, bands)
         if sums is None or np.linalg.cond(sums.hessian) > 1e12:
             return Fit(start_px, (np.inf, np.inf), 0.0, step, False)
         move = np.linalg.solve(sums.hessian, sums.gradient)[:2]
@@ -87,8 +87,10 @@ class _Sums:
     correlation: float
 
     @classmethod
-    def over(cls, one: Floats32, two: Floats32, fraction: Floats, bands: tuple[tuple[int, int], ...]) -> _Sums | None:
-        moved = [(_half(one[a:b], -fraction / 2), _half(two[a:b], fraction / 2)) for a, b in bands]
+    def over(
+        cls, reference: Floats32, moving: Floats32, fraction: Floats, bands: tuple[tuple[int, int], ...]
+    ) -> _Sums | None:
+        moved = [(_half(reference[a:b], -fraction / 2), _half(moving[a:b], fraction / 2)) for a, b in bands]
         sizes = [float(np.sqrt(sum(np.vdot(pair[i][0], pair[i][0]) for pair in moved))) for i in (0, 1)]
         if not all(np.isfinite(size) and size > 0 for size in sizes):
             return None
@@ -118,7 +120,7 @@ def _half(plane: Floats32, shift: Floats) -> tuple[Floats32, Floats32, Floats32]
     """Return ``plane`` at x + shift, blurred, without its margin, and its slopes across and down."""
     from scipy.ndimage import correlate1d
 
-    across, down = (_blurred(weights(float(one))) for one in shift)
+    across, down = (_blurred(weights(float(component))) for component in shift)
     slope = np.array([-0.5, 0.0, 0.5])
     rows = correlate1d(plane, down, axis=0, mode="nearest")
     kept = (slice(MARGIN_PX, -MARGIN_PX), slice(MARGIN_PX, -MARGIN_PX))

@@ -44,8 +44,8 @@ class Keystone:
     def to_json(self) -> Mapping[str, Any]:
         """Return the disparities by name, for a manifest."""
         names = ("vertical_px", "horizontal_px", "vertical_arcmin", "horizontal_arcmin")
-        found = {name: getattr(self, name) for name in names}
-        return {name: list(corners) for name, corners in found.items() if corners is not None}
+        values = {name: getattr(self, name) for name in names}
+        return {name: list(corners) for name, corners in values.items() if corners is not None}
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -85,8 +85,8 @@ def toe_in_homography(eye: Eye, toe_in_deg: float, focal_length_px: float, size_
     turned = np.array([[np.cos(angle), 0.0, -np.sin(angle)], [0.0, 1.0, 0.0], [np.sin(angle), 0.0, np.cos(angle)]])
     taken = np.array([[focal_length_px, 0.0, middle[0]], [0.0, focal_length_px, middle[1]], [0.0, 0.0, 1.0]])
     parallel = np.array([[scale, 0.0, middle[0] - scale * np.tan(angle)], [0.0, scale, middle[1]], [0.0, 0.0, 1.0]])
-    found = taken @ turned @ np.linalg.inv(parallel)
-    return np.asarray(found / found[2, 2])
+    homography = taken @ turned @ np.linalg.inv(parallel)
+    return np.asarray(homography / homography[2, 2])
 
 
 def keystone(
@@ -155,7 +155,7 @@ def rectify_toe_in(
         "focal_length_px": focal_length_px,
         "keystone": undone.to_json(),
         "crop": list(crop),
-        "negative_px_set_to_0": {eye: one.negative_px for eye, one in zip(eyes, warped, strict=True)},
+        "negative_px_set_to_0": {eye: view.negative_px for eye, view in zip(eyes, warped, strict=True)},
     }
     return Rectified(warped[0].picture, warped[1].picture, undone, crop, (step,))
 

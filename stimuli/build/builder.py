@@ -51,15 +51,15 @@ class Workshop:
     def kept(self, keys: Collection[str]) -> dict[str, Entry]:
         """Return the entries of those ``keys`` whose picture lies here as it was made."""
         hashes = known_hashes(self.folder)
-        found = {}
+        entries = {}
         for key in keys:
             try:
                 entry = json.loads(self._entry(key).read_text(encoding="utf-8"))
                 if hashes.sha256(self.picture(key)) == entry["sha256"]:
-                    found[key] = entry
+                    entries[key] = entry
             except (OSError, ValueError, KeyError, TypeError):
                 continue
-        return found
+        return entries
 
     def forget(self, keys: Collection[str]) -> None:
         """Remove the pictures of ``keys``, and the folder if nothing else is in it."""
@@ -231,7 +231,7 @@ def _statistics(made: MadePicture, threshold: Threshold | None) -> dict[str, Any
                 made.image, exposure_s=exposure_s, luminance_scale=scale, threshold=threshold
             ).to_json()
         except StimulusError as error:
-            raise StimulusError([_of_stimulus(one, made.name) for one in error.findings]) from error
+            raise StimulusError([_of_stimulus(finding, made.name) for finding in error.findings]) from error
     return picture_statistics(made.image, exposure_s=exposure_s, luminance_scale=scale).to_json()
 
 

@@ -40,12 +40,12 @@ class KnownHashes:
         if known is not None and known[:-1] == now and isinstance(known[-1], str):
             return known[-1]
         began_ns = time.time_ns()
-        found = sha256_of_file(path)
+        digest = sha256_of_file(path)
         self.hashed += 1
         if now == _fingerprint(path) and max(now[2:]) + _STILL_NS <= began_ns:
-            self._known[name] = [*now, found]
+            self._known[name] = [*now, digest]
             self._changed = True
-        return found
+        return digest
 
     def keep(self) -> None:
         """Write what was learnt, as a whole or not at all; nothing where the folder does not exist."""
@@ -69,4 +69,4 @@ def _read(record: Path) -> dict[str, list[object]]:
         return {}
     if not isinstance(known, dict):
         return {}
-    return {name: one for name, one in known.items() if isinstance(one, list) and len(one) == 5}
+    return {name: facts for name, facts in known.items() if isinstance(facts, list) and len(facts) == 5}

@@ -73,10 +73,10 @@ def build_set(
         **recipe.display_facts(setup),
     }
     folder = cache / sha256_of_json(resolved)[:32]
-    found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
-    if found is not None:
+    built = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
+    if built is not None:
         hashes.keep()
-        return found
+        return built
     # Only to make pictures: who finds them made needs none of it.
     from stimuli.build.builder import Builder, publish
 
@@ -84,20 +84,20 @@ def build_set(
     try:
         cache.mkdir(parents=True, exist_ok=True)
         with locked(folder):
-            found = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
-            if found is None:
+            built = None if force else read_stimulus_set(folder, recipe_path, verify=verify)
+            if built is None:
                 builder = Builder(recipe, context, folder, progress, force)
                 entries = builder.build(jobs)
                 publish(entries, resolved, folder, builder.workshop)
-                found = read_stimulus_set(folder, recipe_path)
-                if found is None:
+                built = read_stimulus_set(folder, recipe_path)
+                if built is None:
                     raise StimulusError(Finding("the stimuli were written but read back otherwise", str(folder)))
-                found = replace(found, rendered=builder.made)
+                built = replace(built, rendered=builder.made)
             hashes.keep()
-            return found
+            return built
     except InputError as error:
         # What is wrong with no one file is wrong with what the recipe asks for.
-        findings = (one if one.file else replace(one, file=str(recipe_path)) for one in error.findings)
+        findings = (finding if finding.file else replace(finding, file=str(recipe_path)) for finding in error.findings)
         raise StimulusError(tuple(findings)) from error
     except OSError as error:
         raise StimulusError(Finding(f"the stimuli cannot be kept: {error.strerror or error}", str(cache))) from error

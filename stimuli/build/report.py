@@ -246,8 +246,8 @@ def _manifest(made: StimulusSet, saturated: Mapping[str, Saturated] | None) -> s
                 "statistics": {
                     **entry["statistics"],
                     "eyes": {
-                        eye: {**one, "saturated_percent": saturated[entry["name"]][eye]}
-                        for eye, one in entry["statistics"]["eyes"].items()
+                        eye: {**values, "saturated_percent": saturated[entry["name"]][eye]}
+                        for eye, values in entry["statistics"]["eyes"].items()
                     },
                 },
             }

@@ -105,15 +105,15 @@ def resample_flags(flags: Mask, alignment: Alignment, size_px: tuple[int, int]) 
     from scipy.ndimage import maximum_filter
 
     wide = maximum_filter(flags, 3)
-    found = np.zeros((height, width), dtype=np.bool_)
+    resampled = np.zeros((height, width), dtype=np.bool_)
     for first in range(0, height, _BAND_ROWS):
         last = min(first + _BAND_ROWS, height)
         places = np.round(_places(alignment.matrix, first, last, width)).astype(np.int64)
         x, y = places[..., 0], places[..., 1]
         inside = (x >= 0) & (x < flags.shape[1]) & (y >= 0) & (y < flags.shape[0])
-        part = found[first:last]
+        part = resampled[first:last]
         part[inside] = wide[y[inside], x[inside]]
-    return found
+    return resampled
 
 
 def _places(matrix: Floats, first: int, last: int, width: int) -> Floats:

@@ -178,28 +178,28 @@ def area_means(
     """
     gathered = [_Sums(outline, picture.shape) for _, outline in outlines]
     for band in bands(picture.shape):
-        here = [one for one in gathered if one.rows.start < band.stop and one.rows.stop > band.start]
+        here = [sums for sums in gathered if sums.rows.start < band.stop and sums.rows.stop > band.start]
         if here:
-            low, high = min(one.rows.start for one in here), max(one.rows.stop for one in here)
+            low, high = min(sums.rows.start for sums in here), max(sums.rows.stop for sums in here)
             part = slice(max(low, band.start), min(high, band.stop))
             rows, flags = picture[part], None if saturated is None else saturated[part]
-            for one in here:
-                one.add(part, rows, flags)
+            for sums in here:
+                sums.add(part, rows, flags)
         if rows_done is not None:
             rows_done(band.stop, picture.shape[0])
     faults = []
-    for (name, _), one in zip(outlines, gathered, strict=True):
-        if one.pixels < max(1, least_pixels):
+    for (name, _), sums in zip(outlines, gathered, strict=True):
+        if sums.pixels < max(1, least_pixels):
             faults.append(
                 Finding(
-                    f"the region '{name}' holds {one.pixels} pixels of the {what}, fewer than {max(1, least_pixels)}",
+                    f"the region '{name}' holds {sums.pixels} pixels of the {what}, fewer than {max(1, least_pixels)}",
                     remedy="make it larger, or set 'least_pixels'",
                 )
             )
-        elif one.bad:
-            faults.append(Finding(f"the region '{name}' holds {one.bad} pixels of the {what} that are no numbers"))
+        elif sums.bad:
+            faults.append(Finding(f"the region '{name}' holds {sums.bad} pixels of the {what} that are no numbers"))
     if len(faults) > _MOST_FINDINGS:
         faults[_MOST_FINDINGS:] = [Finding(f"{len(faults) - _MOST_FINDINGS} more regions have such faults")]
     if faults:
         raise StimulusError(faults)
-    return tuple(one.result() for one in gathered)
+    return tuple(sums.result() for sums in gathered)

@@ -77,7 +77,7 @@ def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done
         finite = np.isfinite(rows[0]).all(axis=-1) & np.isfinite(rows[1]).all(axis=-1)
         bad += finite.size - int(np.count_nonzero(finite))
         if not bad:
-            first, second = (xyz_to_lab(np.maximum(one, 0.0), white_XYZ) for one in rows)
+            first, second = (xyz_to_lab(np.maximum(picture, 0.0), white_XYZ) for picture in rows)
             out[band] = delta_e_2000(first, second)
         if rows_done is not None:
             rows_done(band.stop, height)

@@ -35,10 +35,10 @@ _WHITE_PATCH = 3 * COLORCHECKER.columns + 1
 
 @dataclass(frozen=True, slots=True)
 class ComparedRegions:
-    """The table, and remarks, a sentence each."""
+    """The table, and notes, a sentence each."""
 
     table: RegionTable
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
 
 
 def compare_regions(
@@ -66,7 +66,7 @@ def compare_regions(
     StimulusError
         As `check_charts` and `area_means` do, or if the white's luminance is not known.
     """
-    said = [
+    notes = [
         *check_charts(photo, placed.charts, "photograph", photo_saturated, regions.file),
         *check_charts(rendering, placed.charts, "rendering", rendering_saturated, regions.file),
     ]
@@ -75,10 +75,12 @@ def compare_regions(
     def after(start: int) -> RowsDone | None:
         return None if rows_done is None else lambda done, _: rows_done(start + done, total)
 
-    outlines = [[(one.name, px) for one, px in zip(placed.regions, side, strict=True)] for side in _sides(placed)]
+    outlines = [[(region.name, px) for region, px in zip(placed.regions, side, strict=True)] for side in _sides(placed)]
     least = regions.spec.least_pixels
-    one = area_means(photo, outlines[0], photo_saturated, least_pixels=least, what="photograph", rows_done=after(0))
-    two = area_means(
+    photo_areas = area_means(
+        photo, outlines[0], photo_saturated, least_pixels=least, what="photograph", rows_done=after(0)
+    )
+    rendering_areas = area_means(
         rendering,
         outlines[1],
         rendering_saturated,
@@ -87,23 +89,23 @@ def compare_regions(
         rows_done=after(photo.shape[0]),
     )
     if white_XYZ is None:
-        white_XYZ, told = choose_white(regions, placed, one, display_white_cd_m2)
-        said.append(told)
+        white_XYZ, remark = choose_white(regions, placed, photo_areas, display_white_cd_m2)
+        notes.append(remark)
     table = region_table(
         placed.regions,
-        one,
-        two,
+        photo_areas,
+        rendering_areas,
         white_XYZ,
         luminance=regions.spec.luminance,
         safe_luminance_cd_m2=safe_luminance_cd_m2,
         most_saturated_share=regions.spec.most_saturated_share,
         scaled_by=scaled_by,
     )
-    return ComparedRegions(table, tuple(said))
+    return ComparedRegions(table, tuple(notes))
 
 
 def _sides(placed: PlacedRegions) -> tuple[list[np.ndarray], list[np.ndarray]]:
-    return [one.photo_px for one in placed.regions], [one.rendering_px for one in placed.regions]
+    return [region.photo_px for region in placed.regions], [region.rendering_px for region in placed.regions]
 
 
 def choose_white(
@@ -138,7 +140,7 @@ def _luminance(
         return spec.white_luminance_cd_m2, "given"
     means = [float(area.XYZ[1]) for area in areas]
     if spec.white_region is not None:
-        place = [one.name for one in placed.regions].index(spec.white_region)
+        place = [region.name for region in placed.regions].index(spec.white_region)
         return means[place], f"the photograph's of '{spec.white_region}'"
     usable = [place for place, area in enumerate(areas) if area.saturated_share <= spec.most_saturated_share]
     charts = {chart.entry for chart in placed.charts}
@@ -150,9 +152,9 @@ def _luminance(
         and placed.regions[place].entry in charts
     ]
     if patches:
-        place = max(patches, key=lambda one: means[one])
+        place = max(patches, key=lambda index: means[index])
         return means[place], f"that of the chart's white patch, '{placed.regions[place].name}'"
-    brightest = max(usable or range(len(areas)), key=lambda one: means[one])
+    brightest = max(usable or range(len(areas)), key=lambda index: means[index])
     if display is not None and display >= means[brightest]:
         return display, "the display's"
     return means[brightest], f"that of the brightest region, '{placed.regions[brightest].name}'"
@@ -165,7 +167,7 @@ def check_charts(
     saturated: Mask | None = None,
     file: str | None = None,
 ) -> tuple[str, ...]:
-    """Return remarks on charts of a picture whose way round cannot be told.
+    """Return notes on charts of a picture whose way round cannot be told.
 
     Raises
     ------
@@ -176,7 +178,7 @@ def check_charts(
     _, xyY = colorchecker_xyY()
     reference = XYZ_from_xyY(xyY)
     findings: list[Finding] = []
-    remarks: list[str] = []
+    notes: list[str] = []
     for chart in charts:
         corners = chart.photo_px if side == "photograph" else chart.rendering_px
         offs: dict[str, float] = {}
@@ -187,7 +189,7 @@ def check_charts(
             if usable.sum() >= _LEAST:
                 offs[way] = misfit(values[usable], reference[usable])
         if not offs:
-            remarks.append(f"which way '{chart.entry}' lies in the {side} cannot be told: too few unsaturated patches")
+            notes.append(f"which way '{chart.entry}' lies in the {side} cannot be told: too few unsaturated patches")
             continue
         best = min(offs, key=lambda way: offs[way])
         if not offs[best] <= MOST_OFF:
@@ -210,7 +212,7 @@ def check_charts(
             )
     if findings:
         raise StimulusError(findings)
-    return tuple(remarks)
+    return tuple(notes)
 
 
 def _glance(picture: Rows, saturated: Mask | None, quadrangles: Floats) -> tuple[Floats, Mask]:

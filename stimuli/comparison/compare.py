@@ -96,30 +96,49 @@ def compare_pictures(
     file = regions if isinstance(regions, RegionsFile) else read_regions(Path(regions))
     file = options.applied_to(file)
     reading = options.reading
-    one = read_picture(Path(photo), reading, options.photo_holds, "photograph", partial(step, "Reading the photograph"))
-    two = read_picture(
+    photo_picture = read_picture(
+        Path(photo), reading, options.photo_holds, "photograph", partial(step, "Reading the photograph")
+    )
+    rendering_picture = read_picture(
         Path(rendering), reading, options.rendering_holds, "rendering", partial(step, "Reading the rendering")
     )
-    if set(one.views) != set(two.views):
-        flat, stereo = ("photograph", "rendering") if "both" in one.views else ("rendering", "photograph")
+    if set(photo_picture.views) != set(rendering_picture.views):
+        flat, stereo = ("photograph", "rendering") if "both" in photo_picture.views else ("rendering", "photograph")
         raise StimulusError(
             Finding(f"the {flat} is one picture and the {stereo} a pair for two eyes", remedy="give two of a kind")
         )
     pairs: dict[Eye, EyePair] = {}
-    for eye, view in one.views.items():
+    for eye, view in photo_picture.views.items():
         named = _named(step, "" if eye == "both" else f", {eye} eye")
-        pairs[eye] = register_eye(view, two.views[eye], str(two.file), one.safe_cd_m2, file, options, named)
+        pairs[eye] = register_eye(
+            view,
+            rendering_picture.views[eye],
+            str(rendering_picture.file),
+            photo_picture.safe_cd_m2,
+            file,
+            options,
+            named,
+        )
     tables = _tables(pairs, file, options)
     eyes = {eye: _judge_eye(pair, tables[eye], file, options) for eye, pair in pairs.items()}
     disparity = None
-    if "left" in one.views:
+    if "left" in photo_picture.views:
         step("Measuring disparity", 0, 2)
-        disparity = disparity_pair(one, two)
+        disparity = disparity_pair(photo_picture, rendering_picture)
         step("Measuring disparity", 2, 2)
     seen_at = options.viewing
     viewing = {} if seen_at is None else {"pixel_pitch_mm": seen_at.pixel_pitch_mm, "distance_mm": seen_at.distance_mm}
     record = {**viewing, **(settings or {})}
-    return Comparison(one, two, eyes, disparity, _verdict(eyes, disparity, file.limits), file.file, options, record)
+    return Comparison(
+        photo_picture,
+        rendering_picture,
+        eyes,
+        disparity,
+        _verdict(eyes, disparity, file.limits),
+        file.file,
+        options,
+        record,
+    )
 
 
 def _silent(what: str, done: int, of: int) -> None:
@@ -137,7 +156,7 @@ def _tables(pairs: Mapping[Eye, EyePair], regions: RegionsFile, options: Compare
     for eye, pair in pairs.items():
         tables[eye] = _table(pair, regions, options, white)
         if white is not None:
-            tables[eye] = replace(tables[eye], said=(*tables[eye].said, "white is that of the left eye"))
+            tables[eye] = replace(tables[eye], notes=(*tables[eye].notes, "white is that of the left eye"))
         white = np.array(tables[eye].table.white_XYZ)
     mode = regions.spec.luminance
     if mode == "absolute" or len(pairs) == 1:
@@ -187,7 +206,7 @@ def _judge_eye(
     StimulusError
         If no region is left to compare.
     """
-    table, said, limits, step = compared_regions.table, list(compared_regions.said), regions.limits, pair.step
+    table, notes, limits, step = compared_regions.table, list(compared_regions.notes), regions.limits, pair.step
     photo, rendering, placed = pair.photo.xyz, ScaledRows(pair.moved, table.scaled_by), pair.placed
     counts = [region for region, row in zip(placed.regions, table.rows, strict=True) if not row.excluded]
     compared = _compared(counts, pair.within, pair.photo.saturated, pair.saturated)
@@ -205,13 +224,13 @@ def _judge_eye(
         if not other_flakes:
             compared = same
             names = ", ".join(f"'{name}'" for name in sorted(elsewhere))
-            said.append(f"single pixels of {names} are left out: their flakes lie elsewhere in the rendering")
+            notes.append(f"single pixels of {names} are left out: their flakes lie elsewhere in the rendering")
     delta_e = difference_map(photo, rendering, table.white_XYZ, partial(step, "Colour differences"))
     plain, plain_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
     del delta_e
     seen, seen_overview, by_region = None, None, {}
     if options.pixels_per_degree is None:
-        said.append("no viewing distance was told, so that nothing is known of what the eye resolves")
+        notes.append("no viewing distance was told, so that nothing is known of what the eye resolves")
     else:
         step("As the eye sees it", 0, photo.shape[0])
         first, second = (SeenPicture(rows, options.pixels_per_degree, table.white_XYZ) for rows in (photo, rendering))
@@ -229,7 +248,7 @@ def _judge_eye(
         seen_regions=by_region,
         other_flakes=other_flakes,
     )
-    said += alignment.remarks()
+    notes += alignment.remarks()
     return EyeComparison(
         photo,
         rendering,
@@ -241,22 +260,22 @@ def _judge_eye(
         seen_overview,
         sparkle,
         judge(evidence, limits),
-        tuple(said),
+        tuple(notes),
         placed,
     )
 
 
 def _compared(regions: Sequence[Region], within: Mask, *flags: Mask | None) -> Mask:
     """Return the pixels that lie in a region, within the rendering, and are not saturated."""
-    found = np.zeros(within.shape, dtype=np.bool_)
+    compared = np.zeros(within.shape, dtype=np.bool_)
     for region in regions:
         rows, columns = window(region.photo_px, within.shape)
-        found[rows, columns] |= inside(region.photo_px, rows, columns)
-    found &= within
+        compared[rows, columns] |= inside(region.photo_px, rows, columns)
+    compared &= within
     for full in flags:
         if full is not None:
-            found &= ~full
-    return found
+            compared &= ~full
+    return compared
 
 
 def _sparkle(pair: EyePair, options: CompareOptions) -> tuple[SparkleArea, ...]:

@@ -41,11 +41,11 @@ class DisparityPair:
 
 def disparity_pair(photo: Picture, rendering: Picture) -> DisparityPair:
     """Return the disparities of both; their eyes are not moved for it."""
-    one, two = _measured(photo), _measured(rendering)
-    (a, a_error), (b, b_error) = _median(one), _median(two)
+    photo_report, rendering_report = _measured(photo), _measured(rendering)
+    (a, a_error), (b, b_error) = _median(photo_report), _median(rendering_report)
     apart, error = b - a, np.hypot(a_error, b_error)
     evidence = DisparityEvidence((float(apart[0]), float(apart[1])), (float(error[0]), float(error[1])))
-    return DisparityPair(one, two, evidence)
+    return DisparityPair(photo_report, rendering_report, evidence)
 
 
 def _measured(picture: Picture) -> DisparityReport:

@@ -31,16 +31,16 @@ def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
     """Return a first guess: one shift for all, or, where that fails, a similarity from features."""
     from stimuli.align.registration import register_planes
 
-    (one, bin_px), (two, other_px) = _small_plane(photo), _small_plane(rendering)
+    (photo_plane, bin_px), (rendering_plane, rendering_bin_px) = _small_plane(photo), _small_plane(rendering)
     reason: StimulusError | None = None
     if photo.shape == rendering.shape:
         try:
-            lies = register_planes(one, two, names=("photograph's", "rendering's"))
-            return move(np.array(lies.shift_px) * bin_px), "shift"
+            registration = register_planes(photo_plane, rendering_plane, names=("photograph's", "rendering's"))
+            return move(np.array(registration.shift_px) * bin_px), "shift"
         except StimulusError as error:
             reason = error
-    found = _features(one, two)
-    if found is None:
+    similarity = _features(photo_plane, rendering_plane)
+    if similarity is None:
         if reason is None:
             raise sizes_differ(photo, rendering, "crop them alike, or give --photo-corners and --rendering-corners")
         raise StimulusError(
@@ -52,7 +52,7 @@ def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
                 for finding in reason.findings
             ]
         )
-    bring = _binning(other_px) @ found @ np.linalg.inv(_binning(bin_px))
+    bring = _binning(rendering_bin_px) @ similarity @ np.linalg.inv(_binning(bin_px))
     size = float(np.sqrt(abs(np.linalg.det(bring[:2, :2]))))
     if not 1.0 / MOST_SCALE < size < MOST_SCALE:
         raise StimulusError(
@@ -71,12 +71,12 @@ def _small_plane(picture: RowFile) -> tuple[Floats32, int]:
     return block_means(picture, bin_px, 1), bin_px
 
 
-def _features(one: Floats32, two: Floats32) -> Floats | None:
+def _features(photo: Floats32, rendering: Floats32) -> Floats | None:
     """Return the similarity from one plane's places to the other's by features that both have, or None."""
     import cv2
 
     detector = cv2.SIFT.create(nfeatures=4000)
-    seen = [detector.detectAndCompute(_bytes(plane), None) for plane in (one, two)]
+    seen = [detector.detectAndCompute(_bytes(plane), None) for plane in (photo, rendering)]
     if any(descriptors is None or len(descriptors) < _LEAST_INLIERS for _, descriptors in seen):
         return None
     pairs = cv2.BFMatcher().knnMatch(seen[0][1], seen[1][1], k=2)
@@ -158,12 +158,12 @@ def measure_squares(photo: RowFile, rendering: RowFile, matrix: Floats) -> Squar
         return SquareShifts(np.empty((0, 2)), np.empty((0, 2)), np.empty((0, 2)), 0)
     across = max(2, min(_SQUARES_ACROSS, 2 * width // side))
     down = max(2, min(_SQUARES_ACROSS, 2 * height // side))
-    found: list[tuple[float, ...]] = []
+    rows: list[tuple[float, ...]] = []
     plain = np.array_equal(matrix, np.eye(3))
     for top in np.linspace(0, height - side, down).round().astype(int).tolist():
         band = photo[top : top + side][:, :, 1]
         for left in np.linspace(0, width - side, across).round().astype(int).tolist():
-            one = np.ascontiguousarray(band[:, left : left + side])
+            photo_square = np.ascontiguousarray(band[:, left : left + side])
             box = np.array([[0, 0], [side, 0], [side, side], [0, side]]) + [left, top]
             seen = mapped(matrix, box.astype(np.float64))
             low = np.maximum(np.floor(seen.min(axis=0)).astype(int) - 16, 0)
@@ -172,16 +172,18 @@ def measure_squares(photo: RowFile, rendering: RowFile, matrix: Floats) -> Squar
                 continue
             part = rendering[int(low[1]) : int(high[1])][:, int(low[0]) : int(high[0]), 1]
             if plain:
-                two = np.ascontiguousarray(part[top - low[1] :, left - low[0] :][:side, :side])
+                rendering_square = np.ascontiguousarray(part[top - low[1] :, left - low[0] :][:side, :side])
             else:
-                two = warp(part[:, :, None], move(-low) @ matrix @ move((left, top)), (side, side)).picture[:, :, 0]
+                rendering_square = warp(
+                    part[:, :, None], move(-low) @ matrix @ move((left, top)), (side, side)
+                ).picture[:, :, 0]
             try:
-                lies = register_planes(one, two, most_px=(side // 4, side // 4))
+                registration = register_planes(photo_square, rendering_square, most_px=(side // 4, side // 4))
             except StimulusError:
                 continue
             middle = (left + (side - 1) / 2, top + (side - 1) / 2)
-            found.append((*middle, *lies.shift_px, *lies.standard_error_px))
-    table = np.array(found, dtype=np.float64).reshape(-1, 6)
+            rows.append((*middle, *registration.shift_px, *registration.standard_error_px))
+    table = np.array(rows, dtype=np.float64).reshape(-1, 6)
     return SquareShifts(table[:, :2], table[:, 2:4], table[:, 4:6], across * down)
 
 
@@ -219,10 +221,10 @@ class Similarity:
         x, y, growth, angle = self.values
         centre = middle(shape)
         linear = (1.0 + growth) * np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-        found = np.eye(3)
-        found[:2, :2] = linear
-        found[:2, 2] = centre + (x, y) - linear @ centre
-        return found
+        matrix = np.eye(3)
+        matrix[:2, :2] = linear
+        matrix[:2, 2] = centre + (x, y) - linear @ centre
+        return matrix
 
     def errors(self, turned: bool) -> Floats:
         """Return the standard errors (4,) of what `matrix` undoes; infinite for what it does not."""
@@ -234,20 +236,20 @@ class Similarity:
 def fit_similarity(shifts: SquareShifts, shape: tuple[int, ...]) -> Similarity:
     """Fit both by least squares, weighted by the squares' errors, without squares that stray from the others."""
     at = shifts.middle_px - middle(shape)
-    zero, one = np.zeros(len(at)), np.ones(len(at))
+    zeros, ones = np.zeros(len(at)), np.ones(len(at))
     rows = np.concatenate(
-        [np.stack([one, zero, at[:, 0], -at[:, 1]], axis=1), np.stack([zero, one, at[:, 1], at[:, 0]], axis=1)]
+        [np.stack([ones, zeros, at[:, 0], -at[:, 1]], axis=1), np.stack([zeros, ones, at[:, 1], at[:, 0]], axis=1)]
     )
-    said = shifts.moved_px.T.ravel()
+    moved = shifts.moved_px.T.ravel()
     # Standard errors below a hundredth are not to be believed; those along an edge are large, and weigh nothing.
     weight = 1.0 / (np.minimum(shifts.standard_error_px.T.ravel(), 1e3) ** 2 + 0.01**2)
-    values, covariance = _weighted(rows, said, weight)
-    shift, shift_covariance = _weighted(rows[:, :2], said, weight)
+    values, covariance = _weighted(rows, moved, weight)
+    shift, shift_covariance = _weighted(rows[:, :2], moved, weight)
     return Similarity(values, covariance, shift, shift_covariance)
 
 
-def _weighted(rows: Floats, said: Floats, weight: Floats) -> tuple[Floats, Floats]:
-    kept = np.ones(len(said), dtype=bool)
+def _weighted(rows: Floats, moved: Floats, weight: Floats) -> tuple[Floats, Floats]:
+    kept = np.ones(len(moved), dtype=bool)
     values = np.zeros(rows.shape[1])
     covariance = np.full((rows.shape[1], rows.shape[1]), np.inf)
     for _ in range(4):
@@ -255,8 +257,8 @@ def _weighted(rows: Floats, said: Floats, weight: Floats) -> tuple[Floats, Float
         if np.linalg.matrix_rank(normal) < len(normal):
             break
         inverse = np.linalg.inv(normal)
-        values = inverse @ (rows[kept].T @ (said[kept] * weight[kept]))
-        off = (said - rows @ values) * np.sqrt(weight)
+        values = inverse @ (rows[kept].T @ (moved[kept] * weight[kept]))
+        off = (moved - rows @ values) * np.sqrt(weight)
         free = max(1, int(kept.sum()) - len(values))
         covariance = inverse * max(1.0, float(np.sum(off[kept] ** 2)) / free)
         usual = max(1.0, 1.4826 * float(np.median(np.abs(off))))

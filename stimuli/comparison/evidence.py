@@ -64,8 +64,8 @@ class SparklePair:
 
     def to_json(self) -> dict[str, float | str | None]:
         """Return the numbers by name, None for what cannot be told."""
-        told = {name: getattr(self, name) for name in (*self.__dataclass_fields__, "relative", "relative_se", "z")}
-        return {n: v if isinstance(v, str) or (v is not None and math.isfinite(v)) else None for n, v in told.items()}
+        values = {name: getattr(self, name) for name in (*self.__dataclass_fields__, "relative", "relative_se", "z")}
+        return {n: v if isinstance(v, str) or (v is not None and math.isfinite(v)) else None for n, v in values.items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -108,43 +108,43 @@ class Evidence:
     other_flakes: bool = False
 
 
-def registration_reasons(found: RegistrationEvidence | None, limits: Limits) -> list[Reason]:
+def registration_reasons(evidence: RegistrationEvidence | None, limits: Limits) -> list[Reason]:
     """Return whether the pictures lie on one grid, and how they lay before."""
-    if found is None:
+    if evidence is None:
         return []
     reasons = []
-    residual, most = found.residual_px, limits.registration_residual_px
+    residual, most = evidence.residual_px, limits.registration_residual_px
     if residual is not None:
         good = residual <= most
-        said = f"the pictures lie {residual:.2g} px apart, {'within' if good else 'more than'} {most:g} px"
+        sentence = f"the pictures lie {residual:.2g} px apart, {'within' if good else 'more than'} {most:g} px"
         if not good:
-            said += ": nothing can be said of single pixels"
+            sentence += ": nothing can be said of single pixels"
         outcome: Outcome = "passes" if good else "cannot say"
-        reasons.append(Reason("registration", "residual", outcome, said, residual, most, "px"))
-    if found.shift_px is not None:
-        shift = math.hypot(*found.shift_px)
-        error = math.hypot(*found.shift_se_px) if found.shift_se_px is not None else 0.0
+        reasons.append(Reason("registration", "residual", outcome, sentence, residual, most, "px"))
+    if evidence.shift_px is not None:
+        shift = math.hypot(*evidence.shift_px)
+        error = math.hypot(*evidence.shift_se_px) if evidence.shift_se_px is not None else 0.0
         if shift > max(NAMED_PX, NAMED_Z * error):
-            across, down = (decimals(one, 2) for one in found.shift_px)
-            said = f"the rendering lay ({across}, {down}) px beside the photograph, across and down"
-            reasons.append(Reason("registration", "shift", "noted", said, shift, None, "px"))
-    if found.rotation_deg is not None and abs(found.rotation_deg) > NAMED_DEG:
-        said = f"the rendering lay turned by {decimals(found.rotation_deg, 2)}° against the photograph"
-        reasons.append(Reason("registration", "rotation", "noted", said, found.rotation_deg, None, "°"))
+            across, down = (decimals(component, 2) for component in evidence.shift_px)
+            sentence = f"the rendering lay ({across}, {down}) px beside the photograph, across and down"
+            reasons.append(Reason("registration", "shift", "noted", sentence, shift, None, "px"))
+    if evidence.rotation_deg is not None and abs(evidence.rotation_deg) > NAMED_DEG:
+        sentence = f"the rendering lay turned by {decimals(evidence.rotation_deg, 2)}° against the photograph"
+        reasons.append(Reason("registration", "rotation", "noted", sentence, evidence.rotation_deg, None, "°"))
     return reasons
 
 
-def disparity_reasons(found: DisparityEvidence | None, limits: Limits) -> list[Reason]:
+def disparity_reasons(evidence: DisparityEvidence | None, limits: Limits) -> list[Reason]:
     """Return whether both eyes see the rendering as deep as the photograph.
 
     What is beyond the limit by fewer than ``NAMED_Z`` standard errors is left open, and so is what is known less well
     than to the limit.
     """
-    if found is None:
+    if evidence is None:
         return []
     reasons = []
     most = limits.disparity_px
-    for name, apart, error in zip(("across", "down"), found.difference_px, found.standard_error_px, strict=True):
+    for name, apart, error in zip(("across", "down"), evidence.difference_px, evidence.standard_error_px, strict=True):
         outcome: Outcome = "passes"
         if math.isnan(apart) or math.isnan(error):
             outcome = "cannot say"
@@ -153,8 +153,8 @@ def disparity_reasons(found: DisparityEvidence | None, limits: Limits) -> list[R
         elif error > most:
             outcome = "cannot say"
         how = "within" if outcome == "passes" else "more than" if outcome == "fails" else "too uncertain against"
-        said = f"disparity {name} differs by {decimals(apart, 2)} ± {error:.2g} px, {how} {most:g} px"
-        reasons.append(Reason("disparity", name, outcome, said, apart, most, "px"))
+        sentence = f"disparity {name} differs by {decimals(apart, 2)} ± {error:.2g} px, {how} {most:g} px"
+        reasons.append(Reason("disparity", name, outcome, sentence, apart, most, "px"))
     return reasons
 
 
@@ -168,19 +168,19 @@ def _reason(pair: SparklePair, limits: Limits) -> Reason:
     outcome, why = _outcome(pair, limits)
     where = f" on '{pair.where}'" if pair.where else ""
     unit = f" {pair.unit}" if pair.unit else ""
-    said = (
+    sentence = (
         f"sparkle {pair.measure}{where} is {pair.rendering:.4g}{_error(pair.rendering_se)}{unit} in the rendering and "
         f"{pair.photo:.4g}{_error(pair.photo_se)}{unit} in the photograph"
     )
     if math.isfinite(relative) and relative:
         error = _error(100 * pair.relative_se)
-        said += f", {100 * abs(relative):.3g}{error} % {'more' if relative > 0 else 'less'}"
+        sentence += f", {100 * abs(relative):.3g}{error} % {'more' if relative > 0 else 'less'}"
     value = 100 * abs(relative) if math.isfinite(relative) else None
     return Reason(
         f"sparkle{where}",
         pair.measure,
         outcome,
-        f"{said}: {why}",
+        f"{sentence}: {why}",
         value,
         100 * limits.sparkle_relative,
         "%",

@@ -63,41 +63,41 @@ def _regions(table: RegionTable, seen: Mapping[str, float], limits: Limits) -> l
     ]
     mean = table.mean_delta_e
     if mean is None:
-        said = "no region is left to compare" if table.rows else "there are no regions"
-        return [*reasons, Reason("regions", "ΔE00", "cannot say", said, None, limit)]
+        sentence = "no region is left to compare" if table.rows else "there are no regions"
+        return [*reasons, Reason("regions", "ΔE00", "cannot say", sentence, None, limit)]
     worst = max(table.compared, key=lambda row: row.delta_e)
     for row in table.compared:
         if row.delta_e > limit:
             error = "" if row.delta_e_se is None else f" ± {row.delta_e_se:.2g}"
-            said = f"region '{row.name}' differs by ΔE00 {row.delta_e:.2f}{error}, more than {limit:g}"
+            sentence = f"region '{row.name}' differs by ΔE00 {row.delta_e:.2f}{error}, more than {limit:g}"
             as_seen = seen.get(row.name, row.delta_e)
             outcome: Outcome = "fails"
             if as_seen <= limit:
-                outcome, said = (
+                outcome, sentence = (
                     "noted",
-                    f"{said}; as the eye resolves it, by {as_seen:.2f}: it cancels with what is beside",
+                    f"{sentence}; as the eye resolves it, by {as_seen:.2f}: it cancels with what is beside",
                 )
-            reasons.append(Reason(f"region {row.name}", "ΔE00", outcome, said, row.delta_e, limit))
+            reasons.append(Reason(f"region {row.name}", "ΔE00", outcome, sentence, row.delta_e, limit))
     if worst.delta_e <= limit:
-        said = f"no region differs by more than ΔE00 {worst.delta_e:.2f} ('{worst.name}'), within {limit:g}"
-        reasons.append(Reason("regions", "largest ΔE00", "passes", said, worst.delta_e, limit))
+        sentence = f"no region differs by more than ΔE00 {worst.delta_e:.2f} ('{worst.name}'), within {limit:g}"
+        reasons.append(Reason("regions", "largest ΔE00", "passes", sentence, worst.delta_e, limit))
     count = len(table.compared)
-    told = f"{count} regions differ by" if count > 1 else "one region differs by"
-    told += f" ΔE00 {mean:.2f}" + (" on average" if count > 1 else "")
+    average = f"{count} regions differ by" if count > 1 else "one region differs by"
+    average += f" ΔE00 {mean:.2f}" + (" on average" if count > 1 else "")
     how = f"more than {limit:g}" if mean > limit else f"within {limit:g}"
     shown = [seen.get(row.name, row.delta_e) for row in table.compared]
     outcome = "passes"
     if mean > limit:
         outcome = "noted" if max(shown) <= limit else "fails"
-    reasons.append(Reason("regions", "mean ΔE00", outcome, f"{told}, {how}", mean, limit))
+    reasons.append(Reason("regions", "mean ΔE00", outcome, f"{average}, {how}", mean, limit))
     return reasons
 
 
 def _map(summary: DifferenceSummary, subject: str, how: str, limits: Limits) -> list[Reason]:
     share, most = summary.above_limit_percent, limits.above_limit_percent
     if summary.limit != limits.delta_e:
-        said = f"the map's share is above ΔE00 {summary.limit:g}, and the limit is {limits.delta_e:g}"
-        return [Reason(subject, "limit", "cannot say", said, summary.limit, limits.delta_e)]
+        sentence = f"the map's share is above ΔE00 {summary.limit:g}, and the limit is {limits.delta_e:g}"
+        return [Reason(subject, "limit", "cannot say", sentence, summary.limit, limits.delta_e)]
     over = summary.mean > limits.delta_e
     many = share > most
     return [
@@ -130,8 +130,8 @@ def _elsewhere(evidence: Evidence, limits: Limits) -> list[Reason]:
     )
     if summary is None:
         return []
-    said = f"pixels differ by ΔE00 {summary.mean:.2f} on average {how}: flakes lie elsewhere, which decides nothing"
-    return [Reason("as seen", "mean ΔE00", "noted", said, summary.mean, limits.delta_e)]
+    sentence = f"pixels differ by ΔE00 {summary.mean:.2f} on average {how}: flakes lie elsewhere, which decides nothing"
+    return [Reason("as seen", "mean ΔE00", "noted", sentence, summary.mean, limits.delta_e)]
 
 
 def _weighed(plain: list[Reason], seen: list[Reason]) -> list[Reason]:
@@ -141,17 +141,17 @@ def _weighed(plain: list[Reason], seen: list[Reason]) -> list[Reason]:
         if reason.outcome != "fails":
             weighed.append(reason)
         elif not seen:
-            said = f"{reason.said}; without a viewing distance it is not known whether that is seen"
-            weighed.append(_with(reason, "cannot say", said))
-        elif any(one.outcome != "passes" for one in seen):
-            weighed.append(_with(reason, "noted", reason.said))
+            sentence = f"{reason.sentence}; without a viewing distance it is not known whether that is seen"
+            weighed.append(_with(reason, "cannot say", sentence))
+        elif any(as_seen.outcome != "passes" for as_seen in seen):
+            weighed.append(_with(reason, "noted", reason.sentence))
         else:
-            weighed.append(_with(reason, "noted", f"{reason.said}; it cancels at the viewing distance"))
+            weighed.append(_with(reason, "noted", f"{reason.sentence}; it cancels at the viewing distance"))
     return weighed
 
 
-def _with(reason: Reason, outcome: Literal["noted", "cannot say"], said: str) -> Reason:
-    return replace(reason, outcome=outcome, said=said)
+def _with(reason: Reason, outcome: Literal["noted", "cannot say"], sentence: str) -> Reason:
+    return replace(reason, outcome=outcome, sentence=sentence)
 
 
 LEAST_REGIONS = 4
@@ -176,13 +176,13 @@ def _factor(table: RegionTable, limits: Limits) -> list[Reason]:
     given = "" if error is None else f" ± {error:.2g}"
     brighter = 100 * (1.0 / factor.mean_ratio - 1.0)
     over = f"{factor.regions} {'region' if factor.regions == 1 else 'regions'}"
-    said = (
+    sentence = (
         f"luminances differ by a factor: photograph / rendering is {factor.mean_ratio:.4g}{given} over {over}, "
         f"the rendering {abs(brighter):.3g} % {'brighter' if brighter > 0 else 'darker'}"
     )
     if table.luminance != "absolute":
-        said += f"; colours were compared after the rendering was multiplied by {table.scaled_by:.4g}"
-    return [Reason("luminance", "factor", "noted", said, factor.mean_ratio, None)]
+        sentence += f"; colours were compared after the rendering was multiplied by {table.scaled_by:.4g}"
+    return [Reason("luminance", "factor", "noted", sentence, factor.mean_ratio, None)]
 
 
 def _chromaticity(table: RegionTable, limits: Limits) -> list[Reason]:
@@ -194,16 +194,18 @@ def _chromaticity(table: RegionTable, limits: Limits) -> list[Reason]:
     least = limits.stands_out_delta_xy
     reasons = []
     if float(np.hypot(*common)) > max(least, limits.stands_out_z * scatter / math.sqrt(len(rows))):
-        said = f"chromaticities are shifted alike, by Δx {_signed(common[0])} and Δy {_signed(common[1])} in the median"
-        reasons.append(Reason("chromaticity", "Δxy", "noted", said, float(np.hypot(*common)), least))
+        sentence = (
+            f"chromaticities are shifted alike, by Δx {_signed(common[0])} and Δy {_signed(common[1])} in the median"
+        )
+        reasons.append(Reason("chromaticity", "Δxy", "noted", sentence, float(np.hypot(*common)), least))
     for row, distance in zip(rows, apart, strict=True):
         error = math.hypot(row.delta_x_se or 0.0, row.delta_y_se or 0.0)
         if distance > max(least, limits.stands_out_z * error, limits.stands_out_z * scatter):
             x, y = _signed(row.delta_x), _signed(row.delta_y)
-            said = f"region '{row.name}' is shifted in chromaticity, by Δx {x} and Δy {y}"
+            sentence = f"region '{row.name}' is shifted in chromaticity, by Δx {x} and Δy {y}"
             if error:
-                said += f" (± {error:.1g})"
-            reasons.append(Reason(f"region {row.name}", "Δxy", "noted", said, row.delta_xy, least))
+                sentence += f" (± {error:.1g})"
+            reasons.append(Reason(f"region {row.name}", "Δxy", "noted", sentence, row.delta_xy, least))
     return reasons
 
 
@@ -224,9 +226,9 @@ def _luminance(table: RegionTable, limits: Limits) -> list[Reason]:
     for row, ratio, off in zip(rows, ratios, apart, strict=True):
         error = (row.luminance_ratio_se or 0.0) / common
         if abs(off) > max(limits.stands_out_luminance, limits.stands_out_z * max(error, scatter)):
-            said = (
+            sentence = (
                 f"region '{row.name}' stands out in luminance: photograph / rendering is {ratio:.4g}, "
                 f"{100 * abs(off):.3g} % {'above' if off > 0 else 'below'} the median of all"
             )
-            reasons.append(Reason(f"region {row.name}", "luminance", "noted", said, float(ratio), None))
+            reasons.append(Reason(f"region {row.name}", "luminance", "noted", sentence, float(ratio), None))
     return reasons

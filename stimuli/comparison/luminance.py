@@ -57,7 +57,7 @@ def luminance_factor(photo_cd_m2: ArrayLike, rendering_cd_m2: ArrayLike) -> Lumi
     StimulusError
         If they differ in number, there is none, or one is not a finite number above 0.
     """
-    photo, rendering = (np.asarray(one, dtype=np.float64) for one in (photo_cd_m2, rendering_cd_m2))
+    photo, rendering = (np.asarray(values, dtype=np.float64) for values in (photo_cd_m2, rendering_cd_m2))
     if photo.ndim != 1 or photo.shape != rendering.shape or not len(photo):
         raise StimulusError(f"luminances of the same areas are needed, not of shapes {photo.shape}, {rendering.shape}")
     if not np.all(np.isfinite(photo) & np.isfinite(rendering) & (photo > 0) & (rendering > 0)):
@@ -94,6 +94,6 @@ def luminance_factor(photo_cd_m2: ArrayLike, rendering_cd_m2: ArrayLike) -> Lumi
 
 
 def _pearson(photo: np.ndarray, rendering: np.ndarray) -> float | None:
-    one, two = photo - photo.mean(), rendering - rendering.mean()
-    size = math.sqrt(float(one @ one) * float(two @ two))
-    return max(-1.0, min(1.0, float(one @ two) / size)) if size > 0 else None
+    photo_off, rendering_off = photo - photo.mean(), rendering - rendering.mean()
+    size = math.sqrt(float(photo_off @ photo_off) * float(rendering_off @ rendering_off))
+    return max(-1.0, min(1.0, float(photo_off @ rendering_off) / size)) if size > 0 else None

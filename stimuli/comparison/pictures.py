@@ -59,7 +59,7 @@ class View:
 class Picture:
     """A file's views: ``both``, or ``left`` and ``right``.
 
-    ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``said`` what there is to know of the
+    ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``notes`` what there is to know of the
     reading, ``steps`` how the file became XYZ.
     """
 
@@ -68,7 +68,7 @@ class Picture:
     holds: Holds
     views: Mapping[Eye, View]
     safe_cd_m2: tuple[float, float] | None
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
     steps: tuple[Mapping[str, Any], ...]
 
     @property
@@ -88,12 +88,12 @@ class Picture:
             "width_px": width,
             "height_px": height,
             "safe_luminance_cd_m2": None if self.safe_cd_m2 is None else list(self.safe_cd_m2),
-            "said": list(self.said),
+            "said": list(self.notes),
             "steps": [dict(step) for step in self.steps],
         }
 
 
-def read_picture(path: Path, reading: Reading, told: Holds | None, what: str, done: RowsDone) -> Picture:
+def read_picture(path: Path, reading: Reading, given: Holds | None, what: str, done: RowsDone) -> Picture:
     """Return the picture at ``path``; ``told`` says what it holds where the file does not, ``what`` it is called.
 
     Raises
@@ -106,7 +106,7 @@ def read_picture(path: Path, reading: Reading, told: Holds | None, what: str, do
 
     if not path.is_file() and path.suffix.lower() != ".hdr":
         raise _wrong(path, f"there is no such {what}", "check the path")
-    holds = told or what_it_holds(path)
+    holds = given or what_it_holds(path)
     digest = sha256_of_file(path) if path.is_file() else ""
     if holds != "spectral":
         _refuse_bytes(path, what)
@@ -116,7 +116,7 @@ def read_picture(path: Path, reading: Reading, told: Holds | None, what: str, do
         return _camera_rgb(path, digest, reading, what, done)
     if path.suffix.lower() in _TIFF:
         return _tiff_xyz(path, digest, holds, done)
-    return _exr(path, digest, holds if told else None, done)
+    return _exr(path, digest, holds if given else None, done)
 
 
 def what_it_holds(path: Path) -> Holds:
@@ -141,12 +141,12 @@ def what_it_holds(path: Path) -> Holds:
         picture.close()
 
 
-def _exr(path: Path, digest: str, told: Holds | None, done: RowsDone) -> Picture:
+def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Picture:
     """Read a picture of light a band of rows at a time; negative XYZ is set to 0 and counted."""
     from stimuli.pictures.exr_read import read_exr_counted
     from stimuli.pictures.exr_views import Region
 
-    space: ColourSpace | None = "xyz" if told == "xyz" else "rec709" if told == "rec709" else None
+    space: ColourSpace | None = "xyz" if given == "xyz" else "rec709" if given == "rec709" else None
     width, height = _exr_size(path)
     views: dict[Eye, RowFile] = {}
     clipped = 0
@@ -163,10 +163,10 @@ def _exr(path: Path, digest: str, told: Holds | None, done: RowsDone) -> Picture
                 views[eye] = RowFile((height, width, 3))
             views[eye].write(band.start, read.image.left if eye != "right" else read.image.right)
         done(band.stop, height)
-    said = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
+    notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
     step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
-    found: dict[Eye, View] = {eye: View(rows, None) for eye, rows in views.items()}
-    return Picture(path, digest, told or "xyz", found, None, said, (step,))
+    eye_views: dict[Eye, View] = {eye: View(rows, None) for eye, rows in views.items()}
+    return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,))
 
 
 def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
@@ -175,8 +175,8 @@ def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
         return error
     return StimulusError(
         [
-            Finding(f"{one.message}, in rows {rows.start} to {rows.stop - 1}", one.file, remedy=one.remedy)
-            for one in error.findings
+            Finding(f"{finding.message}, in rows {rows.start} to {rows.stop - 1}", finding.file, remedy=finding.remedy)
+            for finding in error.findings
         ]
     )
 
@@ -232,8 +232,8 @@ def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
         below += int((xyz < 0).any(axis=-1).sum())
         rows.write(band.start, np.maximum(xyz, np.float32(0)))
         done(band.stop, height)
-    said = (f"{below} pixels with negative XYZ were set to 0",) if below else ()
-    return Picture(path, digest, holds, {"both": View(rows, None)}, None, said, image.steps)
+    notes = (f"{below} pixels with negative XYZ were set to 0",) if below else ()
+    return Picture(path, digest, holds, {"both": View(rows, None)}, None, notes, image.steps)
 
 
 def _camera_rgb(path: Path, digest: str, reading: Reading, what: str, done: RowsDone) -> Picture:
@@ -256,10 +256,10 @@ def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDo
     picture = read_spectral(path, reading.quantity)
     if reading.sensitivities is None or reading.full_scale_cd_m2 is None:
         seen = spectral_to_xyz(picture, reading.light, negative="clip")
-        said = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
+        notes = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
         rows = RowFile.of(seen.xyz)
         done(rows.shape[0], rows.shape[0])
-        return Picture(path, digest, "spectral", {"both": View(rows, None)}, None, picture.said + said, seen.steps)
+        return Picture(path, digest, "spectral", {"both": View(rows, None)}, None, picture.notes + notes, seen.steps)
     if reading.camera is None:
         raise _wrong(
             path,
@@ -270,8 +270,16 @@ def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDo
     image = spectral_to_camera(
         picture, reading.sensitivities, reading.full_scale_cd_m2, reading.light, exposure=exposure
     )
-    found = _developed(path, digest, "spectral", image, reading.camera, what, done)
-    return Picture(path, digest, "spectral", found.views, found.safe_cd_m2, picture.said + found.said, found.steps)
+    developed = _developed(path, digest, "spectral", image, reading.camera, what, done)
+    return Picture(
+        path,
+        digest,
+        "spectral",
+        developed.views,
+        developed.safe_cd_m2,
+        picture.notes + developed.notes,
+        developed.steps,
+    )
 
 
 def _developed(
@@ -285,21 +293,21 @@ def _developed(
         # What a camera model says of exposures names no file.
         raise type(error)(
             [
-                one if one.file else Finding(f"the {what}: {one.message}", str(path), remedy=one.remedy)
-                for one in error.findings
+                finding if finding.file else Finding(f"the {what}: {finding.message}", str(path), remedy=finding.remedy)
+                for finding in error.findings
             ]
         ) from error
     height, width, _ = developed.xyz.shape
-    said = []
+    notes = []
     if developed.clipped:
-        said.append(f"{developed.clipped} pixels with negative XYZ were set to 0")
+        notes.append(f"{developed.clipped} pixels with negative XYZ were set to 0")
     if developed.clipped > _MOST_MISTAKEN * height * width:
-        said.append("most pixels lie outside the camera's gamut: is it this camera's file?")
+        notes.append("most pixels lie outside the camera's gamut: is it this camera's file?")
     if image.exposure is not None and not camera.tried_at(image.exposure):
-        said.append(f"the camera file was not tried at this exposure, {image.exposure}")
+        notes.append(f"the camera file was not tried at this exposure, {image.exposure}")
     done(height, height)
     views: dict[Eye, View] = {"both": View(RowFile.of(developed.xyz), developed.saturated)}
-    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(said), developed.steps)
+    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), developed.steps)
 
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:

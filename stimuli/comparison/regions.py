@@ -81,9 +81,9 @@ def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = 
         For every region that reaches out of its picture, crosses itself, or has another's name.
     """
     placer = _Placer(regions, photo, rendering)
-    found = [area for number, spec in enumerate(regions.spec.regions) for area in placer.areas(number, spec)]
+    placed = [area for number, spec in enumerate(regions.spec.regions) for area in placer.areas(number, spec)]
     first: dict[str, Region] = {}
-    for region in found:
+    for region in placed:
         if first.setdefault(region.name, region) is not region:
             placer.fault(placer.number_of(region.entry), "name", f"there are two regions '{region.name}'", "rename one")
     wanted = regions.spec.white_region
@@ -92,7 +92,7 @@ def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = 
         placer.findings.append(regions.source.finding(("white_region",), f"there is no region '{wanted}'", remedy))
     if placer.findings:
         raise StimulusError(placer.findings)
-    return PlacedRegions(tuple(found), tuple(placer.charts))
+    return PlacedRegions(tuple(placed), tuple(placer.charts))
 
 
 def corner_pairs(regions: RegionsFile, photo: Shape, rendering: Shape) -> tuple[Floats, Floats] | None:
@@ -103,10 +103,10 @@ def corner_pairs(regions: RegionsFile, photo: Shape, rendering: Shape) -> tuple[
     here: list[Floats] = []
     there: list[Floats] = []
     for spec in regions.spec.regions:
-        one, two = (_given(spec, prefix) for prefix, _ in _SIDES)
-        if one is not None and two is not None and len(one) == len(two):
-            here.append(one * _unit(regions, photo))
-            there.append(two * _unit(regions, rendering))
+        photo_places, rendering_places = (_given(spec, prefix) for prefix, _ in _SIDES)
+        if photo_places is not None and rendering_places is not None and len(photo_places) == len(rendering_places):
+            here.append(photo_places * _unit(regions, photo))
+            there.append(rendering_places * _unit(regions, rendering))
     return (np.concatenate(here), np.concatenate(there)) if here else None
 
 
@@ -159,15 +159,17 @@ class _Placer:
             yield Region(spec.name, kind, photo, rendering, spec.name, sparkle=spec.sparkle)
             return
         layout, names = _parts(spec)
-        one, two = (patch_quadrangles(outline, layout, spec.inner) for outline in (photo, rendering))
+        photo_quads, rendering_quads = (
+            patch_quadrangles(outline, layout, spec.inner) for outline in (photo, rendering)
+        )
         if isinstance(spec, PlateSpec):
-            yield Region(spec.name, "plate", one[0], two[0], spec.name, sparkle=spec.sparkle)
+            yield Region(spec.name, "plate", photo_quads[0], rendering_quads[0], spec.name, sparkle=spec.sparkle)
             return
         if isinstance(spec, ColorCheckerSpec) and spec.colours == "published":
             self.charts.append(Chart(spec.name, photo, rendering, spec.inner))
         kind = "patch" if isinstance(spec, ColorCheckerSpec) else "cell"
         for place, name in enumerate(names):
-            yield Region(name, kind, one[place], two[place], spec.name, place + 1)
+            yield Region(name, kind, photo_quads[place], rendering_quads[place], spec.name, place + 1)
 
     def _outline(self, number: int, spec: Spec, side: int) -> Floats | None:
         """Return the outline of an entry in one picture, in pixels; None, and a fault told, if it is none."""

@@ -131,7 +131,7 @@ class EyeComparison:
     seen_overview: DifferenceOverview | None
     sparkle: tuple[SparkleArea, ...]
     verdict: Verdict
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
     regions: PlacedRegions
 
     def to_json(self) -> dict[str, Any]:
@@ -143,7 +143,7 @@ class EyeComparison:
             "per_pixel": self.per_pixel.to_json(),
             "as_seen": None if self.seen is None else self.seen.to_json(),
             "sparkle": [area.to_json() for area in self.sparkle],
-            "said": list(self.said),
+            "said": list(self.notes),
         }
 
 

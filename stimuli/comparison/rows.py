@@ -75,10 +75,10 @@ class RowFile:
         start, stop, step = rows.indices(self._shape[0])
         if step != 1:
             raise ValueError("rows are read one after another")
-        found = np.empty((max(0, stop - start), *self._shape[1:]), dtype=np.float32)
-        if not found.size:
-            return found
-        view = found.data.cast("B")
+        part = np.empty((max(0, stop - start), *self._shape[1:]), dtype=np.float32)
+        if not part.size:
+            return part
+        view = part.data.cast("B")
         self._file.seek(start * self._row_bytes)
         done = 0
         while done < len(view):
@@ -86,7 +86,7 @@ class RowFile:
             if not read:
                 raise OSError("a picture's rows were read before they were written")
             done += read
-        return found
+        return part
 
     def write(self, first: int, rows: NDArray[np.floating]) -> None:
         """Put ``rows`` (n, width, 3) where row ``first`` begins."""

@@ -74,7 +74,7 @@ def sparkle_area(
     """Return the sparkles of a region of the photograph, and of the same of the rendering; None if it is too small."""
     rows, columns = window(region.photo_px, photo.shape)
     shifted = (abs(alignment.rotation_deg) < _TURNED_DEG and abs(alignment.scale - 1) < _GROWN) or not alignment.moved
-    across, down = (round(one) for one in alignment.shift_px) if alignment.moved else (0, 0)
+    across, down = (round(photo_plane) for photo_plane in alignment.shift_px) if alignment.moved else (0, 0)
     source = brought
     if shifted:
         # What a shift carries out of the rendering is left out of both.
@@ -90,17 +90,17 @@ def sparkle_area(
     pixels = int(np.count_nonzero(mask))
     if pixels < 64:
         return None
-    one = _filled(photo, rows, columns, mask)
-    two = _filled(
+    photo_plane = _filled(photo, rows, columns, mask)
+    rendering_plane = _filled(
         source, slice(rows.start + down, rows.stop + down), slice(columns.start + across, columns.stop + across), mask
     )
     threshold = Threshold()
-    measured = measure_sparkles(one, threshold), measure_sparkles(two, threshold)
+    measured = measure_sparkles(photo_plane, threshold), measure_sparkles(rendering_plane, threshold)
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
     left = (alignment.shift_px[0] - across, alignment.shift_px[1] - down) if alignment.moved and shifted else (0.0, 0.0)
     matched = _matched(measured[0].peaks, measured[1].peaks, left)
     # Of flakes that both have there is no chance in the difference.
-    beside = [max(one.count.value - matched, 1.0) for one in measured] if matched is not None else None
+    beside = [max(photo_plane.count.value - matched, 1.0) for photo_plane in measured] if matched is not None else None
     apart = None if beside is None else per * float(np.sqrt(sum(beside)))
     pairs = (
         _pair("density", measured[0].count.times(per), measured[1].count.times(per), unit, region.name, apart),
@@ -112,10 +112,10 @@ def sparkle_area(
 
 def _matched(photo: Peaks, rendering: Peaks, shift_px: tuple[float, float]) -> int | None:
     """Return how many sparkles are each other's nearest and near, or None if they are too few of either."""
-    one = np.column_stack([photo.column, photo.row]).astype(np.float64)
-    two = np.column_stack([rendering.column, rendering.row]) - np.asarray(shift_px)
-    both = mutual_nearest(one, two, SAME_PX)
-    return both if both and both >= SAME_SHARE * max(len(one), len(two)) else None
+    photo_px = np.column_stack([photo.column, photo.row]).astype(np.float64)
+    rendering_px = np.column_stack([rendering.column, rendering.row]) - np.asarray(shift_px)
+    both = mutual_nearest(photo_px, rendering_px, SAME_PX)
+    return both if both and both >= SAME_SHARE * max(len(photo_px), len(rendering_px)) else None
 
 
 def _filled(picture: RowFile, rows: slice, columns: slice, mask: Mask) -> Floats32:

@@ -124,8 +124,8 @@ def region_table(
     ``scaled_by`` takes the place of the factor of these regions, where ``luminance`` asks for one.
     """
     reasons = [
-        _reasons(one, two, safe_luminance_cd_m2, most_saturated_share)
-        for one, two in zip(photo, rendering, strict=True)
+        _reasons(photo_area, rendering_area, safe_luminance_cd_m2, most_saturated_share)
+        for photo_area, rendering_area in zip(photo, rendering, strict=True)
     ]
     pairs = [(p.XYZ[1], r.XYZ[1]) for p, r, why in zip(photo, rendering, reasons, strict=True) if not why]
     factor = luminance_factor(*np.array(pairs).T) if pairs else None
@@ -141,27 +141,29 @@ def region_table(
 def _reasons(
     photo: AreaMean, rendering: AreaMean, zone: tuple[float, float] | None, most_saturated: float
 ) -> tuple[str, ...]:
-    said = []
+    reasons = []
     for area, name in ((photo, "photograph"), (rendering, "rendering")):
         if area.saturated_share > most_saturated:
-            said.append(f"{100 * area.saturated_share:.3g} % of its pixels are saturated in the {name}")
+            reasons.append(f"{100 * area.saturated_share:.3g} % of its pixels are saturated in the {name}")
         if not area.XYZ[1] > 0 or not area.XYZ.sum() > 0:
-            said.append(f"it holds no light in the {name}")
+            reasons.append(f"it holds no light in the {name}")
     if zone is not None and not zone[0] <= photo.XYZ[1] <= zone[1]:
         side = "below" if photo.XYZ[1] < zone[0] else "above"
-        said.append(
+        reasons.append(
             f"its luminance of {photo.XYZ[1]:.4g} cd/m² lies {side} the camera's safe zone, "
             f"{zone[0]:.4g} to {zone[1]:.4g} cd/m²"
         )
-    return tuple(said)
+    return tuple(reasons)
 
 
 def _differences(both_XYZ: Floats, white: Floats, scale: float) -> Floats:
     """Return Δx, Δy, Δxy, luminance ratio and ΔE00, (..., 5), of photo XYZ and rendering XYZ, (..., 6)."""
     photo, rendering = both_XYZ[..., :3], both_XYZ[..., 3:]
-    one, two = xyY_from_XYZ(photo), xyY_from_XYZ(rendering)
-    x, y = np.moveaxis(two[..., :2] - one[..., :2], -1, 0)
-    ratio = np.divide(one[..., 2], two[..., 2], out=np.full(x.shape, np.nan), where=two[..., 2] != 0)
+    photo_xyY, rendering_xyY = xyY_from_XYZ(photo), xyY_from_XYZ(rendering)
+    x, y = np.moveaxis(rendering_xyY[..., :2] - photo_xyY[..., :2], -1, 0)
+    ratio = np.divide(
+        photo_xyY[..., 2], rendering_xyY[..., 2], out=np.full(x.shape, np.nan), where=rendering_xyY[..., 2] != 0
+    )
     delta_e = delta_e_2000(_lab(photo, white), _lab(scale * rendering, white))
     return np.stack([x, y, np.hypot(x, y), ratio, delta_e], axis=-1)
 
@@ -181,15 +183,15 @@ def _rows(
     """Yield the rows; all are computed at once."""
     if not regions:
         return
-    one, two = (np.array([area.XYZ for area in side]) for side in (photo, rendering))
+    photo_XYZ, rendering_XYZ = (np.array([area.XYZ for area in side]) for side in (photo, rendering))
     covariances = (
         np.array([np.full((3, 3), np.nan) if area.covariance_XYZ is None else area.covariance_XYZ for area in side])
         for side in (photo, rendering)
     )
-    values = _differences(np.concatenate([one, two], axis=1), white, scale)
+    values = _differences(np.concatenate([photo_XYZ, rendering_XYZ], axis=1), white, scale)
     with np.errstate(divide="ignore", invalid="ignore"):  # regions without light, whose errors are not told
-        errors = _standard_errors(lambda both: _differences(both, white, scale), one, two, *covariances)
-    parts = delta_e_2000_parts(_lab(one, white), _lab(scale * two, white))
+        errors = _standard_errors(lambda both: _differences(both, white, scale), photo_XYZ, rendering_XYZ, *covariances)
+    parts = delta_e_2000_parts(_lab(photo_XYZ, white), _lab(scale * rendering_XYZ, white))
     for place, region in enumerate(regions):
         x, y, xy, ratio, delta_e = (float(value) for value in values[place])
         se = [float(value) if np.isfinite(value) and not reasons[place] else None for value in errors[place]]
@@ -243,7 +245,7 @@ def _standard_errors(
     pictures show one texture at the same places, this is too much rather than too little.
     """
     at = np.concatenate([photo_XYZ, rendering_XYZ], axis=1)
-    size = [np.abs(one).max(axis=1, keepdims=True).repeat(3, axis=1) for one in (photo_XYZ, rendering_XYZ)]
+    size = [np.abs(XYZ).max(axis=1, keepdims=True).repeat(3, axis=1) for XYZ in (photo_XYZ, rendering_XYZ)]
     step = _STEP * np.concatenate(size, axis=1)
     steps = step[:, :, None] * np.eye(6)
     # (n, 6, m): how each number changes with each of the six.

@@ -57,15 +57,27 @@ class Limits:
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """One thing that was judged: ``value`` against ``limit`` (None where there is none), and a sentence."""
+    """One thing that was judged: ``value`` against ``limit`` (None where there is none), and a ``sentence`` on it."""
 
     subject: str
     measure: str
     outcome: Outcome
-    said: str
+    sentence: str
     value: float | None = None
     limit: float | None = None
     unit: str = ""
+
+    def to_json(self) -> dict[str, float | str | None]:
+        """Return it as plain JSON."""
+        return {
+            "subject": self.subject,
+            "measure": self.measure,
+            "outcome": self.outcome,
+            "said": self.sentence,
+            "value": self.value,
+            "limit": self.limit,
+            "unit": self.unit,
+        }
 
 
 def decimals(value: float, count: int) -> str:
@@ -88,7 +100,11 @@ class Verdict:
 
     def to_json(self) -> dict[str, Any]:
         """Return it as plain JSON."""
-        return asdict(self)
+        return {
+            "decision": self.decision,
+            "reasons": [reason.to_json() for reason in self.reasons],
+            "limits": self.limits.to_json(),
+        }
 
 
 def together(verdicts: Mapping[str, Verdict]) -> Verdict:
@@ -102,7 +118,7 @@ def together(verdicts: Mapping[str, Verdict]) -> Verdict:
     if not verdicts:
         raise ValueError("no verdicts")
     reasons = [
-        replace(reason, subject=f"{name}: {reason.subject}", said=f"{name}: {reason.said}")
+        replace(reason, subject=f"{name}: {reason.subject}", sentence=f"{name}: {reason.sentence}")
         for name, verdict in verdicts.items()
         for reason in verdict.reasons
     ]

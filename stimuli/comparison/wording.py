@@ -25,13 +25,17 @@ def decision_sentence(verdict: Verdict) -> str:
 
 def outcome_lines(verdict: Verdict, outcome: Outcome) -> list[str]:
     """Return the sentences of one outcome; what holds for either eye alike is said once, many regions in one line."""
-    lines = _gathered(verdict.having(outcome)) if outcome == "fails" else [one.said for one in verdict.having(outcome)]
-    found: dict[str, None] = {}
+    lines = (
+        _gathered(verdict.having(outcome))
+        if outcome == "fails"
+        else [reason.sentence for reason in verdict.having(outcome)]
+    )
+    shown: dict[str, None] = {}
     for line in lines:
         eye, text = _split(line)
-        alike = eye and all(f"{one}{text}" in lines for one in _EYES)
-        found[f"both eyes: {text}" if alike else line] = None
-    return list(found)
+        alike = eye and all(f"{reason}{text}" in lines for reason in _EYES)
+        shown[f"both eyes: {text}" if alike else line] = None
+    return list(shown)
 
 
 def _gathered(reasons: Sequence[Reason]) -> list[str]:
@@ -46,10 +50,10 @@ def _gathered(reasons: Sequence[Reason]) -> list[str]:
         eye, _ = _split(reason.subject)
         group = regions.get(eye, [])
         if len(group) <= MOST_REGIONS or reason not in group:
-            lines[reason.said] = None
+            lines[reason.sentence] = None
             continue
-        worst = sorted(group, key=lambda one: -(one.value or 0.0))[:MOST_REGIONS]
-        names = ", ".join(f"'{_split(one.subject)[1].removeprefix('region ')}' by {one.value:.2f}" for one in worst)
+        worst = sorted(group, key=lambda bad: -(bad.value or 0.0))[:MOST_REGIONS]
+        names = ", ".join(f"'{_split(bad.subject)[1].removeprefix('region ')}' by {bad.value:.2f}" for bad in worst)
         limit = f"{reason.limit:g}" if reason.limit is not None else "allowed"
         lines[f"{eye}{len(group)} regions differ by more than ΔE00 {limit}, most of all {names}"] = None
     return list(lines)
@@ -61,9 +65,10 @@ def passing_lines(verdict: Verdict) -> list[str]:
     for reason in verdict.having("passes"):
         eye, subject = _split(reason.subject)
         # Where one eye alone passes, its number must not be taken for both eyes'.
-        other = next((one for one in _EYES if one != eye), "")
+        other_eye = next((name for name in _EYES if name != eye), "")
         alone = eye and not any(
-            each.subject == f"{other}{subject}" and each.measure == reason.measure for each in verdict.having("passes")
+            each.subject == f"{other_eye}{subject}" and each.measure == reason.measure
+            for each in verdict.having("passes")
         )
         subjects.setdefault(reason.subject if alone else subject, {}).setdefault(reason.measure, []).append(reason)
     return [
@@ -83,10 +88,10 @@ def _split(text: str) -> tuple[str, str]:
 
 
 def _numbers(measure: str, reasons: Sequence[Reason]) -> str:
-    one = reasons[0]
-    unit = f" {one.unit}" if one.unit else ""
+    first = reasons[0]
+    unit = f" {first.unit}" if first.unit else ""
     values = " / ".join(_number(reason) for reason in reasons)
-    return f"{measure} {values}{unit}" + ("" if one.limit is None else f" (limit {one.limit:g}{unit})")
+    return f"{measure} {values}{unit}" + ("" if first.limit is None else f" (limit {first.limit:g}{unit})")
 
 
 def _number(reason: Reason) -> str:
@@ -105,9 +110,9 @@ def summary(comparison: Comparison) -> list[str]:
         lines += [passing_heading(verdict), *(f"  ✓ {line}" for line in passing)]
     remarks: dict[str, list[str]] = {}
     for eye, result in comparison.eyes.items():
-        for remark in result.said:
+        for remark in result.notes:
             remarks.setdefault(remark, []).append("" if eye == "both" else f"{eye} eye: ")
     lines += [f"Note: {eyes[0] if len(eyes) == 1 else ''}{remark}." for remark, eyes in remarks.items()]
     for picture in (comparison.photo, comparison.rendering):
-        lines += [f"Note: {picture.file}: {remark}." for remark in picture.said]
+        lines += [f"Note: {picture.file}: {remark}." for remark in picture.notes]
     return lines

@@ -76,12 +76,12 @@ class Mosaic:
 
     def saturated_photosites(self) -> dict[str, dict[str, float]]:
         """Return, per colour, how many photosites are saturated and the share of its photosites that is."""
-        told = {}
+        counts = {}
         for colour, name in enumerate(COLOURS):
             full = sum(int(self.saturated[place].sum()) for place in self.places(colour))
             of = sum(self.saturated[place].size for place in self.places(colour))
-            told[name] = {"photosites": full, "share": full / of}
-        return told
+            counts[name] = {"photosites": full, "share": full / of}
+        return counts
 
 
 def superpixel(mosaic: Mosaic) -> RGB:
@@ -120,13 +120,13 @@ def interpolate(mosaic: Mosaic, method: Linear) -> RGB:
             size = (height - row + 1) // 2, (width - column + 1) // 2
             for colour in range(3):
                 kernel = _kernel(mosaic.pattern, row, column, colour, method)
-                total, held = np.zeros(size, np.float32), np.zeros(size, bool)
+                total, any_full = np.zeros(size, np.float32), np.zeros(size, bool)
                 for down, across in np.argwhere(kernel):
                     rows = _every_second(row + int(down) - len(kernel) // 2, size[0])
                     columns = _every_second(column + int(across) - len(kernel) // 2, size[1])
                     total += np.float32(kernel[down, across]) * values[rows, columns]
-                    held |= full[rows, columns]
-                rgb[..., colour][place], saturated[..., colour][place] = total, held
+                    any_full |= full[rows, columns]
+                rgb[..., colour][place], saturated[..., colour][place] = total, any_full
     return rgb, saturated
 
 

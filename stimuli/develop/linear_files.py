@@ -81,7 +81,7 @@ _REMEDY = "export the photograph as 16-bit or float TIFF, linear, in the camera'
 
 
 def _read(
-    picture: OpenImageIO.ImageInput, path: Path, levels: Levels, rotate: bool, told: Exposure | None, linear: bool
+    picture: OpenImageIO.ImageInput, path: Path, levels: Levels, rotate: bool, given: Exposure | None, linear: bool
 ) -> CameraImage:
     spec = picture.spec()
     _refuse(spec, path, linear)
@@ -120,7 +120,7 @@ def _read(
     steps += ({"step": "scale", "black": black, "white": white, "saturated_from": full, "saturation_map": map_from},)
     if flip:
         steps += ({"step": "rotate", "libraw_flip": flip},)
-    exposure, source = (told, "told") if told else (spec_exposure(spec), "metadata")
+    exposure, source = (given, "told") if given else (spec_exposure(spec), "metadata")
     if exposure:
         steps += (exposure_step(exposure, source),)
     return CameraImage(
@@ -142,8 +142,8 @@ def _refuse(spec: OpenImageIO.ImageSpec, path: Path, linear: bool) -> None:
         raise StimulusError.at(path, f"the picture has {size}, more than {MAX_VALUES} values", "keep R, G and B")
     missing = [name for name in _RGB if name not in spec.channelnames]
     if missing:
-        found = ", ".join(spec.channelnames[:6])
-        raise StimulusError.at(path, f"the picture lacks the channel {missing[0]}; it has {found}", _REMEDY)
+        channels = ", ".join(spec.channelnames[:6])
+        raise StimulusError.at(path, f"the picture lacks the channel {missing[0]}; it has {channels}", _REMEDY)
     if linear:
         return
     declared = str(spec.getattribute("oiio:ColorSpace") or "")

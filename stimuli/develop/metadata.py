@@ -143,7 +143,7 @@ def _is_plain(value: Any, deep: int) -> bool:
         return math.isfinite(value)
     if isinstance(value, dict | list):
         return deep > 0 and all(
-            _is_plain(one, deep - 1) for one in (value.values() if isinstance(value, dict) else value)
+            _is_plain(item, deep - 1) for item in (value.values() if isinstance(value, dict) else value)
         )
     return True
 
@@ -151,15 +151,15 @@ def _is_plain(value: Any, deep: int) -> bool:
 def _is_step(step: Any) -> bool:
     if not isinstance(step, dict) or str(step.get("step")) not in NAMES or "luminance_scale" in step:
         return False
-    said = step.get("said", [])
-    if not (isinstance(said, list) and all(isinstance(one, str) for one in said)):
+    notes = step.get("said", [])
+    if not (isinstance(notes, list) and all(isinstance(note, str) for note in notes)):
         return False
     if step["step"] == "exposure":
         return _checked_exposure(*(step.get(key) for key in ("time_s", "f_number", "iso"))) is not None
     if step["step"] == "linearise":
         full = step.get("saturated_from")
         counts = (step.get("largest_code"), step.get("photosites_at_largest_code"))
-        return isinstance(full, list) and len(full) > 0 and all(_is_number(one) for one in (*full, *counts))
+        return isinstance(full, list) and len(full) > 0 and all(_is_number(note) for note in (*full, *counts))
     return isinstance(step.get("kind", ""), str)
 
 

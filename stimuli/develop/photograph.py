@@ -131,7 +131,7 @@ def develop_photographs(
         try:
             developed.append(develop_photograph(photo, place, options))
         except InputError as error:
-            findings += [one if one.file else replace(one, file=str(photo)) for one in error.findings]
+            findings += [finding if finding.file else replace(finding, file=str(photo)) for finding in error.findings]
     progress(len(places), len(places))
     return DevelopReport(tuple(developed), tuple(findings))
 

@@ -78,7 +78,7 @@ def read_raw(
 
 
 def _developed(
-    raw: rawpy.RawPy, path: Path, method: Demosaic, levels: Levels, rotate: bool, told: Exposure | None
+    raw: rawpy.RawPy, path: Path, method: Demosaic, levels: Levels, rotate: bool, given: Exposure | None
 ) -> CameraImage:
     mosaic, linearised = _mosaic(raw, path, levels)
     step: dict[str, Any] = {"step": "demosaic", "method": method}
@@ -95,7 +95,7 @@ def _developed(
     flip = int(raw.sizes.flip) if rotate else 0
     rgb, saturated = np.ascontiguousarray(turned(rgb, flip)), np.ascontiguousarray(turned(saturated, flip))
     step["saturated_pixels"] = saturated.reshape(-1, 3).sum(axis=0).tolist()
-    exposure, from_where = (told, "told") if told else (exif_exposure(path, raw), "metadata")
+    exposure, from_where = (given, "told") if given else (exif_exposure(path, raw), "metadata")
     read = {"step": "read", "file": path.name, "kind": "raw", "sha256": sha256_of_file(path)}
     turn = {"step": "rotate", "libraw_flip": flip, "size_px": [rgb.shape[1], rgb.shape[0]]}
     steps: tuple[Mapping[str, Any], ...] = (read, linearised, step, turn)
@@ -145,7 +145,7 @@ def _mosaic(raw: rawpy.RawPy, path: Path, levels: Levels) -> tuple[Mosaic, dict[
             saturated[place] = codes[place] >= full[filter_]
     mosaic = Mosaic(values, saturated, pattern)
     largest = int(codes.max())
-    told = {
+    step = {
         "step": "linearise",
         "black": [blacks[index] for index in sorted(set(filters.ravel().tolist()))],
         "white": whites[0],
@@ -156,7 +156,7 @@ def _mosaic(raw: rawpy.RawPy, path: Path, levels: Levels) -> tuple[Mosaic, dict[
         "saturated_photosites": mosaic.saturated_photosites(),
         "below_black": int(np.count_nonzero(values < 0)),
     }
-    return mosaic, told
+    return mosaic, step
 
 
 def _gains(raw: rawpy.RawPy) -> NDArray[np.float64]:

@@ -81,8 +81,10 @@ class ToneMapping:
             "asked_luminance_scale": self.asked_factor,
             "luminance_scale": self.factor,
             "held_back": self.held_back,
-            "saturated_percent_at_asked": {eye: one.to_json() for eye, one in self.saturated_at_asked.items()},
-            "saturated_percent": {eye: one.to_json() for eye, one in self.saturated.items()},
+            "saturated_percent_at_asked": {
+                eye: saturation.to_json() for eye, saturation in self.saturated_at_asked.items()
+            },
+            "saturated_percent": {eye: saturation.to_json() for eye, saturation in self.saturated.items()},
         }
 
 
@@ -102,8 +104,8 @@ def tone_mapping(
     asked = factor_to(most, reference_cd_m2)
     same = image.is_flat and models.left is models.right
     eyes: tuple[Eye, ...] = ("left",) if same else _EYES
-    found = [largest_factor(image.eye(eye), models.eye(eye), limit_percent) for eye in eyes]
-    largest = min(one.factor for one in found)
+    scales = [largest_factor(image.eye(eye), models.eye(eye), limit_percent) for eye in eyes]
+    largest = min(scale.factor for scale in scales)
     at_asked = {eye: measure_saturation(image.eye(eye), models.eye(eye), asked) for eye in eyes}
     used = at_asked
     if largest < asked:
@@ -120,7 +122,7 @@ def tone_mapping(
         largest,
         at_asked,
         used,
-        sum(one.pixels_transformed for one in found),
+        sum(scale.pixels_transformed for scale in scales),
     )
 
 

@@ -39,12 +39,12 @@ class DynamicRange:
     def to_json(self) -> dict[str, float | None]:
         """Return the two luminances, log10 of their ratio, and stops; None for infinite."""
         ratio = self.ratio
-        told = math.isfinite(ratio)
+        is_finite = math.isfinite(ratio)
         return {
             "low_cd_m2": self.low_cd_m2,
             "high_cd_m2": self.high_cd_m2,
-            "log10": math.log10(ratio) if told else None,
-            "stops": math.log2(ratio) if told else None,
+            "log10": math.log10(ratio) if is_finite else None,
+            "stops": math.log2(ratio) if is_finite else None,
         }
 
 
@@ -91,7 +91,7 @@ class PictureStatistics:
         return {
             "exposure_s": self.exposure_s,
             "luminance_scale": self.luminance_scale,
-            "eyes": {eye: one.to_json() for eye, one in self.eyes.items()},
+            "eyes": {eye: statistics.to_json() for eye, statistics in self.eyes.items()},
         }
 
 

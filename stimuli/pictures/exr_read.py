@@ -116,10 +116,10 @@ def _chosen(names: tuple[str, ...], path: Path, flat: bool, flat_eye: Eye | None
         return (middle,)
     if flat and flat_eye in eyes:
         return (str(flat_eye),)
-    found = ", ".join(f"'{name}'" for name in names)
+    listed = ", ".join(f"'{name}'" for name in names)
     if flat and eyes:
-        raise StimulusError.at(path, f"there is no centre view for the flat version, only {found}", "name an eye")
-    raise StimulusError.at(path, f"there are only the views {found}", "expected left and right, or center")
+        raise StimulusError.at(path, f"there is no centre view for the flat version, only {listed}", "name an eye")
+    raise StimulusError.at(path, f"there are only the views {listed}", "expected left and right, or center")
 
 
 ColourSpace = Literal["declared", "xyz", "rec709"]
@@ -152,8 +152,8 @@ def view_to_xyz(
         infinite, or beyond single precision; if XYZ is negative and not to be clipped.
     """
     matrix = _matrix(view, file, colour_space)
-    told = (white_luminance_cd_m2, view.white_luminance_cd_m2)
-    luminance = next((value for value in told if value is not None), 1.0)
+    given = (white_luminance_cd_m2, view.white_luminance_cd_m2)
+    luminance = next((value for value in given if value is not None), 1.0)
     if not (np.isfinite(luminance) and luminance > 0):
         raise _wrong(view, file, f"its whiteLuminance is {luminance}", "declare a luminance above 0")
     _refuse_not_finite(view.pixels, view, file)
@@ -179,14 +179,14 @@ def view_to_xyz(
 
 
 def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[np.float64]:
-    told = {"xyz": XYZ, "rec709": REC709}.get(colour_space or "")
+    given = {"xyz": XYZ, "rec709": REC709}.get(colour_space or "")
     declared = XYZ if view.is_xyz else view.chromaticities
-    chromaticities = told if declared is None else declared
+    chromaticities = given if declared is None else declared
     if chromaticities is None:
         raise _wrong(
             view, file, "it does not declare its chromaticities", "say 'colour_space: rec709' or 'colour_space: xyz'"
         )
-    if declared is not None and told is not None and not np.allclose(declared, told, rtol=0, atol=_SAME):
+    if declared is not None and given is not None and not np.allclose(declared, given, rtol=0, atol=_SAME):
         raise _wrong(
             view,
             file,

@@ -175,14 +175,14 @@ def _groups(spec: OpenImageIO.ImageSpec, path: Path) -> dict[str, tuple[int, int
     if len(set(listed)) != len(listed):
         raise StimulusError.at(path, f"multiView lists a view twice: {', '.join(listed)}", "name each view once")
     unprefixed = listed[0] if listed else _spelling(str(spec.getattribute("view") or ""))
-    found: dict[str, dict[str, int]] = {}
+    channels_by_view: dict[str, dict[str, int]] = {}
     for index, channel in enumerate(spec.channelnames):
         prefix, _, base = channel.rpartition(".")
         view = _spelling(prefix) if prefix else unprefixed
         if not prefix or view in listed:
-            found.setdefault(view, {}).setdefault(base, index)
+            channels_by_view.setdefault(view, {}).setdefault(base, index)
     groups = {}
-    for view, channels in found.items():
+    for view, channels in channels_by_view.items():
         for colours in _COLOURS:
             if all(colour in channels for colour in colours):
                 groups[view] = (channels[colours[0]], channels[colours[1]], channels[colours[2]])

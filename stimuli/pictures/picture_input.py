@@ -32,5 +32,5 @@ def opened(
 def reason(message: str) -> str:
     """Return the last line of what OpenImageIO says that is no advice on its own settings."""
     lines = [line for line in message.splitlines() if line.strip()]
-    told = [line for line in lines if "global attribute" not in line] or lines
-    return told[-1].strip() if told else "no reason given"
+    reasons = [line for line in lines if "global attribute" not in line] or lines
+    return reasons[-1].strip() if reasons else "no reason given"

@@ -115,14 +115,14 @@ def _splines(edges: Floats, count: int, size: float, degree: int) -> csr_array:
     first = np.clip(np.searchsorted(places, number - reach, side="right") - 1, 0, len(edges) - 2)
     last = np.clip(np.searchsorted(places, number + reach, side="left"), 1, len(edges) - 1)
     index = first[:, None] + np.arange(int((last - first).max()))
-    held = index < last[:, None]
+    within = index < last[:, None]
     index = np.minimum(index, len(edges) - 2)
     share = _below(places[index + 1] - number[:, None], degree) - _below(places[index] - number[:, None], degree)
     folded = number % (2 * count)
     folded = np.where(folded < count, folded, 2 * count - 1 - folded)
     rows = np.broadcast_to(folded[:, None], index.shape)
-    held &= share > 0
-    return csr_array((share[held], (rows[held], index[held])), shape=(count, len(edges) - 1))
+    within &= share > 0
+    return csr_array((share[within], (rows[within], index[within])), shape=(count, len(edges) - 1))
 
 
 def _below(t: Floats, degree: int) -> Floats:

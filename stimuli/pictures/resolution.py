@@ -60,12 +60,12 @@ class Resolution:
             grid = f"{needed}; there is the one pixel per cycle that is also asked for ({self.needed_px[0]:.0f})"
         else:
             grid = f"{needed}, at two pixels per cycle ({self.needed_px[0]:.0f} at the one that is also asked for)"
-        said = [f"{wide} pixels across carry {display:.1f} cycles per degree: {grid}"]
+        lines = [f"{wide} pixels across carry {display:.1f} cycles per degree: {grid}"]
         if self.lost_cycles_per_degree:
             low, high = self.lost_cycles_per_degree
             seen = f"; eyes would resolve up to {self.seen_and_lost[1]:.1f}" if self.seen_and_lost else ""
-            said.append(f"the picture's detail from {low:.1f} to {high:.1f} cycles per degree is lost{seen}")
-        return tuple(said)
+            lines.append(f"the picture's detail from {low:.1f} to {high:.1f} cycles per degree is lost{seen}")
+        return tuple(lines)
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers for a manifest."""

@@ -122,7 +122,7 @@ class PhotographsRecipe(FilesRecipe):
             raise ValueError("'camera' and 'spectral' do not go together: spectra need no camera")
         if self.develop is not None and self.camera is None:
             raise ValueError("'develop' needs a 'camera' file, which makes XYZ of what is developed")
-        if self.camera is None and any(one.exposure is not None for one in self.stimuli):
+        if self.camera is None and any(stimulus.exposure is not None for stimulus in self.stimuli):
             raise ValueError("an 'exposure' needs a 'camera' file, whose XYZ it scales")
         return self
 

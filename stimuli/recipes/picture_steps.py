@@ -138,7 +138,7 @@ class Prepared:
                 image, crop, steps = level.stereo, level.crop, (*steps, *level.steps)
                 region = None if region is None else _within(region, crop)
             points = spec.points
-            found = align_pair(
+            alignment = align_pair(
                 image.left,
                 image.right,
                 spec.method,
@@ -151,7 +151,7 @@ class Prepared:
                 interpolation=spec.interpolation,
                 viewing=self._viewing(image.width_px),
             )
-            self._pair = _Pair(found, image.left if read.centre else None, crop, (*steps, *found.steps))
+            self._pair = _Pair(alignment, image.left if read.centre else None, crop, (*steps, *alignment.steps))
         return self._pair
 
     def _viewing(self, width_px: int) -> Viewing | None:
@@ -245,13 +245,17 @@ def _factor(image: StereoImage, spec: LuminanceSpec) -> Iterator[tuple[float, St
     if spec.scale is not None:
         yield spec.scale, {"step": "scale"}
     elif spec.mean_cd_m2 is not None:
-        found = mean_luminance_cd_m2(image)
-        step = {"step": "adapt", "target_mean_luminance_cd_m2": spec.mean_cd_m2, "mean_luminance_cd_m2": found}
-        yield factor_to(found, spec.mean_cd_m2), step
+        luminance_cd_m2 = mean_luminance_cd_m2(image)
+        step = {
+            "step": "adapt",
+            "target_mean_luminance_cd_m2": spec.mean_cd_m2,
+            "mean_luminance_cd_m2": luminance_cd_m2,
+        }
+        yield factor_to(luminance_cd_m2, spec.mean_cd_m2), step
     elif spec.max_cd_m2 is not None:
-        found = max_luminance_cd_m2(image)
-        step = {"step": "adapt", "target_max_luminance_cd_m2": spec.max_cd_m2, "max_luminance_cd_m2": found}
-        yield factor_to(found, spec.max_cd_m2), step
+        luminance_cd_m2 = max_luminance_cd_m2(image)
+        step = {"step": "adapt", "target_max_luminance_cd_m2": spec.max_cd_m2, "max_luminance_cd_m2": luminance_cd_m2}
+        yield factor_to(luminance_cd_m2, spec.max_cd_m2), step
     elif spec.white_cd_m2 is not None and spec.white_box is not None:
         left, top, width, height = spec.white_box
         if left + width > image.width_px or top + height > image.height_px:
@@ -260,9 +264,13 @@ def _factor(image: StereoImage, spec: LuminanceSpec) -> Iterator[tuple[float, St
                 f"{image.width_px} × {image.height_px} pixels",
                 "it is [first column, first row, width, height], of the aligned and cropped picture",
             )
-        found = white_luminance_cd_m2(image, (top, left, height, width))
-        step = {"step": "adapt", "target_white_luminance_cd_m2": spec.white_cd_m2, "white_luminance_cd_m2": found}
-        yield factor_to(found, spec.white_cd_m2), {**step, "white_box": list(spec.white_box)}
+        luminance_cd_m2 = white_luminance_cd_m2(image, (top, left, height, width))
+        step = {
+            "step": "adapt",
+            "target_white_luminance_cd_m2": spec.white_cd_m2,
+            "white_luminance_cd_m2": luminance_cd_m2,
+        }
+        yield factor_to(luminance_cd_m2, spec.white_cd_m2), {**step, "white_box": list(spec.white_box)}
 
 
 def _resampled(

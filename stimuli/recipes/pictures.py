@@ -114,7 +114,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
         names = [spec.name for spec in self.specs()]
         yield from twin_names(names, "stimuli")
         yield from twin_views(self.views)
-        series = [one.name for one in self.series or ()]
+        series = [named.name for named in self.series or ()]
         yield from twin_names(series, "series")
         made = [
             "-".join(part for part in parts if part).casefold()
@@ -191,7 +191,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
                     image, before = prepared.picture(picture.view)
                     image, after = finished_picture(image, steps, picture.series, pitch_mm, setup)
                 except InputError as error:
-                    raise StimulusError([_of_stimulus(one, spec.name) for one in error.findings]) from error
+                    raise StimulusError([_of_stimulus(finding, spec.name) for finding in error.findings]) from error
                 factors = {"view": "flat" if image.is_flat else "stereo"} | dict(picture.factors)
                 yield MadePicture(picture.name, image, factors, (*before, *after))
                 done += 1

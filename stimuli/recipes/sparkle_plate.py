@@ -45,13 +45,13 @@ class SparklePlateRecipe(RecipeKind):
     def factors(self) -> dict[str, Factors]:
         """Return each stimulus's image, view, exposure and luminance scale."""
         return {
-            stimulus_name(one.name, view): {
-                "image": one.name,
+            stimulus_name(stimulus.name, view): {
+                "image": stimulus.name,
                 "view": view,
-                "exposure_s": one.exposure_s,
-                "luminance_scale": one.luminance_scale,
+                "exposure_s": stimulus.exposure_s,
+                "luminance_scale": stimulus.luminance_scale,
             }
-            for one, view in product(self.stimuli, self.views)
+            for stimulus, view in product(self.stimuli, self.views)
         }
 
     def faults(self) -> Iterator[Fault]:
@@ -65,10 +65,14 @@ class SparklePlateRecipe(RecipeKind):
         """Yield all pictures together: they show one plate."""
         shared = self.model_dump(mode="json", exclude={"stimuli", "views", "sparkles"})
         yield {
-            stimulus_name(one.name, view): context.key(
-                self.sparkles, shared=shared, view=view, exposure_s=one.exposure_s, luminance_scale=one.luminance_scale
+            stimulus_name(stimulus.name, view): context.key(
+                self.sparkles,
+                shared=shared,
+                view=view,
+                exposure_s=stimulus.exposure_s,
+                luminance_scale=stimulus.luminance_scale,
             )
-            for one, view in product(self.stimuli, self.views)
+            for stimulus, view in product(self.stimuli, self.views)
         }
 
     def make(self, context: BuildContext, report: Progress, names: Collection[str]) -> Iterator[MadePicture]:
@@ -81,12 +85,16 @@ class SparklePlateRecipe(RecipeKind):
 
         studio = Studio(self.plate, self.lamp, self.camera, self.seed, context.pixel_pitch_mm, self.further_lamps)
         factors = self.factors()
-        wanted = [one for one in product(self.stimuli, self.views) if stimulus_name(one[0].name, one[1]) in names]
+        wanted = [
+            (spec, view) for spec, view in product(self.stimuli, self.views) if stimulus_name(spec.name, view) in names
+        ]
         for done, (stimulus, view) in enumerate(wanted):
             name = stimulus_name(stimulus.name, view)
             report(f"rendering {name}", done, len(wanted))
             scale = np.float32(stimulus.luminance_scale)
-            eyes: list[XYZImage] = [one.xyz_cd_m2 * scale for one in studio.photographs(view, stimulus.exposure_s)]
+            eyes: list[XYZImage] = [
+                photograph.xyz_cd_m2 * scale for photograph in studio.photographs(view, stimulus.exposure_s)
+            ]
             steps = (
                 *studio.steps(view, stimulus.exposure_s),
                 {"step": "scale", "luminance_scale": stimulus.luminance_scale},
@@ -118,7 +126,7 @@ def without_spectra(plates: Iterable[PlateSpec], lamp: LampSpec, further_lamps: 
         return
     places: list[tuple[Path_, LampSpec]] = [(("lamp",), lamp)]
     places += [(("further_lamps", index), further) for index, further in enumerate(further_lamps)]
-    for place, one in places:
-        if not one.is_spectral:
+    for place, colour in places:
+        if not colour.is_spectral:
             message = "the plate has a spectrum, and this lamp has none"
             yield Fault((*place, "chromaticity_xy"), message, "give it a temperature_K or a spectrum")

@@ -196,16 +196,16 @@ class SparkleSeriesRecipe(RecipeKind):
         for named, pictures in groupby(self.pictures(), key=lambda picture: picture.plate):
             plate, seed = named.over(self.plate).model_dump(mode="json"), plate_seed(self.seed, named.name)
             yield {
-                one.name: context.key(
+                planned.name: context.key(
                     self.sparkles,
                     shared=shared,
                     plate=plate,
                     seed=seed,
-                    view=one.view,
-                    exposure_s=one.exposure_s,
-                    series=one.series.key(),
+                    view=planned.view,
+                    exposure_s=planned.exposure_s,
+                    series=planned.series.key(),
                 )
-                for one in pictures
+                for planned in pictures
             }
 
     def make(self, context: BuildContext, report: Progress, names: Collection[str]) -> Iterator[MadePicture]:
@@ -221,7 +221,7 @@ class SparkleSeriesRecipe(RecipeKind):
         """
         from stimuli.sparkle.studio import Studio
 
-        pictures = [one for one in self.pictures() if one.name in names]
+        pictures = [planned for planned in self.pictures() if planned.name in names]
         done = 0
         for named, of_plate in groupby(pictures, key=lambda picture: picture.plate):
             seed = plate_seed(self.seed, named.name)
@@ -240,7 +240,7 @@ def plate_seed(seed: int, plate: str) -> int:
 
 
 def _made(picture: SeriesPicture, studio: Studio, target_cd_m2: float) -> MadePicture:
-    eyes = [one.xyz_cd_m2 for one in studio.photographs(picture.view, picture.exposure_s)]
+    eyes = [photograph.xyz_cd_m2 for photograph in studio.photographs(picture.view, picture.exposure_s)]
     # One factor for both eyes: what one sees brighter than the other stays so.
     mean_cd_m2 = mean_luminance_cd_m2(StereoImage(eyes[0], eyes[-1]))
     if mean_cd_m2 <= 0:

@@ -168,7 +168,7 @@ class ViewFiles:
         left, left_steps = self._view("left")
         right, right_steps = self._view("right")
         if left.shape != right.shape:
-            sizes = [f"{one.shape[1]} × {one.shape[0]}" for one in (left, right)]
+            sizes = [f"{picture.shape[1]} × {picture.shape[0]}" for picture in (left, right)]
             raise StimulusError(
                 Finding(
                     f"the views differ in size: 'left' is {sizes[0]}, 'right' is {sizes[1]}",
@@ -194,7 +194,7 @@ class ViewFiles:
             return self.reader(path)
         except InputError as error:
             # Some findings come from a camera model, which knows no photograph.
-            raise StimulusError([_of(one, path) for one in error.findings]) from error
+            raise StimulusError([_of(finding, path) for finding in error.findings]) from error
 
 
 def _of(finding: Finding, path: Path) -> Finding:

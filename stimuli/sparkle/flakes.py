@@ -31,7 +31,7 @@ class Flakes:
 
     def chosen(self, which: NDArray[np.bool_] | NDArray[np.int64]) -> Flakes:
         """Return the flakes for which ``which``, shape (n,), is true, or those of the indices ``which``."""
-        return Flakes(*(getattr(self, one.name)[which] for one in fields(self)))
+        return Flakes(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
 def scatter_flakes(plate: Plate, seed: int) -> Flakes:

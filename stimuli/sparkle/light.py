@@ -201,11 +201,11 @@ def over_pixels(
         for size in (plate.width_mm, plate.height_mm)
     )
     if nodes_x * nodes_y >= columns * rows:
-        found = np.stack([luminance(across, np.full_like(across, height)) for height in up])
+        sampled = np.stack([luminance(across, np.full_like(across, height)) for height in up])
     else:
         x = np.linspace(-0.5, 0.5, nodes_x) * plate.width_mm
         y = np.linspace(-0.5, 0.5, nodes_y) * plate.height_mm
         grid = np.meshgrid(x, y)
         known = luminance(grid[0].ravel(), grid[1].ravel()).reshape(grid[0].shape)
-        found = np.asarray(RectBivariateSpline(y, x, known)(up[::-1], across))[::-1]
-    return np.maximum(found, 0.0).astype(np.float32)
+        sampled = np.asarray(RectBivariateSpline(y, x, known)(up[::-1], across))[::-1]
+    return np.maximum(sampled, 0.0).astype(np.float32)

@@ -40,7 +40,7 @@ class Sparkles:
 
     def chosen(self, which: NDArray[np.bool_]) -> Sparkles:
         """Return the sparkles for which ``which``, shape (n,), is true."""
-        return Sparkles(*(getattr(self, one.name)[which] for one in fields(self)))
+        return Sparkles(*(getattr(self, field.name)[which] for field in fields(self)))
 
 
 def refract(direction: Floats, refractive_index: float) -> Floats:

@@ -194,7 +194,7 @@ class LampSpec(Strict):
 
     @model_validator(mode="after")
     def _one_light(self) -> LampSpec:
-        if sum(one is not None for one in (self.chromaticity_xy, self.temperature_K, self.spectrum)) != 1:
+        if sum(value is not None for value in (self.chromaticity_xy, self.temperature_K, self.spectrum)) != 1:
             raise ValueError("a lamp has a chromaticity_xy, a temperature_K or a spectrum, one of the three")
         if self.beam_angle_deg is not None and self.distance_mm is None:
             raise ValueError("a beam needs the lamp's distance_mm: a far lamp lights the plate evenly")

@@ -49,7 +49,7 @@ class Studio:
         further_lamps: Sequence[LampSpec] = (),
     ) -> None:
         self._plate, self._camera = plate.plate(), camera.camera()
-        self._lamps = [one.lamp() for one in (lamp, *further_lamps)]
+        self._lamps = [spec.lamp() for spec in (lamp, *further_lamps)]
         self._pixel_pitch_mm = pixel_pitch_mm
         self._seed = seed
         self._flakes = scatter_flakes(self._plate, seed)
@@ -68,12 +68,12 @@ class Studio:
             "step": "expose",
             "exposure_s": exposure_s,
             "saturated_percent": {
-                eye: dict(zip(("red", "green", "blue"), one.saturated_percent, strict=True))
-                for eye, one in taken.items()
+                eye: dict(zip(("red", "green", "blue"), photograph.saturated_percent, strict=True))
+                for eye, photograph in taken.items()
             },
         }
         if self._camera.noise is not None:
-            expose["below_black_percent"] = {eye: one.below_black_percent for eye, one in taken.items()}
+            expose["below_black_percent"] = {eye: photograph.below_black_percent for eye, photograph in taken.items()}
         return (
             {
                 "step": "render",
@@ -195,9 +195,9 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
         flop = flop_luminance(plate, lamp, camera, camera.position_mm(eye))
         terms.append(Term(_times(flop, flop_share), flop_colour))
         if len(flakes) and plate.flake_reflectance > 0:
-            found = sparkle_map(plate, lamp, camera, eye, flakes)
-            counts.update(found.counts)
-            terms.append(Term(_times(found.luminance_cd_m2, flakes_share), flakes_colour))
+            sparkles = sparkle_map(plate, lamp, camera, eye, flakes)
+            counts.update(sparkles.counts)
+            terms.append(Term(_times(sparkles.luminance_cd_m2, flakes_share), flakes_colour))
     return Light(gathered(terms), camera.grid_px(plate), (plate.width_mm, plate.height_mm), dict(counts))
 
 

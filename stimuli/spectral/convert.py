@@ -172,7 +172,7 @@ def convert_spectral(
         raise StimulusError(Finding("the spectral picture would be written over", str(output), remedy=remedy))
     picture = read_spectral(file, quantity)
     report = SpectralReport(
-        str(file), str(output), picture.width_px, picture.height_px, picture.quantity, picture.said, {}
+        str(file), str(output), picture.width_px, picture.height_px, picture.quantity, picture.notes, {}
     )
     if camera is not None:
         full_scale = camera.full_scale_luminance_cd_m2

@@ -40,8 +40,8 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
         ) from error
     if not isinstance(data, SpyFile):
         raise StimulusError.at(path, "it is a library of spectra, not a picture", "give a picture")
-    told = data.metadata
-    layout = str(told["interleave"]).lower()
+    facts = data.metadata
+    layout = str(facts["interleave"]).lower()
     if layout not in ("bsq", "bil", "bip"):
         raise StimulusError.at(path, f"its interleave is '{layout}'", "write bsq, bil or bip")
     if min(data.nrows, data.ncols, data.nbands) < 1 or data.offset < 0:
@@ -56,20 +56,20 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
         raise StimulusError.at(path, f"its data are cut short: {size} bytes, not {needed}", "copy it again")
     if np.issubdtype(data.dtype, np.complexfloating):
         raise StimulusError.at(path, "its values are complex", "give radiance or reflectance")
-    waves = _wavelengths(told, data.nbands, path)
-    good = _good(told, data.nbands, path)
-    scaled = "reflectance scale factor" in told
+    waves = _wavelengths(facts, data.nbands, path)
+    good = _good(facts, data.nbands, path)
+    scaled = "reflectance scale factor" in facts
     if quantity is None and not scaled:
         raise StimulusError.at(path, "its header does not tell radiance from reflectance", "say which it is")
-    said = () if good.all() else (f"{int((~good).sum())} bands marked bad in the header were left out",)
+    notes = () if good.all() else (f"{int((~good).sum())} bands marked bad in the header were left out",)
     return SpectralPicture(
         path=path,
         wavelengths_nm=waves[good],
         height_px=data.nrows,
         width_px=data.ncols,
         quantity=quantity or "reflectance",
-        read_rows=_Rows(data, np.flatnonzero(good), _ignored(told, path), path),
-        said=said,
+        read_rows=_Rows(data, np.flatnonzero(good), _ignored(facts, path), path),
+        notes=notes,
     )
 
 
@@ -119,16 +119,16 @@ def _header(path: Path) -> Path:
     raise StimulusError.at(path, "there is no such file", "check the path")
 
 
-def _wavelengths(told: Any, bands: int, path: Path) -> NDArray[np.float64]:
-    if "wavelength" not in told:
+def _wavelengths(header: Any, bands: int, path: Path) -> NDArray[np.float64]:
+    if "wavelength" not in header:
         raise StimulusError.at(path, "its header lists no wavelengths", "add 'wavelength = { … }'")
-    unit = str(told.get("wavelength units", "")).strip().lower()
+    unit = str(header.get("wavelength units", "")).strip().lower()
     if unit not in _NM:
         raise StimulusError.at(
             path, f"the unit of its wavelengths is '{unit}'", "write 'wavelength units = Nanometers'"
         )
     try:
-        waves = np.array([float(value) for value in told["wavelength"]]) * _NM[unit]
+        waves = np.array([float(value) for value in header["wavelength"]]) * _NM[unit]
     except (TypeError, ValueError) as error:
         raise StimulusError.at(path, f"its wavelengths are no numbers: {error}", "mend its header") from error
     if len(waves) != bands:
@@ -136,8 +136,8 @@ def _wavelengths(told: Any, bands: int, path: Path) -> NDArray[np.float64]:
     return waves
 
 
-def _good(told: Any, bands: int, path: Path) -> NDArray[np.bool_]:
-    marks = told.get("bbl")
+def _good(header: Any, bands: int, path: Path) -> NDArray[np.bool_]:
+    marks = header.get("bbl")
     if marks is None:
         return np.ones(bands, dtype=bool)
     try:
@@ -149,8 +149,8 @@ def _good(told: Any, bands: int, path: Path) -> NDArray[np.bool_]:
     return good
 
 
-def _ignored(told: Any, path: Path) -> float | None:
-    value = told.get("data ignore value")
+def _ignored(header: Any, path: Path) -> float | None:
+    value = header.get("data ignore value")
     try:
         return None if value is None else float(value)
     except (TypeError, ValueError) as error:

@@ -51,30 +51,30 @@ def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
             if match := _CHANNEL.fullmatch(name):
                 nm = round(float(match["value"].replace(",", ".")) * _NM[match["unit"]], 6)
                 kinds.setdefault(match["kind"] or "", {})[index] = nm
-        kind, found = _chosen(kinds, quantity, path, spec.channelnames)
-        order = sorted(found, key=lambda index: found[index])
-        said = [f"the Stokes components {name} were left out" for name in ("S1", "S2", "S3") if name in kinds]
+        kind, channels = _chosen(kinds, quantity, path, spec.channelnames)
+        order = sorted(channels, key=lambda index: channels[index])
+        notes = [f"the Stokes components {name} were left out" for name in ("S1", "S2", "S3") if name in kinds]
         units = spec.getattribute("emissiveUnits")
-        if found_quantity(kind, quantity) == "radiance" and isinstance(units, str):
-            said.append(f"the file says that its radiance is in {visible(units)[:60]}")
+        if _quantity(kind, quantity) == "radiance" and isinstance(units, str):
+            notes.append(f"the file says that its radiance is in {visible(units)[:60]}")
         return SpectralPicture(
             path=path,
-            wavelengths_nm=np.array([found[index] for index in order]),
+            wavelengths_nm=np.array([channels[index] for index in order]),
             height_px=spec.height,
             width_px=spec.width,
-            quantity=found_quantity(kind, quantity) or "radiance",
+            quantity=_quantity(kind, quantity) or "radiance",
             read_rows=_Rows(path, order, spec.y),
             chunk_rows=spec.tile_height or 32,
-            said=tuple(said),
+            notes=tuple(notes),
         )
     finally:
         picture.close()
 
 
-def found_quantity(kind: str, told: Quantity | None) -> Quantity | None:
+def _quantity(kind: str, given: Quantity | None) -> Quantity | None:
     """Return what channels of that kind hold."""
-    held: dict[str, Quantity] = {"S0": "radiance", "T": "reflectance"}
-    return held.get(kind, told)
+    quantities: dict[str, Quantity] = {"S0": "radiance", "T": "reflectance"}
+    return quantities.get(kind, given)
 
 
 def _chosen(

@@ -104,6 +104,6 @@ def spectral_step(name: str, picture: SpectralPicture, light: Light) -> dict[str
         "bands": len(waves),
         "first_nm": float(waves[0]),
         "last_nm": float(waves[-1]),
-        "said": list(picture.said),
+        "said": list(picture.notes),
         **light.to_json(),
     }

@@ -39,7 +39,7 @@ class SpectralPicture:
 
     ``wavelengths_nm`` rise, shape (bands,). ``quantity`` is radiance in W/(sr m² nm), or reflectance, a share.
     ``read_rows`` takes the first row and the first not to read and returns float32 (rows, width, bands) with the bands
-    in that order. ``chunk_rows`` rows are stored together. ``said`` is what of the file was left out or is to be known.
+    in that order. ``chunk_rows`` rows are stored together. ``notes`` are sentences on what was left out of the file.
     Raises StimulusError if the bands do not rise, leave out a part of 400..700 nm, or are more than 20 nm apart.
     """
 
@@ -50,7 +50,7 @@ class SpectralPicture:
     quantity: Quantity
     read_rows: Callable[[int, int], NDArray[np.float32]]
     chunk_rows: int = 1
-    said: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
         waves = self.wavelengths_nm

@@ -61,9 +61,9 @@ def test_a_known_roll_and_scale_come_back_and_are_undone(
     left, right = view(noise=0.01, seed=1), view(roll_deg, scale, shift, noise=0.01, seed=2)
     made = straighten(left, right)
     assert made.applied
-    assert made.found.roll_deg == pytest.approx(roll_deg, abs=max(4 * made.found.roll_se_deg, ROUNDS_DEG))
-    assert made.found.scale == pytest.approx(scale, abs=max(4 * made.found.scale_se, 3e-5))
-    assert made.found.roll_se_deg < 0.01
+    assert made.roll_scale.roll_deg == pytest.approx(roll_deg, abs=max(4 * made.roll_scale.roll_se_deg, ROUNDS_DEG))
+    assert made.roll_scale.scale == pytest.approx(scale, abs=max(4 * made.roll_scale.scale_se, 3e-5))
+    assert made.roll_scale.roll_se_deg < 0.01
     aligned = align_pair(made.left, made.right)
     assert aligned.shift_px == pytest.approx(shift[0], abs=0.4)  # each view is turned about its own middle by half
     left_over = aligned.disparity.vertical["px"]
@@ -88,14 +88,14 @@ def test_depth_and_noise_are_taken_for_no_roll() -> None:
     np.testing.assert_array_equal(made.left, left)
     np.testing.assert_array_equal(made.right, right)
     assert made.crop == (0, 0, SIDE, SIDE)
-    assert made.found.roll_deg == pytest.approx(0.0, abs=4 * made.found.roll_se_deg)
+    assert made.roll_scale.roll_deg == pytest.approx(0.0, abs=4 * made.roll_scale.roll_se_deg)
 
 
 def test_swapping_the_eyes_turns_the_roll_round() -> None:
     left, right = view(), view(0.4, 1.003, (5.0, 0.5))
     one, other = straighten(left, right), straighten(right, left)
-    assert one.found.roll_deg == pytest.approx(-other.found.roll_deg, abs=1e-3)
-    assert one.found.scale == pytest.approx(1 / other.found.scale, abs=1e-5)
+    assert one.roll_scale.roll_deg == pytest.approx(-other.roll_scale.roll_deg, abs=1e-3)
+    assert one.roll_scale.scale == pytest.approx(1 / other.roll_scale.scale, abs=1e-5)
     assert np.abs(one.left - other.right).max() < 0.02 * left.max()
 
 
@@ -130,20 +130,20 @@ def test_the_standard_error_is_the_scatter() -> None:
 def test_a_shift_can_be_given() -> None:
     left, right = view(), view(0.4, shift=(45.0, 0.5))
     made = straighten(left, right, offset_px=(43.0, 1.0))
-    assert made.found.roll_deg == pytest.approx(0.4, abs=ROUNDS_DEG)
+    assert made.roll_scale.roll_deg == pytest.approx(0.4, abs=ROUNDS_DEG)
     with pytest.raises(StimulusError, match="too little in common"):
         straighten(left, right, offset_px=(280.0, 0.0))
 
 
 def test_large_views_are_averaged_to_measure(monkeypatch: pytest.MonkeyPatch) -> None:
     left, right = view(), view(0.4, 1.002, (6.0, 1.0))
-    whole = straighten(left, right).found
+    whole = straighten(left, right).roll_scale
     monkeypatch.setattr("stimuli.align.straightening.MOST_PIXELS", SIDE**2 // 4)
     monkeypatch.setattr("stimuli.align.straightening.BLOCK_PX", 36)
     halved = straighten(left, right, offset_px=(6.0, 1.0), region=(0, 0, SIDE, SIDE))
-    assert halved.found.blocks <= 16  # of 36 averaged pixels
-    assert halved.found.roll_deg == pytest.approx(0.4, abs=5 * ROUNDS_DEG)
-    assert halved.found.corner_px == pytest.approx(whole.corner_px, rel=0.05)
+    assert halved.roll_scale.blocks <= 16  # of 36 averaged pixels
+    assert halved.roll_scale.roll_deg == pytest.approx(0.4, abs=5 * ROUNDS_DEG)
+    assert halved.roll_scale.corner_px == pytest.approx(whole.corner_px, rel=0.05)
     assert halved.left.shape == straighten(left, right).left.shape
 
 

@@ -208,7 +208,7 @@ def test_level_cameras_are_seldom_straightened() -> None:
     for pair in range(50):
         made = straighten(turned(0.0, 1.0, 2 * pair), turned(0.0, 1.0, 2 * pair + 1))
         if made.applied:
-            corners.append(made.found.corner_px)
+            corners.append(made.roll_scale.corner_px)
     print(f"{len(corners)} of 50 level pairs straightened, by {max(corners, default=0.0):.3f} px at most")
     assert len(corners) <= 4
     assert max(corners, default=0.0) < 0.15
@@ -222,6 +222,6 @@ def test_rolls_of_any_size_come_back(roll_deg: float) -> None:
         left, right = turned(0.0, 1.0, 2 * pair), turned(roll_deg, scale, 2 * pair + 1)
         # Beyond half a degree the views may agree in too few places to begin by themselves.
         made = straighten(left, right, offset_px=(0.0, 0.0) if roll_deg > 0.5 else None)
-        errors.append([np.radians(made.found.roll_deg - roll_deg) * 224, (made.found.scale - scale) * 224])
+        errors.append([np.radians(made.roll_scale.roll_deg - roll_deg) * 224, (made.roll_scale.scale - scale) * 224])
     print(f"roll {roll_deg}: worst error {np.abs(errors).max():.3f} px at the edge")
     assert np.abs(errors).max() < 0.1

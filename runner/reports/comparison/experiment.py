@@ -83,8 +83,8 @@ def write_experiment(comparison: Comparison, name: str, rig_file: Path, root: Pa
                 file.write(text)
         draft.replace(places["pictures"])
     except BaseException:
-        for one in made:
-            one.unlink(missing_ok=True)
+        for file_made in made:
+            file_made.unlink(missing_ok=True)
         shutil.rmtree(draft, ignore_errors=True)
         raise
     return places["experiment"], places["recipe"], *(places["pictures"] / f"{picture}.exr" for picture in PICTURES)
@@ -94,7 +94,7 @@ def _image(comparison: Comparison, picture: str) -> StereoImage:
     def whole(rows: Rows) -> np.ndarray:
         return np.asarray(rows[0 : rows.shape[0]], dtype=np.float32)
 
-    sides = [one.photo if picture == "photograph" else one.rendering for one in comparison.eyes.values()]
+    sides = [result.photo if picture == "photograph" else result.rendering for result in comparison.eyes.values()]
     if len(sides) == 1:
         return StereoImage.flat(whole(sides[0]))
     return StereoImage(whole(sides[0]), whole(sides[1]))
@@ -130,7 +130,7 @@ def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -
     arrangement, size_mm = _layout(comparison.photo.size_px, view_px, panel.pixel_pitch_mm)
     rig_path = Path(os.path.relpath(rig_file.resolve(), (root / "experiments").resolve())).as_posix()
     vertical = arrangement == "vertical"
-    (first, one), (second, other) = (
+    (first, first_place), (second, second_place) = (
         (("Up", "upper"), ("Down", "lower")) if vertical else (("Left", "left"), ("Right", "right"))
     )
     where = "one above the other" if vertical else "side by side"
@@ -152,8 +152,8 @@ def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -
             f"      Two images appear, {where}.",
             "      Compare each pair with the real thing beside the screen.",
             "",
-            f"      {first} arrow: the {one} image is closer.",
-            f"      {second} arrow: the {other} image is closer.",
+            f"      {first} arrow: the {first_place} image is closer.",
+            f"      {second} arrow: the {second_place} image is closer.",
             "  - {kind: all_pairs, stimuli: all, sides: counterbalanced, repeats: 10, break_every: 20}",
             "",
         ]

@@ -74,8 +74,8 @@ def draw_profiles(photo: Rows, rendering: Rows, regions: Sequence[Region]) -> tu
     """Return the luminance along a line across every plate and along each chart's greys, as names and SVGs."""
     drawn = []
     for name, start, end in _lines(regions)[:MOST_PROFILES]:
-        one, two = (_along(picture, start, end) for picture in (photo, rendering))
-        drawn.append((name, profile_figure(one, two, f"Luminance along a line, {name}")))
+        photo_profile, rendering_profile = (_along(picture, start, end) for picture in (photo, rendering))
+        drawn.append((name, profile_figure(photo_profile, rendering_profile, f"Luminance along a line, {name}")))
     return tuple(drawn)
 
 
@@ -89,7 +89,7 @@ def _lines(regions: Sequence[Region]) -> list[tuple[str, Floats, Floats]]:
         if region.kind == "plate" or region.sparkle:
             lines.append((f"across '{region.name}'", *_across(region.photo_px)))
         elif region.kind == "patch" and region.number == GREYS[0]:
-            last = next(one for one in regions if one.entry == region.entry and one.number == GREYS[1])
+            last = next(patch for patch in regions if patch.entry == region.entry and patch.number == GREYS[1])
             ends = region.photo_px.mean(axis=0), last.photo_px.mean(axis=0)
             lines.append((f"along the greys of '{region.entry}'", *ends))
     if not lines:
@@ -212,8 +212,8 @@ def chromaticity_figure(table: RegionTable, label: str) -> str:
         axes.plot([white[0]], [white[1]], "+", color=INK, markersize=9, zorder=1)
         axes.plot(start[:, 0], start[:, 1], "o", color=DEEP, markersize=4, zorder=3)
         end = start + times * apart
-        for one, two in zip(start, end, strict=True):
-            axes.plot(*zip(one, two, strict=True), color=RENDERED, linewidth=1.2, zorder=2)
+        for tail, head in zip(start, end, strict=True):
+            axes.plot(*zip(tail, head, strict=True), color=RENDERED, linewidth=1.2, zorder=2)
         everything = np.concatenate([start, end, [white[:2]]])
         middle, reach = (everything.max(axis=0) + everything.min(axis=0)) / 2, float(np.ptp(everything, axis=0).max())
         half = 0.55 * max(reach, 0.02)

@@ -228,7 +228,7 @@ def _signed(value: float, count: int) -> str:
 
 def _plain(value: Any) -> str:
     if isinstance(value, tuple | list):
-        return " ".join(str(one) for one in value)
+        return " ".join(str(item) for item in value)
     return f"{value:.6g}" if isinstance(value, float) else str(value)
 
 

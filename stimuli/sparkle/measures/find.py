@@ -108,14 +108,14 @@ def checked(luminance_cd_m2: Luminance) -> None:
 def _above(luminance: Luminance, background: Background, threshold: Threshold) -> NDArray[np.int64]:
     """Return the places, counted along the rows, of the pixels above the threshold, rising."""
     height, width = luminance.shape
-    found = []
+    places = []
     for first in range(0, height, _ROWS):
         part = luminance[first : first + _ROWS]
         least = background.lines(first, first + len(part), width)
         least *= np.float32(threshold.times)
         np.maximum(least, np.float32(threshold.above_cd_m2), out=least)
-        found.append(np.flatnonzero(part > least) + first * width)
-    place = np.concatenate(found).astype(np.int64)
+        places.append(np.flatnonzero(part > least) + first * width)
+    place = np.concatenate(places).astype(np.int64)
     if len(place) > _MOST_ABOVE * luminance.size:
         share = 100 * len(place) / luminance.size
         message = f"{share:.0f} % of the picture is above the threshold of its sparkles"
@@ -152,7 +152,7 @@ def _areas(place: NDArray[np.int64], width: int) -> NDArray[np.int64]:
     if len(place) == 0:
         return place
     column = place % width
-    one, other = [], []
+    first, second = [], []
     for step, allowed in (
         (1, column < width - 1),
         (width - 1, column > 0),
@@ -161,8 +161,8 @@ def _areas(place: NDArray[np.int64], width: int) -> NDArray[np.int64]:
     ):
         near = np.minimum(np.searchsorted(place, place + step), len(place) - 1)
         touch = np.flatnonzero(allowed & (place[near] == place + step))
-        one.append(touch)
-        other.append(near[touch])
-    pairs = (np.concatenate(one), np.concatenate(other))
+        first.append(touch)
+        second.append(near[touch])
+    pairs = (np.concatenate(first), np.concatenate(second))
     graph = coo_array((np.ones(len(pairs[0]), dtype=np.int8), pairs), shape=(len(place), len(place)))
     return np.asarray(connected_components(graph, directed=False)[1], dtype=np.int64)

@@ -153,12 +153,12 @@ def measure_sparkles(
     """
     threshold = threshold or Threshold()
     peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px)
-    found = sparkle_moments(luminance_cd_m2, peaks)
+    moments = sparkle_moments(luminance_cd_m2, peaks)
     alone = peaks.peaks_in_area == 1
     lit = peaks.background_cd_m2 > 0
     excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
     # Two random places are nearer than a radius with the chance of a disc of it.
-    widths = found.sd_px[alone & found.fits]
+    widths = moments.sd_px[alone & moments.fits]
     radius_px = max(SEPARATION_PX, _ONE_TOP_SD * float(np.median(widths)) if len(widths) else 0.0)
     chance = math.pi * radius_px**2 / luminance_cd_m2.size
     merged = len(peaks) ** 2 / 2 * chance * (1 + len(peaks) * chance)
@@ -167,8 +167,8 @@ def measure_sparkles(
         scale or PixelScale(),
         luminance_cd_m2.size,
         peaks,
-        found,
-        radial_profile(luminance_cd_m2, peaks, found),
+        moments,
+        radial_profile(luminance_cd_m2, peaks, moments),
         mean_of(excess[lit] / peaks.background_cd_m2[lit]),
         mean_of(peaks.area_px[alone].astype(np.float64)),
         mean_of(FWHM_PER_SD * widths),
@@ -233,24 +233,24 @@ def shared_sparkles(
         raise StimulusError(f"the left picture has {left.pixels} pixels and the right one {right.pixels}")
     if not (math.isfinite(tolerance_px) and tolerance_px > 0 and math.isfinite(parallax_px)):
         raise StimulusError(f"tolerance_px is {tolerance_px} and parallax_px {parallax_px}; expected finite, above 0")
-    one, other = _places(left, 0.0), _places(right, -parallax_px)
-    both = mutual_nearest(one, other, tolerance_px)
-    per_px = len(other) / right.pixels
-    by_chance = len(one) * -math.expm1(-per_px * math.pi * tolerance_px**2)
-    return SharedSparkles(len(one), len(other), both, by_chance, tolerance_px)
+    left_places, right_places = _places(left, 0.0), _places(right, -parallax_px)
+    both = mutual_nearest(left_places, right_places, tolerance_px)
+    per_px = len(right_places) / right.pixels
+    by_chance = len(left_places) * -math.expm1(-per_px * math.pi * tolerance_px**2)
+    return SharedSparkles(len(left_places), len(right_places), both, by_chance, tolerance_px)
 
 
 def _places(measures: SparkleMeasures, shift_px: float) -> Floats:
-    found = measures.moments
-    return np.stack([found.row_px, found.column_px + shift_px], axis=-1)
+    moments = measures.moments
+    return np.stack([moments.row_px, moments.column_px + shift_px], axis=-1)
 
 
-def mutual_nearest(one: Floats, other: Floats, within_px: float) -> int:
+def mutual_nearest(first: Floats, second: Floats, within_px: float) -> int:
     """Return how many places, (n, 2) and (m, 2), are each other's nearest and lie nearer than ``within_px``."""
-    if not (len(one) and len(other)):
+    if not (len(first) and len(second)):
         return 0
     from scipy.spatial import KDTree
 
-    apart, there = KDTree(other).query(one)
-    _, back = KDTree(one).query(other)
-    return int(np.count_nonzero((np.asarray(back)[there] == np.arange(len(one))) & (apart < within_px)))
+    apart, there = KDTree(second).query(first)
+    _, back = KDTree(first).query(second)
+    return int(np.count_nonzero((np.asarray(back)[there] == np.arange(len(first))) & (apart < within_px)))

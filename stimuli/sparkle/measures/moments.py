@@ -57,33 +57,33 @@ def sparkle_moments(luminance_cd_m2: Luminance, peaks: Peaks) -> Moments:
     What reaches beyond the picture is left out of both the light and the weight's own moments, so that the background
     subtracted there is none.
     """
-    found = np.empty((4, len(peaks)))
+    fitted = np.empty((4, len(peaks)))
     fits = np.zeros(len(peaks), dtype=np.bool_)
     for part in _parts(len(peaks)):
-        found[:, part], fits[part] = _fit(_light(luminance_cd_m2, peaks, part))
-    found[0] += peaks.row
-    found[1] += peaks.column
+        fitted[:, part], fits[part] = _fit(_light(luminance_cd_m2, peaks, part))
+    fitted[0] += peaks.row
+    fitted[1] += peaks.column
     for _ in range(_NEIGHBOUR_ROUNDS):
-        _again_without_neighbours(luminance_cd_m2, peaks, found, fits)
-    return Moments(found[0], found[1], found[2], found[3], fits)
+        _again_without_neighbours(luminance_cd_m2, peaks, fitted, fits)
+    return Moments(fitted[0], fitted[1], fitted[2], fitted[3], fits)
 
 
 def _parts(count: int) -> Iterator[slice]:
     yield from (slice(start, min(start + _BLOCK, count)) for start in range(0, count, _BLOCK))
 
 
-def _again_without_neighbours(luminance: Luminance, peaks: Peaks, found: Floats, fits: NDArray[np.bool_]) -> None:
+def _again_without_neighbours(luminance: Luminance, peaks: Peaks, fitted: Floats, fits: NDArray[np.bool_]) -> None:
     """Fit again, in place, each sparkle that has others near it, without their light as it was found before."""
     from scipy.spatial import cKDTree
 
     if len(peaks) < 2:
         return
-    pairs = np.asarray(cKDTree(found[:2].T).query_pairs(_NEIGHBOURS_PX, output_type="ndarray"), dtype=np.int64)
+    pairs = np.asarray(cKDTree(fitted[:2].T).query_pairs(_NEIGHBOURS_PX, output_type="ndarray"), dtype=np.int64)
     if len(pairs) == 0:
         return
     pairs = np.concatenate([pairs, pairs[:, ::-1]])
     pairs = pairs[np.argsort(pairs[:, 0], kind="stable")]
-    row, column, sd, flux = found.copy()
+    row, column, sd, flux = fitted.copy()
     # What fits no Gaussian has, for its neighbours, the usual width.
     usual = float(np.median(sd[fits])) if fits.any() else 1.0
     excess = peaks.luminance_cd_m2 - peaks.background_cd_m2
@@ -96,9 +96,9 @@ def _again_without_neighbours(luminance: Luminance, peaks: Peaks, found: Floats,
         near = pairs[ends[part.start] : ends[part.stop]]
         light = _light(luminance, peaks, here)
         _take_away(light, near, np.searchsorted(here, near[:, 0]), peaks, row, column, sd, flux)
-        found[:, here], fits[here] = _fit(light)
-        found[0, here] += peaks.row[here]
-        found[1, here] += peaks.column[here]
+        fitted[:, here], fits[here] = _fit(light)
+        fitted[0, here] += peaks.row[here]
+        fitted[1, here] += peaks.column[here]
 
 
 def _take_away(

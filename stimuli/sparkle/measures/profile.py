@@ -34,24 +34,24 @@ class Profile:
     half_width_se_px: float
 
 
-def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, found: Moments) -> Profile:
+def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, moments: Moments) -> Profile:
     """Return the mean profile of the sparkles that overlap with no other and lie wholly in the picture."""
     height, width = luminance_cd_m2.shape
-    inside = np.minimum(found.row_px, found.column_px) >= REACH_PX
-    inside &= (found.row_px <= height - 1 - REACH_PX) & (found.column_px <= width - 1 - REACH_PX)
-    chosen = np.flatnonzero(inside & found.fits & (peaks.peaks_in_area == 1))
+    inside = np.minimum(moments.row_px, moments.column_px) >= REACH_PX
+    inside &= (moments.row_px <= height - 1 - REACH_PX) & (moments.column_px <= width - 1 - REACH_PX)
+    chosen = np.flatnonzero(inside & moments.fits & (peaks.peaks_in_area == 1))
     rings = round(REACH_PX / _BIN_PX)
     offsets = np.arange(-REACH_PX - 1, REACH_PX + 2)
     number, radii = np.zeros(rings), np.zeros(rings)
     means = []
     for start in range(0, len(chosen), _BLOCK):
         part = chosen[start : start + _BLOCK]
-        row = np.round(found.row_px[part]).astype(np.int64)
-        column = np.round(found.column_px[part]).astype(np.int64)
+        row = np.round(moments.row_px[part]).astype(np.int64)
+        column = np.round(moments.column_px[part]).astype(np.int64)
         light = np.nan_to_num(patches(luminance_cd_m2, row, column, REACH_PX + 1), nan=0.0)
         light -= peaks.background_cd_m2[part][:, None, None]
-        down = (row - found.row_px[part])[:, None, None] + offsets[:, None]
-        across = (column - found.column_px[part])[:, None, None] + offsets
+        down = (row - moments.row_px[part])[:, None, None] + offsets[:, None]
+        across = (column - moments.column_px[part])[:, None, None] + offsets
         radius = np.hypot(down, across)
         ring = np.minimum((radius / _BIN_PX).astype(np.int64), rings)
         key = (ring + (rings + 1) * np.arange(len(part))[:, None, None]).ravel()
@@ -73,10 +73,10 @@ def radial_profile(luminance_cd_m2: Luminance, peaks: Peaks, found: Moments) -> 
 
 def _mean(each: Floats, radius_px: Floats) -> Profile:
     """Return the mean of profiles (n, k), scaled so that it is 1 at radius 0."""
-    held = np.isfinite(each)
-    n = held.sum(axis=0)
-    share = np.where(held, each, 0.0).sum(axis=0) / np.maximum(n, 1)
-    scatter = np.where(held, (each - share) ** 2, 0.0).sum(axis=0) / np.maximum(n - 1, 1)
+    finite = np.isfinite(each)
+    n = finite.sum(axis=0)
+    share = np.where(finite, each, 0.0).sum(axis=0) / np.maximum(n, 1)
+    scatter = np.where(finite, (each - share) ** 2, 0.0).sum(axis=0) / np.maximum(n - 1, 1)
     se = np.where(n > 1, np.sqrt(scatter / np.maximum(n, 1)), np.nan)
     centre = _centre(radius_px, share)
     share, se = share / centre, se / centre

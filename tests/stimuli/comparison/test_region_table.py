@@ -75,7 +75,7 @@ def compared(photo: object, rendering: object, regions: RegionsFile, **more: obj
 
 
 def notes(table: RegionTable, limits_of: RegionsFile) -> list[str]:
-    return [reason.said for reason in judge(Evidence(regions=table), limits_of.limits).having("noted")]
+    return [reason.sentence for reason in judge(Evidence(regions=table), limits_of.limits).having("noted")]
 
 
 def test_a_picture_does_not_differ_from_itself(chart_picture: Draw, regions_of: Write) -> None:
@@ -223,7 +223,7 @@ def test_where_the_white_comes_from_is_said(chart_picture: Draw, regions_of: Wri
 
     def said(**keys: object) -> tuple[str, float]:
         found = compared(picture, picture, regions_of(CHART, **keys))
-        return found.said[0], found.table.white_XYZ[1]
+        return found.notes[0], found.table.white_XYZ[1]
 
     assert said(white_luminance_cd_m2=120) == ("white is icc-d50 at 120 cd/m², given", 120)
     sentence, luminance = said(white_region="chart 20 neutral 8", white="d65")
@@ -231,7 +231,7 @@ def test_where_the_white_comes_from_is_said(chart_picture: Draw, regions_of: Wri
     assert luminance < said()[1]
     assert "'chart 19 white 9.5'" in said()[0]
     found = compared(picture, picture, regions_of(CHART), white_XYZ=WHITE)
-    assert found.said == ()
+    assert found.notes == ()
     np.testing.assert_array_equal(found.table.white_XYZ, WHITE)
 
 
@@ -261,7 +261,7 @@ def test_where_all_is_saturated_nothing_is_left_but_the_reasons(chart_picture: D
     found = compared(picture, picture, regions_of(CHART), photo_saturated=np.ones(picture.shape, dtype=np.bool_))
     assert found.table.compared == ()
     assert found.table.factor is None
-    assert any("cannot be told" in sentence for sentence in found.said)
+    assert any("cannot be told" in sentence for sentence in found.notes)
     assert judge(Evidence(regions=found.table)).decision == "cannot say"
 
 

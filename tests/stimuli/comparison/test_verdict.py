@@ -69,7 +69,7 @@ def test_a_region_over_the_limit_fails_by_name_and_number() -> None:
     assert (first.subject, first.outcome, first.limit) == ("region d", "fails", 1.4)
     assert first.value is not None
     assert first.value > 1.4
-    assert f"ΔE00 {first.value:.2f}" in first.said
+    assert f"ΔE00 {first.value:.2f}" in first.sentence
 
 
 def test_the_limit_may_be_set() -> None:
@@ -85,7 +85,7 @@ def test_the_limit_may_be_set() -> None:
 def test_what_cancels_at_the_distance_passes_and_is_noted() -> None:
     verdict = judge(Evidence(table(1.0), LARGE, SMALL))
     assert verdict.decision == "validated"
-    notes = [reason.said for reason in verdict.having("noted")]
+    notes = [reason.sentence for reason in verdict.having("noted")]
     assert len(notes) == 2
     assert all("it cancels at the viewing distance" in note for note in notes)
 
@@ -94,7 +94,7 @@ def test_regions_too_small_to_be_seen_do_not_fail() -> None:
     small = Evidence(table(1.5, 0.6), seen=SMALL, seen_regions={"a": 0.3, "b": 0.4})
     verdict = judge(small)
     assert verdict.decision == "validated"
-    assert "it cancels with what is beside" in verdict.having("noted")[0].said
+    assert "it cancels with what is beside" in verdict.having("noted")[0].sentence
     assert judge(replace(small, seen_regions={"a": 0.3, "b": 3.0})).decision == "not validated"
     assert judge(replace(small, seen_regions={"a": 0.3})).decision == "not validated"
 
@@ -116,7 +116,7 @@ def test_what_is_seen_fails() -> None:
     verdict = judge(Evidence(table(1.0), LARGE, LARGE))
     assert verdict.decision == "not validated"
     assert all(reason.subject == "as seen" for reason in verdict.having("fails"))
-    assert not any("cancels" in reason.said for reason in verdict.reasons)
+    assert not any("cancels" in reason.sentence for reason in verdict.reasons)
 
 
 def test_without_a_distance_a_local_difference_is_left_open() -> None:
@@ -143,7 +143,7 @@ def test_pictures_that_lie_apart_say_nothing_of_pixels() -> None:
 
 def test_how_the_pictures_lay_is_noted() -> None:
     lay = RegistrationEvidence(0.02, (0.4, 0.0), (0.01, 0.01), 2.0)
-    said = [reason.said for reason in judge(Evidence(table(1.0), registration=lay)).having("noted")]
+    said = [reason.sentence for reason in judge(Evidence(table(1.0), registration=lay)).having("noted")]
     assert "(0.40, 0.00) px" in said[0]
     assert "2.00°" in said[1]
     within = RegistrationEvidence(0.02, (0.4, 0.0), (0.2, 0.2), 0.0)
@@ -184,7 +184,7 @@ def test_the_right_mean_colour_and_the_wrong_sparkle_fail() -> None:
     pairs = (SparklePair("density", 400.0, 20.0, 520.0, 22.8), SparklePair("contrast", 3.0, 0.1, 3.01, 0.1))
     verdict = judge(Evidence(table(1.0), SMALL, SMALL, pairs))
     assert verdict.decision == "not validated"
-    assert "30 ± 8.6 % more" in only(verdict, "fails").said
+    assert "30 ± 8.6 % more" in only(verdict, "fails").sentence
 
 
 def test_a_ratios_error_is_that_of_repetition() -> None:
@@ -215,15 +215,15 @@ def test_nothing_to_judge_is_no_verdict() -> None:
     assert judge(Evidence()).decision == "cannot say"
     verdict = judge(Evidence(table(1.0, saturated=0.5)))
     assert verdict.decision == "cannot say"
-    assert "no region is left" in only(verdict, "cannot say").said
-    assert "saturated" in only(verdict, "noted").said
+    assert "no region is left" in only(verdict, "cannot say").sentence
+    assert "saturated" in only(verdict, "noted").sentence
 
 
 def test_one_eye_decides_for_both() -> None:
     good, bad = judge(Evidence(table(1.0))), judge(Evidence(table(2.0)))
     both = together({"left eye": good, "right eye": bad})
     assert both.decision == "not validated"
-    assert all(reason.said.startswith("right eye: ") for reason in both.having("fails"))
+    assert all(reason.sentence.startswith("right eye: ") for reason in both.having("fails"))
     assert together({"left eye": good, "right eye": good}).decision == "validated"
     with pytest.raises(ValueError, match="no verdicts"):
         together({})
@@ -239,4 +239,4 @@ def test_a_scatter_that_all_share_names_nobody() -> None:
     assert len(notes) <= 2
     common = [AreaMean(400, colour * [1.02, 1.0, 1.0], np.zeros(3), None, 0.0) for colour in colours]
     (shift,) = judge(Evidence(region_table(regions, photo, common, WHITE))).having("noted")
-    assert "shifted alike" in shift.said
+    assert "shifted alike" in shift.sentence

@@ -28,7 +28,7 @@ def white(regions_of: Write, chart_picture: Any) -> Callable[..., tuple[float, s
         regions = regions_of(*entries, **keys)
         placed = place_regions(regions, picture.shape)
         found = compare_regions(picture, picture, placed, regions, display_white_cd_m2=display, photo_saturated=full)
-        return found.table.white_XYZ[1], found.said[0]
+        return found.table.white_XYZ[1], found.notes[0]
 
     return compare
 

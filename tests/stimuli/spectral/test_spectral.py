@@ -94,7 +94,7 @@ def test_envi_in_micrometres_with_bad_bands_and_a_scale(tmp_path: Path) -> None:
     }
     picture = read_spectral(save_envi(tmp_path / "a.hdr", codes, waves, **told))
     assert picture.quantity == "reflectance"
-    assert picture.said == ("2 bands marked bad in the header were left out",)
+    assert picture.notes == ("2 bands marked bad in the header were left out",)
     found = spectral_to_xyz(picture, Light("E", 100.0)).xyz
     plain = codes[..., np.delete(np.arange(81), 40)] / 10000
     save_exr(tmp_path / "b.exr", plain, np.delete(WAVES, 40), "T.{},0nm")
