@@ -17,6 +17,7 @@ from devices.characterise.channel_fit import Kind
 from devices.characterise.examine import examine
 from devices.characterise.figures import (
     Errors,
+    ModelNumbers,
     differences,
     errors_of,
     inversion_error_codes,
@@ -74,14 +75,24 @@ class Candidate:
     table_error_codes: float | None
     inversion_error_codes: float | None
 
+    @property
+    def r2_average(self) -> float:
+        """The mean coefficient of determination over X, Y and Z."""
+        return float(np.mean(self.r2_XYZ))
+
+    @property
+    def numbers(self) -> ModelNumbers:
+        """The model's numbers, with standard errors where the fit gives them."""
+        return ModelNumbers.of(self.model, self.standard_errors)
+
     def to_json(self) -> dict[str, Any]:
-        """Return plain JSON; the model itself is told by its numbers where it is of the GOGO family."""
+        """Return plain JSON; the model itself is left out."""
         return {
             "model": self.name,
             "free_numbers": self.free_numbers,
             "held_out_delta_e_2000": self.held_out.to_json(),
             "fitted_delta_e_2000": self.fitted.to_json(),
-            "r2": {**dict(zip("XYZ", self.r2_XYZ, strict=True)), "average": float(np.mean(self.r2_XYZ))},
+            "r2": {**dict(zip("XYZ", self.r2_XYZ, strict=True)), "average": self.r2_average},
             "condition": self.condition if np.isfinite(self.condition) else None,
             "standard_errors": self.standard_errors,
             "at_bound": list(self.at_bound),
@@ -95,8 +106,8 @@ class Candidate:
 class Characterisation:
     """The ``chosen`` candidate and why, all of them, how they were judged, and where the chosen one errs.
 
-    ``said``: sentences about the readings that a reader must know. ``errs``: plain sentences. ``patches``: the readings
-    that were fitted; those ``left_out`` are named.
+    ``notes``: sentences about the readings that a reader must know. ``where_it_errs``: plain sentences. ``patches``:
+    the readings that were fitted; those ``left_out`` are named.
     """
 
     chosen: Candidate
@@ -104,8 +115,8 @@ class Characterisation:
     candidates: tuple[Candidate, ...]
     folds: int
     seed: int
-    said: tuple[str, ...]
-    errs: tuple[str, ...]
+    notes: tuple[str, ...]
+    where_it_errs: tuple[str, ...]
     left_out: tuple[str, ...]
     patches: Patches
 
@@ -118,8 +129,8 @@ class Characterisation:
             "folds": self.folds,
             "seed": self.seed,
             "white_XYZ_cd_m2": self.patches.white.tolist(),
-            "said": list(self.said),
-            "where_it_errs": list(self.errs),
+            "said": list(self.notes),
+            "where_it_errs": list(self.where_it_errs),
             "left_out": list(self.left_out),
             "candidates": [candidate.to_json() for candidate in self.candidates],
         }
@@ -137,10 +148,10 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
     eyes = set(readings.eye)
     if {"left", "right"} <= eyes:
         raise DeviceError(Finding("the readings are of both eyes", remedy="choose one with --eye left or --eye right"))
-    said = list(readings.assumptions) + list(examine(readings))
+    notes = list(readings.assumptions) + list(examine(readings))
     kept, doubted = _sound(readings)
     if doubted:
-        said.append(
+        notes.append(
             counted(len(doubted), "reading disagrees with the rest and was", "readings disagree with the rest and were")
             + f" left out: {', '.join(doubted)}"
         )
@@ -158,7 +169,7 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
         raise DeviceError(Finding("no readings are left to judge a model by", remedy="measure more patches"))
     judged = np.concatenate(folds)
     if len(judged) < _FEW:
-        said.append(
+        notes.append(
             f"only {counted(len(judged), 'reading was', 'readings were')} held out, too few to choose or judge "
             "a model by: measure more"
         )
@@ -176,11 +187,11 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
             )
         )
     if mean > _TELLING_MEAN:
-        said.append(f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: measure again, or more")
+        notes.append(f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: measure again, or more")
     if chosen.unusable:
-        said.append(f"{chosen.name} was asked for; {chosen.unusable}")
+        notes.append(f"{chosen.name} was asked for; {chosen.unusable}")
     errs = _where(delta[chosen.name], data, names, judged)
-    return Characterisation(chosen, reason, candidates, len(folds), seed, tuple(said), errs, doubted, data)
+    return Characterisation(chosen, reason, candidates, len(folds), seed, tuple(notes), errs, doubted, data)
 
 
 def fit_all(

@@ -1,7 +1,8 @@
-"""What is said of a fit: differences held out and not, R², and how far the presenter's table is off."""
+"""What is reported of a fit: its numbers with standard errors, differences, R², errors of table and inverse."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Protocol
 
@@ -15,8 +16,10 @@ from devices.display.code_table import code_tables, table_codes
 from devices.display.knot_table import knotted_codes
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
+from devices.display.tone_curve import ToneCurve
 
 Floats = NDArray[np.float64]
+_COLOURS = ("red", "green", "blue")
 
 
 class Model(Protocol):
@@ -42,6 +45,58 @@ class Errors:
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         return asdict(self)
+
+
+@dataclass(frozen=True, slots=True)
+class Estimate:
+    """A fitted number and its standard error, None where the fit gives none."""
+
+    value: float
+    standard_error: float | None
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ModelNumbers:
+    """The numbers of a display model.
+
+    ``black_XYZ_cd_m2``: X, Y and Z. ``primaries_XYZ_cd_m2``: a row for each channel, shape (3, 3). ``curves``: gain,
+    offset and gamma by channel, empty unless the curves are of the GOGO family. Light is a share of full drive, so that
+    gain and offset add up to 1 and share one standard error.
+    """
+
+    black_XYZ_cd_m2: Mapping[str, Estimate]
+    primaries_XYZ_cd_m2: Floats
+    curves: Mapping[str, Mapping[str, Estimate]]
+
+    @classmethod
+    def of(cls, model: DisplayModel, standard_errors: Mapping[str, float]) -> ModelNumbers:
+        """Return the numbers of ``model``; ``standard_errors`` are those of the fit, by names such as ``red.gamma``."""
+        black = {
+            axis: Estimate(float(value), standard_errors.get(f"black.{axis}"))
+            for axis, value in zip("XYZ", model.black_XYZ_cd_m2, strict=True)
+        }
+        curves: dict[str, dict[str, Estimate]] = {}
+        for colour, curve in zip(_COLOURS, model.curves, strict=True):
+            if isinstance(curve, ToneCurve):
+                shared = standard_errors.get(f"{colour}.offset")
+                curves[colour] = {
+                    "gain": Estimate(curve.gain, shared),
+                    "offset": Estimate(curve.offset, shared),
+                    "gamma": Estimate(curve.gamma, standard_errors.get(f"{colour}.gamma")),
+                }
+        return cls(black, model.primaries_XYZ_cd_m2.T, curves)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "black_XYZ_cd_m2": {axis: asdict(number) for axis, number in self.black_XYZ_cd_m2.items()},
+            "primaries_XYZ_cd_m2": dict(zip(_COLOURS, self.primaries_XYZ_cd_m2.tolist(), strict=True)),
+            "curves": {
+                colour: {name: asdict(number) for name, number in curve.items()}
+                for colour, curve in self.curves.items()
+            }
+            or None,
+        }
 
 
 def differences(model: Model, patches: Patches) -> Floats:

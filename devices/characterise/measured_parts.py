@@ -1,11 +1,11 @@
 """What tagged readings in a table of measurements give beside the model: crosstalk, evenness, and what glasses take.
 
-Found by the checks that `cyclopean display report` makes, so that both say the same of the same readings.
+They come of the checks that `cyclopean display report` makes, so that both report the same of the same readings.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -21,21 +21,21 @@ from devices.measurements import Measurements, PatchEye
 class MeasuredParts:
     """``lines`` of the display file's ``crosstalk`` and ``gain_map``, and the ``diagnoses`` that they come of.
 
-    ``glasses``: transmittance and luminance loss for each eye. ``said``: what tagged readings do not give, and why.
+    ``glasses``: transmittance and luminance loss for each eye. ``notes``: what tagged readings do not give, and why.
     """
 
-    lines: dict[str, list[str]]
+    lines: Mapping[str, list[str]]
     diagnoses: tuple[Diagnosis, ...]
-    glasses: dict[PatchEye, tuple[Diagnosis, ...]]
-    said: tuple[str, ...]
+    glasses: Mapping[PatchEye, tuple[Diagnosis, ...]]
+    notes: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON: the diagnoses by name, those of the glasses for each eye."""
-        found: dict[str, Any] = {one.name: one.to_json() for one in self.diagnoses}
-        for eye, both in self.glasses.items():
-            for one in both:
-                found.setdefault(one.name, {})[eye] = one.to_json()
-        return found
+        parts: dict[str, Any] = {diagnosis.name: diagnosis.to_json() for diagnosis in self.diagnoses}
+        for eye, diagnoses in self.glasses.items():
+            for diagnosis in diagnoses:
+                parts.setdefault(diagnosis.name, {})[eye] = diagnosis.to_json()
+        return parts
 
 
 def measured_parts(
@@ -44,26 +44,26 @@ def measured_parts(
     without_glasses: Measurements | None = None,
     eyes: Sequence[PatchEye] = ("both",),
 ) -> MeasuredParts:
-    """Return what the tagged readings of ``measurements`` give; ``origin`` is told as their source.
+    """Return what the tagged readings of ``measurements`` give; ``origin`` is their source.
 
     ``without_glasses`` are plain readings of a file of their own; where it is None, those named ``...@no-glasses`` are
     taken.
     """
     lines: dict[str, list[str]] = {}
-    said: list[str] = []
+    notes: list[str] = []
     diagnoses: list[Diagnosis] = []
     if tagged(measurements, "other"):
         found = crosstalk(measurements)
         diagnoses.append(found)
-        _keep("crosstalk", found, origin, lines, said)
+        _keep("crosstalk", found, origin, lines, notes)
     if rows := [row for row, _ in tagged(measurements, "place")]:
         grid = measurements.select(rows)
         if uneven := _uneven_eyes(grid):
-            said.append(uneven)
+            notes.append(uneven)
         else:
             found = uniformity(grid)
             diagnoses.append(found)
-            _keep("gain_map", found, origin, lines, said)
+            _keep("gain_map", found, origin, lines, notes)
     glasses: dict[PatchEye, tuple[Diagnosis, ...]] = {}
     for eye in eyes:
         table = measurements if eye == "both" else measurements.for_eye(eye)
@@ -71,14 +71,14 @@ def measured_parts(
         if len(bare):
             both = (glasses_transmittance(plain(table), bare), luminance_loss(plain(table), bare))
             glasses[eye] = tuple(one for one in both if one.value is not None)
-            said += [f"{one.title.lower()}: {one.words}" for one in both if one.value is None]
-    return MeasuredParts(lines, tuple(diagnoses), glasses, tuple(said))
+            notes += [f"{one.title.lower()}: {one.words}" for one in both if one.value is None]
+    return MeasuredParts(lines, tuple(diagnoses), glasses, tuple(notes))
 
 
-def _keep(part: str, found: Diagnosis, origin: str, lines: dict[str, list[str]], said: list[str]) -> None:
+def _keep(part: str, found: Diagnosis, origin: str, lines: dict[str, list[str]], notes: list[str]) -> None:
     """Keep the lines that ``found`` gives for ``part``, their source told with its ``origin``; or say why not."""
     if not found.output:
-        said.append(f"no {part} is written: {found.words}")
+        notes.append(f"no {part} is written: {found.words}")
         return
     kept = []
     for line in found.output.splitlines():

@@ -79,12 +79,12 @@ def bradford_matrix(from_white_XYZ: ArrayLike, to_white_XYZ: ArrayLike) -> Float
 
     Examples
     --------
-    >>> white = [95.047, 100.0, 108.883]
-    >>> bool(np.allclose(bradford_matrix(white, white), np.eye(3)))
-    True
+    >>> d50, d65 = [96.42, 100.0, 82.52], [95.05, 100.0, 108.88]
+    >>> (bradford_matrix(d50, d65) @ d50).round(6).tolist()
+    [95.05, 100.0, 108.88]
     """
     gains = (_BRADFORD @ np.asarray(to_white_XYZ, dtype=np.float64)) / (_BRADFORD @ np.asarray(from_white_XYZ))
-    return np.asarray(np.linalg.inv(_BRADFORD) @ (gains[:, None] * _BRADFORD))
+    return np.asarray(np.linalg.inv(_BRADFORD) @ np.diag(gains) @ _BRADFORD)
 
 
 def xyz_to_lab(xyz: ArrayLike, white_xyz: ArrayLike) -> Floats:

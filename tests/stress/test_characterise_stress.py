@@ -83,7 +83,7 @@ def test_wrong_readings_never_bend_a_model_without_a_word(share: float, seed: in
         found = characterise(Measurements(CODES, XYZ))
     except DeviceError:
         return
-    told = any("left out" in sentence or "errs by" in sentence for sentence in found.said)
+    told = any("left out" in sentence or "errs by" in sentence for sentence in found.notes)
     assert _off(found, display.xyz(FRESH)) < 0.6 or told
 
 
@@ -96,7 +96,7 @@ def test_few_patches_give_a_right_model_or_a_refusal(count: int, seed: int) -> N
         found = characterise(Measurements(CODES[rows], noisy(display.xyz(CODES[rows]), 0.002, seed)))
     except DeviceError:
         return
-    told = any("too few" in sentence or "errs by" in sentence for sentence in found.said)
+    told = any("too few" in sentence or "errs by" in sentence for sentence in found.notes)
     assert _off(found, display.xyz(FRESH)) < 1.5 or told
 
 

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from documents.text.words import counted
-
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
+    from collections.abc import Iterable, Sequence
 
-    from devices.characterise.choose import Characterisation
+    from rich.console import Console
+
+    from devices.characterise.choose import Candidate
+    from devices.characterise.display_fit import EyeFit
+    from devices.characterise.figures import Estimate, ModelNumbers
     from devices.characterise.measured_parts import MeasuredParts
-    from devices.diagnostics.examine import MeasuredSet
+    from devices.characterise.thesis import ThesisFits
     from devices.display.display_file import PanelSpec
-    from devices.measurements import PatchEye
 
 
 @click.command(name="fit")
@@ -70,146 +70,47 @@ def command(
     glasses (@ in their names) give crosstalk, a gain map, and what the glasses take.
 
     With -o the chosen model, crosstalk and gain map go into a mode of a display file. All else in the file stays, and
-    what the mode holds already is only overwritten with --replace. With --eye, the mode gets that eye alone.
+    what the mode has already is overwritten only with --replace. With --eye, the mode gets that eye alone.
     """
     import json
     from pathlib import Path
-    from typing import cast
+    from typing import Literal, cast
 
-    from devices.characterise.choose import Name, characterise
-    from devices.characterise.measured_parts import measured_parts
-    from devices.characterise.model_numbers import model_numbers
+    from devices.characterise.choose import Name
+    from devices.characterise.display_fit import fit_display
     from devices.diagnostics.examine import read_sets
     from devices.diagnostics.readings import plain
-    from devices.measurements.table import PatchEye
-    from runner.cli.display.fit_words import tell, tell_notes
+    from devices.measurements import PatchEye
 
     shape = _panel(panel) if panel else None
-    measured, *bare = read_sets([Path(one) for one in (file, without_glasses) if one], code_range)
-    readings = plain(measured.measurements)
-    named = mode or readings.mode
-    if output and not named:
+    measured, *bare = read_sets([Path(path) for path in (file, without_glasses) if path], code_range)
+    if output and not mode and not plain(measured.measurements).mode:
         raise click.UsageError("the file does not name a mode; give --mode with -o")
-    apart = {"left", "right"} <= set(readings.eye)
-    eyes = [cast(PatchEye, one) for one in ([eye] if eye != "both" or not apart else ["left", "right"])]
-    found = {
-        one: characterise(
-            readings if one == "both" else readings.for_eye(one),
-            cast(Name, model),
-            seed=seed,
-        )
-        for one in eyes
-        if model != "none"
-    }
-    origin = Path(file).name + (f" by {readings.instrument}" if readings.instrument else "")
-    parts = measured_parts(measured.measurements, origin, bare[0].measurements if bare else None, eyes)
-    said = _left_out(measured, parts) + (_both_lit(parts) if found and "both" in readings.eye else [])
-    told: dict[str, Any] = {"file": file, "mode": named, "parts": parts.to_json(), "said": said}
-    for one, fitted in found.items():
-        tables, why_none = _thesis(fitted)
-        told[one] = {
-            **fitted.to_json(),
-            "numbers": model_numbers(fitted.chosen.model, fitted.chosen.standard_errors),
-            "said": [*fitted.said, *([why_none] if why_none else [])],
-            "thesis": tables,
-        }
-    if output:
-        told["said"] += _one_for_both(set(readings.eye), eyes)
-        if shape is None and readings.panel and not Path(output).exists():
-            shape = _measured_panel(readings.panel, file)
-            told["said"].append(f"the panel is the one that was measured: {shape.text}")
-        told["written"] = _write(Path(output), named, found, parts, origin, shape, replace)
-    if as_json:
-        click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
-        return
-    for one in found:
-        if one != "both":
-            click.echo(f"{one.capitalize()} eye")
-        tell(told[one], brief=brief)
-    _tell_parts(parts)
-    tell_notes(told["said"])
-    if output:
-        click.echo(told["written"])
-
-
-def _left_out(measured: MeasuredSet, parts: MeasuredParts) -> list[str]:
-    """Say what the tagged readings do not give, and how many were of no use."""
-    from devices.diagnostics.readings import tag
-
-    used = {"other", "place", "no-glasses"}
-    tags = [found for name in measured.measurements.name if (found := tag(name)) is not None]
-    unused = sum(found.kind not in used for found in tags)
-    said = list(parts.said)
-    if unused:
-        said.append(
-            f"{counted(unused, 'reading', 'readings')} at angles, on surrounds or while warming up (@ in the name) "
-            f"{'was' if unused == 1 else 'were'} left out"
-        )
-    return said
-
-
-def _both_lit(parts: MeasuredParts) -> list[str]:
-    """Say that a model of readings with both eyes lit holds what leaked, where that is known to be something."""
-    leak = next((one.value for one in parts.diagnoses if one.name == "crosstalk" and "crosstalk" in parts.lines), None)
-    if not leak or leak <= 0:
-        return []
-    return [
-        "if the other eye showed the patches too (display measure without --eye), each reading holds up to "
-        f"{leak:.2g} % that leaked from it, and pictures whose crosstalk is cancelled come out so much too dark: "
-        "measure with --eye left and --eye right"
-    ]
-
-
-def _one_for_both(read: set[PatchEye], eyes: list[PatchEye]) -> list[str]:
-    """Say that one lens stands for both, where nobody chose that."""
-    if eyes != ["both"] or len(read) != 1 or read == {"both"}:
-        return []
-    (lens,) = read
-    return [f"the {lens} lens stands for both eyes in the display file; --eye {lens} writes that eye alone"]
-
-
-def _tell_parts(parts: MeasuredParts) -> None:
-    for one in parts.diagnoses:
-        if one.value is not None:
-            click.echo(f"{one.title}: {one.words}")
-    for eye, found in parts.glasses.items():
-        for one in found:
-            click.echo(f"{one.title}{'' if eye == 'both' else f', {eye} eye'}: {one.words}")
-
-
-def _thesis(found: Characterisation) -> tuple[dict[str, Any] | None, str]:
-    from devices.characterise.thesis import thesis_fits
-    from devices.errors import DeviceError
-
-    try:
-        return thesis_fits(found.patches.codes, found.patches.XYZ).to_json(), ""
-    except DeviceError as error:
-        return None, f"no tables by the thesis's methods: {error}"
-
-
-def _write(
-    path: Path,
-    mode: str,
-    found: Mapping[PatchEye, Characterisation],
-    parts: MeasuredParts,
-    origin: str,
-    shape: PanelSpec | None,
-    replace: bool,
-) -> str:
-    from devices.characterise.display_yaml import model_lines
-    from devices.characterise.mode_file import ModeLines, write_mode
-
-    models: dict[str, list[str]] = {}
-    for eye, fitted in found.items():
-        errors = fitted.chosen.held_out
-        source = (
-            f"{fitted.chosen.name} fitted to {len(fitted.patches)} readings of {origin}; "
-            f"held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
-        )
-        models[eye] = model_lines(fitted.chosen.model, source)
-    if not models and not parts.lines:
+    fit = fit_display(
+        measured.measurements,
+        model=cast(Name | Literal["auto", "none"], model),
+        eye=cast(PatchEye, eye),
+        mode=mode,
+        without_glasses=bare[0].measurements if bare else None,
+        seed=seed,
+        file=file,
+    )
+    if output and not fit.eyes and not fit.parts.lines:
         raise click.UsageError("--model none writes crosstalk or a gain map, and the readings give neither")
-    return write_mode(path, mode, ModeLines(models, parts.lines), shape, replace=replace)
+    written = fit.write(output, shape, replace=replace) if output else None
+    notes = [*fit.notes, *(written.notes if written else ())]
+    if as_json:
+        result = {"file": file, **fit.to_json(), "said": notes} | ({"written": written.words} if written else {})
+        click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
+        return
+    for each, eye_fit in fit.eyes.items():
+        if each != "both":
+            click.echo(f"{each.capitalize()} eye")
+        _print_eye(eye_fit, brief=brief)
+    _print_parts(fit.parts)
+    _print_notes(notes)
+    if written:
+        click.echo(written.words)
 
 
 def _panel(text: str) -> PanelSpec:
@@ -221,14 +122,126 @@ def _panel(text: str) -> PanelSpec:
         raise click.UsageError(f"--panel is '{text}'; write it as 1920x1080,0.2768,120,8") from None
 
 
-def _measured_panel(text: str, file: str) -> PanelSpec:
-    """Return the panel that the readings in ``file`` are of, as they say."""
-    from devices.display.display_file import PanelSpec
-    from devices.errors import DeviceError
-    from documents import Finding
+def _print_eye(fit: EyeFit, *, brief: bool) -> None:
+    """Print the thesis's tables unless ``brief``, every candidate, the chosen one's numbers, and where it errs."""
+    from rich.console import Console
 
-    try:
-        return PanelSpec.parse(text)
-    except ValueError:
-        remedy = "write it as 1920x1080,0.2768,120,8, or give --panel"
-        raise DeviceError(Finding(f"the panel that was measured is '{text}'", file, remedy=remedy)) from None
+    console = Console(highlight=False)
+    found = fit.characterisation
+    if fit.thesis and not brief:
+        _print_thesis(fit.thesis, console)
+    _print_candidates(found.candidates, found.chosen.name, console)
+    click.echo(f"Chosen: {found.chosen.name}, because {found.reason}.")
+    _print_numbers(found.chosen.numbers, console)
+    for candidate in found.candidates:
+        if candidate.unusable:
+            click.echo(f"{candidate.name}: {candidate.unusable}.")
+        for name in candidate.at_bound:
+            click.echo(f"{candidate.name}: {name} ended at the edge of what is allowed.")
+    click.echo("Where it errs:")
+    for sentence in found.where_it_errs:
+        click.echo(f"  {sentence}")
+    _print_notes(fit.notes)
+
+
+def _print_notes(sentences: Iterable[str]) -> None:
+    """Print each sentence as a note, closed by one full stop or its question mark."""
+    for sentence in sentences:
+        click.echo(f"Note: {sentence}" if sentence.endswith((".", "?")) else f"Note: {sentence}.")
+
+
+def _print_parts(parts: MeasuredParts) -> None:
+    for diagnosis in parts.diagnoses:
+        if diagnosis.value is not None:
+            click.echo(f"{diagnosis.title}: {diagnosis.words}")
+    for eye, diagnoses in parts.glasses.items():
+        for diagnosis in diagnoses:
+            click.echo(f"{diagnosis.title}{'' if eye == 'both' else f', {eye} eye'}: {diagnosis.words}")
+
+
+def _print_table(
+    title: str, columns: Sequence[str], rows: Iterable[Sequence[str]], console: Console, words: int = 1
+) -> None:
+    """Print a table whose first ``words`` columns are text; of several, the first stands only where it changes."""
+    from rich.table import Table
+
+    table = Table(box=None)
+    for number, name in enumerate(columns):
+        table.add_column(name, justify="left" if number < words else "right", no_wrap=True)
+    before = ""
+    for row in rows:
+        table.add_row("" if words > 1 and row[0] == before else row[0], *row[1:])
+        before = row[0]
+    click.echo(title)
+    console.print(table)
+
+
+def _print_candidates(candidates: Sequence[Candidate], chosen: str, console: Console) -> None:
+    rows = []
+    for candidate in candidates:
+        held = candidate.held_out
+        rows.append(
+            [
+                ("→ " if candidate.name == chosen else "  ") + candidate.name,
+                str(candidate.free_numbers),
+                *(f"{value:.2f}" for value in (held.mean, held.p95, held.max, held.dark_mean)),
+                f"{candidate.fitted.mean:.2f}",
+                _number(candidate.r2_average),
+                _number(candidate.condition, ".0f"),
+                _number(candidate.inversion_error_codes, ".1g"),
+                _number(candidate.table_error_codes, ".2g"),
+            ]
+        )
+    columns = ("model", "free", "mean", "p95", "max", "dark", "fit", "R²", "cond.", "inverse", "table")
+    title = "Held-out ΔE00 (dark: its darkest third); the inverse's and the presenter's table's errors in 8-bit codes"
+    _print_table(title, columns, rows, console)
+
+
+def _print_numbers(numbers: ModelNumbers, console: Console) -> None:
+    """Print the chosen model's curves and black with their standard errors, where the fit gives them."""
+    if not numbers.curves:
+        return
+    rows = [
+        [name, *(_estimate(curve[name]) for curve in numbers.curves.values())] for name in ("gain", "offset", "gamma")
+    ]
+    _print_table("Its curves, ± standard error", ["", *numbers.curves], rows, console)
+    black = ", ".join(f"{axis} {_estimate(number)}" for axis, number in numbers.black_XYZ_cd_m2.items())
+    click.echo(f"Its black, in cd/m²: {black}")
+
+
+def _print_thesis(fits: ThesisFits, console: Console) -> None:
+    from devices.characterise.channel_fit import COEFFICIENTS
+
+    for number, way, direct in (
+        ("3.3", "XYZ from code", fits.XYZ_from_code),
+        ("3.4", "code from XYZ", fits.code_from_XYZ),
+    ):
+        rows = [[row.kind, row.channel, *map(_number, (*row.r2_XYZ, row.average))] for row in direct]
+        columns = ("", "", "R² X", "R² Y", "R² Z", "average")
+        _print_table(f"The thesis's first method, {way} (as Table {number})", columns, rows, console, words=2)
+    for number, way, kinds in (
+        ("3.6", "light from code", fits.forward),
+        ("3.5", "code from light", fits.inverse),
+    ):
+        rows = []
+        for kind, channels in kinds.items():
+            for place, name in enumerate(COEFFICIENTS):
+                pairs = [(fit.coefficients[place], fit.standard_errors[place]) for fit in channels]
+                if any(error for _, error in pairs):
+                    rows.append([kind, name, *(f"{value:.4f} ± {error:.4f}" for value, error in pairs)])
+            rows.append([kind, "R²", *(_number(fit.r2) for fit in channels)])
+            rows.append([kind, "condition", *(_number(fit.condition, ".0f") for fit in channels)])
+        title = f"Its second method, {way} (as Table {number}), ± standard error; codes in 0..1"
+        _print_table(title, ("", "", "red", "green", "blue"), rows, console, words=2)
+
+
+def _number(value: float | None, form: str = ".4f") -> str:
+    import math
+
+    return "–" if value is None or not math.isfinite(value) else f"{value:{form}}"
+
+
+def _estimate(number: Estimate) -> str:
+    if number.standard_error is None:
+        return f"{number.value:.4f}"
+    return f"{number.value:.4f} ± {number.standard_error:.4f}"

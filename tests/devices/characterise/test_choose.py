@@ -57,8 +57,8 @@ def test_gog_is_rejected_on_a_liquid_crystal_display(seed: int) -> None:
 def test_a_real_crt() -> None:
     found = characterise(read_csv(CRT))
     assert found.chosen.held_out.mean <= 0.8
-    assert any("alone" in sentence for sentence in found.errs)
-    assert "0..255" in found.said[0]
+    assert any("alone" in sentence for sentence in found.where_it_errs)
+    assert "0..255" in found.notes[0]
     # Dark codes that give next to no light are undone and shown by every model all the same.
     for candidate in found.candidates:
         assert candidate.inversion_error_codes is not None
@@ -169,7 +169,7 @@ def test_a_few_wrong_readings_are_left_out_and_named() -> None:
     XYZ[[20, 100]] *= 2.0
     found = characterise(Measurements(CODES, XYZ))
     assert found.left_out == ("patch21", "patch101")
-    assert any("patch21, patch101" in sentence for sentence in found.said)
+    assert any("patch21, patch101" in sentence for sentence in found.notes)
     assert found.chosen.name == "gog"
 
 
@@ -177,13 +177,13 @@ def test_a_few_wrong_readings_are_left_out_and_named() -> None:
 def test_the_unit_of_light_changes_nothing_but_what_is_said(unit: float) -> None:
     found = characterise(Measurements(CODES, noisy(THESIS, 0.002, 1) * unit))
     assert found.chosen.name == "gog"
-    assert any("cd/m²" in sentence for sentence in found.said)
+    assert any("cd/m²" in sentence for sentence in found.notes)
 
 
 def test_repeats_that_differ_are_told() -> None:
     codes, XYZ = np.concatenate([CODES, CODES[-3:]]), noisy(THESIS, 0.002, 1)
     found = characterise(Measurements(codes, np.concatenate([XYZ, 0.9 * XYZ[-3:]])))
-    assert any("repeated patches differ" in sentence for sentence in found.said)
+    assert any("repeated patches differ" in sentence for sentence in found.notes)
 
 
 def test_both_eyes_at_once_are_refused() -> None:
@@ -195,4 +195,4 @@ def test_both_eyes_at_once_are_refused() -> None:
 def test_few_readings_are_told() -> None:
     rows = np.concatenate([np.arange(0, 120, 6), [26, 52, 78, 119]])
     found = characterise(Measurements(CODES[rows], noisy(THESIS, 0.002, 1)[rows]))
-    assert any("too few" in sentence for sentence in found.said)
+    assert any("too few" in sentence for sentence in found.notes)

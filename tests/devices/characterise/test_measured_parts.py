@@ -62,7 +62,7 @@ def test_plain_readings_give_no_parts() -> None:
     readings = Readings()
     readings.add("white", [1, 1, 1], DISPLAY.xyz([1, 1, 1]))
     parts = measured_parts(readings.table(), "d.csv")
-    assert (parts.lines, parts.glasses, parts.diagnoses, parts.said) == ({}, {}, (), ())
+    assert (parts.lines, parts.glasses, parts.diagnoses, parts.notes) == ({}, {}, (), ())
 
 
 def test_crosstalk_and_gain_map_are_those_of_the_report_with_their_source() -> None:
@@ -89,7 +89,7 @@ def test_crosstalk_through_one_lens_is_said_and_not_written() -> None:
     left = readings.table().for_eye("left")
     parts = measured_parts(left, "d.csv")
     assert not parts.lines
-    assert "no crosstalk is written" in parts.said[0]
+    assert "no crosstalk is written" in parts.notes[0]
 
 
 def test_half_a_grid_is_said_and_not_written() -> None:
@@ -97,11 +97,11 @@ def test_half_a_grid_is_said_and_not_written() -> None:
     grid(readings)
     parts = measured_parts(readings.table().select(np.arange(8)), "d.csv")
     assert not parts.lines
-    assert "r3c3 is missing" in parts.said[0]
+    assert "r3c3 is missing" in parts.notes[0]
     grid(readings, "left", columns=2)
     parts = measured_parts(readings.table(), "d.csv")
     assert not parts.lines
-    assert "through each lens alike" in parts.said[0]
+    assert "through each lens alike" in parts.notes[0]
 
 
 @pytest.mark.parametrize("apart", [False, True])

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from devices.characterise import choose, thesis
+from devices.characterise import choose, display_fit, thesis
 from devices.characterise.patches import Patches
 
 
@@ -37,5 +37,5 @@ def _each_fit_once() -> Iterator[None]:
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(choose, "fit_all", fit_all)
-        patch.setattr(thesis, "thesis_fits", thesis_fits)
+        patch.setattr(display_fit, "thesis_fits", thesis_fits)
         yield

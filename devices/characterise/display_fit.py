@@ -1,0 +1,249 @@
+"""A display characterised from its readings: models, crosstalk, gain map and glasses, and the mode that they give.
+
+Where the readings are of either eye, each eye is fitted by itself.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+from devices.characterise.choose import Characterisation, Name, characterise
+from devices.characterise.display_yaml import model_lines
+from devices.characterise.measured_parts import MeasuredParts, measured_parts
+from devices.characterise.mode_file import ModeLines, write_mode
+from devices.characterise.thesis import ThesisFits, thesis_fits
+from devices.diagnostics.readings import plain, tag
+from devices.display.display_file import PanelSpec
+from devices.errors import DeviceError
+from devices.measurements import Measurements, PatchEye
+from documents import Finding
+from documents.text.words import counted
+
+_USED_TAGS = frozenset({"other", "place", "no-glasses"})
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EyeFit:
+    """The models fitted to one eye's readings, and the fits by the thesis's two methods.
+
+    ``thesis`` is None where those methods do not apply; ``notes`` then say why.
+    """
+
+    characterisation: Characterisation
+    thesis: ThesisFits | None
+    notes: tuple[str, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            **self.characterisation.to_json(),
+            "numbers": self.characterisation.chosen.numbers.to_json(),
+            "said": list(self.notes),
+            "thesis": None if self.thesis is None else self.thesis.to_json(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenMode:
+    """What `DisplayFit.write` did, in sentences, and the ``notes`` on what it wrote."""
+
+    words: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DisplayFit:
+    """A display characterised in one stereo mode.
+
+    Attributes
+    ----------
+    mode
+        The stereo mode; None where neither the readings nor the caller name it.
+    eyes
+        The fits by eye: ``both``, or ``left`` and ``right``; empty where no model was to be fitted.
+    parts
+        What tagged readings give: crosstalk, gain map, glasses.
+    notes
+        Sentences on the readings that a reader of the result must know.
+    file
+        The readings' file, which the source in a display file names.
+    instrument
+        The instrument that took them.
+    panel
+        The panel that was measured, as the readings name it; empty where they do not.
+    lens
+        The one lens that stands for both eyes; None if the readings are of both or each eye was fitted apart.
+    """
+
+    mode: str | None
+    eyes: Mapping[PatchEye, EyeFit]
+    parts: MeasuredParts
+    notes: tuple[str, ...]
+    file: str
+    instrument: str
+    panel: str
+    lens: PatchEye | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        eyes: dict[str, Any] = {eye: fit.to_json() for eye, fit in self.eyes.items()}
+        return {"mode": self.mode, "parts": self.parts.to_json(), "said": list(self.notes), **eyes}
+
+    def mode_lines(self) -> ModeLines:
+        """Return the mode as lines of a display file."""
+        models: dict[str, list[str]] = {}
+        for eye, fit in self.eyes.items():
+            chosen = fit.characterisation.chosen
+            errors = chosen.held_out
+            readings = f"{len(fit.characterisation.patches)} readings of {_origin(self.file, self.instrument)}"
+            source = (
+                f"{chosen.name} fitted to {readings}; "
+                f"held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
+            )
+            models[eye] = model_lines(chosen.model, source)
+        return ModeLines(models, self.parts.lines)
+
+    def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> WrittenMode:
+        """Write the mode into a display file; all else in the file stays as it is.
+
+        Parameters
+        ----------
+        file
+            The display file, made if it does not exist.
+        panel
+            The panel of a new file; None takes the one that the readings name.
+        replace
+            Whether a characterisation, crosstalk or gain map that the mode has already is overwritten.
+
+        Raises
+        ------
+        DeviceError
+            If the fit has no mode, or nothing to write; or as `devices.characterise.mode_file.write_mode`.
+        """
+        file = Path(file)
+        if self.mode is None:
+            raise DeviceError(Finding("the readings do not name a mode", remedy="name one with --mode"))
+        if not self.eyes and not self.parts.lines:
+            raise DeviceError(Finding("there is no model, crosstalk or gain map to write", str(file)))
+        notes: list[str] = []
+        if self.lens is not None:
+            words = f"the {self.lens} lens stands for both eyes in the display file"
+            notes.append(f"{words}; --eye {self.lens} writes that eye alone")
+        if panel is None and self.panel and not file.exists():
+            panel = self._measured_panel()
+            notes.append(f"the panel is the one that was measured: {panel.text}")
+        return WrittenMode(write_mode(file, self.mode, self.mode_lines(), panel, replace=replace), tuple(notes))
+
+    def _measured_panel(self) -> PanelSpec:
+        try:
+            return PanelSpec.parse(self.panel)
+        except ValueError:
+            remedy = "write it as 1920x1080,0.2768,120,8, or give --panel"
+            what = f"the panel that was measured is '{self.panel}'"
+            raise DeviceError(Finding(what, self.file, remedy=remedy)) from None
+
+
+def fit_display(
+    measurements: Measurements,
+    *,
+    model: Name | Literal["auto", "none"] = "auto",
+    eye: PatchEye = "both",
+    mode: str | None = None,
+    without_glasses: Measurements | None = None,
+    seed: int = 1,
+    file: str | Path = "readings",
+) -> DisplayFit:
+    """Fit display models to measurements, and choose the one that predicts held-out readings best.
+
+    Parameters
+    ----------
+    measurements
+        Readings of patches; `devices.measurements.read.read_measurements` reads them from a file.
+    model
+        The display model. ``auto`` takes the simplest that predicts held-out readings well, ``none`` fits none.
+    eye
+        The eye that the readings were taken for. With ``both``, readings that name either eye are fitted apart.
+    mode
+        The stereo mode; None takes the readings' own.
+    without_glasses
+        Readings of the same patches without the glasses.
+    seed
+        Random seed of the cross-validation folds.
+    file
+        The file of the measurements, which the source in a display file names.
+
+    Returns
+    -------
+    DisplayFit
+        The candidates with their held-out errors in ΔE00, the chosen one, and what else the readings give.
+
+    Raises
+    ------
+    DeviceError
+        If the readings cannot be those of a display, or no model predicts them; see
+        `devices.characterise.choose.characterise`.
+
+    Examples
+    --------
+    >>> from devices.characterise.simulated import table_c1_codes, thesis_display
+    >>> codes = table_c1_codes()
+    >>> fit = fit_display(Measurements(codes, thesis_display().xyz(codes)), model="gog")
+    >>> fit.eyes["both"].characterisation.chosen.held_out.mean < 0.01
+    True
+    """
+    readings = plain(measurements)
+    apart = {"left", "right"} <= set(readings.eye)
+    chosen_eyes: tuple[PatchEye, ...] = ("left", "right") if eye == "both" and apart else (eye,)
+    eyes: dict[PatchEye, EyeFit] = {}
+    if model != "none":
+        for each in chosen_eyes:
+            eyes[each] = _fit_eye(readings if each == "both" else readings.for_eye(each), model, seed)
+    origin = _origin(str(file), readings.instrument)
+    parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
+    notes = [*parts.notes, *_notes_on_tags(measurements)]
+    if eyes and "both" in readings.eye:
+        notes += _notes_on_leakage(parts)
+    through = set(readings.eye)
+    lens = readings.eye[0] if chosen_eyes == ("both",) and len(through) == 1 and "both" not in through else None
+    named = mode or readings.mode or None
+    return DisplayFit(named, eyes, parts, tuple(notes), str(file), readings.instrument, readings.panel, lens)
+
+
+def _origin(file: str, instrument: str) -> str:
+    return Path(file).name + (f" by {instrument}" if instrument else "")
+
+
+def _fit_eye(readings: Measurements, model: Name | Literal["auto"], seed: int) -> EyeFit:
+    characterisation = characterise(readings, model, seed=seed)
+    patches = characterisation.patches
+    try:
+        return EyeFit(characterisation, thesis_fits(patches.codes, patches.XYZ), characterisation.notes)
+    except DeviceError as error:
+        note = f"no tables by the thesis's methods: {error}"
+        return EyeFit(characterisation, None, (*characterisation.notes, note))
+
+
+def _notes_on_tags(measurements: Measurements) -> list[str]:
+    """Return a note on the tagged readings that nothing here uses."""
+    tags = [known for name in measurements.name if (known := tag(name)) is not None]
+    unused = sum(known.kind not in _USED_TAGS for known in tags)
+    if not unused:
+        return []
+    readings = counted(unused, "reading", "readings")
+    were = "was" if unused == 1 else "were"
+    return [f"{readings} at angles, on surrounds or while warming up (@ in the name) {were} left out"]
+
+
+def _notes_on_leakage(parts: MeasuredParts) -> list[str]:
+    """Return a note that a model of readings with both eyes lit contains what leaked, where that is known."""
+    leak = next((one.value for one in parts.diagnoses if one.name == "crosstalk" and "crosstalk" in parts.lines), None)
+    if not leak or leak <= 0:
+        return []
+    return [
+        "if the other eye showed the patches too (display measure without --eye), each reading holds up to "
+        f"{leak:.2g} % that leaked from it, and pictures whose crosstalk is cancelled come out so much too dark: "
+        "measure with --eye left and --eye right"
+    ]
