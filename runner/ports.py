@@ -1,11 +1,12 @@
-"""What the session engine needs of the world, and no more: a presenter, an observer, a clock."""
+"""What the session engine needs of the world, and no more: a presenter, an observer, a place for answers."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
+from analysis.records.session_record import Mark, Note, Trial
 from runner.blocks.tasks import NOTHING, Task
 from runner.presenter.scene import Offset, Scene
 
@@ -104,3 +105,22 @@ class Observer(Protocol):
 
         Raises WindowClosed if there is nothing left to answer to.
         """
+
+
+class Sink(Protocol):
+    """Where answers go, such as a `Recorder`. Each is permanent before the call returns."""
+
+    def append(self, trial: Trial) -> None:
+        """Keep an answer."""
+
+    def note(self, note: Note) -> None:
+        """Keep a note."""
+
+    def mark(self, mark: Mark) -> None:
+        """Keep a mark: this trial is to be asked once more."""
+
+    def answers(self) -> Sequence[Trial]:
+        """Return every attempt kept so far."""
+
+    def end(self, facts: Mapping[str, Any]) -> None:
+        """Note that the session is complete, and ``facts`` of how it went."""

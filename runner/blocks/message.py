@@ -1,4 +1,4 @@
-"""Pages of words: `kind: instructions` and `kind: break`, and the breaks between trials."""
+"""Pages of words: `kind: instructions`, `kind: break`, breaks between trials, and the pause that Escape opens."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from runner.blocks.block import Block, BlockSpec, Draft, Steps, answer
 from runner.blocks.field_types import Words
 from runner.blocks.setting import Setting
 from runner.blocks.style import FULL_HD_HALF, Style
+from runner.blocks.text_entry import button
 from runner.ports import Ask
 from runner.presenter.scene import Scene
 
@@ -72,3 +73,40 @@ class BreakSpec(BlockSpec):
     def make(self, setting: Setting) -> Message:
         """Return the page."""
         return Message(self.kind, self.text, setting.style)
+
+
+_OPTIONS = {"c": "continue", "r": "repeat", "n": "note", "s": "stop"}
+_WORDS = {
+    "continue": "Go on",
+    "repeat": "Repeat the last trial",
+    "note": "Write a note",
+    "stop": "Stop the session",
+}
+_KEPT = "Every answer so far is kept; a stopped session can be resumed."
+_TOP, _ROW = -80.0, 72.0
+
+
+def pause_menu(style: Style, *, can_repeat: bool) -> Ask:
+    """Return the menu; its meanings: ``continue``, ``repeat`` (if there is a trial to repeat), ``note``, ``stop``."""
+    keys = {key: meaning for key, meaning in _OPTIONS.items() if can_repeat or meaning != "repeat"}
+    rows = {key: _TOP + _ROW * row for row, key in enumerate(keys)}
+    below = _TOP + _ROW * len(rows) + 10.0
+    buttons = [
+        item
+        for key, y in rows.items()
+        for item in (
+            *button(style, key.upper(), -190, y, 52, 52),
+            *button(style, _WORDS[keys[key]], 35, y, 370, 52),
+        )
+    ]
+    return Ask(
+        Scene(
+            (
+                style.text("Pause", y=_TOP - 90, height=36),
+                *buttons,
+                style.text(_KEPT, y=below, height=20, share=0.2),
+            )
+        ),
+        {**keys, "escape": "continue"},
+        targets={keys[key]: style.target(0, y, 440, 60) for key, y in rows.items()},
+    )

@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices.display.rig_file import Rig
+from runner.presenter.counters import IntervalSummary
 from runner.presenter.modes.registry import MODES, available
 from runner.presenter.surfaces.screens import compositor
 from runner.presenter.surfaces.surface import BACKENDS, Buffer, SurfaceFacts, open_surface
-from runner.presenter.timing import IntervalSummary
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
 

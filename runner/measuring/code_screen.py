@@ -19,11 +19,10 @@ from devices.measurements.log import CodeTriple, Shown
 from devices.patches import Patch, PatchEye
 from runner.measuring.patch_screen import middle_of
 from runner.presenter.depth import code_texture, highest_code
-from runner.presenter.drawing import BLACK, BLUE
+from runner.presenter.drawing import BLACK, BLUE, Painter
 from runner.presenter.errors import GraphicsError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
-from runner.presenter.painter import Painter
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.words import coverage, squeezed

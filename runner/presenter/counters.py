@@ -1,8 +1,13 @@
-"""What the presenter did, counted: counts are exact where clocks are noisy."""
+"""What the presenter did: its work, counted (counts are exact where clocks are noisy), and when frames were shown."""
 
 from __future__ import annotations
 
+import math
+from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
+from statistics import median
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,3 +56,68 @@ class Work:
     def total(self, name: str) -> int:
         """Return one counter, as often as a frame is drawn."""
         return self._totals[name]
+
+
+KEPT = 4096
+
+
+# An interval this many times the median holds a frame that was shown twice because the next was late.
+_MISSED_FROM = 1.5
+
+
+@dataclass(frozen=True, slots=True)
+class IntervalSummary:
+    """Intervals between frames, in milliseconds; ``frames`` of them counted.
+
+    ``missed`` counts the frames that came late: an interval of about k medians has missed k - 1 frames.
+    """
+
+    frames: int
+    median_ms: float
+    p99_ms: float
+    shortest_ms: float
+    longest_ms: float
+    missed: int
+
+    @classmethod
+    def of(cls, intervals_ms: Sequence[float]) -> IntervalSummary:
+        """Summarise at least one interval."""
+        ordered = sorted(intervals_ms)
+        middle = median(ordered)
+        late = [interval for interval in ordered if interval > _MISSED_FROM * middle > 0]
+        return cls(
+            frames=len(ordered),
+            median_ms=middle,
+            p99_ms=ordered[min(len(ordered) - 1, math.ceil(0.99 * len(ordered)) - 1)],
+            shortest_ms=ordered[0],
+            longest_ms=ordered[-1],
+            missed=sum(round(interval / middle) - 1 for interval in late),
+        )
+
+
+def missed_frames(interval_s: float, refresh_hz: float | None) -> int:
+    """Return how many refreshes passed without a new frame between two swaps ``interval_s`` apart; 0 if unknown."""
+    periods = interval_s * (refresh_hz or 0.0)
+    return round(periods) - 1 if periods > _MISSED_FROM else 0
+
+
+class SwapLog:
+    """The times of the last few thousand swaps, in seconds of ``time.monotonic``."""
+
+    def __init__(self, kept: int = KEPT) -> None:
+        self._times_s: deque[float] = deque(maxlen=kept)
+
+    def add(self, time_s: float) -> None:
+        """Note a swap."""
+        self._times_s.append(time_s)
+
+    @property
+    def times_s(self) -> tuple[float, ...]:
+        """The times, oldest first."""
+        return tuple(self._times_s)
+
+    def summary(self, last: int | None = None) -> IntervalSummary | None:
+        """Summarise the intervals between the ``last`` swaps (all that are kept if None); None below two swaps."""
+        times = self.times_s[-last:] if last else self.times_s
+        intervals = [1000.0 * (after - before) for before, after in pairwise(times)]
+        return IntervalSummary.of(intervals) if intervals else None

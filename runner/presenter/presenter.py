@@ -10,19 +10,17 @@ from devices.compensation.compensate import Compensation, Correction
 from devices.compensation.eye_view import Size
 from devices.display.display_file import Eye, EyeModels
 from documents import Finding
-from runner.presenter.counters import Counters, Work
+from runner.presenter.counters import Counters, SwapLog, Work, missed_frames
 from runner.presenter.dithering import Dithering
-from runner.presenter.drawing import Drawing, Plan
+from runner.presenter.drawing import Drawing, Painter, Plan
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
-from runner.presenter.painter import Painter
 from runner.presenter.pictures import PictureKey, Pictures
 from runner.presenter.pointer import Pointer
 from runner.presenter.scene import Box, Offset, Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
-from runner.presenter.timing import SwapLog, missed_frames
 from runner.presenter.view_codes import CodesPerEye, CompensatedCodes, MixedCodes, PictureCodes, ViewCodes
 from runner.presenter.words import Words
 from stimuli.pictures.stereo_image import StereoImage

@@ -13,38 +13,19 @@ from __future__ import annotations
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, Protocol
+from typing import Any
 
 from analysis.records.session_record import Mark, Note, Trial
 from documents import Finding
 from runner.blocks.block import Block, Draft, Ended, Hold, Response
+from runner.blocks.message import pause_menu
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.text_entry import typed
 from runner.errors import SessionError
-from runner.ports import Ask, Holding, KeyPress, Observer, Presenter
+from runner.ports import Ask, Holding, KeyPress, Observer, Presenter, Sink
 from runner.session.clocks import SteadyClock
-from runner.session.pause import pause_menu
 
 Place = tuple[int, int]
-
-
-class Sink(Protocol):
-    """Where answers go; the recorder in earnest. Each is permanent before the call returns."""
-
-    def append(self, trial: Trial) -> None:
-        """Keep an answer."""
-
-    def note(self, note: Note) -> None:
-        """Keep a note."""
-
-    def mark(self, mark: Mark) -> None:
-        """Keep the wish that a trial be asked once more."""
-
-    def answers(self) -> Sequence[Trial]:
-        """Return every attempt kept so far."""
-
-    def end(self, facts: Mapping[str, Any]) -> None:
-        """Note that the session is complete, and ``facts`` of how it went."""
 
 
 class Left(Exception):
@@ -52,7 +33,7 @@ class Left(Exception):
 
 
 @dataclass(slots=True)
-class _Course:
+class _RunState:
     """A way through blocks: what of it is still answered from the log, and what was done since the last record."""
 
     past: deque[Trial] = field(default_factory=deque)
@@ -89,13 +70,13 @@ class Session:
     closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
     style: Style = FULL_HD_HALF
-    _course: _Course = field(init=False)
+    _state: _RunState = field(init=False)
     _marked: list[Place] = field(init=False)
     _latest: Place | None = field(init=False, default=None)
     _place: Place = field(init=False, default=(0, 0))
 
     def __post_init__(self) -> None:
-        self._course = _Course(deque(self.logged))
+        self._state = _RunState(deque(self.logged))
         self._marked = list(self.pending)
 
     def run(self) -> None:
@@ -110,7 +91,7 @@ class Session:
         SessionError
             If the log does not fit the blocks.
         """
-        self._course.load_events()
+        self._state.load_events()
         ended: dict[str, Any] = {}
         try:
             for number, block in enumerate(self.blocks):
@@ -118,8 +99,8 @@ class Session:
                 self._repeat_marked(number)
         except Ended as end:
             ended = end.facts
-        if self._course.past:
-            raise SessionError(f"the log holds {len(self._course.past)} more trials than the experiment has")
+        if self._state.past:
+            raise SessionError(f"the log holds {len(self._state.past)} more trials than the experiment has")
         while self._marked and not ended:  # marked when their block was over
             self._repeat(self._marked[0])
         self.sink.end({**self.closing_facts(), **ended})
@@ -164,30 +145,30 @@ class Session:
                 response = self._respond(step)
 
     def _respond(self, ask: Ask) -> Response:
-        course = self._course
-        if course.past_events:
-            key, time_s = course.past_events.popleft()
+        state = self._state
+        if state.past_events:
+            key, time_s = state.past_events.popleft()
         else:
             key, time_s = self._live(ask)
         meaning = ask.meaning(key)
         if meaning is None:
             raise SessionError(f"the log holds the key '{key}' where only {sorted(ask.keys)} can be pressed")
-        course.events.append((key, time_s))
+        state.events.append((key, time_s))
         return Response(key, meaning, time_s)
 
     def _hold(self, step: Hold) -> None:
-        if self._course.past:
+        if self._state.past:
             return  # the log holds the trial: nobody need look at it again
         holding = self.presenter.hold(step.scene, step.seconds)
         self._end_holding(holding.onset_s)
-        self._course.holding = step.what, holding
+        self._state.holding = step.what, holding
 
     def _end_holding(self, next_onset_s: float) -> None:
-        if self._course.holding is None:
+        if self._state.holding is None:
             return
-        what, holding = self._course.holding
-        self._course.holding = None
-        self._course.timed.append(
+        what, holding = self._state.holding
+        self._state.holding = None
+        self._state.timed.append(
             {
                 "what": what,
                 "frames": holding.frames,
@@ -203,7 +184,7 @@ class Session:
             if ask.meaning(press.key) is not None:
                 return press.key, round(press.time_s - onset_s, 6)
             if press.key == "escape":
-                self._course.interruptions += 1
+                self._state.interruptions += 1
                 self._pause()
 
     def _show_and_wait(self, ask: Ask) -> tuple[KeyPress, float]:
@@ -215,7 +196,7 @@ class Session:
 
     def _pause(self) -> None:
         while True:
-            menu = pause_menu(self.style, can_repeat=self._latest is not None and self._course.attempt == 0)
+            menu = pause_menu(self.style, can_repeat=self._latest is not None and self._state.attempt == 0)
             meaning = menu.meaning(self._show_and_wait(menu)[0].key)
             if meaning == "stop":
                 raise Left
@@ -256,36 +237,36 @@ class Session:
         block, trial = place
         answers = self.sink.answers()
         first = [answer for answer in answers if answer.block == block and answer.attempt == 0]
-        kept, kept_place = self._course, self._place
+        kept, kept_place = self._state, self._place
         attempt = sum(answer.place == place for answer in answers)
-        self._course = _Course(deque(first[:trial]), attempt=attempt)
-        self._course.load_events()
+        self._state = _RunState(deque(first[:trial]), attempt=attempt)
+        self._state.load_events()
         try:
             self._run_block(block, self.blocks[block], only=trial)
         finally:
-            self._course, self._place = kept, kept_place
+            self._state, self._place = kept, kept_place
         if place in self._marked:
             self._marked.remove(place)
 
     def _record(self, block: int, number: int, draft: Draft) -> None:
-        course = self._course
+        state = self._state
         data = {**draft.data, **self.stamps}
         if draft.stimuli and self.clip_costs:
             data["clipping"] = {name: self.clip_costs[name] for name in draft.stimuli if name in self.clip_costs}
-        if course.timed:
-            data["timed"] = course.timed
-        if course.interruptions:
-            data["interruptions"] = course.interruptions
-        events = tuple(course.events)
+        if state.timed:
+            data["timed"] = state.timed
+        if state.interruptions:
+            data["interruptions"] = state.interruptions
+        events = tuple(state.events)
         trial = Trial(block, number, draft.kind, events, draft.response_time_s, self.utc(), data)
-        course.events, course.timed, course.interruptions = [], [], 0
-        if course.past:
-            self._compare(course.past.popleft(), trial)
-            course.load_events()
-            if course.attempt:
+        state.events, state.timed, state.interruptions = [], [], 0
+        if state.past:
+            self._compare(state.past.popleft(), trial)
+            state.load_events()
+            if state.attempt:
                 return
         else:
-            trial = replace(trial, attempt=course.attempt)
+            trial = replace(trial, attempt=state.attempt)
             self.sink.append(trial)
         if draft.repeatable:
             self._latest = trial.place

@@ -23,10 +23,9 @@ from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer
 from runner.session.clipping_costs import ClippingCosts, CostWork
 from runner.session.clocks import Pace, PacedPresenter
-from runner.session.folders import new_label, observer_folder, to_resume
+from runner.session.folders import Recorder, new_label, observer_folder, to_resume
 from runner.session.header import changes, check_unchanged, hashes, make_header
 from runner.session.picture_source import PictureSource
-from runner.session.recorder import Recorder
 from runner.session.session import Place, Session
 from runner.session.timing_record import timing_facts
 from stimuli.build.stimulus_set import StimulusSet

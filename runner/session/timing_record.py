@@ -10,11 +10,11 @@ from pathlib import Path
 from typing import Any
 
 from devices.display.verification_file import Verification
+from runner.presenter.counters import IntervalSummary
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Scene
 from runner.presenter.surfaces.screens import compositor
 from runner.presenter.surfaces.surface import SurfaceFacts
-from runner.presenter.timing import IntervalSummary
 
 NOT_VERIFIED = "not verified with a photodiode"
 # The first swaps fill the driver's queue and come faster than the screen shows them.

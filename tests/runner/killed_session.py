@@ -23,7 +23,7 @@ from runner.blocks.message import Message
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 from runner.session.session import Session
 
 NAMES = tuple("abcdefgh")

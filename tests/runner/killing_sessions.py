@@ -20,7 +20,7 @@ from analysis.records.session_record import FILE_NAME, Header, Trial, read_sessi
 from runner.blocks.block import Block
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 from runner.session.session import Session
 from tests.runner.every_kind import Fickle, blocks_of
 

@@ -15,7 +15,7 @@ import pytest
 
 from analysis.records.session_record import FILE_NAME, Header, Note, Trial, read_session
 from runner.errors import SessionError
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 
 UTC = "2026-01-01T00:00:01.000+00:00"
 HEADER = Header("e", "01", "s", UTC, 0, "Which?", True, ({"name": "a"},), {}, {}, {}, {}, {})
@@ -87,7 +87,7 @@ def test_a_folder_that_may_not_be_written_is_one_clear_message(tmp_path: Path) -
     folder.chmod(0o555)
     code = (
         "import os, sys; from pathlib import Path\n"
-        "from runner.session.recorder import Recorder; from runner.errors import SessionError\n"
+        "from runner.session.folders import Recorder; from runner.errors import SessionError\n"
         "if os.geteuid() == 0: os.setuid(int(sys.argv[2]))\n"
         "try: Recorder.reopen(Path(sys.argv[1]))\n"
         "except SessionError as error: print(error)"

@@ -21,7 +21,7 @@ from runner.blocks.orders import pair_order
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Holding
 from runner.presenter.scene import Scene
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 from runner.session.session import Session
 
 pytestmark = pytest.mark.stress

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import click
 
-from runner.cli.lazy_group import LazyGroup
+from runner.cli.main import LazyGroup
 
 # A command's module is runner.cli.stimuli.<name>; the text is its line in the help.
 COMMANDS = {

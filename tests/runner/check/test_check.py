@@ -14,7 +14,7 @@ from runner.check.machine import NO_DISPLAY
 from runner.check.report import CheckOptions, CheckReport
 from runner.presenter.surfaces.screens import monitors
 from runner.protocol.experiment import read_experiment
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 

@@ -24,7 +24,7 @@ from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress, Observer, WindowClosed
 from runner.presenter.scene import Scene
 from runner.protocol.experiment import read_experiment
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 from runner.session.session import Session
 from runner.session.station import Station
 from stimuli.build.recipe_to_set import build_set

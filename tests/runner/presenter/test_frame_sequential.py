@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
+from runner.presenter.counters import missed_frames
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
@@ -24,7 +25,6 @@ from runner.presenter.surfaces.egl import EglSurface
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
 from runner.presenter.surfaces.windows import WindowSurface
-from runner.presenter.timing import missed_frames
 from stimuli.pictures.stereo_image import StereoImage
 
 Stereo = Callable[..., StereoImage]

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 from analysis.records.session_record import Header, Trial, session_files
 from runner.errors import SessionError
-from runner.session.folders import new_label, observer_folder, to_resume, unfinished
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder, new_label, observer_folder, to_resume, unfinished
 
 NOON = datetime(2026, 3, 1, 12, tzinfo=UTC)
 HEADER = Header("e", "01", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})

@@ -12,7 +12,7 @@ import pytest
 from analysis.errors import ResultsError
 from analysis.records.session_record import FILE_NAME, Header, Trial, read_session
 from runner.errors import SessionError
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 
 HEADER = Header(
     experiment="e",
@@ -103,7 +103,7 @@ def test_two_processes_cannot_write_one_session(tmp_path: Path) -> None:
     with Recorder.create(tmp_path / "s", HEADER):
         code = (
             "import sys; from pathlib import Path\n"
-            "from runner.session.recorder import Recorder; from runner.errors import SessionError\n"
+            "from runner.session.folders import Recorder; from runner.errors import SessionError\n"
             "try: Recorder.reopen(Path(sys.argv[1]))\n"
             "except SessionError as error: print(error)"
         )
@@ -125,7 +125,7 @@ def test_a_full_disk_is_an_error_and_loses_nothing(tmp_path: Path) -> None:
     """A file-size limit makes the write fall short exactly as a full disk does."""
     code = (
         "import resource, signal, sys\nfrom pathlib import Path\n"
-        "from tests_support import HEADER, _trial\nfrom runner.session.recorder import Recorder\n"
+        "from tests_support import HEADER, _trial\nfrom runner.session.folders import Recorder\n"
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "recorder = Recorder.create(Path(sys.argv[1]), HEADER)\n"
         "size = (Path(sys.argv[1]) / 'session.jsonl').stat().st_size\n"

@@ -14,7 +14,7 @@ from documents import InputError
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.show import ShowOptions, show_picture
 from runner.reports.preview import preview
-from runner.session.recorder import Recorder
+from runner.session.folders import Recorder
 from runner.session.run import SessionOptions, run_session, simulate
 
 if TYPE_CHECKING:

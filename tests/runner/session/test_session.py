@@ -14,14 +14,13 @@ from analysis.records.session_record import Header, Mark, Note, SessionLog, Tria
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import Block
 from runner.blocks.layout import PairLayout
-from runner.blocks.message import Message
+from runner.blocks.message import Message, pause_menu
 from runner.blocks.style import FULL_HD_HALF
 from runner.errors import SessionError
 from runner.observers.person import Person
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
-from runner.session.pause import pause_menu
 from runner.session.session import Left, Session
 
 HEADER = Header("e", "01", "s", "2026-01-01T00:00:00+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})

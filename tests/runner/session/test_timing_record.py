@@ -16,8 +16,8 @@ from click.testing import CliRunner
 from analysis.records.session_record import read_session, session_files
 from devices.display.verification_file import read_verification
 from runner.cli.main import group
+from runner.presenter.counters import IntervalSummary
 from runner.presenter.surfaces.surface import SurfaceFacts
-from runner.presenter.timing import IntervalSummary
 from runner.session.timing_record import NOT_VERIFIED, explain, judge
 
 Study = Any  # tests/conftest.py
