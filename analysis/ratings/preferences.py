@@ -16,9 +16,9 @@ VIEWS = ("stereo", "flat")
 
 @dataclass(frozen=True, slots=True)
 class Preferences:
-    """What the trials of the kind ``preference`` came to: by observer, how often stereo and how often flat was chosen.
+    """The trials of the kind ``preference``: by observer, how often stereo and how often flat was chosen.
 
-    Answers of one observer hang together, so that the observers who lean to one side are what counts.
+    The answers of an observer are correlated: the independent units are the observers.
     """
 
     by_observer: dict[str, tuple[int, int]]
@@ -45,7 +45,7 @@ class Preferences:
 
     @property
     def sentence(self) -> str:
-        """All of it in words."""
+        """The counts in words."""
         total, people = self.stereo + self.flat, len(self.by_observer)
         return (
             f"Of {total} preferences between stereo and flat, {self.stereo} are for stereo; of {people} observers, "

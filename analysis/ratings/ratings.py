@@ -1,7 +1,7 @@
-"""Ratings of single stimuli: mean opinion scores, the same in each observer's own units, and BT.500's screening.
+"""Ratings of single stimuli: mean opinion scores, z scores within observers, and BT.500's screening.
 
-Recommendation ITU-R BT.500 [ITU500] gives the mean with its interval for each stimulus, and a rule that finds
-observers whose ratings scatter to both sides of the others'. Here the rule is information: nobody is left out.
+Recommendation ITU-R BT.500 [ITU500] gives the mean with its interval for each stimulus, and a rule that flags
+observers whose ratings lie far from the others' in both directions. Here the rule is information: nobody is left out.
 """
 
 from __future__ import annotations
@@ -18,6 +18,7 @@ from analysis.errors import ResultsError
 from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog
 from documents import Finding
+from documents.text.json_values import json_fields
 
 KIND = "rating"
 MOST_OUTLYING, MOST_ONE_SIDED = 0.05, 0.3
@@ -26,7 +27,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class OpinionScore:
-    """The ratings of one stimulus, one mean for each of ``observers``.
+    """The mean opinion score of a stimulus, over the means of ``observers``.
 
     ``mean`` in points of the scale and ``z`` in standard deviations of an observer's ratings, each with 95 % limits by
     Student's t (None with one observer); ``sd`` is that of the observers' means.
@@ -42,15 +43,7 @@ class OpinionScore:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "stimulus": self.stimulus,
-            "observers": self.observers,
-            "mean": self.mean,
-            "interval": None if self.interval is None else list(self.interval),
-            "sd": self.sd,
-            "z": self.z,
-            "z_interval": None if self.z_interval is None else list(self.z_interval),
-        }
+        return json_fields(self)
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,15 +53,15 @@ class RaterScreening:
     Attributes
     ----------
     ratings, mean, sd
-        How many ratings there are, and how the scale was used; ``sd`` None for one rating.
+        Number, mean and standard deviation of the ratings; ``sd`` is None for one rating.
     above, below
-        How many of them lie far above and far below the others' (P and Q).
+        How many ratings lie far above and far below the others' (P and Q).
     outlying
         (P + Q) / ratings.
     one_sided
         |P − Q| / (P + Q), None where both are 0.
     flagged
-        Whether the rule would leave the observer out: more than 5 % outlying, and these to both sides (below 0.3).
+        Whether the rule would leave the observer out: more than 5 % outlying, in both directions (below 0.3).
     """
 
     observer: str
@@ -85,7 +78,7 @@ class RaterScreening:
 
     @property
     def one_sided(self) -> float | None:
-        """How far these lie to one side, 0 to 1."""
+        """How far these lie in one direction, 0 to 1."""
         far = self.above + self.below
         return abs(self.above - self.below) / far if far else None
 
@@ -121,21 +114,21 @@ class ScaleSummary:
         """Return plain values for JSON."""
         return {
             "scale": self.scale,
-            "scores": [one.to_json() for one in self.scores],
-            "observers": [one.to_json() for one in self.observers],
+            "scores": [score.to_json() for score in self.scores],
+            "observers": [observer.to_json() for observer in self.observers],
         }
 
 
 @dataclass(frozen=True, slots=True)
 class RatingSummary:
-    """What blocks of the kind ``rating`` came to, by scale."""
+    """The results of blocks of the kind ``rating``, by scale."""
 
     experiment: str
     scales: tuple[ScaleSummary, ...]
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {"experiment": self.experiment, "scales": [one.to_json() for one in self.scales]}
+        return {"experiment": self.experiment, "scales": [scale.to_json() for scale in self.scales]}
 
 
 def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
@@ -144,14 +137,14 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
     Raises
     ------
     ResultsError
-        If the sessions do not belong together, hold no rating, or hold one that is not a number or names no stimulus.
+        If the sessions cannot be analysed together, have no rating, or one that is not a number or names no stimulus.
     """
     refuse_mixtures(sessions)
-    stimuli = [str(one["name"]) for one in sessions[0].header.stimuli]
+    stimuli = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]
     known = frozenset(stimuli)
     # By scale, observer and stimulus: the ratings in the order in which they were given.
-    found: dict[str, dict[str, dict[str, list[float]]]] = {}
-    for session in sorted(sessions, key=lambda one: (one.header.started_utc, one.header.session)):
+    by_scale: dict[str, dict[str, dict[str, list[float]]]] = {}
+    for session in sorted(sessions, key=lambda log: (log.header.started_utc, log.header.session)):
         for trial in session.trials:
             if trial.kind != KIND:
                 continue
@@ -163,20 +156,20 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
             for scale, value in ratings.items():
                 if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
                     raise damaged(session, trial, f"has {value!r} for '{scale}' in its ratings")
-                people = found.setdefault(str(scale), {}).setdefault(session.header.observer, {})
+                people = by_scale.setdefault(str(scale), {}).setdefault(session.header.observer, {})
                 people.setdefault(stimulus, []).append(float(value))
-    if not found:
+    if not by_scale:
         files = ", ".join(str(session.file) for session in sessions[:3])
         raise ResultsError(
             Finding("the results hold no rating of a stimulus", files, remedy="answer some trials first")
         )
-    summaries = tuple(_summary(scale, people, stimuli) for scale, people in found.items())
+    summaries = tuple(_summary(scale, people, stimuli) for scale, people in by_scale.items())
     return RatingSummary(sessions[0].header.experiment, summaries)
 
 
 def _summary(scale: str, people: Mapping[str, Mapping[str, list[float]]], stimuli: Sequence[str]) -> ScaleSummary:
     observers = sorted(people)
-    rated = [one for one in stimuli if any(one in people[observer] for observer in observers)]
+    rated = [stimulus for stimulus in stimuli if any(stimulus in people[observer] for observer in observers)]
     repeats = max(len(values) for by_stimulus in people.values() for values in by_stimulus.values())
     table = np.full((len(observers), len(rated), repeats), np.nan)
     for row, observer in enumerate(observers):
@@ -210,8 +203,8 @@ def _summary(scale: str, people: Mapping[str, Mapping[str, list[float]]], stimul
 def outlying(ratings: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     """Return P and Q of BT.500's rule: how many of each observer's ratings lie far above and far below the others'.
 
-    Far is 2 standard deviations from the mean of a presentation if its kurtosis β₂ = m₄/m₂² lies in 2 to 4, as that of
-    a normal law does, else √20. A presentation that all rate alike has nothing far in it.
+    Far is 2 standard deviations from the mean of a presentation if its kurtosis β₂ = m₄/m₂² is between 2 and 4, as for
+    a normal distribution, else √20. A presentation with equal ratings has no far ratings.
 
     Parameters
     ----------
@@ -238,10 +231,10 @@ def outlying(ratings: Floats) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
 
 
 def _observer_means(values: Floats) -> Floats:
-    """Return the mean of each row that has a number. Shapes (observers, repeats) to (observers with one,)."""
-    said = np.isfinite(values)
-    rows = said.any(axis=1)
-    return np.asarray(np.where(said, values, 0.0).sum(axis=1)[rows] / said.sum(axis=1)[rows])
+    """Return the mean of each row that has a number. Shapes (observers, repeats) to (k,), k observers."""
+    given = np.isfinite(values)
+    rows = given.any(axis=1)
+    return np.asarray(np.where(given, values, 0.0).sum(axis=1)[rows] / given.sum(axis=1)[rows])
 
 
 def _mean(values: Floats) -> tuple[float | None, tuple[float, float] | None, float | None]:

@@ -1,5 +1,5 @@
-"""The best of a series: which picture was chosen, how well it matched, and how finely the series could be told apart.
+"""Choices of the best picture of a series: scores, ratings, just noticeable steps, agreement, and tests.
 
-The room for everything about blocks of the kind ``best_of_series``, the thesis's first experiment [Medina2016,
-Section 4.5.1]; `analysis.series.summary` brings it together.
+The results of blocks of the kind ``best_of_series``, the thesis's first experiment [Medina2016, Section 4.5.1];
+`analysis.series.summary` computes all of them.
 """

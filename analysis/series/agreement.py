@@ -1,7 +1,7 @@
 """How far observers agree: Kendall's W and intraclass correlation on ratings, Fleiss' κ, Krippendorff's α on choices.
 
-Each is 1 where all agree. W is 0 where ranks cancel out, κ and α where agreement is that of chance, below 0 where it is
-less. Intraclass correlations follow [Shrout1979], their intervals [McGraw1996].
+Each is 1 where all agree. W is 0 where ranks cancel out; κ and α are 0 where agreement is as expected by chance, and
+negative below. Intraclass correlations follow [Shrout1979], their intervals [McGraw1996].
 """
 
 from __future__ import annotations
@@ -14,15 +14,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.series.choices import Choices
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True)
 class Coefficient:
-    """A coefficient with the limits of its interval; None where it cannot be told, such as where nothing varies.
+    """A coefficient with the limits of its interval; None where it is not defined, such as where nothing varies.
 
-    ``p`` is the chance of a value at least as high without any agreement, where that is tested.
+    ``p`` is of the test that there is no agreement, where it is made.
     """
 
     name: str
@@ -33,7 +34,7 @@ class Coefficient:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {"name": self.name, "value": self.value, "low": self.low, "high": self.high, "p": self.p}
+        return json_fields(self)
 
 
 def kendall_w(ratings: Floats) -> float | None:
@@ -42,11 +43,11 @@ def kendall_w(ratings: Floats) -> float | None:
     Parameters
     ----------
     ratings
-        Shape (observers, n): each observer's ratings of the same n things, of which only the order counts.
+        Shape (observers, n): each observer's ratings of the same n objects; only their order is used.
 
     Returns
     -------
-    0 to 1; None where every observer rates everything alike, or there is only one observer or thing.
+    0 to 1; None where every observer rates all objects equally, or there is only one observer or object.
     """
     from scipy.stats import rankdata
 
@@ -66,11 +67,11 @@ def fleiss_kappa(counts: Floats) -> float | None:
     Parameters
     ----------
     counts
-        Shape (n, categories): how many of the m observers put each of n things into each category. Rows sum to m.
+        Shape (n, categories): how many of the m observers put each of n objects into each category. Rows sum to m.
 
     Returns
     -------
-    At most 1; None where all fall into one category, or there is only one observer.
+    At most 1; None where all are in the same category, or there is only one observer.
     """
     m = counts.sum(axis=1)
     if len(m) < 1 or m[0] < 2 or (m != m[0]).any():
@@ -86,20 +87,20 @@ def krippendorff_alpha(values: Floats, *, nominal: bool) -> float | None:
     Parameters
     ----------
     values
-        Shape (observers, n): what each observer said of each of n things, NaN where nothing.
+        Shape (observers, n): each observer's value for each of n objects; NaN for none.
     nominal
-        Whether values differ or not (δ² = 1 or 0), else by how much they differ (δ² = (v − w)²).
+        Whether values are categories (δ² = 1 or 0) rather than numbers (δ² = (v − w)²).
 
     Returns
     -------
-    At most 1; None where no value differs from another, or no thing has two of them.
+    At most 1; None where all values are equal, or no object has two of them.
     """
     values = values[:, np.isfinite(values).sum(axis=0) > 1]
-    said = np.isfinite(values)
-    if not said.any():
+    given = np.isfinite(values)
+    if not given.any():
         return None
-    known, which = np.unique(values[said], return_inverse=True)
-    place = np.nonzero(said)[1]
+    known, which = np.unique(values[given], return_inverse=True)
+    place = np.nonzero(given)[1]
     counts = np.zeros((values.shape[1], len(known)))
     np.add.at(counts, (place, which.ravel()), 1.0)
     each = counts.sum(axis=1)
@@ -111,10 +112,11 @@ def krippendorff_alpha(values: Floats, *, nominal: bool) -> float | None:
 
 
 def with_jackknife(name: str, coefficient: Callable[[Floats], float | None], rows: Floats) -> Coefficient:
-    """Return the coefficient of ``rows``, one for each observer, with 95 % limits from leaving out each in turn.
+    """Return the coefficient of ``rows``, a row for each observer, with 95 % limits by the jackknife over observers.
 
-    Tukey's pseudo-values [Miller1974], by Student's t; cut at 1. Drawing observers anew would not do: an observer drawn
-    twice agrees with themselves. No limits with fewer than four observers, or where a coefficient cannot be told.
+    Tukey's pseudo-values [Miller1974], by Student's t, limited to 1. A bootstrap over observers would be biased: an
+    observer drawn twice agrees with themselves. No limits with fewer than four observers, or where a coefficient is not
+    defined.
     """
     from scipy.special import stdtrit
 
@@ -123,7 +125,7 @@ def with_jackknife(name: str, coefficient: Callable[[Floats], float | None], row
     if value is None or people < 4:
         return Coefficient(name, value)
     left_out = [coefficient(np.delete(rows, number, axis=0)) for number in range(people)]
-    known = np.array([one for one in left_out if one is not None])
+    known = np.array([without for without in left_out if without is not None])
     if len(known) < people:
         return Coefficient(name, value)
     pseudo = people * value - (people - 1) * known
@@ -132,7 +134,7 @@ def with_jackknife(name: str, coefficient: Callable[[Floats], float | None], row
 
 
 def kendall_w_p(w: float | None, observers: int, things: int) -> float | None:
-    """Return the chance of a W at least as high without agreement: m (n − 1) W by χ² with n − 1 degrees of freedom."""
+    """Return the p value of W without agreement: m (n − 1) W by χ² with n − 1 degrees of freedom."""
     from scipy.special import chdtrc
 
     return None if w is None else float(chdtrc(things - 1, observers * (things - 1) * w))
@@ -141,31 +143,31 @@ def kendall_w_p(w: float | None, observers: int, things: int) -> float | None:
 def intraclass(ratings: Floats, *, level: float = 0.95) -> tuple[Coefficient, ...]:
     """Return ICC(2,1), ICC(3,1), ICC(2,k) and ICC(3,k).
 
-    (2, ·) asks whether observers give the same numbers, (3, ·) whether they give them in the same proportion, each
-    about a mean of their own; (·, 1) is the reliability of one observer, (·, k) that of the mean of all of them.
+    (2, ·) is absolute agreement; (3, ·) is consistency, which ignores each observer's mean; (·, 1) is the reliability
+    of a single observer, (·, k) that of the mean over observers.
 
     Parameters
     ----------
     ratings
-        Shape (observers, n), without gaps: each observer's rating of the same n things.
+        Shape (observers, n), without gaps: each observer's rating of the same n objects.
 
     Returns
     -------
-    Four coefficients with F-distributed limits; without values where things do not vary, or with fewer than two
-    observers or things. ``p`` is that of the F test that things do not differ.
+    Four coefficients with F-distributed limits; without values where objects do not vary, or with fewer than two
+    observers or objects. ``p`` is of the F test that objects do not differ.
     """
     names = "ICC(2,1)", "ICC(3,1)", "ICC(2,k)", "ICC(3,k)"
     k, n = ratings.shape
     if k < 2 or n < 2:
         return tuple(Coefficient(name, None) for name in names)
     mean = ratings.mean()
-    of_things, of_observers = ratings.mean(axis=0), ratings.mean(axis=1)
-    between = k * float(((of_things - mean) ** 2).sum()) / (n - 1)
+    of_objects, of_observers = ratings.mean(axis=0), ratings.mean(axis=1)
+    between = k * float(((of_objects - mean) ** 2).sum()) / (n - 1)
     judges = n * float(((of_observers - mean) ** 2).sum()) / (k - 1)
-    rest = ratings - of_things - of_observers[:, None] + mean
+    rest = ratings - of_objects - of_observers[:, None] + mean
     error = float((rest**2).sum()) / ((n - 1) * (k - 1))
     smallest = 1e-24 * max(float((ratings**2).sum()), 1e-300)
-    if between <= smallest:  # rounding of zero: nothing varies that could be told apart
+    if between <= smallest:  # rounding of zero: objects do not vary
         return tuple(Coefficient(name, None) for name in names)
     error = error if error > smallest else 0.0
     agreement = (between - error) / (between + (k - 1) * error + k * (judges - error) / n)
@@ -213,10 +215,10 @@ def _agreement_limits(
 
 @dataclass(frozen=True, slots=True)
 class SeriesAgreement:
-    """Coefficients over ``observers`` who went through all ``series``.
+    """Coefficients over the ``observers`` who completed all ``series``.
 
-    ``ratings`` holds, by scale, Kendall's W and the intraclass correlations over the series; ``choices`` Fleiss' κ on
-    the places chosen, and Krippendorff's α on them as names and as levels (their logarithm if all are above 0).
+    ``ratings``, by scale, are Kendall's W and the intraclass correlations over the series; ``choices`` are Fleiss' κ of
+    the positions chosen, and Krippendorff's α of them as categories and as levels (their logarithm if all are above 0).
     """
 
     observers: int
@@ -226,23 +228,18 @@ class SeriesAgreement:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "observers": self.observers,
-            "series": self.series,
-            "ratings": {scale: [one.to_json() for one in found] for scale, found in self.ratings.items()},
-            "choices": [one.to_json() for one in self.choices],
-        }
+        return json_fields(self)
 
 
 def series_agreement(choices: Choices) -> SeriesAgreement:
-    """Return how far observers agree. Of several choices by one observer from one series the first one counts."""
+    """Return the agreement between observers; of repeated choices from a series by an observer, the first counts."""
     plan = choices.design
     index = np.full((len(choices.observers), len(plan.series)), -1)
     level = np.full(index.shape, np.nan)
-    for one in choices.choices:
-        if index[one.observer, one.series] < 0:
-            index[one.observer, one.series] = one.index
-            level[one.observer, one.series] = plan.series[one.series].levels[one.index]
+    for choice in choices.choices:
+        if index[choice.observer, choice.series] < 0:
+            index[choice.observer, choice.series] = choice.index
+            level[choice.observer, choice.series] = plan.series[choice.series].levels[choice.index]
     whole = list(choices.complete)
     index, level = index[whole], level[whole]
     if plan.along and (level > 0).all():
@@ -252,15 +249,15 @@ def series_agreement(choices: Choices) -> SeriesAgreement:
         rows = choices.rating_matrix(scale)
         rows = rows[np.isfinite(rows).all(axis=1)]
         w = kendall_w(rows)
-        # Chance alone makes W 1/m on average: a test says more than an interval.
+        # By chance alone W is 1/m on average: a test is more informative than an interval.
         ratings[scale] = Coefficient("Kendall's W", w, p=kendall_w_p(w, *rows.shape)), *intraclass(rows)
     places = index.astype(np.float64)
-    found = (
+    coefficients = (
         with_jackknife("Fleiss' κ", _kappa, places),
         with_jackknife("Krippendorff's α, nominal", lambda rows: krippendorff_alpha(rows, nominal=True), places),
         with_jackknife("Krippendorff's α, interval", lambda rows: krippendorff_alpha(rows, nominal=False), level),
     )
-    return SeriesAgreement(len(whole), len(plan.series), ratings, found)
+    return SeriesAgreement(len(whole), len(plan.series), ratings, coefficients)
 
 
 def _kappa(places: Floats) -> float | None:

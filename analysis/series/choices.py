@@ -1,6 +1,6 @@
-"""The choices in the records of sessions, one for each observer and series, and the design of the series.
+"""The choices in the records of sessions, and the design of the series.
 
-The design says which factors of the stimuli tell the series apart, and which one rises along them.
+The design names the factors of the stimuli that distinguish the series, and the factor that rises along them.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ Factors = Mapping[str, str | float]
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """One series: ``kind`` says how it was made (such as base, brighter, grey) and ``paint`` what it shows.
+    """One series: ``kind`` is how it was made (such as base, brighter, grey) and ``paint`` what it shows.
 
-    ``levels`` holds one number for each of ``stimuli``: the value of the factor that rises along the series, or the
-    place from 1 on.
+    ``levels`` has a number for each of ``stimuli``: the value of the factor that rises along the series, or the
+    position, from 1.
     """
 
     name: str
@@ -38,11 +38,10 @@ class Series:
 
 @dataclass(frozen=True, slots=True)
 class Design:
-    """The series, and the factors that were taken for kind (``by``), paint (``across``) and levels (``along``).
+    """The series, and the factors that are used for kind (``by``), paint (``across``) and levels (``along``).
 
-    ``by`` None: they are all of the kind ``all``, or, if ``across`` is None too, each is a kind of its own. ``across``
-    None: they all show one thing, with the empty name.
-    ``along`` None: levels are places from 1 on.
+    ``by`` None: all series are of the kind ``all``, or, if ``across`` is None too, each is a kind of its own.
+    ``across`` None: all series have the same paint, with an empty name. ``along`` None: levels are positions from 1.
     """
 
     series: tuple[Series, ...]
@@ -53,16 +52,16 @@ class Design:
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds, each once, in the order of the series."""
-        return tuple(dict.fromkeys(one.kind for one in self.series))
+        return tuple(dict.fromkeys(series.kind for series in self.series))
 
     @property
     def paints(self) -> tuple[str, ...]:
         """The paints, each once, in the order of the series."""
-        return tuple(dict.fromkeys(one.paint for one in self.series))
+        return tuple(dict.fromkeys(series.paint for series in self.series))
 
     def levels(self, kind: str | None = None) -> tuple[float, ...]:
         """Return all levels of the series of one kind, or of all, rising."""
-        return tuple(sorted({x for one in self.series if kind in (None, one.kind) for x in one.levels}))
+        return tuple(sorted({x for series in self.series if kind in (None, series.kind) for x in series.levels}))
 
 
 def design(
@@ -73,24 +72,30 @@ def design(
     across: str | None = None,
     along: str | None = None,
 ) -> Design:
-    """Find out how ``series`` (stimuli by the series' name) hang together from their stimuli's ``factors``.
+    """Return the design of ``series`` (stimuli by the series' name) from their stimuli's ``factors``.
 
-    What is left out is found: ``along`` is the first factor that is a number and rises strictly along every series;
-    ``by`` is ``series`` if that is the same within each series, or else the last factor that is so and differs among
-    them; ``across`` is ``paint``, or else the first further one of these.
+    Without names, ``along`` is the first numerical factor that rises strictly along every series; ``by`` is ``series``
+    if that is constant within each series, else the last factor that is constant within and differs between series;
+    ``across`` is ``paint``, else the first further factor of that sort.
 
     Raises
     ------
     ResultsError
-        If a factor that is named does not do what it is named for.
+        If a named factor cannot be used as named.
     """
-    names = list(dict.fromkeys(name for stimuli in series.values() for one in stimuli for name in factors[one]))
+    names = list(
+        dict.fromkeys(name for stimuli in series.values() for stimulus in stimuli for name in factors[stimulus])
+    )
     rising = [name for name in names if all(_rises(name, stimuli, factors) for stimuli in series.values())]
     constant = [name for name in names if all(_is_constant(name, stimuli, factors) for stimuli in series.values())]
-    telling = [name for name in constant if len({factors[stimuli[0]][name] for stimuli in series.values()}) > 1]
+    distinguishing = [name for name in constant if len({factors[stimuli[0]][name] for stimuli in series.values()}) > 1]
     along = _named(along, rising, "rises along every series") or next(iter(rising), None)
-    by = _named(by, constant, "is the same within each series") or _found("series", constant, telling[::-1], across)
-    across = _named(across, constant, "is the same within each series") or _found("paint", constant, telling, by)
+    by = _named(by, constant, "is the same within each series") or _usual_factor(
+        "series", constant, distinguishing[::-1], across
+    )
+    across = _named(across, constant, "is the same within each series") or _usual_factor(
+        "paint", constant, distinguishing, by
+    )
     return Design(
         tuple(
             Series(
@@ -99,7 +104,8 @@ def design(
                 paint="" if across is None else str(factors[stimuli[0]][across]),
                 stimuli=stimuli,
                 levels=tuple(
-                    float(number + 1 if along is None else factors[one][along]) for number, one in enumerate(stimuli)
+                    float(number + 1 if along is None else factors[stimulus][along])
+                    for number, stimulus in enumerate(stimuli)
                 ),
             )
             for name, stimuli in series.items()
@@ -117,24 +123,27 @@ def _named(name: str | None, possible: Sequence[str], does: str) -> str | None:
     return name
 
 
-def _found(usual: str, constant: Sequence[str], telling: Sequence[str], taken: str | None) -> str | None:
+def _usual_factor(usual: str, constant: Sequence[str], distinguishing: Sequence[str], taken: str | None) -> str | None:
     if usual in constant and usual != taken:
         return usual
-    return next((name for name in telling if name not in (taken, "series", "paint")), None)
+    return next((name for name in distinguishing if name not in (taken, "series", "paint")), None)
 
 
 def _rises(name: str, stimuli: Sequence[str], factors: Mapping[str, Factors]) -> bool:
     values: list[float] = []
-    for one in stimuli:
-        value = factors[one].get(name)
+    for stimulus in stimuli:
+        value = factors[stimulus].get(name)
         if isinstance(value, bool) or not isinstance(value, int | float):
             return False
         values.append(float(value))
-    return all(one < other for one, other in pairwise(values))
+    return all(low < high for low, high in pairwise(values))
 
 
 def _is_constant(name: str, stimuli: Sequence[str], factors: Mapping[str, Factors]) -> bool:
-    return all(name in factors[one] for one in stimuli) and len({factors[one][name] for one in stimuli}) == 1
+    return (
+        all(name in factors[stimulus] for stimulus in stimuli)
+        and len({factors[stimulus][name] for stimulus in stimuli}) == 1
+    )
 
 
 KIND = "best_of_series"
@@ -142,18 +151,18 @@ KIND = "best_of_series"
 
 @dataclass(frozen=True, slots=True)
 class Choice:
-    """One series gone through by one observer.
+    """An observer's choice from a series.
 
     Attributes
     ----------
     observer, series
         Indices into the observers and the series.
     index
-        Of the picture chosen, from 0.
+        Index of the chosen picture, from 0.
     ratings, rating_times_s
         By the scale's name.
     dwell_s, visits
-        For each picture of the series: how long it was seen altogether, and how often it came up.
+        For each picture of the series: for how long it was shown in total, and how often.
     response_time_s
         From the first picture's onset to the choice.
     """
@@ -169,7 +178,7 @@ class Choice:
 
     @property
     def path_length(self) -> int:
-        """How many pictures came up, returns included."""
+        """How many pictures were shown, returns included."""
         return sum(self.visits)
 
 
@@ -177,8 +186,8 @@ class Choice:
 class Choices:
     """All choices of one experiment.
 
-    ``observers`` are sorted; ``choices`` stand in the order of observers, series and time; ``scales`` names every
-    scale on which some choice was rated.
+    ``observers`` are sorted; ``choices`` are in the order of observers, series and time; ``scales`` names every scale
+    with a rating.
     """
 
     design: Design
@@ -190,62 +199,64 @@ class Choices:
     def counts(self) -> NDArray[np.intp]:
         """Shape (observers, series): how often each observer chose from each series."""
         shape = len(self.observers), len(self.design.series)
-        flat = [one.observer * shape[1] + one.series for one in self.choices]
+        flat = [choice.observer * shape[1] + choice.series for choice in self.choices]
         counts = np.bincount(np.array(flat, dtype=np.intp), minlength=shape[0] * shape[1])
         return np.asarray(counts.reshape(shape), dtype=np.intp)
 
     @property
     def complete(self) -> tuple[int, ...]:
-        """Indices of the observers who went through every series at least once."""
+        """Indices of the observers who chose from every series at least once."""
         return tuple(np.flatnonzero((self.counts > 0).all(axis=1)).tolist())
 
     def rating_matrix(self, scale: str) -> NDArray[np.float64]:
         """Return each observer's mean rating of each series, shape (observers, series); NaN where there is none."""
         total, count = np.zeros(self.counts.shape), np.zeros(self.counts.shape)
-        for one in self.choices:
-            if scale in one.ratings:
-                total[one.observer, one.series] += one.ratings[scale]
-                count[one.observer, one.series] += 1
+        for choice in self.choices:
+            if scale in choice.ratings:
+                total[choice.observer, choice.series] += choice.ratings[scale]
+                count[choice.observer, choice.series] += 1
         return np.asarray(np.divide(total, count, out=np.full(total.shape, np.nan), where=count > 0))
 
 
 def gather(
     sessions: Sequence[SessionLog], *, by: str | None = None, across: str | None = None, along: str | None = None
 ) -> Choices:
-    """Gather the choices of one experiment's sessions, each trial's last attempt; those of a practice do not count.
+    """Read the choices from the sessions of an experiment: each trial's last attempt, without practice.
 
     ``by``, ``across`` and ``along`` are factors of the stimuli, as in `analysis.series.choices.design`.
 
     Raises
     ------
     ResultsError
-        If the sessions do not belong together, hold no choice, or hold one that contradicts itself, or if a series of
-        one name has other pictures elsewhere.
+        If the sessions cannot be analysed together, have no choice or an inconsistent choice, or if a series has
+        different pictures in two sessions.
     """
     refuse_mixtures(sessions)
-    factors: dict[str, Factors] = {str(one["name"]): one.get("factors", {}) for one in sessions[0].header.stimuli}
+    factors: dict[str, Factors] = {
+        str(stimulus["name"]): stimulus.get("factors", {}) for stimulus in sessions[0].header.stimuli
+    }
     in_time = sorted(sessions, key=lambda session: (session.header.started_utc, session.header.session))
-    found = [(session, trial) for session in in_time for trial in session.trials if trial.kind == KIND]
-    if not found:
+    trials = [(session, trial) for session in in_time for trial in session.trials if trial.kind == KIND]
+    if not trials:
         files = ", ".join(str(session.file) for session in sessions[:3])
         raise ResultsError(
             Finding("the results hold no choice from a series", files, remedy="answer some trials first")
         )
     series: dict[str, tuple[str, ...]] = {}
     first: dict[str, SessionLog] = {}
-    for session, trial in found:
+    for session, trial in trials:
         name, stimuli = _series(session, trial, factors)
         if series.setdefault(name, stimuli) != stimuli:
             raise damaged(session, trial, f"shows other pictures as '{name}' than {first[name].file}")
         first.setdefault(name, session)
     place = {name: number for number, name in enumerate(factors)}
     ordered = dict(sorted(series.items(), key=lambda item: (place[item[1][0]], item[0])))
-    observers = tuple(sorted({session.header.observer for session, _ in found}))
+    observers = tuple(sorted({session.header.observer for session, _ in trials}))
     numbers = {name: number for number, name in enumerate(ordered)}
     people = {name: number for number, name in enumerate(observers)}
-    choices = [_choice(session, trial, people, numbers) for session, trial in found]
-    choices.sort(key=lambda one: (one.observer, one.series))
-    scales = sorted({scale for one in choices for scale in one.ratings})
+    choices = [_choice(session, trial, people, numbers) for session, trial in trials]
+    choices.sort(key=lambda choice: (choice.observer, choice.series))
+    scales = sorted({scale for choice in choices for scale in choice.ratings})
     known = [scale for scale in ("similarity", "difficulty") if scale in scales]
     scales = known + [scale for scale in scales if scale not in known]
     whole = design(ordered, factors, by=by, across=across, along=along)
@@ -256,8 +267,8 @@ def _series(session: SessionLog, trial: Trial, factors: Mapping[str, Factors]) -
     name, stimuli = trial.data.get("series"), trial.data.get("stimuli")
     if not isinstance(name, str) or not isinstance(stimuli, list | tuple) or len(stimuli) < 2:
         raise damaged(session, trial, "names no series of two pictures or more")
-    names = tuple(str(one) for one in stimuli)
-    unknown = [one for one in names if one not in factors]
+    names = tuple(str(name) for name in stimuli)
+    unknown = [name for name in names if name not in factors]
     if unknown:
         raise damaged(session, trial, f"shows '{unknown[0]}', no stimulus of the session")
     if len(set(names)) < len(names):
@@ -282,7 +293,7 @@ def _choice(session: SessionLog, trial: Trial, people: Mapping[str, int], number
             visits[place] += 1
         dwell_s = tuple(float(seconds) for seconds in data["dwell_s"])
     except (KeyError, TypeError, ValueError, IndexError):
-        raise damaged(session, trial, "has no sound record of the pictures seen (path, dwell_s)") from None
+        raise damaged(session, trial, "has no valid record of the pictures shown (path, dwell_s)") from None
     if len(dwell_s) != count or not all(0 <= seconds < math.inf for seconds in dwell_s):
         raise damaged(session, trial, f"has no time of 0 s or more for each of its {count} pictures")
     observer, series = people[session.header.observer], numbers[data["series"]]

@@ -1,15 +1,15 @@
-"""The smallest noticeable step along a series, from how far choices scatter.
+"""The just noticeable step along a series, from the standard deviation of the choices.
 
-Going through a series until one picture matches is the method of adjustment in steps: the standard deviation of the
-matches about their mean is the measure of discrimination [Gescheider1997]. The model: in each choice an observer s has
-a match at x = m + b_s + e on the axis of the series, with b_s ~ N(0, between²) and e ~ N(0, within²), and takes the
-picture nearest to it. A picture at x_i is therefore chosen when x falls between the midpoints to its neighbours, the
-first and the last also for all that lies beyond. The axis is the natural logarithm of the level if all levels are above
-0, so that a step is a ratio, else the level itself.
+Choosing the picture of a series that matches is the method of adjustment in steps: the standard deviation of the
+matches is the measure of discrimination [Gescheider1997]. The model: in each choice an observer s has a match at x = m
++ b_s + e on the axis of the series, with b_s ~ N(0, between²) and e ~ N(0, within²), and chooses the nearest picture. A
+picture at x_i is chosen when x lies between the midpoints to its neighbours; the first and the last picture also for
+all x beyond them. The axis is the natural logarithm of the level if all levels are above 0, so that a step is a ratio,
+else the level itself.
 
-The step noticeable in 75 % of cases is Φ⁻¹(0.75) · within. The fit maximises the likelihood, the observers' b_s
-integrated out by the trapezoid rule; the interval is that of the profile likelihood, by Student's t with one
-degree of freedom less than observers.
+The step noticed in 75 % of cases is Φ⁻¹(0.75) · within. The fit maximises the likelihood, with b_s integrated out by
+the trapezoid rule; the interval is that of the profile likelihood, by Student's t with observers − 1 degrees of
+freedom.
 """
 
 from __future__ import annotations
@@ -24,14 +24,14 @@ from analysis.series.choices import Choices
 
 Floats = NDArray[np.float64]
 PROBABLE_ERROR = 0.6744897501960817
-NODES, REACH = 241, 8.0  # of the rule that integrates over a standard normal law, out to its eighth standard deviation
-_WIDEST_TOLD = 2.0  # in lengths of the series: a scatter beyond it cannot be measured with the series
-_NARROWEST, _WIDEST = 1e-3, 1e2  # of the standard deviations, in lengths of the series
+NODES, REACH = 241, 8.0  # of the trapezoid rule over a standard normal distribution, to 8 standard deviations
+_WIDEST_REPORTED = 2.0  # in lengths of the series: a larger standard deviation cannot be measured with the series
+_NARROWEST, _WIDEST = 1e-3, 1e2  # limits of the standard deviations, in lengths of the series
 
 
 @dataclass(frozen=True, slots=True)
 class StepSize:
-    """What the scatter of choices from series of one kind says.
+    """The just noticeable step from the choices from series of one kind.
 
     Attributes
     ----------
@@ -42,19 +42,19 @@ class StepSize:
     within, between
         Standard deviations on the axis; ``between`` is 0 where no observer chose twice.
     within_interval
-        95 % limits; an upper end of None has no bound, a lower one is then still one.
+        95 % limits; an upper limit of None is unbounded.
     step
-        Smallest noticeable step at 75 %: in units of the axis; as a ``ratio`` of levels (log axis), and as
+        Just noticeable step at 75 %: in units of the axis; as a ``ratio`` of levels (log axis), and as
         ``step_at``, the step up from each level on the scale of the levels.
     step_interval
         95 % limits of ``step``.
     levels, observed, expected
         For each level the number of choices and what the model expects.
     fit_p
-        Chance of a deviance of these two this large if the model holds; choices are taken for independent, so that it
-        is too small rather than too large. None with three levels, where nothing is left to test.
+        p value of the deviance of ``observed`` from ``expected``; it treats choices as independent, so that it is too
+        small rather than too large. None with three levels, where no degree of freedom is left.
     reason
-        Why nothing could be estimated; empty where it could.
+        Why there is no estimate; empty where there is one.
     """
 
     kind: str
@@ -73,7 +73,7 @@ class StepSize:
 
     @property
     def step(self) -> float | None:
-        """Smallest noticeable step at 75 % on the axis."""
+        """Just noticeable step at 75 % on the axis."""
         return None if self.within is None else PROBABLE_ERROR * self.within
 
     @property
@@ -86,7 +86,7 @@ class StepSize:
 
     @property
     def ratio(self) -> float | None:
-        """By how much a level must be multiplied for the step to be noticed; None on a linear axis."""
+        """The factor by which a level must change for the step to be noticed; None on a linear axis."""
         return None if self.step is None or self.axis != "log" else float(np.exp(self.step))
 
     @property
@@ -121,11 +121,11 @@ class StepSize:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Matches:
-    """Choices as intervals on the axis that hold the match.
+    """Choices as intervals on the axis that contain the match.
 
-    ``low`` and ``high``, shape (k,), are the ends of the intervals that occur, infinite at the ends of a series;
-    ``counts``, shape (observers, k), is how often each observer's match fell into each. ``nodes`` and ``log_weights``
-    integrate over a standard normal law.
+    ``low`` and ``high``, shape (k,), are the ends of the intervals, infinite at the ends of a series; ``counts``, shape
+    (observers, k), is how often each observer's match is in each interval. ``nodes`` and ``log_weights`` integrate over
+    a standard normal distribution.
     """
 
     low: Floats
@@ -166,10 +166,10 @@ class Matches:
 
 
 def log_normal_between(low: Floats, high: Floats) -> Floats:
-    """Return the logarithm of the standard normal law's chance of lying between ``low`` and ``high``, low < high."""
+    """Return the log probability of a standard normal variable between ``low`` and ``high``, low < high."""
     from scipy.special import log_ndtr
 
-    flip = low + high > 0  # into the lower tail, where logarithms keep their digits
+    flip = low + high > 0  # into the lower tail, where logarithms keep their precision
     a, b = np.where(flip, -high, low), np.where(flip, -low, high)
     above = log_ndtr(b)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
@@ -178,48 +178,48 @@ def log_normal_between(low: Floats, high: Floats) -> Floats:
 
 
 def step_size(choices: Choices, kind: str) -> StepSize:
-    """Estimate the smallest noticeable step from the choices from all series of one kind, whatever their paint."""
+    """Estimate the just noticeable step from the choices from all series of one kind, of all paints."""
     plan = choices.design
-    chosen = [one for one in choices.choices if plan.series[one.series].kind == kind]
+    chosen = [choice for choice in choices.choices if plan.series[choice.series].kind == kind]
     levels = plan.levels(kind)
     axis = "log" if plan.along and levels[0] > 0 else "linear"
     place = {level: number for number, level in enumerate(levels)}
     observed = [0] * len(levels)
     ends: list[tuple[float, float]] = []
     at: list[float] = []
-    for one in chosen:
-        series = plan.series[one.series]
-        observed[place[series.levels[one.index]]] += 1
+    for choice in chosen:
+        series = plan.series[choice.series]
+        observed[place[series.levels[choice.index]]] += 1
         x = np.log(series.levels) if axis == "log" else np.array(series.levels)
         cuts = np.concatenate([[-np.inf], (x[1:] + x[:-1]) / 2, [np.inf]])
-        ends.append((float(cuts[one.index]), float(cuts[one.index + 1])))
-        at.append(float(x[one.index]))
-    people = {observer: number for number, observer in enumerate(sorted({one.observer for one in chosen}))}
-    observer = np.array([people[one.observer] for one in chosen], dtype=np.intp)
-    nothing = StepSize(kind, axis, len(chosen), len(people), levels, tuple(observed))
+        ends.append((float(cuts[choice.index]), float(cuts[choice.index + 1])))
+        at.append(float(x[choice.index]))
+    people = {observer: number for number, observer in enumerate(sorted({choice.observer for choice in chosen}))}
+    observer = np.array([people[choice.observer] for choice in chosen], dtype=np.intp)
+    empty = StepSize(kind, axis, len(chosen), len(people), levels, tuple(observed))
     low, high = np.array([end for end, _ in ends]), np.array([end for _, end in ends])
     matches = Matches.of(low, high, observer)
-    length = float(np.log(levels[-1] / levels[0])) if axis == "log" else levels[-1] - levels[0]
-    found = fit(matches, float(np.mean(at)), length)
-    if isinstance(found, str):
-        return replace(nothing, reason=found)
-    match, within, between = found
+    span = float(np.log(levels[-1] / levels[0])) if axis == "log" else levels[-1] - levels[0]
+    fitted = fit(matches, float(np.mean(at)), span)
+    if isinstance(fitted, str):
+        return replace(empty, reason=fitted)
+    match, within, between = fitted
     total = float(np.hypot(within, between))
     expected = np.zeros(len(levels))
-    for one in chosen:
-        series = plan.series[one.series]
+    for choice in chosen:
+        series = plan.series[choice.series]
         x = np.log(series.levels) if axis == "log" else np.array(series.levels)
         cuts = np.concatenate([[-np.inf], (x[1:] + x[:-1]) / 2, [np.inf]])
         chances = np.exp(log_normal_between((cuts[:-1] - match) / total, (cuts[1:] - match) / total))
         for level, chance in zip(series.levels, chances, strict=True):
             expected[place[level]] += chance
     return replace(
-        nothing,
+        empty,
         expected=tuple(expected.tolist()),
         match=float(np.exp(match)) if axis == "log" else match,
         within=within,
         between=between,
-        within_interval=interval(matches, found, length),
+        within_interval=interval(matches, fitted, span),
         fit_p=_fit_p(np.array(observed, np.float64), expected),
     )
 
@@ -235,25 +235,27 @@ def _fit_p(observed: Floats, expected: Floats) -> float | None:
 
 
 def fit(matches: Matches, start: float, length: float) -> tuple[float, float, float] | str:
-    """Return match, within and between of the highest likelihood, or why there is none.
+    """Return match, within and between at the maximum of the likelihood, or why there is none.
 
     ``start`` is a first guess of the match, ``length`` that of the series on the axis.
     """
     if len(matches.low) < 3:
-        return "fewer than three different pictures were chosen: how far choices scatter cannot be told from that"
+        return (
+            "fewer than three different pictures were chosen: the standard deviation of the choices cannot be estimated"
+        )
     if matches.repeated and ((matches.counts > 0).sum(axis=1) == 1).all():
-        return "each observer always chose the same place: the step is finer than the series shows"
+        return "each observer always chose the same position: the step is finer than the series"
     best = _highest(matches, start, length, None)
     match, within, between = best[1]
     between = between if between > 1e-4 * length else 0.0
     if within <= 1.01 * _NARROWEST * length:
-        return "choices scatter less than the series shows: the step is finer than its pictures"
-    if within > _WIDEST_TOLD * length:
-        return "choices scatter over more than the whole series, or pile up at both ends: their spread cannot be told"
+        return "the choices vary less than the pictures of the series: the step is finer than the series"
+    if within > _WIDEST_REPORTED * length:
+        return "the choices vary over more than the series, or are at both ends: no standard deviation can be estimated"
     return match, within, between
 
 
-def interval(matches: Matches, found: tuple[float, float, float], length: float) -> tuple[float, float | None] | None:
+def interval(matches: Matches, fitted: tuple[float, float, float], length: float) -> tuple[float, float | None] | None:
     """Return the 95 % limits of ``within`` where the profile likelihood falls by half of Student's t squared."""
     from scipy.optimize import brentq
     from scipy.special import stdtrit
@@ -262,8 +264,8 @@ def interval(matches: Matches, found: tuple[float, float, float], length: float)
     if people < 2:
         return None
     allowed = float(stdtrit(people - 1, 0.975)) ** 2 / 2
-    match, within, _ = found
-    highest = matches.log_likelihood(*found)
+    match, within, _ = fitted
+    highest = matches.log_likelihood(*fitted)
 
     def short(log_within: float) -> float:
         return highest - allowed - _highest(matches, match, length, float(np.exp(log_within)))[0]
@@ -284,13 +286,13 @@ def interval(matches: Matches, found: tuple[float, float, float], length: float)
 def _highest(
     matches: Matches, start: float, length: float, within: float | None
 ) -> tuple[float, tuple[float, float, float]]:
-    """Return the highest log-likelihood and where it is, ``within`` being free or given."""
+    """Return the maximum of the log-likelihood and where it is; ``within`` is free if None."""
     from scipy.optimize import minimize
 
     low, high = float(np.log(_NARROWEST)), float(np.log(_WIDEST))
 
     def unpack(x: Floats) -> tuple[float, float, float]:
-        """Return the three from numbers in lengths of the series."""
+        """Return match, within and between from numbers in lengths of the series."""
         spread = float(np.exp(x[1])) * length if within is None else within
         return start + float(x[0]) * length, spread, float(x[-1]) * length if matches.repeated else 0.0
 
@@ -308,8 +310,8 @@ def _highest(
             "fatol": 1e-8,
             "maxiter": 2000,
         }
-        # Two or three numbers: not worth gradients.
-        found = minimize(badness, x, method="Nelder-Mead", bounds=limits, options=options)
-        if -found.fun > best[0]:
-            best = float(-found.fun), unpack(found.x)
+        # Two or three parameters: gradients are not worth it.
+        solution = minimize(badness, x, method="Nelder-Mead", bounds=limits, options=options)
+        if -solution.fun > best[0]:
+            best = float(-solution.fun), unpack(solution.x)
     return best

@@ -1,4 +1,4 @@
-"""Means and shares with intervals that know that one observer's answers hang together."""
+"""Means and shares with intervals that allow for the correlation between an observer's answers."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap import tails
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 REPLICATES = 4000
@@ -18,7 +19,7 @@ _BLOCK_NUMBERS = 4_000_000
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A value with the ends of its interval (None where there is none) and what it rests on."""
+    """A value with the limits of its interval, None where there is none, and the numbers of answers and observers."""
 
     value: float | None
     low: float | None
@@ -28,70 +29,64 @@ class Estimate:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "value": self.value,
-            "low": self.low,
-            "high": self.high,
-            "answers": self.answers,
-            "observers": self.observers,
-        }
+        return json_fields(self)
 
 
 def means(total: Floats, count: Floats, *, level: float = 0.95, replicates: int = REPLICATES) -> list[Estimate]:
-    """Return Σ total / Σ count over the observers, with an interval from observers drawn anew.
+    """Return Σ total / Σ count over the observers, with an interval by bootstrap over observers.
 
-    The interval is the bootstrap's percentile interval at levels widened for few observers [Hesterberg2015]. Observers
-    are drawn with a fixed seed from the rows in sorted order: neither their order nor their names change a digit.
+    The interval is the percentile interval at levels widened for few observers [Hesterberg2015]. Observers are drawn
+    from the sorted rows with a fixed seed: the result does not depend on their order or names.
 
     Parameters
     ----------
     total, count
         Shape (observers, k): the sum of each observer's answers to each of k questions, and how many there are.
     level
-        The chance to hold the truth.
+        Coverage of the interval, 0 to 1.
 
     Returns
     -------
-    k estimates. No value without an answer; no interval with answers of fewer than two observers, or where a draw of
-    observers without any answer is not rare (fewer than three quarters of the draws have a value).
+    k estimates. No value without an answer; no interval with answers of fewer than two observers, or if fewer than
+    three quarters of the bootstrap samples have an answer.
     """
     total, count = np.asarray(total, np.float64), np.asarray(count, np.float64)
     order = np.lexsort(np.hstack([count, total]).T)
     total, count = total[order], count[order]
     observers, columns = total.shape
-    draws = np.empty((replicates, columns))
+    samples = np.empty((replicates, columns))
     random = np.random.default_rng(SEED)
     block = max(1, _BLOCK_NUMBERS // observers)
     for start in range(0, replicates, block):
         size = min(block, replicates - start)
         weights = random.multinomial(observers, np.full(observers, 1 / observers), size).astype(np.float64)
         sums, counts = weights @ total, weights @ count
-        draws[start : start + size] = np.divide(sums, counts, out=np.full_like(sums, np.nan), where=counts > 0)
-    found: list[Estimate] = []
+        samples[start : start + size] = np.divide(sums, counts, out=np.full_like(sums, np.nan), where=counts > 0)
+    estimates: list[Estimate] = []
     for column in range(columns):
         people = int((count[:, column] > 0).sum())
         answers = float(count[:, column].sum())
         value = float(total[:, column].sum() / answers) if answers > 0 else None
-        sound = np.sort(draws[np.isfinite(draws[:, column]), column])[:, None]
+        valid = np.sort(samples[np.isfinite(samples[:, column]), column])[:, None]
         low = high = None
-        if value is not None and people > 1 and len(sound) >= 0.75 * replicates:
+        if value is not None and people > 1 and len(valid) >= 0.75 * replicates:
             tail = np.array([tails.widened((1 - level) / 2, people)])
-            low, high = float(tails.lower(sound, tail, 0)[0]), float(tails.upper(sound, 1 - tail, 0)[0])
-        found.append(Estimate(value, low, high, round(answers), people))
-    return found
+            low, high = float(tails.lower(valid, tail, 0)[0]), float(tails.upper(valid, 1 - tail, 0)[0])
+        estimates.append(Estimate(value, low, high, round(answers), people))
+    return estimates
 
 
 def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estimate]:
     """Return Σ chosen / Σ count over the observers, with Wilson's interval [Wilson1927].
 
-    Where observers answered several times, the answers count for as many as they are worth: their number over the
-    design effect, the share's variance among observers over that of independent answers [Kish1965], which is taken for
-    1 at least. Where it cannot be seen, because all answers or none are alike, only observers count.
+    Where observers answered several times, the interval uses the effective number of answers: their number over the
+    design effect, which is the variance of the share between observers over that of independent answers [Kish1965],
+    and at least 1. Where it cannot be estimated, because the share is 0 or 1, the number of observers is used.
 
     Parameters
     ----------
     chosen, count
-        Shape (observers, k): how often each observer chose each of k, and of how many times.
+        Shape (observers, k): how often each observer chose each of k, and out of how many choices.
 
     Returns
     -------
@@ -100,25 +95,25 @@ def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estima
     from scipy.special import ndtri
 
     z2 = float(ndtri((1 + level) / 2)) ** 2
-    found: list[Estimate] = []
+    estimates: list[Estimate] = []
     for column, counts in zip(np.asarray(chosen, np.float64).T, np.asarray(count, np.float64).T, strict=True):
         order = np.lexsort([column, counts])
-        one, of = column[order], counts[order]
+        times, of = column[order], counts[order]
         answers, people = float(of.sum()), int((of > 0).sum())
         if answers <= 0:
-            found.append(Estimate(None, None, None, 0, 0))
+            estimates.append(Estimate(None, None, None, 0, 0))
             continue
-        share = float(one.sum()) / answers
-        worth = _worth(one, of, share)
-        middle = (share + z2 / (2 * worth)) / (1 + z2 / worth)
-        half = np.sqrt(z2 * (share * (1 - share) / worth + z2 / (4 * worth**2))) / (1 + z2 / worth)
+        share = float(times.sum()) / answers
+        effective = _effective_answers(times, of, share)
+        middle = (share + z2 / (2 * effective)) / (1 + z2 / effective)
+        half = np.sqrt(z2 * (share * (1 - share) / effective + z2 / (4 * effective**2))) / (1 + z2 / effective)
         low, high = max(0.0, float(middle - half)), min(1.0, float(middle + half))
-        found.append(Estimate(share, low, high, round(answers), people))
-    return found
+        estimates.append(Estimate(share, low, high, round(answers), people))
+    return estimates
 
 
-def _worth(chosen: Floats, count: Floats, share: float) -> float:
-    """Return how many independent answers the observers' answers are worth."""
+def _effective_answers(chosen: Floats, count: Floats, share: float) -> float:
+    """Return the effective number of independent answers."""
     answers, people = count.sum(), (count > 0).sum()
     if count.max() <= 1:
         return float(answers)

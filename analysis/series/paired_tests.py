@@ -1,17 +1,24 @@
-"""Tests of conditions that the same observers answered, in which each observer's answers stay together.
+"""Tests of conditions that the same observers answered; permutations exchange conditions within whole observers.
 
-If two conditions do not differ, each observer might as well have given the answers to one of them to the other: the
-sign of each observer's difference is free [Fisher1935]. `scipy.stats.permutation_test` gives the same exact p values;
-up to 16 observers it takes 30 times as long, and beyond them it draws other signs, which would change earlier results.
+Under the null hypothesis the sign of each observer's difference is random [Fisher1935]. `scipy.stats.permutation_test`
+gives the same exact p values; up to 16 observers it takes 30 times as long, and beyond them it draws other signs, which
+would change earlier results.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from analysis.classes.multiplicity import holm
+from analysis.series.agreement import kendall_w, kendall_w_p
+from analysis.series.observer_means import Estimate, means
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 MOST_EXACT = 16
@@ -22,28 +29,28 @@ _ROUNDING = 1e-11
 
 
 def p_by_flips(differences: Floats, statistic: Callable[[Floats], Floats]) -> float:
-    """Return the chance of a statistic at least as large as the one seen, if signs are free.
+    """Return the p value of a statistic under random signs of the observers' differences.
 
-    Up to 16 observers who differ at all, every combination of signs is gone through and the chance is exact; beyond, it
-    is (1 + b) / (1 + 100,000), b of as many random ones being as large, from a fixed seed and rows in sorted order, so
-    that neither the observers' order nor their names matter.
+    Up to 16 observers with any difference, all combinations of signs are enumerated and p is exact. Beyond, it is
+    (1 + b) / (1 + 100,000), where b of 100,000 random combinations are at least as large, from a fixed seed and rows in
+    sorted order, so that neither the order of the observers nor their names matter.
 
     Parameters
     ----------
     differences
-        Shape (observers, k): one condition less the other.
+        Shape (observers, k): first condition minus second.
     statistic
-        Takes sums over the observers, shape (B, k), and returns B numbers, the larger the further from no difference.
+        Takes sums over the observers, shape (B, k), and returns B numbers; larger is further from no difference.
     """
     rows = differences[(differences != 0).any(axis=1)]
     if not len(rows):
         return 1.0
-    # A row and its negative are the same evidence: the first number that is not 0 is made positive before sorting.
+    # A row and its negative are equivalent: the first number that is not 0 is made positive before sorting.
     first = np.take_along_axis(rows, (rows != 0).argmax(axis=1)[:, None], axis=1)
     canonical = rows * np.sign(first)
     canonical = canonical[np.lexsort(canonical.T)]
     seen = float(statistic(rows.sum(axis=0)[None])[0])
-    # Sums that are equal but for rounding count as equal, also where they cancel out to next to nothing.
+    # Sums that are equal up to rounding count as equal, also where they cancel to almost 0.
     reach = seen - _ROUNDING * max(abs(seen), float(statistic(np.abs(rows).sum(axis=0)[None])[0]))
     as_large = total = 0
     for signs in _signs(len(rows)):
@@ -53,7 +60,7 @@ def p_by_flips(differences: Floats, statistic: Callable[[Floats], Floats]) -> fl
 
 
 def _signs(observers: int) -> Iterator[Floats]:
-    """Yield blocks of rows of −1 and 1: all there are, or random ones."""
+    """Yield blocks of rows of −1 and 1: all combinations, or random ones."""
     if observers <= MOST_EXACT:
         numbers = np.arange(2**observers)
         yield np.where((numbers[:, None] >> np.arange(observers)) & 1, 1.0, -1.0)
@@ -72,7 +79,7 @@ def mean_difference_p(differences: Floats) -> float:
 
 
 def quadratic_form(differences: Floats) -> Callable[[Floats], Floats]:
-    """Return Stuart and Maxwell's statistic of sums; no sign changes the variance."""
+    """Return Stuart and Maxwell's statistic as a function of sums; signs do not change the variance."""
     inverse = np.linalg.pinv(differences.T @ differences, rcond=1e-10, hermitian=True)
     return lambda sums: np.asarray(((sums @ inverse) * sums).sum(axis=1))
 
@@ -83,9 +90,9 @@ def stuart_maxwell(differences: Floats) -> tuple[float, int]:
     Parameters
     ----------
     differences
-        Shape (observers, k): how often each observer chose each of k categories under one condition, less under the
-        other. With one choice each it is the classical test of marginal homogeneity; with several, the variance is the
-        one among observers.
+        Shape (observers, k): how often each observer chose each of k categories under the first condition, minus under
+        the second. With one choice each this is the classical test of marginal homogeneity; with several, the variance
+        is that between observers.
     """
     sums = differences.sum(axis=0)
     variance = differences.T @ differences
@@ -95,12 +102,15 @@ def stuart_maxwell(differences: Floats) -> tuple[float, int]:
 
 
 def cochran(rows: Floats) -> tuple[float | None, float | None]:
-    """Return Cochran's Q and its p value by exchanging conditions within observers.
+    """Return Cochran's Q and the p value of the permutation test that exchanges conditions within observers.
+
+    `scipy.stats.permutation_test` has no permutation of k conditions within each observer in one call: its pairings
+    need one array for each observer, and its draws differ, which would change earlier results.
 
     Parameters
     ----------
     rows
-        Shape (observers, k): how often each observer said yes under each of k conditions; 0 or 1 in the classical test.
+        Shape (observers, k): how often each observer answered yes under each of k conditions; classically 0 or 1.
 
     Returns
     -------
@@ -128,8 +138,8 @@ def cochran(rows: Floats) -> tuple[float | None, float | None]:
 def nemenyi_p(ratings: Floats) -> Floats:
     """Return Nemenyi's p value of each pair of conditions [Nemenyi1963], shape (conditions, conditions).
 
-    √2 times the distance of mean ranks, over √(k (k + 1) / (6 S)), by the law of the studentised range of k; without a
-    correction for ties, which makes it cautious where there are many.
+    √2 times the distance of mean ranks, over √(k (k + 1) / (6 S)), by the studentised range distribution of k. There is
+    no correction for ties: with many ties the test is conservative.
     """
     from scipy.stats import rankdata, studentized_range
 
@@ -137,6 +147,107 @@ def nemenyi_p(ratings: Floats) -> Floats:
     ranks = rankdata(ratings, axis=1).mean(axis=0)
     q = np.abs(ranks[:, None] - ranks) * np.sqrt(2) / np.sqrt(k * (k + 1) / (6 * observers))
     p = np.ones((k, k))
-    for one, other in combinations(range(k), 2):
-        p[one, other] = p[other, one] = float(studentized_range.sf(q[one, other], k, np.inf))
+    for a, b in combinations(range(k), 2):
+        p[a, b] = p[b, a] = float(studentized_range.sf(q[a, b], k, np.inf))
     return p
+
+
+@dataclass(frozen=True, slots=True)
+class PairTest:
+    """Two conditions.
+
+    Attributes
+    ----------
+    one, other
+        The conditions.
+    difference
+        Mean of ``one`` minus ``other`` over the observers, with its interval.
+    effect
+        Cohen's d_z: that mean over the standard deviation of the observers' differences; None where they do not vary.
+    higher, lower
+        How many observers rated ``one`` higher, and lower, than ``other``.
+    p, p_holm
+        Two-sided, by random signs of the observers' differences; adjusted for all pairs [Holm1979].
+    p_nemenyi
+        By the distance of mean ranks [Nemenyi1963], adjusted for all pairs.
+    """
+
+    one: str
+    other: str
+    difference: Estimate
+    effect: float | None
+    higher: int
+    lower: int
+    p: float
+    p_holm: float
+    p_nemenyi: float
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return json_fields(self)
+
+
+@dataclass(frozen=True, slots=True)
+class RatingTest:
+    """Friedman's test of all conditions, and each pair of them.
+
+    ``statistic`` is Friedman's χ², corrected for ties, with ``df`` degrees of freedom; ``w`` is Kendall's W of the same
+    ranks, the effect size. None where every observer rates all conditions equally.
+    """
+
+    scale: str
+    conditions: tuple[str, ...]
+    observers: int
+    statistic: float | None
+    df: int
+    p: float | None
+    w: float | None
+    pairs: tuple[PairTest, ...]
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return json_fields(self)
+
+
+def rating_test(scale: str, conditions: Sequence[str], ratings: Floats) -> RatingTest | None:
+    """Test ``ratings``, shape (observers, conditions), each an observer's mean; None with fewer than two of either.
+
+    Friedman's test [Friedman1937] uses ranks within each observer. The pairs are tested twice: by Nemenyi's distances
+    of mean ranks, and by a permutation test of the means, which assumes no distribution and no equal variances.
+    """
+    observers, k = ratings.shape
+    if observers < 2 or k < 2:
+        return None
+    w = kendall_w(ratings)
+    nemenyi = nemenyi_p(ratings)
+    pairs = list(combinations(range(k), 2))
+    differences = np.stack([ratings[:, a] - ratings[:, b] for a, b in pairs], axis=1)
+    estimates = means(differences, np.ones(differences.shape))
+    p = np.array([mean_difference_p(difference) for difference in differences.T])
+    adjusted = holm(p)
+    tests = []
+    for number, ((a, b), difference) in enumerate(zip(pairs, differences.T, strict=True)):
+        spread = float(difference.std(ddof=1))
+        tests.append(
+            PairTest(
+                conditions[a],
+                conditions[b],
+                estimates[number],
+                float(difference.mean()) / spread if spread > 1e-12 * float(np.abs(difference).max()) else None,
+                int((difference > 0).sum()),
+                int((difference < 0).sum()),
+                float(p[number]),
+                float(adjusted[number]),
+                float(nemenyi[a, b]),
+            )
+        )
+    return RatingTest(
+        scale,
+        tuple(conditions),
+        observers,
+        None if w is None else observers * (k - 1) * w,
+        k - 1,
+        kendall_w_p(w, observers, k),
+        w,
+        tuple(tests),
+    )

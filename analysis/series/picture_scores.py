@@ -1,4 +1,4 @@
-"""How often each picture was chosen, its score (Figure 4.14), mean ratings (4.15, 4.16), and how long choosing took."""
+"""Shares and scores of pictures (Figure 4.14), mean ratings (Figures 4.15, 4.16), and times of choices."""
 
 from __future__ import annotations
 
@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.series.choices import Choice, Choices
 from analysis.series.observer_means import Estimate, means, shares
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 WEIGHT = "similarity"
@@ -23,20 +24,20 @@ class PictureScore:
     Attributes
     ----------
     kind, level
-        The kind of series, and where the picture stands in it.
+        The kind of series, and the level of the picture in it.
     paint, series, stimulus
-        None where all paints are taken together.
+        None where all paints are pooled.
     chosen, of
-        How often it was chosen, of how many choices from series that hold it.
+        How often it was chosen, and how many choices there were from its series.
     share
         chosen / of, 0 to 1.
     score
         Mean over these choices of the similarity if it was chosen, else 0: the thesis's score [Medina2016, Section
         4.5.1.1], in points of the scale. None without similarities. No interval where it was never chosen.
     weighted_share
-        Its part of all similarity given in these choices, 0 to 1; over the pictures of a series they sum to 1.
+        Its share of the sum of similarities in these choices, 0 to 1; over the pictures of a series they sum to 1.
     dwell_s, visits
-        Mean time that it was seen, and how often it came up, in one choice.
+        Mean time for which it was shown, and how often, per choice.
     """
 
     kind: str
@@ -54,27 +55,15 @@ class PictureScore:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "kind": self.kind,
-            "level": self.level,
-            "paint": self.paint,
-            "series": self.series,
-            "stimulus": self.stimulus,
-            "chosen": self.chosen,
-            "of": self.of,
-            "share": self.share.to_json(),
-            "score": None if self.score is None else self.score.to_json(),
-            "weighted_share": self.weighted_share,
-            "dwell_s": self.dwell_s.to_json(),
-            "visits": self.visits.to_json(),
-        }
+        return json_fields(self)
 
 
 def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGHT) -> tuple[PictureScore, ...]:
     """Return the score of every picture, or, ``pooled``, of every level of every kind of series.
 
-    ``weight`` is the scale by which choices count; None, or a scale that rated not all of them, gives no scores.
-    The thesis prints no formula: "weighting each observation by its similarity to the reference" is read as written.
+    ``weight`` is the rating scale by which choices are weighted; there are no scores if it is None or was not always
+    rated. The thesis prints no formula: "weighting each observation by its similarity to the reference" is read as
+    written.
     """
     series = choices.design.series
     cells: dict[tuple[str, float], int] = {}
@@ -84,16 +73,16 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
         for level in choices.design.levels(kind):
             cells[kind, level] = len(labels)
             labels.append((kind, level, None, None, None))
-    for number, one in enumerate(series):
-        for index, (level, stimulus) in enumerate(zip(one.levels, one.stimuli, strict=True)):
+    for number, shown in enumerate(series):
+        for index, (level, stimulus) in enumerate(zip(shown.levels, shown.stimuli, strict=True)):
             if pooled:
-                place[number, index] = cells[one.kind, level]
+                place[number, index] = cells[shown.kind, level]
             else:
                 place[number, index] = len(labels)
-                labels.append((one.kind, level, one.paint, one.name, stimulus))
+                labels.append((shown.kind, level, shown.paint, shown.name, stimulus))
     shape = len(choices.observers), len(labels)
     chosen, of, given, possible, dwell_s, visits = (np.zeros(shape) for _ in range(6))
-    weighted = weight is not None and all(one.ratings.get(weight, -1.0) >= 0 for one in choices.choices)
+    weighted = weight is not None and all(choice.ratings.get(weight, -1.0) >= 0 for choice in choices.choices)
     for choice in choices.choices:
         points = choice.ratings[weight] if weighted and weight is not None else 0.0
         for index in range(len(series[choice.series].stimuli)):
@@ -105,9 +94,9 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
         cell = choice.observer, place[choice.series, choice.index]
         chosen[cell] += 1
         given[cell] += points
-    scores = [_known(one) for one in means(given, of)] if weighted else [None] * shape[1]
+    scores = [_known(score) for score in means(given, of)] if weighted else [None] * shape[1]
     total, all_given = given.sum(axis=0), possible.sum(axis=0)
-    found = zip(labels, shares(chosen, of), scores, means(dwell_s, of), means(visits, of), strict=True)
+    columns = zip(labels, shares(chosen, of), scores, means(dwell_s, of), means(visits, of), strict=True)
     return tuple(
         PictureScore(
             *label,
@@ -119,12 +108,12 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
             dwell_s=dwell,
             visits=visit,
         )
-        for cell, (label, share, score, dwell, visit) in enumerate(found)
+        for cell, (label, share, score, dwell, visit) in enumerate(columns)
     )
 
 
 def _known(score: Estimate) -> Estimate:
-    """Return the score without its interval if nobody drawn anew could have given any other than 0."""
+    """Return the score without its interval if every bootstrap sample would give 0."""
     if score.value != 0:
         return score
     return Estimate(0.0, None, None, score.answers, score.observers)
@@ -132,7 +121,7 @@ def _known(score: Estimate) -> Estimate:
 
 @dataclass(frozen=True, slots=True)
 class CellMean:
-    """A mean over the choices from series of one ``kind`` and ``paint``; None stands for all of them."""
+    """A mean over the choices from series of one ``kind`` and ``paint``; None means all of them."""
 
     kind: str | None
     paint: str | None
@@ -146,34 +135,34 @@ class CellMean:
 def cell_means(choices: Choices, value: Callable[[Choice], float | None]) -> tuple[CellMean, ...]:
     """Return the mean of ``value`` (None where a choice has none) in each cell: kind and paint, kind, paint, and all.
 
-    Every choice has the same weight. Intervals are those of `means`: observers drawn anew.
+    Every choice has the same weight. Intervals are by bootstrap over observers, as in `means`.
     """
     plan = choices.design
     cells: list[tuple[str | None, str | None]] = [(kind, paint) for kind in plan.kinds for paint in plan.paints]
     cells += [(kind, None) for kind in plan.kinds] + [(None, paint) for paint in plan.paints] + [(None, None)]
     place = {cell: number for number, cell in enumerate(cells)}
     total, count = np.zeros((len(choices.observers), len(cells))), np.zeros((len(choices.observers), len(cells)))
-    for one in choices.choices:
-        number = value(one)
+    for choice in choices.choices:
+        number = value(choice)
         if number is None:
             continue
-        series = plan.series[one.series]
+        series = plan.series[choice.series]
         for cell in ((series.kind, series.paint), (series.kind, None), (None, series.paint), (None, None)):
-            total[one.observer, place[cell]] += number
-            count[one.observer, place[cell]] += 1
+            total[choice.observer, place[cell]] += number
+            count[choice.observer, place[cell]] += 1
     return tuple(CellMean(*cell, mean) for cell, mean in zip(cells, means(total, count), strict=True))
 
 
 def rating_means(choices: Choices, scale: str) -> tuple[CellMean, ...]:
     """Return the mean rating on ``scale``, in its points."""
-    return cell_means(choices, lambda one: one.ratings.get(scale))
+    return cell_means(choices, lambda choice: choice.ratings.get(scale))
 
 
 def response_times_s(choices: Choices) -> tuple[CellMean, ...]:
     """Return the mean time in s from a series' first picture to the choice."""
-    return cell_means(choices, lambda one: one.response_time_s)
+    return cell_means(choices, lambda choice: choice.response_time_s)
 
 
 def path_lengths(choices: Choices) -> tuple[CellMean, ...]:
-    """Return how many pictures came up before a choice, returns included, on average."""
-    return cell_means(choices, lambda one: one.path_length)
+    """Return the mean number of pictures shown before a choice, returns included."""
+    return cell_means(choices, lambda choice: choice.path_length)

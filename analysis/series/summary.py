@@ -1,4 +1,4 @@
-"""Everything that choices from series say, gathered once for a page, a terminal and JSON."""
+"""All results from choices in series, computed once for the report, the terminal and JSON."""
 
 from __future__ import annotations
 
@@ -11,18 +11,17 @@ from numpy.typing import NDArray
 
 from analysis.records.session_record import SessionLog
 from analysis.series.agreement import SeriesAgreement, series_agreement
-from analysis.series.choices import Choices, gather
-from analysis.series.condition_tests import (
+from analysis.series.choice_tests import (
     KindsTest,
     LevelTest,
     NeighboursTest,
-    RatingTest,
     kinds_tests,
     level_tests,
     neighbours_tests,
-    rating_test,
 )
+from analysis.series.choices import Choices, gather
 from analysis.series.just_noticeable import StepSize, step_size
+from analysis.series.paired_tests import RatingTest, rating_test
 from analysis.series.picture_scores import (
     WEIGHT,
     CellMean,
@@ -32,6 +31,7 @@ from analysis.series.picture_scores import (
     rating_means,
     response_times_s,
 )
+from documents.text.json_values import json_fields
 from documents.text.words import counted
 
 Floats = NDArray[np.float64]
@@ -39,32 +39,32 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class SeriesSummary:
-    """The choices from series of one experiment, and what makes them believable.
+    """The scores, ratings, steps, agreement and tests of the choices from series in one experiment.
 
     Attributes
     ----------
     choices
-        What everything else comes from, with the series and their levels.
+        The choices, with the series and their levels.
     levels
-        Score and share of each level of each kind of series, paints together: Figure 4.14.
+        Score and share of each level of each kind of series, over all paints: Figure 4.14.
     pictures
         The same of each picture.
     ratings
         Mean ratings by scale, of each kind and paint: Figures 4.15 (``similarity``) and 4.16 (``difficulty``).
     response_times_s, path_lengths
-        How long choosing took, and how many pictures came up.
+        Time to a choice, and number of pictures shown.
     steps
-        The smallest noticeable step of each kind of series.
+        The just noticeable step of each kind of series.
     neighbours
         Whether neighbouring levels are chosen equally often.
     agreement
-        Between observers, of all who went through every series.
+        Agreement between the observers who chose from every series.
     kind_tests, paint_tests
         By scale, whether ratings differ between kinds of series and between paints, of the same observers.
     choice_tests, level_tests
-        Whether choices differ between kinds of series: altogether, and level by level.
+        Whether choices differ between kinds of series: overall, and level by level.
     notes
-        Sentences that a reader must see before the numbers.
+        Sentences that a reader needs before the numbers.
     """
 
     choices: Choices
@@ -86,7 +86,7 @@ class SeriesSummary:
 
     @property
     def sentence(self) -> str:
-        """Who chose how often from what."""
+        """The numbers of observers, choices and series, in words."""
         plan, people = self.choices.design, len(self.choices.observers)
         who = f"{people} {'simulated ' if self.simulated else ''}observer{'' if people == 1 else 's'}"
         count, series = len(self.choices.choices), len(plan.series)
@@ -103,28 +103,19 @@ class SeriesSummary:
             "by": plan.by,
             "across": plan.across,
             "along": plan.along,
-            "series": [
-                {
-                    "name": one.name,
-                    "kind": one.kind,
-                    "paint": one.paint,
-                    "stimuli": list(one.stimuli),
-                    "levels": list(one.levels),
-                }
-                for one in plan.series
-            ],
-            "levels": [one.to_json() for one in self.levels],
-            "pictures": [one.to_json() for one in self.pictures],
+            "series": [json_fields(series) for series in plan.series],
+            "levels": [level.to_json() for level in self.levels],
+            "pictures": [picture.to_json() for picture in self.pictures],
             "ratings": {scale: [cell.to_json() for cell in cells] for scale, cells in self.ratings.items()},
             "response_times_s": [cell.to_json() for cell in self.response_times_s],
             "path_lengths": [cell.to_json() for cell in self.path_lengths],
-            "steps": [one.to_json() for one in self.steps],
-            "neighbours": [one.to_json() for one in self.neighbours],
+            "steps": [step.to_json() for step in self.steps],
+            "neighbours": [test.to_json() for test in self.neighbours],
             "agreement": self.agreement.to_json(),
             "kind_tests": {scale: test.to_json() for scale, test in self.kind_tests.items()},
             "paint_tests": {scale: test.to_json() for scale, test in self.paint_tests.items()},
-            "choice_tests": [one.to_json() for one in self.choice_tests],
-            "level_tests": [one.to_json() for one in self.level_tests],
+            "choice_tests": [test.to_json() for test in self.choice_tests],
+            "level_tests": [test.to_json() for test in self.level_tests],
             "notes": list(self.notes),
         }
 
@@ -142,12 +133,12 @@ def summarise_series(
     Parameters
     ----------
     sessions
-        Of one experiment.
+        Sessions of one experiment, such as `analysis.records.results.read_results` gives.
     by, across, along
-        The stimuli's factors that tell kinds of series and paints apart, and that rise along a series; found where None
-        (`analysis.series.choices.design`).
+        The stimuli's factors that distinguish kinds of series and paints, and that rise along a series; None chooses
+        them from the stimuli (`analysis.series.choices.design`).
     weight
-        The scale by which choices count in the scores.
+        The rating scale that weights choices in the scores.
 
     Raises
     ------
@@ -170,8 +161,8 @@ def summarise_series(
         steps=tuple(step_size(choices, kind) for kind in plan.kinds),
         neighbours=neighbours_tests(choices),
         agreement=series_agreement(choices),
-        kind_tests=_tests(matrices, [one.kind for one in plan.series], plan.kinds),
-        paint_tests=_tests(matrices, [one.paint for one in plan.series], plan.paints),
+        kind_tests=_tests(matrices, [series.kind for series in plan.series], plan.kinds),
+        paint_tests=_tests(matrices, [series.paint for series in plan.series], plan.paints),
         choice_tests=kinds_tests(choices),
         level_tests=level_tests(choices),
         notes=_notes(sessions, choices, levels, weight),
@@ -180,14 +171,14 @@ def summarise_series(
 
 def _tests(matrices: dict[str, Floats], groups: list[str], conditions: tuple[str, ...]) -> dict[str, RatingTest]:
     """Return the tests between ``conditions`` by scale, over the observers who rated every series."""
-    found: dict[str, RatingTest] = {}
+    tests: dict[str, RatingTest] = {}
     for scale, matrix in matrices.items():
         whole = matrix[np.isfinite(matrix).all(axis=1)]
         parts = [whole[:, [group == condition for group in groups]].mean(axis=1) for condition in conditions]
         test = rating_test(scale, conditions, np.stack(parts, axis=1))
         if test is not None:
-            found[scale] = test
-    return found
+            tests[scale] = test
+    return tests
 
 
 def _notes(
@@ -201,13 +192,13 @@ def _notes(
     people, complete = len(choices.observers), len(choices.complete)
     if complete < people:
         notes.append(
-            f"{people - complete} of {people} observers did not go through every series: agreement and tests between "
+            f"{people - complete} of {people} observers did not choose from every series: agreement and tests between "
             "ratings leave them out."
         )
     if people < 2:
-        notes.append("One observer says nothing about others: there are no intervals and no tests.")
-    if all(one.score is None for one in levels) and weight is not None:
+        notes.append("With one observer there are no intervals and no tests.")
+    if all(level.score is None for level in levels) and weight is not None:
         notes.append(f"There are no scores: not every choice has a rating of {weight} of 0 or more to be weighted by.")
     if choices.design.along is None:
-        notes.append("No factor of the stimuli rises along every series: levels are places from 1 on.")
+        notes.append("No factor of the stimuli rises along every series: levels are positions from 1.")
     return tuple(notes)

@@ -11,9 +11,9 @@ import pytest
 
 from analysis.records.session_record import Header, SessionLog, Trial
 from analysis.series.agreement import intraclass, kendall_w, krippendorff_alpha
-from analysis.series.condition_tests import rating_test
 from analysis.series.just_noticeable import Matches, fit, interval
 from analysis.series.observer_means import means
+from analysis.series.paired_tests import rating_test
 from analysis.series.summary import summarise_series
 
 pytestmark = pytest.mark.stress

@@ -106,7 +106,7 @@ def test_one_observer_is_described_and_not_tested(make_choices: Maker) -> None:
     assert summary.kind_tests == {}
     assert summary.choice_tests == ()
     assert all(cell.mean.low is None for cell in summary.ratings["similarity"])
-    assert any("One observer" in note for note in summary.notes)
+    assert any("With one observer" in note for note in summary.notes)
     json.dumps(summary.to_json(), allow_nan=False)
 
 
@@ -141,7 +141,7 @@ def test_unfinished_sessions_are_counted_and_left_out_where_they_must_be(fifteen
     assert len(summary.choices.choices) == 14 * 15 + 4
     assert summary.agreement.observers == 14
     assert summary.kind_tests["similarity"].observers == 14
-    assert any(note.startswith("1 of 15 observers did not go through") for note in summary.notes)
+    assert any(note.startswith("1 of 15 observers did not choose from every series") for note in summary.notes)
 
 
 def test_figures_have_the_thesis_s_shape_and_their_tables(summary: SeriesSummary) -> None:

@@ -10,9 +10,17 @@ import pytest
 from scipy.stats import friedmanchisquare
 
 from analysis.records.session_record import SessionLog
+from analysis.series.choice_tests import choice_counts, kinds_tests, level_tests, neighbours_tests
 from analysis.series.choices import gather
-from analysis.series.condition_tests import choice_counts, kinds_tests, level_tests, neighbours_tests, rating_test
-from analysis.series.paired_tests import MOST_EXACT, cochran, mean_difference_p, nemenyi_p, p_by_flips, stuart_maxwell
+from analysis.series.paired_tests import (
+    MOST_EXACT,
+    cochran,
+    mean_difference_p,
+    nemenyi_p,
+    p_by_flips,
+    rating_test,
+    stuart_maxwell,
+)
 
 Maker = Callable[..., SessionLog]
 # Darwin's maize, crossed less self-fertilised, in eighths of an inch; Fisher (1935, Section 21): 863 of 32,768
