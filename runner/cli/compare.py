@@ -96,7 +96,7 @@ def command(context: click.Context, /, photo: str, rendering: str, as_json: bool
     brought to one grid, and compared by regions, pixel by pixel, as the eye resolves them at the viewing distance, and
     by their sparkles.
 
-    Exit status: 0 validated, 1 not validated or not to be said, 2 the input was wrong, and nothing was written.
+    Exit status: 0 validated, 1 not validated or undecided, 2 the input was wrong, and nothing was written.
     """
     import json
     import sys

@@ -1,7 +1,7 @@
 """What disparity a pair holds, block by block: how far sparkles, edges and slopes lie from the plane of the screen.
 
 Each block is registered on its own. A block without texture, or whose best shift noise would reach as well, is left out
-and counted: it says nothing, and a guess for it would widen the range.
+and counted: it has no disparity, and a guess for it would widen the range.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ class DisparityReport:
     says how much of the spread is the measurement's own. ``flat`` blocks have no texture, in ``uncertain``
     ones nothing rises above noise. ``horizontal`` and ``vertical`` hold a `Spread` for each unit that is known: ``px``,
     and with a `Viewing` ``mm`` and ``arcmin``; they are empty where no block was used. ``roll_scale`` is how far the
-    right view is turned or larger, None where too few blocks tell.
+    right view is turned or larger, None where too few blocks have a disparity.
     """
 
     block_px: int

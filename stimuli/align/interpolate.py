@@ -38,7 +38,7 @@ def reach_px(interpolation: Interpolation) -> int:
 
 
 def weights(fraction: float, interpolation: Interpolation = "sinc") -> Floats:
-    """Return the weights (2 · reach + 1,) of the pixels about one, for the value ``fraction`` of a pixel after it."""
+    """Return the weights (2 · reach + 1,) of a pixel and its neighbours, for the value ``fraction`` of a pixel on."""
     reach = reach_px(interpolation)
     away = np.arange(-reach, reach + 1) - fraction
     near = np.abs(away)
@@ -62,7 +62,7 @@ def transfer(fraction: float, cycles_per_px: ArrayLike, interpolation: Interpola
 
 
 def sampled(plane: NDArray[np.floating], shift_px: tuple[float, float], interpolation: Interpolation) -> Floats32:
-    """Return ``plane`` (height, width) at x + shift, y + shift, float32; its edge pixels go on beyond its edges.
+    """Return ``plane`` (height, width) at x + shift, y + shift, float32; its edge pixels are repeated beyond its edges.
 
     A whole shift of either axis moves without interpolating.
     """

@@ -125,7 +125,7 @@ def align_pair(
     whole_pixels
         Whether to stop at whole pixels, so that nothing is interpolated; up to half a pixel of parallax is then left.
     viewing
-        How the pair is seen, so that disparities can be told in millimetres and minutes of arc.
+        How the pair is seen, so that disparities are reported in millimetres and minutes of arc too.
 
     Raises
     ------

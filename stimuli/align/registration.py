@@ -1,4 +1,4 @@
-"""How one picture lies against another: a shift found, and how far it can be trusted.
+"""Where one picture lies against another: the shift between them, with its uncertainty.
 
 The shift is found on textures in two stages: whole pixels by phase correlation, which also says whether the pictures
 have anything in common, then a fraction by least squares. Pictures of more than four million pixels are averaged down

@@ -1,9 +1,9 @@
-"""How far one view is turned, or larger, than the other, told from the vertical disparities of a pair.
+"""How far one view is turned, or larger, than the other, from the vertical disparities of a pair.
 
 Parallel cameras see every point at one height, whatever its depth: depth and slant make horizontal disparities alone. A
 camera that is rolled about its axis, or whose picture is a little larger, shifts places by d = t + s·p + θ·Jp about the
 middle, so that the vertical disparity rises by θ from left to right and by s from top to bottom. Both slopes are fitted
-at once with Huber's weights [Huber1964], so that a few blocks that were registered wrongly draw them little.
+at once with Huber's weights [Huber1964], so that a few blocks that were registered wrongly have little weight.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ _MAD_PER_SD = 0.6745
 _ROUNDS = 50
 # Pictures that are moved by whole pixels agree to the last bit: no block is then an outlier by its rounding.
 _LEAST_SD_PX = 1e-9
-# Blocks in one row tell nothing about scale, in one column nothing about roll.
+# Blocks in one row do not determine scale, blocks in one column do not determine roll.
 _LEAST_SPREAD = 0.05
 
 

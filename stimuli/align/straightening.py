@@ -70,7 +70,7 @@ def straighten(
     Raises
     ------
     StimulusError
-        If the views cannot be registered (see `register`), or too few blocks tell a vertical disparity.
+        If the views cannot be registered (see `register`), or too few blocks have a vertical disparity.
     """
     planes = [light_plane(view, None, name) for view, name in ((left, "left"), (right, "right"))]
     if left.ndim != 3 or right.ndim != 3:
@@ -137,7 +137,7 @@ def _measured(left_plane: Floats32, right_plane: Floats32, shift: tuple[float, f
     )
     if report.roll_scale is None:
         raise StimulusError.of(
-            f"{report.used} of {report.blocks} blocks tell a vertical disparity: too few, or all along one line",
+            f"{report.used} of {report.blocks} blocks have a vertical disparity: too few, or all along one line",
             "a roll needs texture over the whole picture: align by the shift alone",
         )
     return report.roll_scale

@@ -32,7 +32,7 @@ _PACKAGES = ("cyclopean", "numpy", "scipy", "OpenImageIO", "rawpy")
 class Workshop:
     """The folder in which a set is being built: a picture and its entry for each key, until all are there.
 
-    Its name begins with a dot: it is no set. It outlives a killed build, and the next one goes on from it.
+    Its name begins with a dot: it is no set. It outlives a killed build, and the next build resumes there.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -256,7 +256,7 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, wor
     }
     (draft / MANIFEST).write_text(json.dumps(manifest, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     if folder.exists():
-        # Who reads pictures of it meanwhile finds them there all but for the moment between these two.
+        # A process that reads its pictures meanwhile misses them only between these two renames.
         folder.rename(old)
     draft.rename(folder)
     shutil.rmtree(old, ignore_errors=True)

@@ -49,13 +49,13 @@ def locked(folder: Path, *, wait: bool = True) -> Iterator[None]:
         try:
             yield
         finally:
-            # While it is held: who waits for a file that has no name any more makes another.
+            # While it is locked: a process that waits for a file without a name makes another.
             path.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True, slots=True)
 class CachedSet:
-    """A finished set in the cache: what its manifest says, and its size on disk."""
+    """A finished set in the cache: facts of its manifest, and its size on disk."""
 
     folder: Path
     digest: str | None
@@ -112,7 +112,7 @@ def _manifests() -> list[Path]:
 
 @dataclass(frozen=True, slots=True)
 class Leftover:
-    """A folder of an unfinished build, how many pictures are in it, and for how long nobody has written to it."""
+    """A folder of an unfinished build, how many pictures are in it, and for how long nothing was written to it."""
 
     folder: Path
     pictures: int
@@ -130,7 +130,7 @@ class Leftover:
 
 
 def leftovers(untouched_s: float = 0.0) -> Iterator[Leftover]:
-    """Yield the unfinished builds that nobody wrote to for ``untouched_s``; a build may be at work in them."""
+    """Yield the unfinished builds that were not written to for ``untouched_s``; a build may be at work in them."""
     for folder in sorted(cache_folder().glob(".*")):
         if not _UNFINISHED.fullmatch(folder.name) or folder.is_symlink() or not folder.is_dir():
             continue
@@ -148,7 +148,7 @@ def leftovers(untouched_s: float = 0.0) -> Iterator[Leftover]:
 
 
 def remove_leftovers(untouched_s: float) -> tuple[Leftover, ...]:
-    """Remove the unfinished builds that nobody wrote to for ``untouched_s``, and return them.
+    """Remove the unfinished builds that were not written to for ``untouched_s``, and return them.
 
     The folder of a build that is at work stays.
 

@@ -1,7 +1,7 @@
 """SHA-256 of files that have not changed since they were last hashed, without reading them again.
 
 A file's size, inode, and times of modification (mtime) and of any change (ctime), in nanoseconds, stand beside its
-hash. Whoever writes to a file, replaces it, or sets its mtime back changes one of them: no call sets ctime. What is
+hash. Writing to a file, replacing it, or setting its mtime back changes one of them: no call sets ctime. What is
 written within a clock tick of hashing might not: a hash is only relied on if the file had then lain still for two
 seconds, the coarsest tick of any file system. What the medium itself loses shows in none of them: `verify` reads
 everything, and OpenEXR's own checksums notice when such a picture is decoded.
@@ -48,7 +48,7 @@ class KnownHashes:
         return digest
 
     def keep(self) -> None:
-        """Write what was learnt, as a whole or not at all; nothing where the folder does not exist."""
+        """Write the new hashes, as a whole or not at all; nothing where the folder does not exist."""
         if not self._changed:
             return
         if self._record.parent.is_dir():

@@ -3,7 +3,7 @@
 A set is found by the key of all its pictures together. Where there is none, each picture whose own key another set has
 is taken from there, so that changing one stimulus makes one picture. A build works in a folder of its own, whose name
 begins with a dot, and the set appears as a whole when all is there. What a killed build had finished stays in that
-folder, and the next one goes on from it; what a build had finished before it met wrong input is removed.
+folder, and the next build resumes there; what a build had finished before it met wrong input is removed.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def build_set(
         Called with what is being done, and how many pictures of how many are done; by one thread at a time.
     setup
         What the display can show, and from where it is seen: needed by recipes that fit pictures to a display's range,
-        and used by those that align or resample, to say what their steps mean to an eye.
+        and used by those that align or resample, to report what their steps mean to an eye.
     jobs
         How many threads make pictures.
     force
@@ -77,7 +77,7 @@ def build_set(
     if built is not None:
         hashes.keep()
         return built
-    # Only to make pictures: who finds them made needs none of it.
+    # Only to make pictures: a cache hit needs none of it.
     from stimuli.build.builder import Builder, publish
 
     context = BuildContext(recipe_path.parent, inputs, float(pixel_pitch_mm), setup, GENERATOR_VERSION)

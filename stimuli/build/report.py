@@ -1,4 +1,4 @@
-"""What was built, for the person who asked for it: each stimulus with its notes, and what a display cannot show."""
+"""The report on a build: each stimulus with its notes, what a display cannot show, and a copy of the set."""
 
 from __future__ import annotations
 
@@ -99,7 +99,7 @@ def build_report(
     output
         A new or empty folder, to which pictures, manifest and a contact sheet are copied.
     progress
-        Called with what is being done, how much of it is done, and of how much.
+        Called with a description of the work, how much of it is done, and of how much.
     jobs, force, verify
         See `build_set`.
 
@@ -210,7 +210,7 @@ def copy_set(
 ) -> None:
     """Copy pictures and manifest to ``folder``, which appears as a whole, with a contact sheet.
 
-    The manifest says what a display saturates, if ``saturated`` is given.
+    The manifest lists what a display saturates, if ``saturated`` is given.
 
     Raises
     ------

@@ -42,7 +42,7 @@ class StimulusSet:
         return self.folder / MANIFEST
 
     def entry(self, name: str) -> Mapping[str, Any]:
-        """Return what the manifest says of the stimulus ``name``.
+        """Return the manifest's entry of the stimulus ``name``.
 
         Raises
         ------

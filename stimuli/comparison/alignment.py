@@ -25,7 +25,7 @@ class Alignment:
 
     ``matrix`` (3, 3) takes a place of the photograph to the rendering. ``shift_px``, ``rotation_deg`` and ``scale`` are
     what it does to the photograph's middle, with their standard errors where squares gave them. ``residual_px`` is left
-    after it, None where nothing could be measured. ``start`` says where the first guess came from.
+    after it, None where nothing could be measured. ``start`` is where the first guess came from.
     """
 
     matrix: Floats

@@ -1,4 +1,4 @@
-"""Areas of a picture, as outlines in pixels: which pixels lie in one, and their mean colour.
+"""Areas of a picture, as outlines in pixels: which pixels lie in an area, and their mean colour.
 
 The origin is the top left corner of the picture and pixels are squares: the first pixel's centre lies at (0.5, 0.5) and
 the picture ends at its width and height. A pixel belongs to an area if its centre lies inside, and of two areas that
@@ -24,9 +24,9 @@ from stimuli.errors import StimulusError
 
 # Cells along the longer side of an area, and their least side in pixels.
 CELLS_ACROSS, LEAST_CELL_PX = 8, 4
-# A plane takes three; of fewer cells than this the scatter tells little.
+# A plane takes three; of fewer cells than this the scatter is unreliable.
 LEAST_CELLS = 12
-# Nobody reads more.
+# More are not read.
 _MOST_FINDINGS = 20
 
 
@@ -82,7 +82,7 @@ def crosses_itself(outline_px: Floats) -> bool:
 class AreaMean:
     """One area of one picture: mean and standard deviation of its pixels' ``XYZ``, (3,) each, in the picture's unit.
 
-    ``covariance_XYZ``, (3, 3), is that of the mean; None where it cannot be told.
+    ``covariance_XYZ``, (3, 3), is that of the mean; None where it is not known.
     """
 
     pixels: int
@@ -93,7 +93,7 @@ class AreaMean:
 
 
 class _Sums:
-    """What is gathered of one area while the picture goes by."""
+    """The sums over one area while the picture is read."""
 
     def __init__(self, outline_px: Floats, shape: tuple[int, ...]) -> None:
         self.outline_px = outline_px
@@ -118,7 +118,7 @@ class _Sums:
         # Planes, so that NumPy's sums run pairwise along them.
         planes = np.ascontiguousarray(picture[own, self.columns][mask].T, dtype=np.float64)
         finite = np.isfinite(planes).all(axis=0)
-        if not finite.all():  # told at the end, of all regions at once
+        if not finite.all():  # reported at the end, for all regions at once
             self.bad += count - int(np.count_nonzero(finite))
             planes[:, ~finite] = 0.0
         if flags is not None:

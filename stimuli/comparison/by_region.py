@@ -167,12 +167,12 @@ def check_charts(
     saturated: Mask | None = None,
     file: str | None = None,
 ) -> tuple[str, ...]:
-    """Return notes on charts of a picture whose way round cannot be told.
+    """Return notes on charts of a picture whose way round is not known.
 
     Raises
     ------
     StimulusError
-        If a chart lies another way round than its corners say, with the corners as they should be; or if the colours
+        If a chart lies another way round than its corners, with the corners as they should be; or if the colours
         there are the ColorChecker's in no way round.
     """
     _, xyY = colorchecker_xyY()
@@ -189,7 +189,7 @@ def check_charts(
             if usable.sum() >= _LEAST:
                 offs[way] = misfit(values[usable], reference[usable])
         if not offs:
-            notes.append(f"which way '{chart.entry}' lies in the {side} cannot be told: too few unsaturated patches")
+            notes.append(f"which way '{chart.entry}' lies in the {side} is not known: too few unsaturated patches")
             continue
         best = min(offs, key=lambda way: offs[way])
         if not offs[best] <= MOST_OFF:

@@ -41,7 +41,7 @@ def compare_pictures(
     progress: Progress | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> Comparison:
-    """Compare a photograph with its rendering, and say whether the rendering is validated.
+    """Compare a photograph with its rendering, and decide whether the rendering is validated.
 
     The rendering is brought to the photograph's pixels. Both are compared by the mean colours of regions, pixel by
     pixel, as the eye resolves them if the viewing distance is known, and by their sparkles. Pairs for two eyes are
@@ -56,7 +56,7 @@ def compare_pictures(
     options
         How the files are read, where the pictures are seen, how they are brought to one grid.
     progress
-        Called with what is being done, how much of it is done, and of how much.
+        Called with a description of the work, how much of it is done, and of how much.
     settings
         How the comparison was asked for, by name: kept in the result's record.
 
@@ -230,7 +230,7 @@ def _judge_eye(
     del delta_e
     seen, seen_overview, by_region = None, None, {}
     if options.pixels_per_degree is None:
-        notes.append("no viewing distance was told, so that nothing is known of what the eye resolves")
+        notes.append("no viewing distance was given, so that it is not known what the eye resolves")
     else:
         step("As the eye sees it", 0, photo.shape[0])
         first, second = (SeenPicture(rows, options.pixels_per_degree, table.white_XYZ) for rows in (photo, rendering))

@@ -1,4 +1,4 @@
-"""How deep both pairs are: disparities of a photograph for two eyes and of its rendering, as the files are."""
+"""Disparities of a photograph for two eyes and of its rendering, of the views as the files have them."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def _measured(picture: Picture) -> DisparityReport:
 
 
 def _median(report: DisparityReport) -> tuple[np.ndarray, np.ndarray]:
-    """Return the median disparity across and down, (2,), and its standard error; NaN where no block told any."""
+    """Return the median disparity across and down, (2,), and its standard error; NaN where no block has any."""
     count = report.used
     if count < 2:
         return np.full(2, np.nan), np.full(2, np.nan)

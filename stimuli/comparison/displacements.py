@@ -47,7 +47,7 @@ def guess_alignment(photo: RowFile, rendering: RowFile) -> tuple[Floats, str]:
             [
                 Finding(
                     f"the rendering cannot be brought onto the photograph: {finding.message}",
-                    remedy="give --photo-corners and --rendering-corners, or say --register none if they lie alike",
+                    remedy="give --photo-corners and --rendering-corners, or use --register none if they lie alike",
                 )
                 for finding in reason.findings
             ]
@@ -111,7 +111,7 @@ def _binning(bin_px: int) -> Floats:
 
 
 def sizes_differ(photo: RowFile, rendering: RowFile, remedy: str) -> StimulusError:
-    """Return the error that says so."""
+    """Return the error on two pictures of different size."""
     (height, width), (other_height, other_width) = photo.shape[:2], rendering.shape[:2]
     return StimulusError(
         Finding(

@@ -17,9 +17,9 @@ NAMED_DEG = 0.01
 
 @dataclass(frozen=True, slots=True)
 class SparklePair:
-    """One number that says something of sparkle (density, size, contrast), of both pictures, with standard errors.
+    """One measure of sparkle (density, width, contrast) of both pictures, with standard errors.
 
-    NaN where there is too little to tell. ``where`` is the region's name, ``unit`` is for print. ``difference_se`` is
+    NaN where there are too few sparkles. ``where`` is the region's name, ``unit`` is for print. ``difference_se`` is
     the standard error of their difference, where both have part of what they show in common; None where each has its
     own.
     """
@@ -55,7 +55,7 @@ class SparklePair:
 
     @property
     def z(self) -> float:
-        """The difference in its standard errors; 0 where the numbers are equal, NaN where it cannot be told."""
+        """The difference in its standard errors; 0 where the numbers are equal, NaN where it is not known."""
         apart = self.rendering - self.photo
         se = math.hypot(self.photo_se, self.rendering_se) if self.difference_se is None else self.difference_se
         if apart == 0:
@@ -63,7 +63,7 @@ class SparklePair:
         return apart / se if se != 0 else math.copysign(math.inf, apart)
 
     def to_json(self) -> dict[str, float | str | None]:
-        """Return the numbers by name, None for what cannot be told."""
+        """Return the numbers by name, None for what is not known."""
         values = {name: getattr(self, name) for name in (*self.__dataclass_fields__, "relative", "relative_se", "z")}
         return {n: v if isinstance(v, str) or (v is not None and math.isfinite(v)) else None for n, v in values.items()}
 
@@ -94,8 +94,8 @@ class Evidence:
     """All that is known of one pair; None for what was not measured.
 
     ``per_pixel`` is of the plain map, ``seen`` of that of both pictures as the eye resolves them at its distance, and
-    ``seen_regions`` are that map's means over regions, by name. ``other_flakes`` says that all that is compared
-    sparkles at other places in either picture, so that single pixels tell nothing.
+    ``seen_regions`` are that map's means over regions, by name. ``other_flakes`` is true if all that is compared
+    sparkles at other places in either picture, so that single pixels are not compared.
     """
 
     regions: RegionTable | None = None
@@ -118,7 +118,7 @@ def registration_reasons(evidence: RegistrationEvidence | None, limits: Limits) 
         good = residual <= most
         sentence = f"the pictures lie {residual:.2g} px apart, {'within' if good else 'more than'} {most:g} px"
         if not good:
-            sentence += ": nothing can be said of single pixels"
+            sentence += ": single pixels cannot be compared"
         outcome: Outcome = "passes" if good else "cannot say"
         reasons.append(Reason("registration", "residual", outcome, sentence, residual, most, "px"))
     if evidence.shift_px is not None:
@@ -159,7 +159,7 @@ def disparity_reasons(evidence: DisparityEvidence | None, limits: Limits) -> lis
 
 
 def sparkle_reasons(pairs: Sequence[SparklePair], limits: Limits) -> list[Reason]:
-    """Return a reason for every number that says something of sparkle."""
+    """Return a reason for every measure of sparkle."""
     return [_reason(pair, limits) for pair in pairs]
 
 
@@ -194,7 +194,7 @@ def _outcome(pair: SparklePair, limits: Limits) -> tuple[Outcome, str]:
     if pair.photo == pair.rendering:
         return "passes", "equal"
     if math.isnan(z) or math.isnan(relative):
-        return "cannot say", "there is too little to tell"
+        return "cannot say", "there are too few sparkles"
     large, certain = abs(relative) > most, abs(z) > limits.sparkle_z
     if large and certain:
         return "fails", f"{abs(z):.1f} standard errors and more than {100 * most:g} %"

@@ -4,10 +4,10 @@ Colour is judged on the means of the regions, and pixel by pixel as the eye reso
 between neighbouring pixels cancels at the viewing distance and is noted, not failed (the plate of thesis Table 5.5).
 
 Sparkle has limits of its own, so that a plate with the right mean colour and the wrong sparkle fails. A difference
-fails if it is larger than chance and larger than what matters. Chance, because flakes lie at random: z is two-sided.
-What matters, because on a plate with ten thousand sparkles a difference of two percent is certain, and nobody sees
-it. A difference that is certain but small is noted. One that would matter but may be chance, or numbers that are too
-few, leave the question open. Equal numbers pass, however few.
+fails if it is both significant (z is two-sided, because flakes lie at random) and larger than what matters: on a plate
+with ten thousand sparkles a difference of two percent is significant, and invisible. A difference that is significant
+but small is noted. A large difference that may be chance, or numbers of too few sparkles, leave the question open.
+Equal numbers pass, however few.
 
 If a number that would decide is missing or too uncertain, the verdict is "cannot say".
 """
@@ -41,11 +41,11 @@ def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
 
 
 def colour_reasons(evidence: Evidence, limits: Limits) -> list[Reason]:
-    """Return what the regions and the two maps say of colour."""
+    """Return the reasons that the regions and the two maps give on colour."""
     reasons = [] if evidence.regions is None else _regions(evidence.regions, evidence.seen_regions, limits)
     residual = evidence.registration.residual_px if evidence.registration is not None else None
     if residual is not None and residual > limits.registration_residual_px:
-        return reasons  # that nothing can be said of pixels is said where registration is judged
+        return reasons  # `registration_reasons` reports that pixels cannot be compared
     if evidence.other_flakes:
         return [*reasons, *_elsewhere(evidence, limits)]
     seen = [] if evidence.seen is None else _map(evidence.seen, "as seen", "as the eye resolves them", limits)

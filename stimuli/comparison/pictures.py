@@ -32,7 +32,7 @@ _MOST_MISTAKEN = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Reading:
-    """How files are read: ``camera`` takes camera RGB to XYZ, ``exposure`` is of pictures that do not tell theirs.
+    """How files are read: ``camera`` takes camera RGB to XYZ, ``exposure`` is that of pictures whose file has none.
 
     With ``sensitivities`` a spectral picture is taken by the camera's own sensor, whose channels
     ``full_scale_cd_m2`` of equal-energy light just fills, and goes through ``camera`` like a photograph.
@@ -59,7 +59,7 @@ class View:
 class Picture:
     """A file's views: ``both``, or ``left`` and ``right``.
 
-    ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``notes`` what there is to know of the
+    ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``notes`` are sentences on the
     reading, ``steps`` how the file became XYZ.
     """
 
@@ -94,7 +94,9 @@ class Picture:
 
 
 def read_picture(path: Path, reading: Reading, given: Holds | None, what: str, done: RowsDone) -> Picture:
-    """Return the picture at ``path``; ``told`` says what it holds where the file does not, ``what`` it is called.
+    """Return the picture at ``path``, which holds what is ``given`` if the file does not declare it.
+
+    ``what`` is the picture's name in messages.
 
     Raises
     ------
@@ -170,7 +172,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
 
 
 def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
-    """Say which rows a finding is about, where the rest of the picture was not looked at."""
+    """Return the error with the rows that it is about, where the rest of the picture was not read."""
     if (rows.start, rows.stop) == (0, height):
         return error
     return StimulusError(
@@ -196,7 +198,7 @@ def _exr_size(path: Path) -> tuple[int, int]:
 
 
 def _refuse_bytes(path: Path, what: str) -> None:
-    """Refuse a picture of 8 bits, such as a PNG: it is coded for a screen, whatever is said of it."""
+    """Refuse a picture of 8 bits, such as a PNG: it is coded for a screen, whatever is declared."""
     if path.suffix.lower() not in _FOR_SCREENS:
         return
     import OpenImageIO as oiio
@@ -242,8 +244,8 @@ def _camera_rgb(path: Path, digest: str, reading: Reading, what: str, done: Rows
     if reading.camera is None:
         raise _wrong(
             path,
-            f"the {what} is camera RGB, and no camera file says what XYZ that is",
-            "give --camera CAMERA.yaml; if its numbers are XYZ, say --photo-holds or --rendering-holds xyz",
+            f"the {what} is camera RGB, and there is no camera file to convert it to XYZ",
+            "give --camera CAMERA.yaml; if its numbers are XYZ, add --photo-holds or --rendering-holds xyz",
         )
     image = read_camera_image(path, exposure=reading.exposure, assume_linear=reading.assume_linear)
     return _developed(path, digest, "camera-rgb", image, reading.camera, what, done)
@@ -263,7 +265,7 @@ def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDo
     if reading.camera is None:
         raise _wrong(
             path,
-            f"the {what} is to be taken by the sensor, and no camera file says what XYZ its RGB is",
+            f"the {what} is to be taken by the sensor, and there is no camera file to convert its RGB to XYZ",
             "give --camera CAMERA.yaml, or leave --sensitivities out",
         )
     exposure = reading.exposure or reading.camera.exposure
@@ -290,7 +292,7 @@ def _developed(
     try:
         developed = to_xyz(image, camera)
     except InputError as error:
-        # What a camera model says of exposures names no file.
+        # A camera model's findings on exposures name no file.
         raise type(error)(
             [
                 finding if finding.file else Finding(f"the {what}: {finding.message}", str(path), remedy=finding.remedy)
@@ -304,7 +306,7 @@ def _developed(
     if developed.clipped > _MOST_MISTAKEN * height * width:
         notes.append("most pixels lie outside the camera's gamut: is it this camera's file?")
     if image.exposure is not None and not camera.tried_at(image.exposure):
-        notes.append(f"the camera file was not tried at this exposure, {image.exposure}")
+        notes.append(f"the camera file was not tested at this exposure, {image.exposure}")
     done(height, height)
     views: dict[Eye, View] = {"both": View(RowFile.of(developed.xyz), developed.saturated)}
     return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), developed.steps)

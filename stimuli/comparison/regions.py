@@ -1,4 +1,4 @@
-"""Regions: named areas of a photograph and of its rendering, placed by a regions file, with every fault found."""
+"""Regions: named areas of a photograph and of its rendering, placed by a regions file, with every fault reported."""
 
 from __future__ import annotations
 
@@ -172,7 +172,7 @@ class _Placer:
             yield Region(name, kind, photo_quads[place], rendering_quads[place], spec.name, place + 1)
 
     def _outline(self, number: int, spec: Spec, side: int) -> Floats | None:
-        """Return the outline of an entry in one picture, in pixels; None, and a fault told, if it is none."""
+        """Return the outline of an entry in one picture, in pixels; None, and a finding, if it is no outline."""
         shape = self.shapes[side] or self.shapes[0]
         prefix, picture = _SIDES[side]
         given = _given(spec, prefix)

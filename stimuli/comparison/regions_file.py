@@ -34,7 +34,7 @@ class ColorCheckerSpec(Strict):
     """The 24 patches between the chart's outer corners: top left, top right, bottom right, bottom left.
 
     ``inner`` is the side of what counts, as a share of a patch's side. With ``colours: other``, a chart of the same
-    layout whose colours are not the ColorChecker's, nobody can tell whether it lies upside down.
+    layout whose colours are not the ColorChecker's, it is not checked which way round it lies.
     """
 
     kind: Literal["colorchecker"]

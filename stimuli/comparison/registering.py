@@ -136,7 +136,7 @@ def _corners(
                 Finding(
                     "no corners are given for both pictures",
                     regions.file,
-                    remedy="give 'corners' and 'rendering_corners', or say --photo-corners and --rendering-corners",
+                    remedy="give 'corners' and 'rendering_corners', or add --photo-corners and --rendering-corners",
                 )
             )
     # Regions count from the corner of a pixel, alignment from its middle.
@@ -149,7 +149,7 @@ def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile,
             Finding(
                 f"the rendering is turned by {alignment.rotation_deg:.1f}° against the photograph",
                 file,
-                remedy="turn it upright, or give corners that say so",
+                remedy="turn it upright, or give corners",
             )
         )
     most = regions.limits.registration_residual_px
@@ -168,7 +168,7 @@ def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile,
 
 
 def _refuse_turned_charts(photo: View, rendering: View, regions: RegionsFile) -> None:
-    """Where two pictures of one size do not fit, say so if that is because a chart lies another way round."""
+    """Refuse two pictures of one size that do not fit because a chart lies another way round."""
     if photo.xyz.shape != rendering.xyz.shape:
         return
     charts = place_regions(regions, photo.xyz.shape).charts
@@ -191,7 +191,7 @@ def align(
     Raises
     ------
     StimulusError
-        If the sizes differ and ``register`` is "none", or no alignment was found.
+        If the sizes differ and ``register`` is "none", or the two cannot be aligned.
     """
     if register == "none":
         if photo.shape != rendering.shape:
@@ -204,7 +204,7 @@ def align(
         )
     if register == "corners":
         if corners is None:
-            raise StimulusError(Finding("no corners are given", remedy="say --photo-corners and --rendering-corners"))
+            raise StimulusError(Finding("no corners are given", remedy="give --photo-corners and --rendering-corners"))
         return _refined(photo, rendering, homography_from_points(*corners).matrix, "corners")
     return _refined(photo, rendering, *guess_alignment(photo, rendering))
 

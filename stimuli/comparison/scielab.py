@@ -2,15 +2,15 @@
 
 X. Zhang and B. A. Wandell 1997, "A spatial extension of CIELAB for digital color image reproduction". Each opponent
 channel is blurred by a sum of Gaussians, k · exp(−r²/spread²), whose weights sum to one: what is finer than the eye
-resolves averages out, in colour sooner than in lightness, and a uniform field stays as it is. The picture goes on
-beyond its edges as its own mirror image.
+resolves averages out, in colour sooner than in lightness, and a uniform field stays as it is. Beyond its
+edges the picture is continued by its mirror image.
 
 The channels are those of G. M. Johnson and M. D. Fairchild 2003, "A top down description of S-CIELAB and CIEDE2000",
 computed from XYZ scaled so that the white is that of D65: greys then have no colour, and a grey pattern gets none by
 being blurred. With the channels of 1997 it would, because their luminance and colour are not apart.
 
 A narrow Gaussian runs over the pixels; a wide one over cells of several pixels, and its outcome is interpolated back:
-`NARROWEST_CELLS` says how wide a Gaussian stays in cells, and so how exact that is.
+`NARROWEST_CELLS` is the least standard deviation in cells, which sets how exact that is.
 """
 
 from __future__ import annotations
@@ -66,7 +66,7 @@ class SeenPicture:
     def __init__(self, picture: Rows, pixels_per_degree: float, white_XYZ: ArrayLike) -> None:
         """Take a ``picture`` in XYZ, shape (height, width, 3), seen at so many pixels per degree of visual angle.
 
-        ``white_XYZ``, shape (3,), says what is grey; its luminance does not matter.
+        ``white_XYZ``, shape (3,), is the white that makes greys grey; its luminance does not matter.
 
         Raises
         ------

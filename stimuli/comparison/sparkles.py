@@ -24,7 +24,7 @@ from stimuli.sparkle.measures.measure import Estimate, SparkleMeasures, measure_
 _TURNED_DEG, _GROWN = 1e-6, 1e-6
 # Sparkles are one if they lie nearer, and pictures of one plate if this share of them are.
 SAME_PX, SAME_SHARE = 1.5, 0.5
-# With fewer sparkles there is no saying whose they are.
+# With fewer sparkles it is not known whether both show the same flakes.
 _SPARKLING = 20
 
 
@@ -33,8 +33,8 @@ class SparkleArea:
     """What was measured of one region in both; ``pixels`` lie inside it. ``matched`` is how many sparkles both
     have, None where the plates are not one and the same.
 
-    ``own_pixels`` says that the rendering was measured on its own pixels. It is where it was only shifted, by whole
-    pixels then, so that nothing that interpolation does to a sparkle is held against it.
+    ``own_pixels`` is true if the rendering was measured on its own pixels: if it was only shifted, by whole pixels
+    then, so that the blur of interpolation does not count as a difference.
     """
 
     name: str
@@ -99,7 +99,7 @@ def sparkle_area(
     unit, per = ("per deg²", pixels_per_degree**2 / pixels) if pixels_per_degree else ("per 10⁶ px", 1e6 / pixels)
     left = (alignment.shift_px[0] - across, alignment.shift_px[1] - down) if alignment.moved and shifted else (0.0, 0.0)
     matched = _matched(measured[0].peaks, measured[1].peaks, left)
-    # Of flakes that both have there is no chance in the difference.
+    # Flakes that both pictures have add nothing to the variance of the difference.
     beside = [max(photo_plane.count.value - matched, 1.0) for photo_plane in measured] if matched is not None else None
     apart = None if beside is None else per * float(np.sqrt(sum(beside)))
     pairs = (

@@ -189,7 +189,7 @@ def _rows(
         for side in (photo, rendering)
     )
     values = _differences(np.concatenate([photo_XYZ, rendering_XYZ], axis=1), white, scale)
-    with np.errstate(divide="ignore", invalid="ignore"):  # regions without light, whose errors are not told
+    with np.errstate(divide="ignore", invalid="ignore"):  # regions without light, whose errors are not reported
         errors = _standard_errors(lambda both: _differences(both, white, scale), photo_XYZ, rendering_XYZ, *covariances)
     parts = delta_e_2000_parts(_lab(photo_XYZ, white), _lab(scale * rendering_XYZ, white))
     for place, region in enumerate(regions):

@@ -27,7 +27,7 @@ class Limits:
         Pictures that lie further apart are not compared pixel by pixel.
     sparkle_relative, sparkle_z, sparkle_relative_se
         Sparkle differs if it does by more than this share and by more than so many standard errors; if a share's
-        standard error is larger than the last, nothing can be said.
+        standard error is larger than the last, the verdict is open.
     disparity_px
         So far may the disparities of photograph and rendering lie apart.
     stands_out_delta_xy, stands_out_luminance, stands_out_z
@@ -81,7 +81,7 @@ class Reason:
 
 
 def decimals(value: float, count: int) -> str:
-    """Return a number with ``count`` decimals; nought has no sign."""
+    """Return a number with ``count`` decimals; zero has no sign."""
     text = f"{value:.{count}f}"
     return text.lstrip("-") if float(text) == 0 else text
 

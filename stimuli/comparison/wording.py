@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from stimuli.comparison.results import Comparison
 from stimuli.comparison.verdict import Outcome, Reason, Verdict, decimals
 
-# So many regions that fail are told one by one.
+# Up to this many regions that fail are listed one by one.
 MOST_REGIONS = 3
 # As `together` begins the reasons of either eye.
 _EYES = ("left eye: ", "right eye: ")
@@ -20,11 +20,11 @@ def decision_sentence(verdict: Verdict) -> str:
         return "Validated: within the limits, the rendering is the photograph."
     if verdict.decision == "not validated":
         return f"Not validated: {fails} {'limit is' if fails == 1 else 'limits are'} not kept."
-    return f"It cannot be said: {unsaid} {'thing is' if unsaid == 1 else 'things are'} not known well enough."
+    return f"Undecided: {unsaid} {'thing is' if unsaid == 1 else 'things are'} not known well enough."
 
 
 def outcome_lines(verdict: Verdict, outcome: Outcome) -> list[str]:
-    """Return the sentences of one outcome; what holds for either eye alike is said once, many regions in one line."""
+    """Return the sentences of one outcome; what is the same for both eyes stands once, many regions in one line."""
     lines = (
         _gathered(verdict.having(outcome))
         if outcome == "fails"

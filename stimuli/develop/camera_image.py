@@ -57,6 +57,6 @@ class CameraImage:
             if largest < full and many >= _MANY:
                 notes.append(
                     f"{many} photosites share the largest code, {largest}, below {full:g}: if it is full there, "
-                    f"tell --saturated {largest}"
+                    f"give --saturated {largest}"
                 )
         return tuple(notes)

@@ -25,7 +25,7 @@ class Developed:
     ``saturated`` is bool (height, width): a channel was full, so that the XYZ is a lower bound. ``below_safe`` and
     ``above_safe`` count pixels whose luminance is outside the zone that the camera was tested in, ``safe_cd_m2``, None
     where the camera file has none. ``clipped`` counts pixels with a negative XYZ that was set to 0, ``lowest`` is the
-    lowest before. ``steps`` tell all of it, after the steps of the camera's picture.
+    lowest before. ``steps`` record all of it, after the steps of the camera's picture.
     """
 
     xyz: NDArray[np.float32]
@@ -41,7 +41,7 @@ class Developed:
 def to_xyz(image: CameraImage, camera: CameraModel, *, negative: Negative = "clip") -> Developed:
     """Return the absolute XYZ of ``image``, scaled by its exposure beside the camera model's.
 
-    Noise about black, and colours beyond what the camera tells apart, give XYZ below 0: ``clip`` sets them to 0 and
+    Noise about black, and colours outside the camera's gamut, give XYZ below 0: ``clip`` sets them to 0 and
     counts them, ``refuse`` refuses the picture.
 
     Raises
@@ -54,9 +54,9 @@ def to_xyz(image: CameraImage, camera: CameraModel, *, negative: Negative = "cli
     if image.exposure is None and camera.exposure is not None:
         raise StimulusError(
             Finding(
-                "the photograph does not tell its exposure, and luminance depends on it",
+                "the photograph's file has no exposure, and luminance depends on it",
                 image.source,
-                remedy=f"tell it; the camera was characterised at {camera.exposure}",
+                remedy=f"give it; the camera was characterised at {camera.exposure}",
             )
         )
     xyz = np.asarray(camera.xyz(image.rgb, image.exposure), dtype=np.float32)

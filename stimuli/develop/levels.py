@@ -17,7 +17,7 @@ class Levels:
     """Codes that take the place of the file's: None leaves the file's.
 
     ``black`` is subtracted, ``white`` is full scale, and from ``saturated`` on a photosite counts as full (white, if
-    None). Sensors often fill up a little below the white level that their file declares: tell ``saturated`` then.
+    None). Sensors often fill up a little below the white level that their file declares: give ``saturated`` then.
     Raises StimulusError unless they are finite, black ≥ 0, and white and saturated above black.
     """
 

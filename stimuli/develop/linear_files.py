@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 MAX_PIXELS = 200_000_000
-# Rows that are held in double precision at a time.
+# Rows that are in memory in double precision at a time.
 _BAND_ROWS = 64
 # Of all channels together: R, G, B and alpha, or R, G, B and their saturation, of the largest picture.
 MAX_VALUES = 7 * MAX_PIXELS
@@ -99,7 +99,7 @@ def _read(
     black = 0.0 if levels.black is None else levels.black
     white = (float(np.iinfo(values.dtype).max) if whole else 1.0) if levels.white is None else levels.white
     if not white > black:
-        raise StimulusError.at(path, f"the white level {white:g} is not above the black level {black:g}", "tell both")
+        raise StimulusError.at(path, f"the white level {white:g} is not above the black level {black:g}", "give both")
     full = white if levels.saturated is None else levels.saturated
     bad = 0 if whole else int((~np.isfinite(values)).any(axis=-1).sum())
     if bad:
@@ -162,7 +162,7 @@ def _refuse(spec: OpenImageIO.ImageSpec, path: Path, linear: bool) -> None:
         raise StimulusError.at(path, "the picture has 8 bits, which linear light does not fit into", _UNLESS)
 
 
-_UNLESS = f"{_REMEDY}; or say that the numbers are linear camera RGB all the same"
+_UNLESS = f"{_REMEDY}; or declare that the numbers are linear camera RGB"
 _EIGHT_BITS = ("uint8", "int8")
 
 

@@ -1,4 +1,4 @@
-"""What a picture's file says: how it was taken, which way up it stands, and what was done to it before.
+"""Metadata of a picture's file: how it was taken, which way up it stands, and what was done to it before.
 
 The earlier steps are believed only as far as they are what this program writes.
 """
@@ -73,7 +73,7 @@ def spec_numbers(spec: OpenImageIO.ImageSpec | None) -> tuple[float, float, floa
 
 
 def exposure_step(exposure: Exposure, source: str) -> dict[str, Any]:
-    """Return the step that says the exposure, and whether the file's metadata told it or a person."""
+    """Return the step with the exposure, and whether it is from the file's metadata or was given."""
     numbers = {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso}
     return {"step": "exposure", **numbers, "source": source}
 
@@ -102,7 +102,7 @@ def _attributes(path: Path) -> OpenImageIO.ImageSpec | None:
 
     picture = oiio.ImageInput.open(str(path))
     if picture is None:
-        oiio.geterror()  # nobody else should be told of it
+        oiio.geterror()  # clear it: a later call would report it
         return None
     try:
         return picture.spec()
@@ -113,7 +113,7 @@ def _attributes(path: Path) -> OpenImageIO.ImageSpec | None:
 def earlier_steps(kept: object) -> Steps:
     """Return the steps in ``kept``, the text of a picture's attribute; none at all if any of it is not as written.
 
-    Anybody can write such an attribute, and what it says goes into manifests and reports: it may hold no NaN, no
+    Any program can write such an attribute, and its text goes into manifests and reports: it may hold no NaN, no
     infinity, no names but `NAMES`, and no more than a few steps can.
     """
     steps = _parsed(kept)

@@ -41,7 +41,7 @@ class DevelopOptions:
 class LuminanceReport:
     """The light of a developed photograph, and how far it can be trusted: see `camera_to_xyz.Developed`.
 
-    ``exposure_was_characterised`` says whether the camera file was tested at this exposure; None where that is unknown.
+    ``exposure_was_characterised`` is true if the camera file was tested at this exposure; None where that is unknown.
     """
 
     mean_cd_m2: float
@@ -99,7 +99,7 @@ class DevelopedPhotograph:
 
 @dataclass(frozen=True, slots=True)
 class DevelopReport:
-    """The photographs that were developed, and what was wrong with those that were not."""
+    """The photographs that were developed, and findings on those that were not."""
 
     photographs: tuple[DevelopedPhotograph, ...]
     findings: tuple[Finding, ...]

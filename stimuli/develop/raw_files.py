@@ -50,7 +50,7 @@ def read_raw(
     value = (code − black) / (white − black), per photosite in float, then ``demosaic``. Codes are those after the
     linearisation table that the file itself carries. No white balance, curve, matrix, clipping, or brightening is
     applied, and no part cut off but the sensor's masked border. ``levels`` take the place of the file's. With
-    ``rotate`` the picture is turned upright as the file says.
+    ``rotate`` the picture is turned upright by the file's orientation.
 
     Raises
     ------
@@ -139,7 +139,7 @@ def _mosaic(raw: rawpy.RawPy, path: Path, levels: Levels) -> tuple[Mosaic, dict[
             black, white = blacks[filter_], whites[filter_]
             if not white > black:
                 raise StimulusError.at(
-                    path, f"the white level {white:g} is not above the black level {black:g}", "tell them"
+                    path, f"the white level {white:g} is not above the black level {black:g}", "give both"
                 )
             values[place] = (codes[place] - np.float32(black)) * np.float32(1.0 / (white - black))
             saturated[place] = codes[place] >= full[filter_]

@@ -9,7 +9,7 @@ pixel i saturates above
 where channels with a_ic ≤ 0 never do. How many pixels saturate at any factor is then known from one transform of the
 picture, and the largest factor with at most m saturated pixels is an order statistic, the (m + 1)-th smallest k_i.
 
-Tone mapping is by one factor, held back where a display would saturate (Section 4.5.2.2, Expressions 4.10 and 4.11):
+Tone mapping is by one factor, limited where a display would saturate (Section 4.5.2.2, Expressions 4.10 and 4.11):
 
 V_out = k V_in with k = L_ref / L_max. Where that saturates more than 0.3 % of the pixels, the largest factor that does
 not is used. The thesis searches for it; `largest_factor` solves it. Image 3.1 of Table 4.3 asks for 6.69 and gets 1.78.

@@ -111,7 +111,7 @@ def picture_statistics(
     Raises
     ------
     StimulusError
-        If the sparkles cannot be told from what lies between them.
+        If the threshold does not separate sparkles from what lies between them.
     """
     left = _statistics(image, "left", models, threshold, scale)
     same = image.is_flat and (models is None or models.left is models.right)

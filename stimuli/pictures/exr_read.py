@@ -23,7 +23,7 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 class Reading:
     """A picture, the views it was made of (left then right, or one), and how many pixels were clipped at 0.
 
-    ``centre`` says whether the file has a view that is neither eye's, used or not.
+    ``centre`` is true if the file has a view of neither eye, used or not.
     """
 
     image: StereoImage
@@ -141,14 +141,14 @@ def view_to_xyz(
 ) -> tuple[XYZImage, int]:
     """Return the view's XYZ in cd/m², float32 (height, width, 3), and how many pixels were clipped at 0.
 
-    ``colour_space`` says what the numbers are where the file does not: ``xyz`` or ``rec709`` (linear, D65); None and
-    ``declared`` rely on the file. ``white_luminance_cd_m2`` is the luminance of the value 1 and takes the place of
+    ``colour_space`` is that of a file that declares none: ``xyz`` or ``rec709`` (linear, D65); None and ``declared``
+    rely on the file. ``white_luminance_cd_m2`` is the luminance of the value 1 and takes the place of
     the file's ``whiteLuminance``; without both it is 1. ``negative="clip"`` sets XYZ below 0 to 0 and counts it.
 
     Raises
     ------
     StimulusError
-        If the colour space is neither declared nor told, or told otherwise than declared; if a value is NaN,
+        If the colour space is neither declared nor given, or given otherwise than declared; if a value is NaN,
         infinite, or beyond single precision; if XYZ is negative and not to be clipped.
     """
     matrix = _matrix(view, file, colour_space)
@@ -184,7 +184,7 @@ def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[
     chromaticities = given if declared is None else declared
     if chromaticities is None:
         raise _wrong(
-            view, file, "it does not declare its chromaticities", "say 'colour_space: rec709' or 'colour_space: xyz'"
+            view, file, "it does not declare its chromaticities", "write 'colour_space: rec709' or 'colour_space: xyz'"
         )
     if declared is not None and given is not None and not np.allclose(declared, given, rtol=0, atol=_SAME):
         raise _wrong(

@@ -33,10 +33,10 @@ _SPELLINGS = {"centre": "center"}
 class View:
     """One view as stored: three channels in the file's own units.
 
-    ``name`` is ``left``, ``right``, ``center`` or whatever the file says, in lower case; empty if it says nothing.
+    ``name`` is ``left``, ``right``, ``center`` or another name in the file, in lower case; empty if there is none.
     ``pixels`` is float32, (height, width, 3), on the display window of ``size_px`` (width, height) or the region of it
     that was read; the file stores the rectangle ``data_window_px`` (x, y, width, height) of it. ``chromaticities`` are
-    x, y of red, green, blue and white, shape (4, 2), or None if the file declares none; ``is_xyz`` says that the
+    x, y of red, green, blue and white, shape (4, 2), or None if the file declares none; ``is_xyz`` is true if the
     channels are named X, Y, Z.
     ``white_luminance_cd_m2`` is the luminance of the value 1, or None.
     """

@@ -62,7 +62,7 @@ _NO_TIME = "0000:00:00 00:00:00"
 
 
 def write_whole(path: Path, spec: OpenImageIO.ImageSpec, pixels: NDArray[np.float32]) -> None:
-    """Write ``pixels`` (height, width, channels) to ``path`` as ``spec`` says, zipped and without a time.
+    """Write ``pixels`` (height, width, channels) to ``path`` by ``spec``, zipped and without a time.
 
     A file that is there already stays as it was until the new one is complete.
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 def opened(
     path: Path, remedy: str = "write it again as OpenEXR", hint: OpenImageIO.ImageSpec | None = None
 ) -> OpenImageIO.ImageInput:
-    """Return the open file at ``path``; who asks for it closes it.
+    """Return the open file at ``path``; the caller closes it.
 
     Raises
     ------
@@ -30,7 +30,7 @@ def opened(
 
 
 def reason(message: str) -> str:
-    """Return the last line of what OpenImageIO says that is no advice on its own settings."""
+    """Return the last line of OpenImageIO's message that is no advice on its own settings."""
     lines = [line for line in message.splitlines() if line.strip()]
     reasons = [line for line in lines if "global attribute" not in line] or lines
     return reasons[-1].strip() if reasons else "no reason given"

@@ -26,7 +26,7 @@ MAX_AREA_PX = 100_000_000  # more than `stimuli.pictures.exr_views` reads
 # Of a display's pixel; what is smaller is a slip of the pen, and its weights fill the memory.
 _LEAST_PIXELS = 0.01
 _DEGREE = {"linear": 1, "cubic": 3}
-# Rows of the new picture made at a time, so that a large picture is never held as float64.
+# Rows of the new picture made at a time, so that a large picture is never in memory as float64.
 _ROWS = 128
 
 

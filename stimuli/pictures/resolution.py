@@ -1,7 +1,7 @@
 """What a display's pixels keep of a picture's detail, and of what eyes could see.
 
 Thesis Section 2.4.1: eyes resolve 60 cycles per degree, and a picture should have MR = FOV · 60 pixels (Expression
-2.12). A cycle takes two pixels: FOV · 120 are needed. Both are told.
+2.12). A cycle takes two pixels: FOV · 120 are needed. Both are reported.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ class Resolution:
         return lost[0], min(lost[1], CYCLES_PER_DEGREE)
 
     def sentences(self) -> tuple[str, ...]:
-        """Say what is lost."""
+        """Return sentences on the detail that is lost."""
         wide, display = self.display_px[0], self.display_cycles_per_degree
         needed = f"the {CYCLES_PER_DEGREE:g} that eyes resolve need {self.nyquist_px[0]:.0f}"
         if wide >= self.nyquist_px[0]:

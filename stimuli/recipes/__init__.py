@@ -1,1 +1,1 @@
-"""Recipes: YAML files that say which pictures there are and how they are made."""
+"""Recipes: YAML files that list pictures and how they are made."""

@@ -32,7 +32,7 @@ def _relative(value: str) -> str:
 
 
 class CameraExposureSpec(ExposureSpec):
-    """The exposure of a photograph, in place of what its file says."""
+    """The exposure of a photograph, in place of that in its file."""
 
 
 class DevelopSpec(Strict):
@@ -127,7 +127,7 @@ class PhotographsRecipe(FilesRecipe):
         return self
 
     def specs(self) -> Sequence[PhotographSpec]:
-        """Return the stimuli as the recipe says them."""
+        """Return the stimuli as the recipe lists them."""
         return self.stimuli
 
     def shared_files(self) -> dict[str, Path_]:

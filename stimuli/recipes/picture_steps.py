@@ -100,7 +100,7 @@ class Prepared:
             return pair.alignment.stereo, pair.steps
         if pair.left is None and (self._flat_eye or self._steps.toe_in):
             return self._one_eye(pair.alignment.stereo, pair.steps)
-        centre = self._source.flat()  # which says so where there is none
+        centre = self._source.flat()  # raises where there is none
         assert pair.left is not None
         image, step = pair.alignment.flat_from_centre(_part(centre.image.left, pair.crop), pair.left)
         return image, (*pair.steps, *centre.steps, step)

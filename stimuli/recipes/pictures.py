@@ -75,7 +75,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
 
     @abstractmethod
     def specs(self) -> Sequence[FileStimulusSpec]:
-        """Return the stimuli as the recipe says them."""
+        """Return the stimuli as the recipe lists them."""
 
     @abstractmethod
     def source(self, stimulus: int, folder: Path) -> Source:
@@ -168,7 +168,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
         """Yield the stimuli of ``names``.
 
         Each stimulus's files are read, and its pair is aligned, once for all series and views that show them. No more
-        than one stimulus's views are held at a time.
+        than one stimulus's views are in memory at a time.
 
         Raises
         ------
@@ -235,11 +235,11 @@ class PicturesRecipe(FilesRecipe):
     stimuli: Annotated[tuple[PictureSpec, ...], Field(min_length=1, max_length=MAX_STIMULI)]
 
     def specs(self) -> Sequence[PictureSpec]:
-        """Return the stimuli as the recipe says them."""
+        """Return the stimuli as the recipe lists them."""
         return self.stimuli
 
     def faults(self) -> Iterator[Fault]:
-        """Yield names and views that stand twice or meet, too many pictures, and a view that is said twice."""
+        """Yield names and views that stand twice or meet, too many pictures, and a view that is given twice."""
         yield from super().faults()
         for index, picture in enumerate(self.stimuli):
             if self.views and picture.view:

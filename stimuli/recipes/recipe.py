@@ -22,7 +22,7 @@ from stimuli.recipes.recipe_kind import RecipeKind
 from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 from stimuli.recipes.sparkle_series import SparkleSeriesRecipe
 
-# The kinds: whoever adds one names it here.
+# The kinds: a new one is named here.
 AnyRecipe = SparklePlateRecipe | SparkleSeriesRecipe | PicturesRecipe | PhotographsRecipe
 
 
@@ -36,7 +36,7 @@ def read_recipe(path: Path) -> tuple[RecipeKind, YamlSource]:
     Raises
     ------
     InputError
-        If the file cannot be read or says what a recipe cannot say; one finding per fault.
+        If the file cannot be read or is no valid recipe; one finding per fault.
     """
     document, source = load_document(path, Recipe, "recipe")
     findings = [source.finding(fault.location, fault.message, fault.remedy) for fault in document.root.faults()]
@@ -46,7 +46,7 @@ def read_recipe(path: Path) -> tuple[RecipeKind, YamlSource]:
 
 
 def unreadable(file: str, where: Path_, source: YamlSource, reason: str) -> Finding:
-    """Return what to say of a ``file``, named in the recipe at ``where``, that cannot be read."""
+    """Return the finding on a ``file``, named in the recipe at ``where``, that cannot be read."""
     what = "picture" if where[0] == "stimuli" else "file"
     message = f"the {what} '{file}' cannot be read: {reason}"
     return source.finding(where, message, "check the path, relative to the recipe")

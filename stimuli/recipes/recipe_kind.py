@@ -1,4 +1,4 @@
-"""What every kind of recipe can say of its pictures, and how it makes them.
+"""The interface of every kind of recipe: its pictures, and how they are made.
 
 A kind is a class in a file of its own; `stimuli.recipes.recipe` lists the kinds. What makes pictures is imported only
 when pictures are made, so that a set that is in the cache loads none of it.
@@ -84,7 +84,7 @@ def stimulus_name(name: str, view: str | None) -> str:
 def twin_names(names: Iterable[str], *location: str) -> Iterator[Fault]:
     """Yield each name in the list at ``location`` that stands there before.
 
-    Names become file names, and some file systems do not tell A from a.
+    Names become file names, and some file systems do not distinguish A from a.
     """
     seen: set[str] = set()
     for index, name in enumerate(names):

@@ -72,7 +72,7 @@ class NamedPlateSpec(Strict):
         Raises
         ------
         pydantic.ValidationError
-            If the two together say what flakes cannot be.
+            If the two together describe flakes that cannot be.
         """
         return FlakesSpec.model_validate({**shared.model_dump(), **self.flakes.model_dump(exclude_none=True)})
 
@@ -111,7 +111,7 @@ class SeriesPicture:
 class SparkleSeriesRecipe(RecipeKind):
     """Series of exposures of several made-up plates.
 
-    ``plate`` is what the ``plates`` share. Without ``views`` all pictures are stereo, and their names do not say so.
+    ``plate`` is what the ``plates`` share. Without ``views`` all pictures are stereo, and no name ends in the view.
     """
 
     kind: Literal["sparkle_series"]
@@ -209,7 +209,7 @@ class SparkleSeriesRecipe(RecipeKind):
             }
 
     def make(self, context: BuildContext, report: Progress, names: Collection[str]) -> Iterator[MadePicture]:
-        """Yield the stimuli of ``names``; no more than one plate's photographs are held at a time.
+        """Yield the stimuli of ``names``; no more than one plate's photographs are in memory at a time.
 
         The sparkles of each plate and viewpoint are rendered once, and each exposure of them is developed once,
         whatever series show them.

@@ -63,7 +63,7 @@ def _gather(
 ) -> None:
     """Move the first share of the flakes into clusters, and tilt these; the plate's density stays even on average.
 
-    Places are wrapped around the plate's edges. Which flakes come first says nothing about them.
+    Places are wrapped around the plate's edges. The order of the flakes carries no meaning.
     """
     n = round(clusters.share * len(x))
     count = max(1, round(n / clusters.flakes))

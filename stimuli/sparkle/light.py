@@ -138,7 +138,7 @@ def planck(temperature_K: float) -> Spectrum:
 
 
 def on_grid(nm: Sequence[float], values: Sequence[float]) -> Spectrum:
-    """Return values at rising wavelengths on the grid: straight lines between, the first and last held beyond."""
+    """Return values at rising wavelengths on the grid: straight lines between, the first and last value beyond."""
     return tuple(np.interp(wavelengths_nm(), nm, values).tolist())
 
 

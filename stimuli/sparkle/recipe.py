@@ -32,7 +32,7 @@ Chromaticity = Annotated[tuple[float, float], AfterValidator(_chromaticity)]
 
 
 class SpectrumSpec(Strict):
-    """Values at rising wavelengths: straight lines between, the first and the last held beyond."""
+    """Values at rising wavelengths: straight lines between, the first and the last value beyond."""
 
     nm: Annotated[tuple[PositiveFloat, ...], Field(min_length=2, max_length=1000)]
     values: tuple[NonNegativeFloat, ...]

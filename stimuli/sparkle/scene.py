@@ -34,7 +34,7 @@ class Plate:
     """A painted plate. Flake diameters are lognormal between two bounds, flake slopes Gaussian about the normal.
 
     ``flake_diameter_spread`` is the standard deviation of ln(diameter); ``tilt_sd_deg`` that of each slope's angle;
-    ``lobe_sd_deg`` says how far a flake's own surface strays from its mean normal. ``diffraction_nm`` is the
+    ``lobe_sd_deg`` is how far a flake's own surface strays from its mean normal. ``diffraction_nm`` is the
     wavelength at which flakes widen their lobe, the smaller the more; None where they do not. Within
     ``flake_rim_um`` of its edge a flake is no mirror. ``coat_extinction_per_mm`` dims deep flakes. With ``clusters``
     some flakes lie together; else each lies anywhere.
@@ -44,7 +44,7 @@ class Plate:
 
     ``flake_chromaticity_xy`` is that of the lamp's light once it has gone through the coat to a flake and back; None
     if the coat is colourless, so that it is the lamp's own. ``base_chromaticity_xy`` is that of the base's light, and
-    None where ``base_spectrum`` says it. Spectra multiply the reflectance, on the grid of `stimuli.sparkle.light`.
+    None where ``base_spectrum`` gives it. Spectra multiply the reflectance, on the grid of `stimuli.sparkle.light`.
     """
 
     width_mm: float

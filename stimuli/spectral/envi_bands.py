@@ -60,7 +60,7 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
     good = _good(facts, data.nbands, path)
     scaled = "reflectance scale factor" in facts
     if quantity is None and not scaled:
-        raise StimulusError.at(path, "its header does not tell radiance from reflectance", "say which it is")
+        raise StimulusError.at(path, "its header does not declare radiance or reflectance", "give the quantity")
     notes = () if good.all() else (f"{int((~good).sum())} bands marked bad in the header were left out",)
     return SpectralPicture(
         path=path,
@@ -103,7 +103,7 @@ class _Rows:
                     f"in rows {first}..{last - 1}, {counted(missing, 'pixel holds', 'pixels hold')} no data",
                     "crop it",
                 )
-        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # what is not finite is told by the rows
+        with np.errstate(over="ignore", divide="ignore", invalid="ignore"):  # the rows report what is not finite
             return (read / self._scale).astype(np.float32) if self._scale != 1 else read.astype(np.float32)
 
 

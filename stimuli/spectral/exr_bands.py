@@ -56,7 +56,7 @@ def exr_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
         notes = [f"the Stokes components {name} were left out" for name in ("S1", "S2", "S3") if name in kinds]
         units = spec.getattribute("emissiveUnits")
         if _quantity(kind, quantity) == "radiance" and isinstance(units, str):
-            notes.append(f"the file says that its radiance is in {visible(units)[:60]}")
+            notes.append(f"the file declares its radiance in {visible(units)[:60]}")
         return SpectralPicture(
             path=path,
             wavelengths_nm=np.array([channels[index] for index in order]),
@@ -92,10 +92,10 @@ def _chosen(
         raise StimulusError.at(path, f"no channel is named like {sought[quantity]}; there are {listed}", "name them so")
     if len(there) > 1 and quantity is None:
         raise StimulusError.at(
-            path, f"it holds {' and '.join(kind or 'plain' for kind in there)} channels", "say which to take"
+            path, f"it holds {' and '.join(kind or 'plain' for kind in there)} channels", "give the quantity to take"
         )
     if not there[0] and quantity is None:
-        raise StimulusError.at(path, "its channels do not tell radiance from reflectance", "say which they are")
+        raise StimulusError.at(path, "its channels do not declare radiance or reflectance", "give the quantity")
     return there[0], kinds[there[0]]
 
 

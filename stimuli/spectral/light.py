@@ -71,7 +71,7 @@ class Light:
 
 
 def observer_weights(wavelengths_nm: Floats) -> Floats:
-    """Return XYZ in cd/m², shape (bands, 3), of radiance 1 W/(sr m² nm) in each band alone; 0 where nobody sees.
+    """Return XYZ in cd/m², shape (bands, 3), of 1 W/(sr m² nm) in each band alone; 0 where the observer sees nothing.
 
     The rule is that of `devices.measurements.spectra.xyz_from_spectra`: linear, so that bands can be weighted singly.
     """
@@ -92,7 +92,7 @@ def weighted(picture: SpectralPicture, weights: Floats) -> NDArray[np.float32]:
 
 
 def spectral_step(name: str, picture: SpectralPicture, light: Light) -> dict[str, Any]:
-    """Return the step that tells which file it was, its bands and its light."""
+    """Return the step with the file, its bands and its light."""
     from documents.files.hashes import sha256_of_file
 
     waves = picture.wavelengths_nm

@@ -67,7 +67,7 @@ class SpectralPicture:
             raise self.wrong(
                 f"its wavelengths run over {waves[0]:g}..{waves[-1]:g} nm"
                 + (f", those that anyone sees over {seen[0]:g}..{seen[-1]:g} nm" if 0 < len(seen) < len(waves) else ""),
-                "400..700 nm is the least that tells a colour",
+                "a colour needs 400..700 nm at least",
             )
         widest = int(np.argmax(np.diff(seen)))
         if seen[widest + 1] - seen[widest] > MOST_SPACING_NM:
@@ -104,21 +104,21 @@ class SpectralPicture:
             yield slice(first, last), values
 
     def wrong(self, message: str, remedy: str) -> StimulusError:
-        """Return the error that says what is wrong with the file."""
+        """Return the error on a fault of the file."""
         return StimulusError.at(self.path, message, remedy)
 
 
 def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPicture:
     """Return the spectral picture at ``path``, OpenEXR (.exr) or ENVI (.hdr, or the data beside it).
 
-    Only the header is read; the values come with `SpectralPicture.blocks`. ``quantity`` says what they are where the
+    Only the header is read; the values come with `SpectralPicture.blocks`. ``quantity`` is what they are where the
     file does not.
 
     Raises
     ------
     StimulusError
         If the file is missing or neither; if its bands do not rise, leave out a part of 400..700 nm, or are more than
-        20 nm apart; if it does not say what its values are. The finding names file and reason.
+        20 nm apart; if it does not declare the quantity of its values. The finding names file and reason.
     """
     from stimuli.spectral.envi_bands import envi_bands
     from stimuli.spectral.exr_bands import exr_bands

@@ -172,7 +172,7 @@ def test_what_cannot_be_straightened_is_refused() -> None:
     with pytest.raises(StimulusError, match=r"nothing in common|agree in too few"):
         straighten(left, right)
     strip = slice(100, 180)
-    with pytest.raises(StimulusError, match="blocks tell a vertical disparity") as caught:
+    with pytest.raises(StimulusError, match="blocks have a vertical disparity") as caught:
         straighten(view()[strip], view(0.1)[strip])
     assert caught.value.findings[0].remedy
     with pytest.raises(StimulusError, match=r"differ|size"):

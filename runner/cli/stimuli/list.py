@@ -30,7 +30,7 @@ def command(as_json: bool) -> None:
     roomy = Console().width >= _ROOMY
     for name in ("kind", "stimuli", "first", "pitch mm", "MB", "folder"):
         number = name in ("stimuli", "pitch mm", "MB")
-        # Words go on in the next line; numbers stay whole, and the folder where there is room to copy it.
+        # Words continue on the next line; numbers stay whole, and the folder where there is room to copy it.
         whole = number or (name == "folder" and roomy)
         table.add_column(name, justify="right" if number else "left", overflow="fold", no_wrap=whole)
     for cached in sets:

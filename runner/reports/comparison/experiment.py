@@ -104,7 +104,7 @@ def _recipe(comparison: Comparison, name: str) -> str:
     stereo = len(comparison.eyes) == 2
     photo, rendering = comparison.photo.file.name, comparison.rendering.file.name
     lines = [
-        f"# The two pictures that `cyclopean compare` held beside each other: {visible(photo)} and",
+        f"# The two pictures that `cyclopean compare` compared: {visible(photo)} and",
         f"# {visible(rendering)}, in absolute XYZ on the photograph's pixels.",
         "schema_version: 1",
         "kind: pictures",
@@ -136,7 +136,7 @@ def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -
     where = "one above the other" if vertical else "side by side"
     return "\n".join(
         [
-            "# Written by `cyclopean compare`: does the rendering pass for the photograph before people? Its objective",
+            "# Written by `cyclopean compare`: do observers take the rendering for the photograph? Its objective",
             f"# verdict was: {comparison.verdict.decision}. Change what you like; the question is the study's own.",
             f"# Check this file with:  cyclopean check experiments/{name}.yaml",
             "schema_version: 1",

@@ -89,7 +89,7 @@ def _without_outliers(windows: Floats) -> Floats:
 def _to_the_edges(grid: Floats, middles_px: Floats, size: int, axis: int) -> Floats:
     """Return the grid with a value at either edge of the picture along ``axis``, on a straight line with the next two.
 
-    A straight line may lead anywhere: it is held between half and twice the outermost window.
+    A straight line may lead anywhere: it is limited to half and twice the outermost window.
     """
     lines = np.moveaxis(grid, axis, 0)
     ends = []

@@ -20,7 +20,7 @@ from stimuli.sparkle.measures.background import Background, Floats, Luminance, l
 SEPARATION_PX = 2
 # Rows whose background is in memory at a time.
 _ROWS = 256
-# A threshold that half the picture is above of does not tell sparkles from what lies between them.
+# A threshold that half the picture exceeds does not separate sparkles from what lies between them.
 _MOST_ABOVE = 0.5
 
 

@@ -24,7 +24,7 @@ _ONE_TOP_SD = 2.7
 
 @dataclass(frozen=True, slots=True)
 class Estimate:
-    """A number and its standard error; NaN where there is too little to tell."""
+    """A number and its standard error; NaN where there are too few sparkles."""
 
     value: float
     se: float
@@ -34,7 +34,7 @@ class Estimate:
         return Estimate(self.value * factor, self.se * factor)
 
     def to_json(self) -> dict[str, float | None]:
-        """Return value and standard error, None for what cannot be told."""
+        """Return value and standard error, None for what is not known."""
         return {
             "value": self.value if math.isfinite(self.value) else None,
             "se": self.se if math.isfinite(self.se) else None,
@@ -57,7 +57,7 @@ class PixelScale:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SparkleMeasures:
-    """What `measure_sparkles` found.
+    """The result of `measure_sparkles`.
 
     ``contrast`` is the mean Weber contrast of each sparkle's brightest pixel (Expression 2.13), of those whose
     background is above 0. ``area_px`` and ``width_px``, the mean area above the threshold and full width at half

@@ -23,7 +23,7 @@ class Profile:
     ``radius_px`` (k,) are the mean radii of rings half a pixel wide, ``share`` (k,) the mean over ``sparkles`` and
     ``share_se`` (k,) its standard error: the scatter between sparkles over the root of their number. Each sparkle is
     first divided by its light within 1 px. ``half_width_px`` is where the mean falls to half of its centre, NaN where
-    that cannot be told; ``half_width_se_px`` follows from the standard errors next to it.
+    that is not known; ``half_width_se_px`` follows from the standard errors next to it.
     """
 
     radius_px: Floats

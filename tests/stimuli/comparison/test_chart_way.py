@@ -59,7 +59,7 @@ def test_what_is_no_chart_is_told(chart_picture: Draw) -> None:
 def test_a_saturated_chart_is_left_open(chart_picture: Draw) -> None:
     picture = chart_picture()
     (said,) = check_charts(picture, [chart(CORNERS)], "photograph", np.ones(picture.shape, dtype=np.bool_))
-    assert "cannot be told" in said
+    assert "is not known" in said
 
 
 def test_another_chart_is_not_asked_for_its_colours(regions_of: Write) -> None:

@@ -146,7 +146,7 @@ def test_camera_rgb_without_a_camera_file(tmp_path: Path, refused: Refused) -> N
     ("exposure", "message"),
     [
         (Exposure(1 / 2, 8.0, 200.0), "the photograph was taken at 0.5 s, f/8, ISO 200"),
-        (None, "does not tell its exposure"),
+        (None, "file has no exposure"),
     ],
 )
 def test_a_camera_file_of_another_exposure(

@@ -77,7 +77,7 @@ def test_full_photosites_are_marked() -> None:
 
 
 def test_an_exposure_that_nobody_tells_is_refused() -> None:
-    with pytest.raises(StimulusError, match=r"photo\.nef: the photograph does not tell its exposure"):
+    with pytest.raises(StimulusError, match=r"photo\.nef: the photograph's file has no exposure"):
         to_xyz(picture(np.full((2, 2, 3), 0.2), None), camera())
     unknown = camera(exposure=None)
     assert to_xyz(picture(np.full((2, 2, 3), 0.2), None), unknown).xyz.shape == (2, 2, 3)

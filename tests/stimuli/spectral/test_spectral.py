@@ -222,7 +222,7 @@ def test_exr_files_that_are_none_are_refused(tmp_path: Path) -> None:
     names[1] = "S0.380nm"
     assert "do not rise: 380 nm, then 380 nm" in refusal(save_exr(tmp_path / "d.exr", LIGHT, names=names))
     plain = save_exr(tmp_path / "p.exr", LIGHT, form="{}nm")
-    assert "radiance from reflectance" in refusal(plain)
+    assert "radiance or reflectance" in refusal(plain)
     assert "S0.550nm" in refusal(save_exr(tmp_path / "t.exr", LIGHT, form="T.{},0nm"), "radiance")
     assert "no light falls" in refusal(tmp_path / "t.exr")
     both = np.concatenate([LIGHT, LIGHT], axis=2)
@@ -258,7 +258,7 @@ def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
     def save(**told: Any) -> Path:
         return save_envi(tmp_path / "a.hdr", values, **told)
 
-    assert "radiance from reflectance" in refusal(save())
+    assert "radiance or reflectance" in refusal(save())
     assert "lists no wavelengths" in refusal(save(wavelength=None), "radiance")
     assert "unit of its wavelengths is ''" in refusal(save(**{"wavelength units": None}), "radiance")
     assert "80 wavelengths for 81 bands" in refusal(save(wavelength=list(WAVES[1:])), "radiance")

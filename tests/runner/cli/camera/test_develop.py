@@ -131,7 +131,7 @@ def test_a_sensor_that_is_full_early_is_noticed(tmp_path: Path) -> None:
     (told,) = develop(path, "-o", tmp_path / "a.exr", "--demosaic", "bilinear")
     assert told["saturated_share"] == [0, 0, 0]
     assert told["said"] == [
-        "200 photosites share the largest code, 15000, below 15520: if it is full there, tell --saturated 15000"
+        "200 photosites share the largest code, 15000, below 15520: if it is full there, give --saturated 15000"
     ]
     (told,) = develop(path, "-o", tmp_path / "b.exr", "--demosaic", "bilinear", "--saturated", 15000)
     assert told["saturated_share"][1] == pytest.approx(200 / 48 / 64, rel=0.3)
@@ -162,7 +162,7 @@ def test_faults_of_camera_and_exposure_are_told(tmp_path: Path, camera: Path) ->
     path = write_dng(tmp_path / "a.dng", smooth(), black=(600,), white=15520)
     (finding,) = findings(path, "--camera", camera, "-o", tmp_path / "a.exr")
     assert finding.file == str(path)
-    assert "does not tell its exposure" in finding.message
+    assert "file has no exposure" in finding.message
     (finding,) = findings(path, "--exposure", "soon", "-o", tmp_path / "a.exr")
     assert "soon" in finding.message
     (finding,) = findings(path, "--camera", tmp_path / "none.yaml", "-o", tmp_path / "a.exr")

@@ -105,7 +105,7 @@ def test_an_affine_camera_file_of_a_raw_chart_serves_its_exposure_alone(tmp_path
 def test_a_sensor_that_is_full_early_is_noticed_and_told(tmp_path: Path, reference: Path) -> None:
     chart = _photo(tmp_path / "chart.dng", np.minimum(_codes(_light() * 1.3), 9000).astype(np.uint16))
     noticed = _told("fit", chart, "--reference", reference)
-    assert any("if it is full there, tell --saturated 9000" in said for said in noticed["chart"]["said"])
+    assert any("if it is full there, give --saturated 9000" in said for said in noticed["chart"]["said"])
     known = _told("fit", chart, "--reference", reference, "--saturated", 9000)
     assert known["left_out"] == {"white 9.5": "saturated: green"}
     result = _run("fit", tmp_path / "values.csv", "--saturated", 9000)

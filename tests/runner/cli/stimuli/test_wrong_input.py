@@ -199,7 +199,7 @@ WRONG: dict[str, tuple[Callable[[Path], Recipe], str, str]] = {
     "NaN": (not_a_number, "pair.exr", "1 pixel is not finite: NaN"),
     "cut short": (cut_short, "right.dng", "cut short or damaged"),
     "another exposure": (camera_of_another_exposure, "left.dng", "was fitted at .* and the photograph was taken at"),
-    "no exposure": (no_exposure_known, "left.dng", "does not tell its exposure"),
+    "no exposure": (no_exposure_known, "left.dng", "file has no exposure"),
     "no camera file": (no_camera_file, "recipe.yaml", "'../none.yaml' cannot be read"),
     "noise": (noise_to_align, "recipe.yaml", "stimulus 'bad'"),
     "one view to align": (one_view_to_align, "recipe.yaml", "'bad' is to be aligned, and has no view 'left'"),
