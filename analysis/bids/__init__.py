@@ -1,1 +1,1 @@
-"""Results as a BIDS dataset: one table of answers per session, each column described, raw logs beside them."""
+"""Export of results as a BIDS dataset: a table of answers per session, sidecars for its columns, and the raw logs."""

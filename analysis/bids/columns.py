@@ -1,4 +1,4 @@
-"""What a trial recorded, as a flat list of places and values."""
+"""The record of a trial as flat columns."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ OTHERS = "others"
 
 def roles(data: Mapping[str, Any], stimuli: Collection[str]) -> dict[str, str]:
     """Return, for each stimulus that the trial names, the first key that does so (``first``, ``chosen``, ...)."""
-    found: dict[str, str] = {}
+    by_name: dict[str, str] = {}
     for key, value in data.items():
         if isinstance(value, str) and value in stimuli:
-            found.setdefault(value, key)
-    return found
+            by_name.setdefault(value, key)
+    return by_name
 
 
 def flatten(
@@ -32,15 +32,15 @@ def flatten(
     """Return each value of ``data`` with the keys that lead to it; sequences and empty mappings are values.
 
     In a mapping whose keys are all stimuli (``stimuli`` are the session's), the role that a stimulus has in the trial
-    stands for its name, so that columns do not multiply with the stimuli; those without a role stay together as one
-    value. Keys in ``whole`` are not descended into.
+    replaces its name, so that the number of columns does not grow with the stimuli; those without a role are one value
+    together. Keys in ``whole`` are not flattened.
     """
     by_role = roles(data, stimuli)
-    found: list[tuple[Place, Any]] = []
+    values: list[tuple[Place, Any]] = []
 
     def descend(place: Place, value: Any) -> None:
         if not isinstance(value, dict) or not value or len(place) >= _DEEPEST:
-            found.append((place, value))
+            values.append((place, value))
         elif value.keys() <= shown:
             others = {}
             for key, inner in value.items():
@@ -49,7 +49,7 @@ def flatten(
                 else:
                     others[key] = inner
             if others:
-                found.append(((*place, OTHERS), others))
+                values.append(((*place, OTHERS), others))
         else:
             for key, inner in value.items():
                 descend((*place, key), inner)
@@ -57,29 +57,29 @@ def flatten(
     shown = frozenset(stimuli)
     for key, value in data.items():
         if key in whole:
-            found.append(((key,), value))
+            values.append(((key,), value))
         else:
             descend((key,), value)
-    return found
+    return values
 
 
-# A key that holds more places than this is one column of JSON: a mapping by name, not a record.
+# A key that with more places than this is one column of JSON: a mapping by name, not a record.
 _MOST_PLACES = 256
 _LONGEST_NAME = 64
 _MOST_LEVELS = 64
 _LONGEST_LEVEL = 32
 FIXED = ("onset", "block", "trial", "attempt", "trial_type", "response_time", "utc", "events")
-# Names to which BIDS gives a meaning of its own.
+# Names that BIDS defines.
 _RESERVED = frozenset({*FIXED, "duration", "stim_file", "hed", "channel"})
 
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """One column: where its values stand in the records, in which kinds of trials, and what they are.
+    """A column: the place of its values in the records, the kinds of trials that have it, and the kind of values.
 
     ``format`` is a BIDS format (``number``, ``integer``, ``boolean``, ``string``); ``holds_json`` says that some values
-    are mappings or sequences. ``values`` are the different texts, as cells, None where they are too many or too long to
-    be the levels of something.
+    are mappings or sequences. ``values`` are the different texts, as cells; None where they are too many or too long
+    to be levels.
     """
 
     name: str
@@ -113,27 +113,27 @@ class _Seen:
 
 @dataclass(slots=True)
 class ColumnCollector:
-    """Hears of every trial of a task and tells the columns; what it keeps grows with the columns, not the trials."""
+    """Collects the columns of a task from its trials; memory grows with the columns, not with the trials."""
 
     kinds: dict[str, None] = field(default_factory=dict)
     _seen: dict[Place, _Seen] = field(default_factory=dict)
 
     def add(self, trial: Trial, stimuli: Collection[str]) -> None:
-        """Hear of a trial of a session that shows ``stimuli``."""
+        """Add a trial of a session that shows ``stimuli``."""
         self.kinds.setdefault(trial.kind)
         for place, value in flatten(trial.data, stimuli):
             self._seen.setdefault(place, _Seen()).add(trial.kind, value)
 
     @property
     def whole(self) -> frozenset[str]:
-        """The keys of which each is one column, whatever it holds."""
+        """The keys that are one column each, with any content."""
         count: dict[str, int] = {}
         for place in self._seen:
             count[place[0]] = count.get(place[0], 0) + 1
         return frozenset(key for key, places in count.items() if places > _MOST_PLACES)
 
     def columns(self) -> tuple[Column, ...]:
-        """Return the columns beside the fixed ones, in the order in which they were first met."""
+        """Return the columns beside the fixed ones, in the order in which they first occur."""
         whole = self.whole
         gathered: dict[Place, _Seen] = {}
         for place, seen in self._seen.items():

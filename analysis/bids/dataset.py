@@ -1,4 +1,4 @@
-"""The files that every BIDS dataset has at its top."""
+"""The top-level files of a BIDS dataset, and replacing an earlier export."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ PARTICIPANTS = {"participant_id": {"Description": "A code for the observer, and 
 
 @dataclass(frozen=True, slots=True)
 class About:
-    """What only people know of a dataset; ``name`` is made from the experiments where it is None."""
+    """Name, authors and licence of a dataset; without a ``name`` it is named after the experiments."""
 
     name: str | None = None
     authors: tuple[str, ...] = ()
@@ -61,7 +61,7 @@ def description(about: About, sources: Sequence[Source]) -> dict[str, Any]:
 
 
 def readme(about: About, sources: Sequence[Source]) -> str:
-    """Return ``README``: what the dataset is, and where things are in it."""
+    """Return ``README``: a description of the dataset and its files."""
     tasks = Counter((source.task, source.experiment) for source in sources)
     observers = len({source.observer for source in sources})
     simulated = sum(source.simulated for source in sources)
@@ -100,8 +100,8 @@ def readme(about: About, sources: Sequence[Source]) -> str:
 
 def changes(before: str | None, sources: Sequence[Source]) -> str:
     """Return ``CHANGES``: an entry for this export on top of those of earlier exports into the same folder."""
-    found = re.match(r"1\.(\d+)\.0 ", before or "")
-    number = int(found[1]) + 1 if found else 0
+    latest = re.match(r"1\.(\d+)\.0 ", before or "")
+    number = int(latest[1]) + 1 if latest else 0
     observers = len({source.observer for source in sources})
     entry = (
         f"1.{number}.0 {datetime.now(UTC).date().isoformat()}\n"
@@ -131,17 +131,17 @@ _OURS = re.compile(
     r"|sub-[^/]+/ses-[^/]+/beh/sub-[^/]+_ses-[^/]+_task-[^/]+_(beh|events)\.(tsv|json)"
     r"|sourcedata/[^/]+/sub-[^/]+/ses-[^/]+/session\.jsonl"
 )
-# What file managers put into folders by themselves.
+# Files that file managers add to folders.
 _LITTER = frozenset({".DS_Store", "Thumbs.db", "desktop.ini"})
 
 
 def check_replaceable(folder: Path) -> None:
-    """Do nothing if ``folder`` does not exist, is empty, or holds an export and nothing else.
+    """Check that ``folder`` does not exist, is empty, or has an export and nothing else.
 
     Raises
     ------
     ResultsError
-        Otherwise: nothing that someone else put there is overwritten.
+        Otherwise: other files are never overwritten.
     """
     if not folder.exists():
         return
@@ -151,7 +151,7 @@ def check_replaceable(folder: Path) -> None:
         return
     if not _is_export(folder):
         raise ResultsError(
-            Finding("this folder holds something that is no export", str(folder), remedy="name a new or empty folder")
+            Finding("this folder has files that are not an export", str(folder), remedy="name a new or empty folder")
         )
     inside = (path for path in folder.rglob("*") if path.name not in _LITTER and (path.is_symlink() or path.is_file()))
     names_inside = sorted(path.relative_to(folder).as_posix() for path in inside)
@@ -160,9 +160,9 @@ def check_replaceable(folder: Path) -> None:
         names = ", ".join(foreign[:5])
         raise ResultsError(
             Finding(
-                f"this export holds something that was added to it: {names}",
+                f"files were added to this export: {names}",
                 str(folder),
-                remedy="take it out, or name a new folder",
+                remedy="move them elsewhere, or name a new folder",
             )
         )
 
@@ -177,7 +177,7 @@ def _is_export(folder: Path) -> bool:
 
 @contextmanager
 def replacing(folder: Path) -> Iterator[Path]:
-    """Yield a new folder beside ``folder`` that takes its place once all went well; otherwise nothing is left of it."""
+    """Yield a new folder beside ``folder`` that replaces it on success, and is removed otherwise."""
     folder.parent.mkdir(parents=True, exist_ok=True)
     part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".part", dir=folder.parent))
     try:

@@ -1,21 +1,26 @@
-"""From the logs of sessions to a BIDS dataset, one session at a time."""
+"""Export session logs as a BIDS dataset, a session at a time.
+
+A session has a table of answers, a row for each trial that counts, and a table of events: answers that a later attempt
+replaced, marks, notes, and the times at which the session was resumed.
+"""
 
 from __future__ import annotations
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+import re
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from analysis.bids.columns import FIXED, Column, ColumnCollector
+from analysis.bids.columns import FIXED, Column, ColumnCollector, flatten
 from analysis.bids.dataset import About, check_replaceable, replacing, write_dataset_files
-from analysis.bids.sidecars import describe, fixed, session_sidecar, task_sidecar, trial_type
+from analysis.bids.sidecars import EVENT_DEFINITIONS, describe, fixed, session_sidecar, task_sidecar, trial_type
 from analysis.bids.sources import Source, find_sources, log_files
-from analysis.bids.tables import EVENT_COLUMNS, EVENT_DEFINITIONS, answer_columns, answer_rows, check_trial, event_rows
-from analysis.bids.text import write_json, write_table
+from analysis.bids.text import MISSING, cell, write_json, write_table
 from analysis.errors import ResultsError
-from analysis.records.session_record import SessionLog, read_session
+from analysis.records.session_record import SessionLog, Trial, read_session
 from documents import Finding
 
 Progress = Callable[[str, int, int], None]
@@ -23,9 +28,9 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, slots=True)
 class Export:
-    """What was exported; ``copies`` are pairs of the file that was taken and the one that was the same.
+    """What was exported; ``copies`` are pairs of the file that was exported and its copy.
 
-    ``simulated`` is how many of the sessions are of simulated observers.
+    ``simulated`` is how many of the sessions are of simulated observers, ``notes`` how many notes in words there are.
     """
 
     folder: Path
@@ -57,15 +62,30 @@ def export_dataset(
     about: About | None = None,
     progress: Progress = lambda what, done, of: None,
 ) -> Export:
-    """Write every session in ``results`` (folders of sessions, or session logs) as a BIDS dataset into ``folder``.
+    """Export every session in ``results`` as a BIDS dataset.
 
     Each log is read twice, so that all tables of a task have the same columns and no more than one session is in
-    memory. ``folder`` is replaced if it holds an earlier export, and appears whole or not at all.
+    memory.
+
+    Parameters
+    ----------
+    results
+        Folders of sessions, from one station or many, or single session logs.
+    folder
+        Folder of the dataset. An earlier export is replaced, once the new dataset is complete.
+    about
+        Name, authors and licence; by default, the name is that of the experiments.
+    progress
+        Called with what is done, how many sessions are done, and how many there are.
+
+    Returns
+    -------
+    What was exported: numbers of participants, sessions and trials, task labels, and copies that were left out.
 
     Raises
     ------
     ResultsError
-        If there is no session, logs are damaged or contradict one another, or ``folder`` holds something else.
+        If there is no session, logs are damaged or contradict each other, or ``folder`` has other files.
     OSError
         If it cannot be written.
     """
@@ -74,7 +94,7 @@ def export_dataset(
     files = log_files(results, folder)
     tasks: dict[str, _Task] = {}
 
-    def hear(source: Source, log: SessionLog) -> None:
+    def collect(source: Source, log: SessionLog) -> None:
         collector = tasks.setdefault(source.task, _Task()).collector
         stimuli = _names(log)
         for trial in log.answers:
@@ -88,30 +108,30 @@ def export_dataset(
             yield file
         progress("Reading sessions", len(files), len(files))
 
-    found = find_sources(counted(), hear)
+    read = find_sources(counted(), collect)
     for task in tasks.values():
         task.columns, task.whole = task.collector.columns(), task.collector.whole
     trials = notes = simulated = 0
     changes = folder / "CHANGES"
     before = changes.read_text(encoding="utf-8", errors="replace") if changes.is_file() else None
     with replacing(folder) as part:
-        for number, source in enumerate(found.sources):
-            progress("Writing sessions", number, len(found.sources))
+        for number, source in enumerate(read.sources):
+            progress("Writing sessions", number, len(read.sources))
             log = _copy(source, part / source.raw)
             trials += _write_session(source, log, tasks[source.task], part)
             notes += len(log.notes)
             simulated += log.header.simulated
         for label, task in tasks.items():
             _write_descriptions(part, label, task)
-        write_dataset_files(part, about or About(), found.sources, before)
-    progress("Writing sessions", len(found.sources), len(found.sources))
+        write_dataset_files(part, about or About(), read.sources, before)
+    progress("Writing sessions", len(read.sources), len(read.sources))
     return Export(
         folder,
-        len({source.observer for source in found.sources}),
-        len(found.sources),
+        len({source.observer for source in read.sources}),
+        len(read.sources),
         trials,
-        {source.task: source.experiment for source in found.sources},
-        found.copies,
+        {source.task: source.experiment for source in read.sources},
+        read.copies,
         notes,
         simulated,
     )
@@ -125,7 +145,7 @@ def _copy(source: Source, target: Path) -> SessionLog:
     content = source.file.read_bytes()
     if hashlib.sha256(content).hexdigest() != source.digest:
         raise ResultsError(
-            Finding("the session changed while it was exported", str(source.file), remedy="export it once it is done")
+            Finding("the session changed while it was exported", str(source.file), remedy="export it after the session")
         )
     target.parent.mkdir(parents=True, exist_ok=True)
     target.write_bytes(content)
@@ -153,3 +173,101 @@ def _write_descriptions(part: Path, label: str, task: _Task) -> None:
     write_json(part / f"task-{label}_beh.json", described)
     if task.has_events:
         write_json(part / f"task-{label}_events.json", EVENT_DEFINITIONS)
+
+
+EVENT_COLUMNS = ("onset", "duration", "trial_type", "block", "trial", "attempt", "by", "response_time", "utc", "value")
+_BIDS_TIME = re.compile(
+    r"\d{4}-(0[1-9]|1[0-2])-(0[1-9]|[12]\d|3[01])T([01]\d|2[0-3]):[0-5]\d:[0-5]\d(\.\d{1,6})?(Z|[+-]([01]\d|2[0-3]):[0-5]\d)?",
+    re.ASCII,
+)
+
+
+def time_cell(utc: object) -> str:
+    """Return a time as a cell, ``n/a`` if it is not valid."""
+    return utc if isinstance(utc, str) and _BIDS_TIME.fullmatch(utc) else MISSING
+
+
+def seconds_between(start_utc: object, utc: object) -> float | None:
+    """Return the seconds between two times, negative if the clock was set back; None if a time is not valid."""
+    times = []
+    for text in (start_utc, utc):
+        try:
+            time = datetime.fromisoformat(text) if isinstance(text, str) else None
+        except ValueError:
+            time = None
+        if time is None:
+            return None
+        times.append(time if time.tzinfo else time.replace(tzinfo=UTC))
+    return round((times[1] - times[0]).total_seconds(), 3)
+
+
+def check_trial(trial: Trial, log: SessionLog) -> Trial:
+    """Return ``trial`` if its numbers are valid.
+
+    Raises
+    ------
+    ResultsError
+        If they are not.
+    """
+    whole = all(isinstance(n, int) and not isinstance(n, bool) for n in (trial.block, trial.trial, trial.attempt))
+    timed = isinstance(trial.response_time_s, int | float) and not isinstance(trial.response_time_s, bool)
+    if not (whole and timed and isinstance(trial.kind, str)):
+        what = f"the trial {trial.trial!r} of block {trial.block!r} has no valid number, kind or response time"
+        raise ResultsError(Finding(what, str(log.file), remedy="restore the file"))
+    return trial
+
+
+def answer_columns(columns: Sequence[Column]) -> tuple[str, ...]:
+    """Return the names of the table's columns."""
+    return (*FIXED, *(column.name for column in columns))
+
+
+def answer_rows(
+    log: SessionLog, columns: Sequence[Column], stimuli: Collection[str], whole: Collection[str]
+) -> Iterator[tuple[str, ...]]:
+    """Yield the rows of a session's table as cells, in the order in which the trials were first answered."""
+    for trial in log.trials:
+        recorded = dict(flatten(trial.data, stimuli, whole))
+        yield (
+            cell(seconds_between(log.header.started_utc, trial.utc)),
+            cell(trial.block),
+            cell(trial.trial),
+            cell(trial.attempt),
+            cell(trial.kind),
+            cell(trial.response_time_s),
+            time_cell(trial.utc),
+            cell([list(event) for event in trial.events]),
+            *(cell(recorded.get(column.place)) for column in columns),
+        )
+
+
+def _whole(number: object) -> str:
+    return cell(number) if isinstance(number, int) and not isinstance(number, bool) else MISSING
+
+
+def event_rows(log: SessionLog) -> list[tuple[str, ...]]:
+    """Return the rows of a session's table of events as cells, by time; rows without a time are last."""
+    counting = {id(trial) for trial in log.trials}
+    timed: list[tuple[float | None, tuple[str, ...]]] = []
+
+    def add(utc: object, *cells: str) -> None:
+        onset = seconds_between(log.header.started_utc, utc)
+        kind, block, trial, attempt, by, response_time, value = cells
+        row = (cell(onset), MISSING, kind, block, trial, attempt, by, response_time, time_cell(utc), value)
+        timed.append((onset, row))
+
+    for answer in log.answers:
+        if id(answer) not in counting:
+            what = cell({**answer.data, "kind": answer.kind})
+            place = (cell(answer.block), cell(answer.trial), cell(answer.attempt))
+            add(answer.utc, "superseded_answer", *place, MISSING, cell(answer.response_time_s), what)
+    for mark in log.marks:
+        add(mark.utc, "mark", _whole(mark.block), _whole(mark.trial), MISSING, cell(mark.by), MISSING, MISSING)
+    for note in log.notes:
+        by, text = cell(note.by), cell(note.text)
+        add(note.utc, "note", _whole(note.block), _whole(note.trial), MISSING, by, MISSING, text)
+    for resumption in log.resumptions:
+        changes = cell(dict(resumption.accepted_changes)) if resumption.accepted_changes else MISSING
+        add(resumption.utc, "resumption", MISSING, MISSING, MISSING, MISSING, MISSING, changes)
+    timed.sort(key=lambda item: (item[0] is None, item[0] or 0.0))
+    return [row for _, row in timed]

@@ -1,4 +1,4 @@
-"""What each column means: known ones by name, others from where they stand in the records."""
+"""The sidecars: definitions of the columns, and how a session was presented."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from analysis.bids.text import escape
 from analysis.records.session_record import SessionLog
 
 KINDS: Mapping[str, str] = {
-    "all_pairs": "two stimuli, one chosen; every two of them meet",
-    "active_pairs": "two stimuli, one chosen; the next pair is the one that tells most",
-    "best_of_series": "a series to leaf through, one stimulus chosen",
+    "all_pairs": "two stimuli, one chosen; all pairs are compared",
+    "active_pairs": "two stimuli, one chosen; the next pair is the most informative",
+    "best_of_series": "a series to browse, one stimulus chosen",
     "rating": "one stimulus, rated on a scale",
     "preference": "two intervals, one chosen",
     "screening": "a test of the observer's vision",
@@ -23,7 +23,7 @@ KINDS: Mapping[str, str] = {
     "instructions": "a page of instructions",
     "break": "a break, ended by the observer",
 }
-_SIDES = {"first": "the picture that stood first", "second": "the picture that stood second"}
+_SIDES = {"first": "the picture at the first position", "second": "the picture at the second position"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -42,36 +42,36 @@ _EXACT: Mapping[str, _Known] = {
     "rejected": _Known(f"Name of the stimulus that the observer did not choose. {_NAMED}"),
     "answer": _Known("What the observer answered.", levels=_SIDES),
     "first_position": _Known(
-        "Where the first picture stood.",
-        levels={place: f"the first picture stood {place}" for place in ("top", "bottom", "left", "right")},
+        "Position of the first picture.",
+        levels={place: f"the first picture was at the {place}" for place in ("top", "bottom", "left", "right")},
     ),
     "practice": _Known("Whether the trial was practice, which is not scored."),
-    "correct": _Known("Whether the answer was right, where one is."),
-    "similarity": _Known("How similar the observer found it, on the experiment's scale."),
-    "difficulty": _Known("How difficult the observer found the choice, on the experiment's scale."),
+    "correct": _Known("Whether the answer was right, for trials with a right answer."),
+    "similarity": _Known("The observer's rating of the similarity, on the experiment's scale."),
+    "difficulty": _Known("The observer's rating of the difficulty of the choice, on the experiment's scale."),
     "rating": _Known("The observer's rating on the experiment's scale."),
-    "question": _Known("The words of the question."),
+    "question": _Known("The text of the question."),
     "comment": _Known("What the observer wrote, with active characters escaped."),
     "timed": _Known(
-        "For each timed scene of the trial: what it was, the frames asked for, how long it was asked for and shown in "
-        "milliseconds, and the frames that were missed."
+        "For each timed scene of the trial: its name, the frames requested, its duration requested and shown in "
+        "milliseconds, and the frames missed."
     ),
     "uncharacterised": _Known("Whether the display was used in a stereo mode that had not been characterised."),
     "disparity_arcsec": _Known("Binocular disparity.", "arcsec"),
 }
 _MEASURES: Mapping[str, _Known] = {
-    "percent_red": _Known("pixels that asked too much or too little of the red channel", "%"),
-    "percent_green": _Known("pixels that asked too much or too little of the green channel", "%"),
-    "percent_blue": _Known("pixels that asked too much or too little of the blue channel", "%"),
+    "percent_red": _Known("pixels outside the range of the red channel", "%"),
+    "percent_green": _Known("pixels outside the range of the green channel", "%"),
+    "percent_blue": _Known("pixels outside the range of the blue channel", "%"),
     "percent_any": _Known("pixels outside the display's gamut", "%"),
-    "percent_above_full": _Known("pixels that asked too much of a channel", "%"),
-    "delta_e_00_mean": _Known("mean colour difference CIEDE2000 that the gamut clip cost", "1"),
-    "delta_e_00_max": _Known("largest colour difference CIEDE2000 that the gamut clip cost", "1"),
-    "percent_noticed": _Known("pixels that the gamut clip changed, as seen through the eye's filter", "%"),
-    "projection_delta_e_00_mean": _Known("mean colour difference CIEDE2000 that the anaglyph itself cost", "1"),
-    "projection_delta_e_00_max": _Known("largest colour difference CIEDE2000 that the anaglyph itself cost", "1"),
+    "percent_above_full": _Known("pixels above the full drive of a channel", "%"),
+    "delta_e_00_mean": _Known("mean colour difference CIEDE2000 due to clipping to the gamut", "1"),
+    "delta_e_00_max": _Known("largest colour difference CIEDE2000 due to clipping to the gamut", "1"),
+    "percent_noticed": _Known("pixels changed by clipping to the gamut, as seen through the eye's filter", "%"),
+    "projection_delta_e_00_mean": _Known("mean colour difference CIEDE2000 due to the anaglyph itself", "1"),
+    "projection_delta_e_00_max": _Known("largest colour difference CIEDE2000 due to the anaglyph itself", "1"),
 }
-# Units live in the names of what is recorded.
+# Units are in the names of the recorded values.
 _UNITS: Sequence[tuple[str, str]] = (
     ("_cd_m2", "cd/m^2"),
     ("_arcsec", "arcsec"),
@@ -102,14 +102,51 @@ _DEFINED: Mapping[str, dict[str, Any]] = {
         "Format": "integer",
     },
     "response_time": {
-        "Description": "From the onset of the last scene that asked something to the event of the key, as the program "
-        "knows both; when light changed on the screen was not measured.",
+        "Description": "From the onset of the last scene with a question to the key event, as known to the program; "
+        "when the light on the screen changed was not measured.",
         "Units": "s",
         "Format": "number",
     },
     "utc": {"Description": "Coordinated universal time at which the answer was recorded.", "Format": "datetime"},
     "events": {
-        "Description": "The presses since the last record as JSON: pairs of key and seconds from the scene's onset.",
+        "Description": "Key presses since the last record as JSON: pairs of key and seconds from the scene's onset.",
+        "Format": "string",
+    },
+}
+EVENT_DEFINITIONS: dict[str, Any] = {
+    "onset": {
+        "Description": "When it was recorded, from the start of the session, by the clock of the computer; the start "
+        "is known to the second.",
+        "Units": "s",
+        "Format": "number",
+    },
+    "duration": {"Description": "Not recorded.", "Units": "s", "Format": "number"},
+    "trial_type": {
+        "Description": "What happened.",
+        "Levels": {
+            "superseded_answer": "an answer that does not count, because the trial was answered again",
+            "mark": "a request to repeat a trial",
+            "note": "a note in words",
+            "resumption": "the session was resumed after a stop",
+        },
+        "Format": "string",
+    },
+    "block": {"Description": "Number of the block it belongs to, from 0.", "Format": "integer"},
+    "trial": {
+        "Description": "Number of the trial in its block, from 0; for a note, how many of the block's trials had been "
+        "answered.",
+        "Format": "integer",
+    },
+    "attempt": {"Description": "How often the trial had been answered before.", "Format": "integer"},
+    "by": {
+        "Description": "Who made the note or the mark.",
+        "Format": "string",
+    },
+    "response_time": {"Description": "Response time of the superseded answer.", "Units": "s", "Format": "number"},
+    "utc": {"Description": "Coordinated universal time at which it was recorded.", "Format": "datetime"},
+    "value": {
+        "Description": "The words of a note, with active characters escaped; of a superseded answer all that was "
+        "recorded, as JSON; of a resumption the SHA-256, before and after, of what had changed, as JSON.",
         "Format": "string",
     },
 }
@@ -127,7 +164,7 @@ def trial_type(kinds: Sequence[str]) -> dict[str, Any]:
 
 
 def describe(column: Column) -> dict[str, Any]:
-    """Return a column's definition for a sidecar: description, units, levels, format. None is without a description."""
+    """Return a column's definition for a sidecar: description, units, levels and format."""
     known = _known(column)
     definition: dict[str, Any] = {"Description": known.description}
     if column.holds_json:
@@ -139,7 +176,7 @@ def describe(column: Column) -> dict[str, Any]:
     # Answers to a questionnaire are words of people, not levels.
     if known.levels and column.values and all(_LEVEL.fullmatch(value) for value in column.values):
         definition["Levels"] = {
-            value: known.levels.get(value, f"the answer that is recorded as {value}") for value in column.values
+            value: known.levels.get(value, f"the answer recorded as {value}") for value in column.values
         }
     return {**definition, "Format": column.format}
 
@@ -159,8 +196,8 @@ def _known(column: Column) -> _Known:
         measure = _MEASURES[column.place[-1]]
         between = [escape(part) for part in column.place[1:-1]]
         eyes = [part for part in between if part in ("left", "right")]
-        whose = [part for part in between if part not in ("left", "right")]
-        picture = f"the picture under '{' '.join(whose)}'" if whose else "the picture"
+        names = [part for part in between if part not in ("left", "right")]
+        picture = f"the picture under '{' '.join(names)}'" if names else "the picture"
         eye = f", as the {eyes[0]} eye sees it" if len(eyes) == 1 else ""
         text = f"Of {picture}{eye}: {'percentage of ' if measure.units == '%' else ''}{measure.description}."
         return _Known(text, measure.units)
@@ -170,33 +207,33 @@ def _known(column: Column) -> _Known:
 
 
 def presentation(log: SessionLog) -> dict[str, Any]:
-    """Return the ``StimulusPresentation`` of BIDS: software, screen and distance, with what the log knows of them."""
+    """Return the ``StimulusPresentation`` of BIDS: software, screen and distance, as far as they were recorded."""
     header = log.header
     panel = _mapping(header.display.get("panel"))
-    told: dict[str, Any] = {"SoftwareName": "cyclopean"}
+    known: dict[str, Any] = {"SoftwareName": "cyclopean"}
     for key, value in (
         ("SoftwareVersion", header.software.get("cyclopean")),
         ("OperatingSystem", header.software.get("system")),
     ):
         if isinstance(value, str):
-            told[key] = value
+            known[key] = value
     distance_mm = _number(header.display.get("distance_mm"))
     if distance_mm is not None:
-        told["ScreenDistance"] = round(distance_mm / 1000, 6)
+        known["ScreenDistance"] = round(distance_mm / 1000, 6)
     refresh_hz = _number(panel.get("refresh_hz"))
     if refresh_hz is not None:
-        told["ScreenRefreshRate"] = refresh_hz
+        known["ScreenRefreshRate"] = refresh_hz
     resolution = panel.get("resolution_px")
     if isinstance(resolution, list) and len(resolution) == 2 and all(type(n) is int for n in resolution):
-        told["ScreenResolution"] = resolution
+        known["ScreenResolution"] = resolution
         pitch_mm = _number(panel.get("pixel_pitch_mm"))
         if pitch_mm is not None:
-            told["ScreenSize"] = [round(n * pitch_mm / 1000, 6) for n in resolution]
-    return told
+            known["ScreenSize"] = [round(n * pitch_mm / 1000, 6) for n in resolution]
+    return known
 
 
 def task_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
-    """Return what BIDS asks of every table of a task."""
+    """Return the entries that BIDS requires for every table of a task."""
     return {
         "TaskName": source.experiment,
         "TaskDescription": f"The question of each comparison was: {log.header.question}",
@@ -205,7 +242,7 @@ def task_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
 
 
 def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
-    """Return what the sidecar of a session's table holds beside the descriptions of the columns."""
+    """Return the sidecar of a session's table, without the definitions of the columns."""
     header = log.header
     return {
         **task_sidecar(source, log),

@@ -1,4 +1,4 @@
-"""BIDS labels: letters and digits only, which also keeps them out of other folders."""
+"""The session logs to export, with their BIDS labels: letters and digits only, so that they are safe file names."""
 
 from __future__ import annotations
 
@@ -9,7 +9,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import FILE_NAME, SessionLog, read_session, session_files
+from analysis.records.results import result_files
+from analysis.records.session_record import FILE_NAME, SessionLog, read_session
 from documents import Finding, InputError
 
 _LABEL = re.compile(r"[0-9A-Za-z]{1,64}")
@@ -26,7 +27,7 @@ def check_label(what: str, label: object, file: Path) -> str:
     if not isinstance(label, str) or not _LABEL.fullmatch(label):
         raise ResultsError(
             Finding(
-                f"the {what} {label!r} is no BIDS label",
+                f"the {what} {label!r} is not a BIDS label",
                 str(file),
                 1,
                 1,
@@ -66,7 +67,7 @@ class Source:
 
     @property
     def name(self) -> str:
-        """What the names of the session's files begin with."""
+        """The prefix of the names of the session's files."""
         return f"sub-{self.observer}_ses-{self.session}_task-{self.task}"
 
     @property
@@ -76,13 +77,13 @@ class Source:
 
     @property
     def raw(self) -> str:
-        """Where the session's log lies in the dataset: laid out as results are, so that commands can read it there."""
+        """The place of the session's log in the dataset, laid out as results are, so that commands can read it."""
         return f"sourcedata/{self.task}/sub-{self.observer}/ses-{self.session}/{FILE_NAME}"
 
 
 @dataclass(frozen=True, slots=True)
-class Found:
-    """The sessions, sorted by their names, and which files were copies of another one."""
+class Sources:
+    """The sessions, sorted by their names, and ``copies``: pairs of a file and its copy."""
 
     sources: tuple[Source, ...]
     copies: tuple[tuple[Path, Path], ...]
@@ -96,19 +97,7 @@ def log_files(results: Sequence[Path], leave_out: Path) -> list[Path]:
     ResultsError
         With one finding for each of ``results`` that does not exist or holds no session.
     """
-    files: dict[Path, Path] = {}
-    findings: list[Finding] = []
-    for place in results:
-        if not place.exists():
-            findings.append(Finding("there is no such folder or file", str(place), remedy="check the path"))
-            continue
-        found = [file for file in session_files(place) if _is_result(file, place, leave_out)]
-        if not found:
-            findings.append(Finding(f"the folder holds no {FILE_NAME}", str(place), remedy="name a folder of results"))
-        files |= {file.resolve(): file for file in found}
-    if findings:
-        raise ResultsError(findings)
-    return list(files.values())
+    return result_files(results, lambda file, place: _is_result(file, place, leave_out))
 
 
 def _is_result(file: Path, place: Path, leave_out: Path) -> bool:
@@ -116,13 +105,13 @@ def _is_result(file: Path, place: Path, leave_out: Path) -> bool:
     return not hidden and not file.resolve().is_relative_to(leave_out)
 
 
-def find_sources(files: Iterable[Path], hear: Callable[[Source, SessionLog], None]) -> Found:
-    """Read each log once and pass it to ``hear``, unless it is a copy of one that was read.
+def find_sources(files: Iterable[Path], collect: Callable[[Source, SessionLog], None]) -> Sources:
+    """Read each log and pass it to ``collect``, unless it is a copy of an earlier log.
 
     Raises
     ------
     ResultsError
-        With a finding for every log that is damaged, whose labels are none, or that has another's labels and other
+        With a finding for every log that is damaged, has invalid labels, or has the labels of another log but other
         content; also where labels differ only in upper and lower case or two experiments would share a task label.
     """
     kept: dict[str, Source] = {}
@@ -154,12 +143,12 @@ def find_sources(files: Iterable[Path], hear: Callable[[Source, SessionLog], Non
             continue
         kept[source.name] = source
         try:
-            hear(source, log)
+            collect(source, log)
         except InputError as error:
             findings += error.findings
     if findings:
         raise ResultsError(findings)
-    return Found(tuple(kept[name] for name in sorted(kept)), tuple(copies))
+    return Sources(tuple(kept[name] for name in sorted(kept)), tuple(copies))
 
 
 def _content(file: Path) -> bytes:
@@ -173,7 +162,7 @@ def _source(log: SessionLog, digest: str) -> Source:
     header, file = log.header, log.file
     mappings = (header.display, header.analysis, header.hashes, header.software, header.presentation, *header.stimuli)
     if not all(isinstance(value, dict) for value in mappings):
-        raise ResultsError(Finding("the header is none of a session", str(file), 1, 1, "restore the file"))
+        raise ResultsError(Finding("the header is not that of a session", str(file), 1, 1, "restore the file"))
     return Source(
         file,
         digest,
@@ -187,13 +176,13 @@ def _source(log: SessionLog, digest: str) -> Source:
 
 
 def _conflict(first: Source, second: Source) -> Finding:
-    one, two = _content(first.file), _content(second.file)
-    longer = first.file if len(one) > len(two) else second.file
-    if one.startswith(two) or two.startswith(one):
-        remedy = f"one is the other's beginning: take the shorter away and keep {longer}"
+    content, other_content = _content(first.file), _content(second.file)
+    longer = first.file if len(content) > len(other_content) else second.file
+    if content.startswith(other_content) or other_content.startswith(content):
+        remedy = f"one is the beginning of the other: remove the shorter file and keep {longer}"
     else:
-        remedy = "take one away, or find out which is right"
-    what = f"the session {first.session} of observer {first.observer} stands in {first.file} with other content"
+        remedy = "check which of them is right, and remove the other"
+    what = f"the session {first.session} of observer {first.observer} is in {first.file} with other content"
     return Finding(what, str(second.file), remedy=remedy)
 
 

@@ -1,7 +1,7 @@
-"""Text from people in tables and JSON: nothing in it can break a table, turn the reading direction or run as a formula.
+"""Escape text from people, so that it cannot break a table, change the reading direction or run as a formula.
 
-BIDS gives a cell no way to hold a tab or a line end, so they are written as JSON writes them in strings (``\t``,
-``\n``, ``\u202e``). `unescape` gives back exactly what was escaped.
+A BIDS cell cannot contain a tab or a line end, so these are written as in JSON strings (``\t``, ``\n``, ``\u202e``).
+`unescape` restores the original text exactly.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from typing import Any
 MISSING = "n/a"
 _SHORT = {"\\": "\\\\", "\t": "\\t", "\n": "\\n", "\r": "\\r"}
 _LONG = {short[1]: character for character, short in _SHORT.items()}
-# Controls, invisible marks (also those that turn the reading direction), lone surrogates, line separators.
+# Controls, invisible marks (also those that change the reading direction), lone surrogates, line separators.
 _ACTIVE = frozenset({"Cc", "Cf", "Cs", "Zl", "Zp"})
-_JOINERS = "\u200c\u200d"  # Persian and emoji are spelled with them, and they do nothing else
-# What opens a quoted cell or a formula where a spreadsheet or a CSV reader opens the table.
+_JOINERS = "\u200c\u200d"  # Persian and emoji need them, and they have no other effect
+# Characters that begin a quoted cell or a formula in a spreadsheet or a CSV reader.
 _OPENING = re.compile(r'^(\s*)(["=+\-@])')
 _ESCAPE = re.compile(r"\\(?:u([0-9a-f]{4})|U([0-9a-f]{8})|(.))")
 
@@ -44,23 +44,23 @@ def escape(text: str) -> str:
         line = text
     else:
         line = "".join(_SHORT.get(c) or (_number(c) if _is_active(c) else c) for c in text)
-    return _OPENING.sub(lambda found: found[1] + _number(found[2]), line)
+    return _OPENING.sub(lambda match: match[1] + _number(match[2]), line)
 
 
 def unescape(cell: str) -> str:
-    """Return the text that `escape` made ``cell`` of."""
+    """Return the original text of a ``cell`` that `escape` returned."""
     if cell == '""':
         return ""
 
-    def character(found: re.Match[str]) -> str:
-        digits = found[1] or found[2]
-        return chr(int(digits, 16)) if digits else _LONG.get(found[3], found[0])
+    def character(match: re.Match[str]) -> str:
+        digits = match[1] or match[2]
+        return chr(int(digits, 16)) if digits else _LONG.get(match[3], match[0])
 
     return _ESCAPE.sub(character, cell)
 
 
 def inert_json(value: Any, indent: int | None = None) -> str:
-    """Return ``value`` as JSON with every active character written as its number; NaN and infinities become strings."""
+    """Return ``value`` as JSON with every active character as an escape; NaN and infinities become strings."""
     separators = None if indent else (",", ":")
     try:
         text = json.dumps(value, ensure_ascii=False, allow_nan=False, indent=indent, separators=separators)
@@ -69,12 +69,12 @@ def inert_json(value: Any, indent: int | None = None) -> str:
         text = json.dumps(value, ensure_ascii=False, allow_nan=False, indent=indent, separators=separators)
     if text.isascii() and "\x7f" not in text:
         return text
-    # The only raw controls are the line ends of the indent: JSON has escaped those within strings.
+    # The only raw controls are the line ends of the indent: JSON escapes those within strings.
     return "".join(_json_number(c) if c != "\n" and _is_active(c) else c for c in text)
 
 
 def _json_number(character: str) -> str:
-    """Return the escape of JSON, which has four digits and writes what is beyond as two surrogates."""
+    """Return the JSON escape of a character: four digits, or two surrogates."""
     units = character.encode("utf-16-be", "surrogatepass")
     return "".join(f"\\u{units[i]:02x}{units[i + 1]:02x}" for i in range(0, len(units), 2))
 
@@ -106,5 +106,5 @@ def write_table(file: Path, header: Sequence[str], rows: Iterable[Sequence[str]]
 
 
 def write_json(file: Path, value: Mapping[str, Any]) -> None:
-    """Write an object as JSON with every active character as its number."""
+    """Write an object as JSON with every active character as an escape."""
     file.write_text(inert_json(value, indent=2) + "\n", encoding="utf-8", newline="\n")

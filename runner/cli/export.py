@@ -44,9 +44,9 @@ def command(
         click.echo(json.dumps(done.to_json(), indent=2))
         return
     for kept, copy in done.copies:
-        click.echo(f"note: {copy} is a copy of {kept} and was taken once")
+        click.echo(f"note: {copy} is a copy of {kept} and is exported once")
     if done.simulated == done.sessions:
-        click.echo("note: all sessions are simulated: they say nothing about people")
+        click.echo("note: all sessions are of simulated observers")
     elif done.simulated:
         click.echo(
             f"note: {done.simulated} of {done.sessions} sessions {'is' if done.simulated == 1 else 'are'} "
@@ -55,7 +55,7 @@ def command(
         )
     if done.notes:
         click.echo(
-            f"note: {counted(done.notes, 'note in free words is', 'notes in free words are')} in the dataset; "
+            f"note: {counted(done.notes, 'note in free text is', 'notes in free text are')} in the dataset; "
             f"read {'it' if done.notes == 1 else 'them'} before you share it"
         )
     click.echo(

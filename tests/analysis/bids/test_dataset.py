@@ -53,14 +53,14 @@ def test_a_folder_that_is_no_export_is_left_alone(lab: Lab, content: str | None)
     target.mkdir()
     (target / ("chapter.txt" if content is None else "dataset_description.json")).write_text(content or "words")
     before = tree(target)
-    with pytest.raises(ResultsError, match="no export"):
+    with pytest.raises(ResultsError, match="not an export"):
         export_dataset([lab.folder / "results"], target)
     assert tree(target) == before
 
 
 def test_results_are_never_exported_over_themselves(lab: Lab) -> None:
     file = lab.session()
-    with pytest.raises(ResultsError, match="no export"):
+    with pytest.raises(ResultsError, match="not an export"):
         export_dataset([lab.folder / "results"], lab.folder / "results")
     assert file.is_file()
 

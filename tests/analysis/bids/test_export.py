@@ -145,7 +145,7 @@ def test_one_observer_in_two_experiments_is_one_participant(lab: Lab) -> None:
 def test_a_log_that_something_else_wrote_is_refused(lab: Lab) -> None:
     file = lab.session()
     file.write_text(file.read_text().replace('"response_time_s": 1.25', '"response_time_s": "fast"'))
-    with pytest.raises(ResultsError, match="no proper number"):
+    with pytest.raises(ResultsError, match="no valid number"):
         exported(lab)
     assert not (lab.folder / "bids").exists()
 

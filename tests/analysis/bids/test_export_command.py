@@ -19,7 +19,7 @@ def test_it_says_what_it_wrote(lab: Lab, cyclopean: Cyclopean) -> None:
     told = cyclopean("export", lab.folder / "results", lab.folder / "other", "-o", lab.folder / "bids").stdout
     assert "1 session of 1 participant, 1 trial, as task-dynamicrange" in told
     assert f"note: {copy} is a copy of" in told
-    assert "1 note in free words is" in told
+    assert "1 note in free text is" in told
 
 
 def test_it_says_so_in_json(lab: Lab, cyclopean: Cyclopean) -> None:
@@ -31,7 +31,7 @@ def test_it_says_so_in_json(lab: Lab, cyclopean: Cyclopean) -> None:
 def test_simulated_sessions_beside_a_person_s_are_told(lab: Lab, cyclopean: Cyclopean) -> None:
     lab.session()
     words = ("export", lab.folder / "results", "-o", lab.folder / "bids")
-    assert "note: all sessions are simulated" in cyclopean(*words).stdout
+    assert "note: all sessions are of simulated observers" in cyclopean(*words).stdout
     lab.session(session="20260103T030405abcd", simulated=False)
     told = cyclopean(*words).stdout
     assert "note: 1 of 2 sessions is simulated, beside those of people and under the same observers' codes" in told

@@ -8,13 +8,13 @@ from typing import Any
 
 import pytest
 
-from analysis.bids.sources import Found, find_sources, log_files
+from analysis.bids.sources import Sources, find_sources, log_files
 from analysis.errors import ResultsError
 
 Lab = Any  # conftest.py
 
 
-def found(*places: Path) -> Found:
+def found(*places: Path) -> Sources:
     return find_sources(log_files(places, Path("/nowhere")), lambda source, log: None)
 
 
@@ -59,7 +59,7 @@ def test_other_content_under_the_same_labels_names_both_files(lab: Lab) -> None:
     told = refused(lab.folder)
     assert str(one) in told
     assert str(two) in told
-    assert "find out which is right" in told
+    assert "check which of them is right" in told
 
 
 def test_a_copy_taken_before_the_session_was_done_is_recognised(lab: Lab) -> None:
@@ -72,7 +72,7 @@ def test_a_copy_taken_before_the_session_was_done_is_recognised(lab: Lab) -> Non
 def test_what_is_no_label_is_refused(lab: Lab, label: str) -> None:
     file = lab.session()
     file.write_text(file.read_text().replace('"observer": "01"', f'"observer": {_json(label)}'))
-    assert "is no BIDS label" in refused(file)
+    assert "is not a BIDS label" in refused(file)
 
 
 def _json(text: str) -> str:

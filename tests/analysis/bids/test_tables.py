@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from analysis.bids.tables import seconds_between, time_cell
+from analysis.bids.export import seconds_between, time_cell
 
 START = "2026-01-02T03:04:05+00:00"
 
