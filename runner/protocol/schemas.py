@@ -29,11 +29,11 @@ def json_schema(kind: FileKind) -> dict[str, Any]:
     >>> json_schema("experiment")["title"]
     'ExperimentSpec'
     """
-    return {**_model(kind).model_json_schema(), "$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return {**file_model(kind).model_json_schema(), "$schema": "https://json-schema.org/draft/2020-12/schema"}
 
 
-def _model(kind: FileKind) -> type[BaseModel]:
-    """Import only what the kind needs."""
+def file_model(kind: FileKind) -> type[BaseModel]:
+    """Return the pydantic model of a kind of file; only what the kind needs is imported."""
     if kind == "experiment":
         from runner.protocol.experiment import ExperimentSpec
 

@@ -1,0 +1,294 @@
+"""Every fenced snippet of README.md and docs/*.md runs or is validated.
+
+The snippets of a page share one namespace and run in order, in a folder of their own with copies of the configs and
+experiments of the checkout. What a page takes for granted (a table, sessions, pictures) is made by its function in
+`PAGES`, or by a hidden code block in the page.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Callable, Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import pytest
+from sybil import Example, Sybil
+from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
+
+ROOT = Path(__file__).parent
+Prepare = Callable[[Path], dict[str, Any]]
+
+# YAML: what a part of a file is put into, by the kind of the file.
+_EXPERIMENT = {
+    "schema_version": 1,
+    "name": "small",
+    "rig": "rig.yaml",
+    "stimuli": "recipe.yaml",
+    "question": "Which is closer?",
+    "layout": {"arrangement": "vertical", "size_mm": [20, 10]},
+    "blocks": [{"kind": "instructions", "text": "Look."}],
+}
+_RIG = {"schema_version": 1, "display": "display.yaml", "mode": "side-by-side", "distance_mm": 700}
+_OBSERVERS = {"schema_version": 1, "kind": "bradley_terry", "stimuli": {"a": {"score": 1}, "b": {"score": 2}}}
+_MODE = {
+    "black_XYZ_cd_m2": [0.02, 0.02, 0.03],
+    "primaries_XYZ_cd_m2": {"red": [10.83, 5.62, 0.54], "green": [9.67, 18.65, 1.63], "blue": [5.68, 2.20, 29.18]},
+    "curve": {"kind": "gamma", "red": {"gamma": 2.1}, "green": {"gamma": 2.2}, "blue": {"gamma": 2.3}},
+    "source": "made up",
+}
+_DISPLAY = {
+    "schema_version": 1,
+    "panel": {"resolution_px": [1920, 1080], "pixel_pitch_mm": 0.25},
+    "modes": {"quad-buffered": _MODE},
+}
+# The key that says which kind of file a part belongs to, and the file around it.
+_WHOLE: Mapping[str, Callable[[Any], Any]] = {
+    "blocks": lambda part: {**_EXPERIMENT, **part},
+    "analysis": lambda part: {**_EXPERIMENT, **part},
+    "psychometric": lambda part: {**_OBSERVERS, **part},
+    "mode_options": lambda part: {**_RIG, **part},
+    "photodiode_verification": lambda part: {**_RIG, **part},
+    "curve": lambda part: {**_DISPLAY, "modes": {"quad-buffered": {**_MODE, **part}}},
+    "quad-buffered": lambda part: {**_DISPLAY, "modes": {name: {**_MODE, **mode} for name, mode in part.items()}},
+    "panel": lambda part: {**_DISPLAY, **part},
+}
+_STAND_ALONE = ("display", "camera", "regions", "verification", "observers")
+_NAMED = re.compile(r"^# (\S+\.(?:yaml|csv))\b")
+
+
+def _write_named(example: Example, name: str) -> Path:
+    """Write a snippet to the file that its first line names, else to ``name``, for the snippets after it."""
+    named = _NAMED.match(example.parsed)
+    file = Path(named[1] if named else name)
+    file.parent.mkdir(parents=True, exist_ok=True)
+    file.write_text(example.parsed, encoding="utf-8")
+    return file
+
+
+def _fill(data: Any) -> Any:
+    """Return a recipe with each `{...}` as the shipped recipe of its kind has it."""
+    from documents.yaml.source import read_yaml
+
+    left_out = [key for key, value in data.items() if value == {"...": None}] if isinstance(data, dict) else []
+    if not left_out:
+        return data
+    shipped = [read_yaml(file).data for file in sorted(Path("configs/stimuli").glob("*.yaml"))]
+    like = next(recipe for recipe in shipped if recipe["kind"] == data["kind"])
+    return {**data, **{key: like[key] for key in left_out}}
+
+
+def _file_kind(data: Mapping[str, Any]) -> str:
+    """Return the kind of a whole file, by the key that `documents.yaml.load` recognises it by."""
+    from documents.yaml.load import TELLING
+    from runner.observers.observer_file import KINDS
+
+    kind = next((TELLING[key] for key in TELLING if key in data), "recipe")
+    if kind == "recipe":
+        return "observers" if data.get("kind") in KINDS else "stimuli"
+    return kind
+
+
+def evaluate_yaml(example: Example) -> None:
+    """Validate a snippet as a file of its kind, or as a part of one."""
+    from documents.yaml.source import read_yaml
+    from runner.check.files import check_file
+    from runner.check.report import CheckOptions
+    from runner.protocol.schemas import file_model
+
+    file = _write_named(example, "snippet.yaml")
+    data = _fill(read_yaml(file).data)
+    named = file.name != "snippet.yaml"
+    if isinstance(data, list):
+        data = {"blocks": data}
+    if "schema_version" not in data:
+        key = next((key for key in _WHOLE if key in data), None)
+        assert key is not None, f"no file has a part with the keys {', '.join(data)}"
+        data = _WHOLE[key](data)
+    elif "panel" in data and "modes" not in data:
+        data = _WHOLE["panel"](data)
+    kind = _file_kind(data)
+    file_model(kind).model_validate(data)
+    if named or kind in _STAND_ALONE:
+        if not named:
+            file.write_text(json.dumps(data), encoding="utf-8")
+        report = check_file(file, CheckOptions(screen="skip", pictures=False))
+        assert not report.errors, [str(error) for error in report.errors]
+
+
+def evaluate_csv(example: Example) -> None:
+    """Read a snippet as a table of comparisons, or else as readings of a display."""
+    from analysis.comparisons.table import read_table
+    from devices.measurements.read import read_measurements
+
+    file = _write_named(example, "snippet.csv")
+    if "winner" in example.parsed:
+        assert read_table(file).wins.sum()
+    else:
+        assert len(read_measurements(file).codes)
+
+
+SYBIL = Sybil(
+    parsers=[
+        PythonCodeBlockParser(),
+        CodeBlockParser("yaml", evaluate_yaml),
+        CodeBlockParser("csv", evaluate_csv),
+        SkipParser(),
+    ],
+    patterns=["README.md", "docs/*.md"],
+    excludes=["docs/decisions/*"],
+    fixtures=["page_folder"],
+)
+pytest_collect_file = SYBIL.pytest()
+
+
+def _texture(width: int, height: int, seed: int = 0) -> Any:
+    """Return a sparkling picture, XYZ of D50, float32 (height, width, 3), mean about 20 cd/m²."""
+    import numpy as np
+    from scipy.ndimage import gaussian_filter
+
+    rng = np.random.default_rng(seed)
+    light = 300 * (rng.random((height, width)) < 0.03) * rng.lognormal(0, 0.5, (height, width))
+    luminance = 10 + gaussian_filter(light, 1.0)
+    return (luminance[..., None] * np.array([0.964, 1.0, 0.825])).astype(np.float32)
+
+
+def _noisy(picture: Any, seed: int = 1) -> Any:
+    """Return a picture as another photograph has it, with noise of 1 %."""
+    import numpy as np
+
+    rng = np.random.default_rng(seed)
+    return (picture * rng.normal(1, 0.01, (*picture.shape[:2], 1))).astype(np.float32)
+
+
+_NAMES = ("2.1-stereo", "1.2-stereo", "2.1-flat", "1.2-flat")
+_STUDY_DISPLAY = {
+    "schema_version": 1,
+    "panel": {"resolution_px": [640, 480], "pixel_pitch_mm": 0.25},
+    "modes": {"side-by-side": _MODE},
+}
+_STUDY_BLOCKS = [
+    {"kind": "screening", "tests": [{"test": "stereo_acuity", "pass_arcsec": 400, "levels_arcsec": [600, 400]}]},
+    {"kind": "all_pairs", "repeats": 2, "catch": {"every": 6, "pairs": [["2.1-stereo", "1.2-flat"]]}},
+]
+
+
+@cache
+def _results(pages_folder: Path) -> Path:
+    """Let 12 simulated observers compare four small pictures; return the folder of their sessions."""
+    import cyclopean
+
+    folder = pages_folder / "small_study"
+    folder.mkdir()
+    for index, name in enumerate(_NAMES):
+        left, right = (_texture(80, 40, seed) for seed in (index, index + 4))
+        cyclopean.write_picture(folder / f"{name}.exr", left, right if name.endswith("stereo") else None)
+    files = {
+        "recipe": {
+            "schema_version": 1,
+            "kind": "pictures",
+            "stimuli": [{"name": name, "file": f"{name}.exr"} for name in _NAMES],
+        },
+        "display": _STUDY_DISPLAY,
+        "rig": _RIG,
+        "study": {**_EXPERIMENT, "blocks": _STUDY_BLOCKS},
+        "observers": {
+            "schema_version": 1,
+            "kind": "bradley_terry",
+            "psychometric": {"stereo_acuity": {"threshold": 200}},
+            "stimuli": {name: {"score": 5 - index} for index, name in enumerate(_NAMES)},
+        },
+    }
+    for name, data in files.items():
+        (folder / f"{name}.yaml").write_text(json.dumps(data), encoding="utf-8")
+    return cyclopean.simulate(folder / "study.yaml", folder / "observers.yaml", folder / "results", observers=12)
+
+
+def _with_results(name: str) -> Prepare:
+    """Return what puts sessions into the folder ``name`` of ``results``."""
+
+    def prepare(folder: Path) -> dict[str, Any]:
+        shutil.copytree(_results(folder.parent), folder / "results" / name)
+        return {}
+
+    return prepare
+
+
+def _align(folder: Path) -> dict[str, Any]:
+    from stimuli.align.homography import homography_from_points, warp
+    from stimuli.pictures.exr_write import write_exr
+    from stimuli.pictures.stereo_image import StereoImage
+
+    (folder / "developed").mkdir()
+    plane = _texture(450, 340)
+    left, right = plane[:, 10:], _noisy(plane[:, :440])
+    for eye, view in (("left", left), ("right", right)):
+        write_exr(folder / "developed" / f"{eye}.exr", StereoImage.flat(view))
+    reference = [(0, 0), (439, 0), (439, 339), (0, 339)]
+    moving = [(12, 9), (431, 11), (433, 333), (10, 331)]
+    back = homography_from_points(moving, reference).matrix
+    return {"rendering": left, "photograph": warp(left, back, (440, 340)).picture}
+
+
+def _colours(folder: Path) -> dict[str, Any]:
+    photo = _texture(60, 40)
+    return {"photo_XYZ": photo, "rendering_XYZ": _noisy(photo)}
+
+
+def _plate(folder: Path) -> dict[str, Any]:
+    import cyclopean
+
+    cyclopean.write_picture(folder / "plate.exr", _texture(200, 100), _texture(200, 100, 1))
+    return {}
+
+
+def _regions(folder: Path) -> dict[str, Any]:
+    import cyclopean
+
+    photo = _texture(120, 80)
+    cyclopean.write_picture(folder / "photo.exr", photo)
+    cyclopean.write_picture(folder / "rendering.exr", _noisy(photo))
+    regions = [{"kind": "grid", "name": "cells", "rows": 2, "columns": 2}]
+    data = {"schema_version": 1, "regions": regions, "white_luminance_cd_m2": 120}
+    (folder / "regions.yaml").write_text(json.dumps(data), encoding="utf-8")
+    return {"saturated": photo[..., 1] > 1000}
+
+
+# What the snippets of a page take for granted, by the page's name.
+PAGES: Mapping[str, Prepare] = {
+    "README": _with_results("dynamic_range"),
+    "align": _align,
+    "colour_difference": _colours,
+    "observer_table": _with_results("dynamic_range"),
+    "presenter": _plate,
+    "python": _with_results("dynamic_range"),
+    "regions": _regions,
+    "screening": _with_results("my_study"),
+}
+
+
+@pytest.fixture(scope="session")
+def pages_folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder in which each page has one of its own, and the cache of stimuli."""
+    return tmp_path_factory.mktemp("pages")
+
+
+@pytest.fixture
+def page_folder(request: pytest.FixtureRequest, pages_folder: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    """The folder in which a page's snippets run; made, with what they take for granted, at the first of them."""
+    example: Example = request.node.example
+    name = Path(example.path).stem
+    folder = pages_folder / name
+    new = not folder.exists()
+    folder.mkdir(exist_ok=True)
+    monkeypatch.chdir(folder)
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(pages_folder / "cache"))
+    if new:
+        for shipped in ("configs", "experiments"):
+            shutil.copytree(ROOT / shipped, folder / shipped)
+        if prepare := PAGES.get(name):
+            example.namespace.update(prepare(folder))
+    return folder
