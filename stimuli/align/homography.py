@@ -1,6 +1,6 @@
 """Pictures of one plane seen by two cameras: the homography between them, and pictures warped by it.
 
-Found by the direct linear transformation on normalised places [Hartley2003].
+scikit-image estimates it, by the direct linear transformation on normalised places [Hartley2003].
 """
 
 from __future__ import annotations
@@ -19,6 +19,8 @@ Floats32 = NDArray[np.float32]
 
 _BAND_ROWS = 256
 _PAD = 12
+# The spread of places across their line, as a share of that along it.
+_ON_A_LINE = 1e-5
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -53,21 +55,12 @@ def homography_from_points(reference_points: ArrayLike, moving_points: ArrayLike
         )
     if not (np.isfinite(reference).all() and np.isfinite(moving).all()):
         raise StimulusError.of("a corner's place is NaN or infinite", "give places in pixels")
-    (to_reference, a), (to_moving, b) = _normalised(reference), _normalised(moving)
-    zero, ones = np.zeros((len(a), 3)), np.ones((len(a), 1))
-    p = np.hstack([a, ones])
-    rows = np.concatenate([np.hstack([p, zero, -b[:, :1] * p]), np.hstack([zero, p, -b[:, 1:] * p])])
-    values, vectors = np.linalg.eigh(rows.T @ rows)
-    if values[1] < 1e-9 * values[-1]:
+    on_a_line = _on_a_line_but_one(reference) or _on_a_line_but_one(moving)
+    matrix = None if on_a_line else _estimated(reference, moving)
+    if matrix is None:
         raise StimulusError.of(
             "the corners do not fix a homography", "give four places of which no three lie on one line"
         )
-    matrix = np.linalg.inv(to_moving) @ vectors[:, 0].reshape(3, 3) @ to_reference
-    if abs(matrix[2, 2]) < 1e-12 * np.abs(matrix).max() or abs(np.linalg.det(matrix / np.abs(matrix).max())) < 1e-15:
-        raise StimulusError.of(
-            "the corners do not fix a homography", "give four places of which no three lie on one line"
-        )
-    matrix = matrix / matrix[2, 2]
     away = mapped(matrix, reference) - moving
     return Homography(matrix, float(np.sqrt(np.mean(np.sum(away**2, axis=1)))))
 
@@ -129,10 +122,22 @@ def common_part(homographies: list[Floats], width: int, height: int, remedy: str
     return first_column, first_row, last_column + 1, last_row + 1
 
 
-def _normalised(points: Floats) -> tuple[Floats, Floats]:
-    """Return what brings ``points`` (n, 2) about the origin at a mean distance of √2, and the points brought there."""
-    middle = points.mean(axis=0)
-    size = float(np.linalg.norm(points - middle, axis=1).mean())
-    scale = np.sqrt(2.0) / size if size > 0 else 1.0
-    matrix = np.array([[scale, 0, -scale * middle[0]], [0, scale, -scale * middle[1]], [0, 0, 1.0]])
-    return matrix, (points - middle) * scale
+def _estimated(reference: Floats, moving: Floats) -> Floats | None:
+    """Return the homography (3, 3) between places (n, 2), its last number 1; None if it has no inverse."""
+    from skimage.transform import ProjectiveTransform
+
+    estimate = ProjectiveTransform.from_estimate(reference, moving)
+    if not estimate:
+        return None
+    matrix = np.asarray(estimate.params, dtype=np.float64)
+    size = np.abs(matrix).max()
+    if not np.isfinite(size) or abs(matrix[2, 2]) < 1e-12 * size or abs(np.linalg.det(matrix / size)) < 1e-15:
+        return None
+    return np.asarray(matrix / matrix[2, 2])
+
+
+def _on_a_line_but_one(points: Floats) -> bool:
+    """Return whether all ``points`` (n, 2), or all but one, lie on one line: they fix no homography then."""
+    others = np.array([np.delete(points, left_out, axis=0) for left_out in range(len(points))])
+    spread = np.linalg.svd(others - others.mean(axis=1, keepdims=True), compute_uv=False)
+    return bool(np.any(spread[:, 1] <= _ON_A_LINE * spread[:, 0]))
