@@ -142,6 +142,13 @@ def format_camera(model: CameraModel) -> str:
     return "\n".join(lines) + "\n"
 
 
+def refuse_existing(path: str | os.PathLike[str]) -> None:
+    """Raise DeviceError if there is a file at ``path`` already."""
+    if Path(path).exists():
+        remedy = "name another, or write over it with --replace"
+        raise DeviceError(Finding("the camera file is there already", str(path), remedy=remedy))
+
+
 def write_camera(model: CameraModel, path: str | os.PathLike[str]) -> None:
     """Write ``model`` to ``path``, whole or not at all; its folder is made if need be.
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 
 from devices.errors import DeviceError
 from documents import Finding
@@ -47,6 +47,10 @@ class Exposure:
     def same_signal(self, other: Exposure) -> bool:
         """Return whether the same luminance gives the same signal at both, within what metadata round."""
         return abs(self.relative_to(other) - 1.0) <= SAME
+
+    def to_json(self) -> dict[str, float]:
+        """Return plain JSON, with the exposure value as ``ev``."""
+        return {**asdict(self), "ev": self.ev}
 
     def __str__(self) -> str:
         time = f"{self.time_s:.3g}" if self.time_s >= 0.3 else f"1/{1.0 / self.time_s:.4g}"

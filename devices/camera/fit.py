@@ -65,7 +65,7 @@ class CameraFit:
 
     ``standard_errors`` has the shape of M, (3, 3) or (3, 4); ``condition`` is that of C with columns of unit length;
     ``fitted`` and ``held_out`` are figures of ΔE00 over the patches fitted to, ``held_out`` None where none could be
-    held out; ``said`` are remarks, a sentence each.
+    held out; ``notes`` are remarks, a sentence each.
     """
 
     model: CameraModel
@@ -76,7 +76,7 @@ class CameraFit:
     fitted: Errors
     held_out: Errors | None
     white_XYZ: Floats
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
 
     @property
     def left_out(self) -> tuple[FittedPatch, ...]:
@@ -96,24 +96,20 @@ class CameraFit:
             "black_rgb": model.black_rgb.tolist(),
             "standard_errors": None if np.isnan(errors).any() else errors.tolist(),
             "condition": self.condition,
-            "exposure": None
-            if exposure is None
-            else {"time_s": exposure.time_s, "f_number": exposure.f_number, "iso": exposure.iso, "ev": exposure.ev},
+            "exposure": None if exposure is None else exposure.to_json(),
             "exposure_sets": [
                 {
-                    "white_luminance_cd_m2": one.white_luminance_cd_m2,
-                    "exposures": [
-                        {"time_s": e.time_s, "f_number": e.f_number, "iso": e.iso, "ev": e.ev} for e in one.exposures
-                    ],
+                    "white_luminance_cd_m2": tried.white_luminance_cd_m2,
+                    "exposures": [exposure.to_json() for exposure in tried.exposures],
                 }
-                for one in model.exposure_sets
+                for tried in model.exposure_sets
             ],
             "safe_luminance_cd_m2": list(model.safe_luminance_cd_m2 or ()) or None,
             "fitted_delta_e_2000": self.fitted.to_json(),
             "held_out_delta_e_2000": self.held_out.to_json() if self.held_out else None,
             "left_out": {patch.name: patch.left_out_reason for patch in self.left_out},
             "patches": [patch.to_json() for patch in self.patches],
-            "said": list(self.said),
+            "said": list(self.notes),
         }
 
 

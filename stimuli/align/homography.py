@@ -6,6 +6,7 @@ scikit-image estimates it, by the direct linear transformation on normalised pla
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -126,7 +127,8 @@ def _estimated(reference: Floats, moving: Floats) -> Floats | None:
     """Return the homography (3, 3) between places (n, 2), its last number 1; None if it has no inverse."""
     from skimage.transform import ProjectiveTransform
 
-    estimate = ProjectiveTransform.from_estimate(reference, moving)
+    transform: Any = ProjectiveTransform  # its methods have no types
+    estimate = transform.from_estimate(reference, moving)
     if not estimate:
         return None
     matrix = np.asarray(estimate.params, dtype=np.float64)

@@ -23,13 +23,13 @@ _MUCH_SATURATED = 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PhotographedChart:
-    """The patches' values beside their reference, and remarks, a sentence each."""
+    """The patches' values beside their reference, and ``notes``, a sentence each."""
 
     colours: Correspondences
     values: PatchValues
     way: str
     found: bool
-    said: tuple[str, ...]
+    notes: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -39,7 +39,7 @@ class PhotographedChart:
             "way_round": self.way or "upright",
             "spread_rgb": self.values.spread.tolist(),
             "pixels": self.values.pixels.tolist(),
-            "said": list(self.said),
+            "said": list(self.notes),
         }
 
 
@@ -80,17 +80,17 @@ def read_chart(
     corners, way = turn_upright(rgb, saturated, corners, reference.XYZ, layout, file=file)
     values = sample_patches(rgb, saturated, corners, layout, file=file)
     colours = Correspondences(values.rgb, reference.XYZ, reference.names, values.saturated, file)
-    said = []
+    notes = []
     if way:
-        told = "lies" if not found else "was found"
-        said.append(f"the chart {told} {way}; its patches were named accordingly")
+        verb = "lies" if not found else "was found"
+        notes.append(f"the chart {verb} {way}; its patches were named accordingly")
     uneven = values.spread > _MOST_SPREAD * np.maximum(values.rgb, 0.02)
     if uneven.any():
-        said.append(
+        notes.append(
             f"pixels differ by more than {100 * _MOST_SPREAD:.0f} % within {colours.named(uneven.any(axis=1))}: noise, "
             "shine, or corners that do not sit well"
         )
-    return PhotographedChart(colours, values, way, found, tuple(said))
+    return PhotographedChart(colours, values, way, found, tuple(notes))
 
 
 def _find(rgb: Picture, saturated: Bools, layout: ChartLayout, file: str | None) -> Floats:

@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
-    from devices.camera.correspondence_file import ReferenceColours
-    from devices.camera.correspondences import Correspondences
-    from devices.camera.exposure import Exposure
     from devices.camera.fit import CameraFit
-    from stimuli.develop.levels import Levels
-
-_TABLES = (".csv", ".txt")
 
 
 @click.command(name="fit")
@@ -88,104 +80,50 @@ def command(
     from pathlib import Path
     from typing import cast
 
-    from devices.camera.camera_file import write_camera
+    from devices.camera.camera_file import refuse_existing, write_camera
     from devices.camera.camera_model import Form
-    from devices.camera.correspondence_file import read_correspondences
     from devices.camera.exposure import parse_exposure
-    from devices.camera.fit import fit_camera
     from devices.camera.solve import Loss
     from runner.cli.main import WorkError
-    from stimuli.develop.levels import Levels
+    from runner.reports.camera.page import write_page
+    from stimuli.chart.camera_fit import fit_camera_to_chart, is_table
 
-    is_table = chart.lower().endswith(_TABLES)
-    if is_table and (reference or white or corners or linear or saturated is not None):
+    if is_table(chart) and (reference or white or corners or linear or saturated is not None):
         raise click.UsageError(
             "--reference, --white, --corners, --saturated and --linear go with a photograph, not with a table"
         )
-    if not is_table and (reference is None) == (white is None):
+    if not is_table(chart) and (reference is None) == (white is None):
         raise click.UsageError("a photograph needs --reference REF.csv or --white X,Y,Z, and one of them")
-    black_rgb = _triple(black, "--black") if black else (0.0, 0.0, 0.0)
-    at = parse_exposure(exposure) if exposure else None
-    read: dict[str, Any] | None = None
-    if is_table:
-        colours = read_correspondences(Path(chart))
-    else:
-        patches = _patches(reference, white)
-        where = [_pair(corner) for corner in corners] if corners else None
-        colours, at, read = _photographed(Path(chart), patches, where, at, Levels(saturated=saturated), linear)
-    found = fit_camera(
-        colours,
-        cast(Form, form),
-        cast(Loss, loss),
-        black_rgb=black_rgb,
-        exposure=at,
+    result = fit_camera_to_chart(
+        chart,
+        reference=reference,
+        white_XYZ_cd_m2=_triple(white, "--white") if white is not None else None,
+        corners_px=[_pair(corner) for corner in corners] if corners else None,
+        exposure=parse_exposure(exposure) if exposure else None,
+        form=cast(Form, form),
+        loss=cast(Loss, loss),
+        black_rgb=_triple(black, "--black") if black else (0.0, 0.0, 0.0),
+        saturated=saturated,
+        assume_linear=linear,
         name=name,
-        source=_source(form, loss, Path(chart)),
     )
-    found = _with_source(found)
     if output and not replace:  # what is wrong with the table comes first: it has to be mended anyway
-        _refuse_existing(Path(output))
-    told: dict[str, Any] = {"file": chart, "chart": read, **found.to_json(), "written": output, "report": report}
-    notes = tuple(read["said"]) if read else ()
+        refuse_existing(output)
     try:
         if report:
-            from runner.reports.camera.page import write_page
-
-            write_page(found, name or Path(chart).name, Path(report), notes)
+            write_page(result.fit, name or Path(chart).name, Path(report), result.notes)
         if output:
-            write_camera(found.model, Path(output))
+            write_camera(result.fit.model, output)
     except OSError as error:
         raise WorkError(f"{error.filename or output or report} cannot be written: {error.strerror}") from error
     if as_json:
-        click.echo(json.dumps(told, indent=2, allow_nan=False, ensure_ascii=False))
+        facts = {**result.to_json(), "written": output, "report": report}
+        click.echo(json.dumps(facts, indent=2, allow_nan=False, ensure_ascii=False))
         return
-    _tell(found, notes)
+    _print(result.fit, result.notes)
     for what, path in (("Camera file", output), ("Report", report)):
         if path:
             click.echo(f"{what}: {path}")
-
-
-def _refuse_existing(path: Path) -> None:
-    from devices.errors import DeviceError
-    from documents import Finding
-
-    if path.exists():
-        raise DeviceError(
-            Finding(
-                "the camera file is there already", str(path), remedy="name another, or write over it with --replace"
-            )
-        )
-
-
-def _patches(reference: str | None, white: str | None) -> ReferenceColours:
-    from pathlib import Path
-
-    from devices.camera.correspondence_file import ReferenceColours, read_reference
-    from devices.patches.colorchecker import colorchecker_XYZ
-
-    if reference:
-        return read_reference(Path(reference))
-    names, XYZ = colorchecker_XYZ(_triple(white or "", "--white"))
-    return ReferenceColours(XYZ, names)
-
-
-def _photographed(
-    photo: Path,
-    patches: ReferenceColours,
-    corners: list[tuple[float, float]] | None,
-    at: Exposure | None,
-    levels: Levels,
-    linear: bool,
-) -> tuple[Correspondences, Exposure | None, dict[str, Any]]:
-    from stimuli.chart.photographed import read_chart
-    from stimuli.develop.read import read_camera_image
-
-    # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
-    image = read_camera_image(photo, demosaic="bilinear", levels=levels, exposure=at, assume_linear=linear)
-    chart = read_chart(image.rgb, image.saturated, patches, corners, file=str(photo))
-    told = chart.to_json()
-    told["said"] += image.full_early()
-    return chart.colours, image.exposure, told
 
 
 def _pair(text: str) -> tuple[float, float]:
@@ -198,31 +136,13 @@ def _pair(text: str) -> tuple[float, float]:
 
 def _triple(text: str, option: str) -> tuple[float, float, float]:
     try:
-        one, two, three = (float(part) for part in text.split(","))
+        first, second, third = (float(part) for part in text.split(","))
     except ValueError:
         raise click.UsageError(f"{option} is '{text}'; write three numbers with commas") from None
-    return one, two, three
+    return first, second, third
 
 
-def _source(form: str, loss: str, chart: Path) -> str:
-    from documents.text.words import visible
-
-    return f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {visible(chart.name)}"
-
-
-def _with_source(found: CameraFit) -> CameraFit:
-    """Return the fit whose model's source says what it was fitted to and how well it predicts."""
-    from dataclasses import replace
-
-    model = found.model
-    told = f"{model.source}: {found.fitted.patches} of {len(found.patches)} patches"
-    if found.held_out is not None:
-        held = found.held_out
-        told += f"; left-out ΔE00 mean {held.mean:.2f}, 95th percentile {held.p95:.2f}, largest {held.max:.2f}"
-    return replace(found, model=replace(model, source=told))
-
-
-def _tell(found: CameraFit, notes: tuple[str, ...]) -> None:
+def _print(fit: CameraFit, notes: tuple[str, ...]) -> None:
     from rich.console import Console
     from rich.table import Table
     from rich.text import Text
@@ -233,7 +153,7 @@ def _tell(found: CameraFit, notes: tuple[str, ...]) -> None:
     table = Table(box=None)
     for name in ("patch", "X", "Y", "Z", "X est.", "Y est.", "Z est.", "ΔE00", "left out"):
         table.add_column(name, justify="left" if name == "patch" else "right", no_wrap=True)
-    for patch in found.patches:
+    for patch in fit.patches:
         held = patch.held_out_delta_e
         table.add_row(
             Text(patch.name),
@@ -242,18 +162,18 @@ def _tell(found: CameraFit, notes: tuple[str, ...]) -> None:
             "not fitted" if patch.left_out_reason else "–" if held is None else f"{held:.2f}",
         )
     console.print(table)
-    model = found.model
+    model = fit.model
     for axis, row, offset in zip("XYZ", model.matrix.tolist(), model.offset_XYZ.tolist(), strict=True):
         shift = f" {offset:+.5g}" if model.form == "affine" else ""
         click.echo(f"{axis} = {row[0]:.5g} R {row[1]:+.5g} G {row[2]:+.5g} B{shift}")
     zone = model.safe_luminance_cd_m2
     if model.exposure:
         click.echo(f"Exposure: {model.exposure} (EV {model.exposure.ev:.2f})")
-    click.echo(f"Condition number: {found.condition:.1f}")
+    click.echo(f"Condition number: {fit.condition:.1f}")
     if zone:
         click.echo(f"Safe luminance zone: {zone[0]:.4g} to {zone[1]:.4g} cd/m²")
-    for patch in found.left_out:
+    for patch in fit.left_out:
         click.echo(f"Left out: {patch.name}: {patch.left_out_reason}")
-    for said in (*notes, *found.said):
-        click.echo(f"Note: {said}.")
-    click.echo(sentence(found))
+    for note in (*notes, *fit.notes):
+        click.echo(f"Note: {note}.")
+    click.echo(sentence(fit))

@@ -51,7 +51,7 @@ def test_sixteen_exposures_are_one_camera(seen: See, matrix: np.ndarray) -> None
     assert {patch.left_out_reason.partition(":")[0] for patch in found.left_out} <= {"saturated"}
     told = {round(one.white_luminance_cd_m2, 6): one.exposures for one in found.model.exposure_sets}
     assert {white: tuple(one.time_s for one in exposures) for white, exposures in told.items()} == TABLE_4_2
-    assert found.said == ()
+    assert found.notes == ()
     # What each row's photograph says of its light is what was measured.
     for patch, exposure, XYZ in zip(found.patches, colours.exposures or (), colours.XYZ, strict=True):
         if not patch.left_out_reason:
@@ -81,7 +81,7 @@ def test_another_reference_is_the_same_camera(seen: See, matrix: np.ndarray) -> 
 
 
 def test_a_shutter_that_is_off_is_named(seen: See, matrix: np.ndarray) -> None:
-    said = fit_camera(_table(seen(), matrix, slow=1.1, noise=0.002)).said
+    said = fit_camera(_table(seen(), matrix, slow=1.1, noise=0.002)).notes
     assert len(said) == 1
     assert said[0].startswith("at 1/4 s, f/8, ISO 800 the camera saw 1.09")
 

@@ -300,8 +300,8 @@ def test_numbers_that_no_linear_camera_gives(
 def test_what_is_worth_saying_is_said(seen: See) -> None:
     colours = seen()
     bent = Correspondences(colours.rgb**0.6, colours.XYZ, colours.names, colours.saturated)
-    assert "go as luminance to the power 0.60" in " ".join(fit_camera(bent).said)
+    assert "go as luminance to the power 0.60" in " ".join(fit_camera(bent).notes)
     plain = fit_camera(colours, exposure=Exposure(0.1, 8))
-    assert plain.said == ()
+    assert plain.notes == ()
     relative = Correspondences(colours.rgb, colours.XYZ / 100, colours.names, colours.saturated)
-    assert "if XYZ are relative" in " ".join(fit_camera(relative).said)
+    assert "if XYZ are relative" in " ".join(fit_camera(relative).notes)

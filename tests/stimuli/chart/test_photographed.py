@@ -34,7 +34,7 @@ def test_patches_between_given_corners(photograph: Draw, true_rgb: np.ndarray, r
     assert read.values.spread.max() < 1e-6
     assert read.values.pixels.min() > 300
     assert read.way == ""
-    assert read.said == ()
+    assert read.notes == ()
     assert fit_camera(read.colours).model.matrix == pytest.approx(M, abs=1e-3)
 
 
@@ -48,8 +48,8 @@ def test_whichever_way_it_lies(photograph: Draw, true_rgb: np.ndarray, reference
     read = read_chart(picture, _none(picture), reference, given)
     assert read.way == way
     assert read.colours.rgb == pytest.approx(true_rgb, abs=1e-6)
-    assert (read.said == ()) == (way == "")
-    assert way in " ".join(read.said)
+    assert (read.notes == ()) == (way == "")
+    assert way in " ".join(read.notes)
     assert np.array_equal(read.values.corners_px, CORNERS)
 
 
@@ -196,7 +196,7 @@ def test_numbers_that_are_none(photograph: Draw, reference: ReferenceColours) ->
 def test_corners_that_do_not_sit_well_are_said(photograph: Draw, reference: ReferenceColours) -> None:
     picture = photograph()
     read = read_chart(picture, _none(picture), reference, CORNERS + [22.0, 0.0])
-    assert "pixels differ" in " ".join(read.said)
+    assert "pixels differ" in " ".join(read.notes)
 
 
 def test_json_is_plain(photograph: Draw, reference: ReferenceColours) -> None:
