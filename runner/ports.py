@@ -26,7 +26,7 @@ class KeyPress:
 
 @dataclass(frozen=True, slots=True)
 class Holding:
-    """A scene held for ``frames`` frames of ``period_s`` from ``onset_s`` on; the next onset says how long it was."""
+    """A scene held for ``frames`` frames of ``period_s`` from ``onset_s`` on; the next onset shows how long it was."""
 
     onset_s: float
     frames: int
@@ -98,7 +98,7 @@ class Presenter(Protocol):
 
 
 class Observer(Protocol):
-    """Answers what is shown: a person, a simulation or a replay; the engine cannot tell which."""
+    """Answers what is shown: a person, a simulation or a replay; the engine does not know which."""
 
     def respond(self, ask: Ask, onset_s: float) -> KeyPress:
         """Return the first press that means something to ``ask``, or of ``escape``, after ``onset_s``.

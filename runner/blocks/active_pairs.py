@@ -39,7 +39,7 @@ _FIRST_SHARE = {"first": 1.0, "second": 0.0}  # of a win; any other answer prefe
 
 @dataclass(frozen=True, slots=True)
 class ActivePairs(Block):
-    """``trials_wanted`` pairs, chosen in batches of at most ``batch`` by what they are expected to tell.
+    """``trials_wanted`` pairs, chosen in batches of at most ``batch`` by their expected information.
 
     The first answers follow a path through all stimuli in random order; then each batch is chosen by all the answers
     that this observer gave, as `runner.blocks.pair_choice` says. Times are those of `AllPairs`, and so is the response
@@ -138,7 +138,7 @@ def _data(first: str, second: str, meaning: str) -> dict[str, Any]:
 class ActivePairsSpec(BlockSpec):
     """Pairs of many stimuli, each batch of them chosen by the answers so far.
 
-    How many is said by ``trials`` or by ``trials_per_stimulus``. A ``batch`` holds each stimulus once at most; left
+    How many is given by ``trials`` or by ``trials_per_stimulus``. A ``batch`` holds each stimulus once at most; left
     out, it is as large as that allows. ``gain`` is what pairs are chosen by: how far an answer is expected to bring
     down the ``variance`` of the scores, or the ``entropy`` of what is known of the pair. Times are in seconds.
     """

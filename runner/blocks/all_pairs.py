@@ -140,7 +140,7 @@ class AllPairs(Block):
         """A few seconds for each answer and rating, and the timed scenes."""
         shown_s = (self.exposure_s or 0.0) * (2 if isinstance(self.layout, SingleLayout) else 1)
         timed_s = self.fixation_s + shown_s + self.blank_between_s + self.blank_s
-        ratings = sum(2 if one.of == "both" else 1 for one in self.ratings.scales) if self.ratings else 0
+        ratings = sum(2 if scale.of == "both" else 1 for scale in self.ratings.scales) if self.ratings else 0
         return self.trials * (SECONDS_PER_TRIAL + timed_s + _SECONDS_PER_RATING * ratings)
 
     @property

@@ -70,7 +70,7 @@ class Choice:
 
     def dwell_s(self, count: int) -> list[float]:
         """Return how long each of ``count`` pictures was shown altogether."""
-        return [round(sum(time_s for index, time_s in self.path if index == one), 6) for one in range(count)]
+        return [round(sum(time_s for index, time_s in self.path if index == place), 6) for place in range(count)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -227,7 +227,7 @@ Names = Annotated[list[str], Field(min_length=2)]
 
 
 class SeriesBySpec(Strict):
-    """Series found by the stimuli's factors.
+    """Series that the stimuli's factors make.
 
     Stimuli that agree in every factor of ``by`` make a series, sorted by the factor ``order``. Series that agree in the
     first factor of ``by`` are kept apart where that can be avoided.
@@ -256,7 +256,7 @@ def _spec(scale: Any) -> ScaleSpec:
 class BestOfSeriesSpec(BlockSpec):
     """The observer leafs through each series, chooses a picture, and rates the choice.
 
-    ``series`` names the pictures of each series in order, or says by which factors they are found. ``question`` stands
+    ``series`` names the pictures of each series in order, or gives the factors that make them. ``question`` stands
     above the picture in place of the experiment's. With ``see_all`` every picture must be seen before one can be
     chosen; with ``wrap`` the last is followed by the first. ``start`` is where in a series one begins.
     """
@@ -273,7 +273,7 @@ class BestOfSeriesSpec(BlockSpec):
     def make(self, setting: Setting) -> BestOfSeries:
         """Return the block in the observer's own order."""
         return BestOfSeries(
-            self.found(setting.stimuli),
+            self.series_of(setting.stimuli),
             self.question or setting.question,
             setting.single_layout(),
             setting.own_seed,
@@ -286,7 +286,7 @@ class BestOfSeriesSpec(BlockSpec):
             reference=setting.reference,
         )
 
-    def found(self, stimuli: Stimuli) -> tuple[Series, ...]:
+    def series_of(self, stimuli: Stimuli) -> tuple[Series, ...]:
         """Return the series that the stimuli make."""
         if not isinstance(self.series, SeriesBySpec):
             return tuple(Series(name, tuple(names)) for name, names in self.series.items())
@@ -324,14 +324,14 @@ class BestOfSeriesSpec(BlockSpec):
 
     def _alike(self, stimuli: Stimuli, order: str) -> Iterator[Fault]:
         """Yield series that are too short, or of which two pictures have the same place."""
-        for series in self.found(stimuli):
+        for series in self.series_of(stimuli):
             if len(series.stimuli) < 2:
                 only = f"the series '{series.name}' has only the picture '{series.stimuli[0]}'"
                 yield Fault(only, ("series", "by"), "name fewer factors")
-            for one, other in zip(series.stimuli, series.stimuli[1:], strict=False):
-                if stimuli.factors[one][order] == stimuli.factors[other][order]:
-                    same = f"'{one}' and '{other}' of the series '{series.name}' have the same {order}"
-                    yield Fault(same, ("series", "by"), "name the factor that tells them apart")
+            for name, other in zip(series.stimuli, series.stimuli[1:], strict=False):
+                if stimuli.factors[name][order] == stimuli.factors[other][order]:
+                    same = f"'{name}' and '{other}' of the series '{series.name}' have the same {order}"
+                    yield Fault(same, ("series", "by"), "name the factor in which they differ")
 
 
 def _word(value: str | float) -> str:

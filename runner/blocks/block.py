@@ -47,7 +47,7 @@ class Ended(Exception):
 
 @dataclass(frozen=True, slots=True)
 class Draft:
-    """What a block wants recorded of one trial; the engine adds where and when.
+    """What is to be recorded of one trial; the engine adds where and when.
 
     ``stimuli`` are the names shown, for the record of what the gamut clip cost. ``repeatable`` says whether it makes
     sense to ask it once more, as it does not of a page of words.
@@ -82,7 +82,7 @@ class Block(ABC):
 
     @property
     def keys(self) -> Mapping[str, str]:
-        """What the keys mean in it, beside the space bar that goes on."""
+        """What the keys mean in it, beside the space bar that continues."""
         return {}
 
     @property
@@ -120,7 +120,7 @@ class Fault:
 
 
 class BlockSpec(Strict):
-    """One entry of ``blocks:``. A subclass holds its keys, and says what its ``kind`` is called."""
+    """One entry of ``blocks:``. A subclass holds its keys, and names its ``kind``."""
 
     kind: str
 

@@ -1,8 +1,7 @@
-"""Which pairs to ask about next: those whose answers are expected to tell the most.
+"""Which pairs to ask about next: those whose answers are expected to be the most informative.
 
 The answers so far leave the strengths θ normal with covariance C (of differences from their mean). An answer about i
-and j tells of θ only through d = θ_i − θ_j, of mean μ and variance σ². What it is expected to tell is taken in one of
-two ways:
+and j informs about θ only through d = θ_i − θ_j, of mean μ and variance σ². Its expected information is one of two:
 
 - ``variance``: how far it is expected to bring down the sum of the strengths' variances, the squared error of the scale
   (Bayesian A-optimality [Chaloner1995]): w |C a|² / (1 + w σ²), a = e_i − e_j, w = E[p(d) (1 − p(d))];
@@ -10,7 +9,7 @@ two ways:
   [Glickman2005], [Chen2013], [Li2018] and [Mikhailiuk2020] choose by, each in a form of its own.
 
 Here p(d) = 1 / (1 + e^−d), h(p) = −p ln p − (1 − p) ln (1 − p), and expectations are Gauss-Hermite sums as in [Li2018].
-Pairs are chosen in batches, so that strengths need not be fitted anew after each answer; no stimulus stands twice in a
+Pairs are chosen in batches, so that strengths need not be fitted again after each answer; no stimulus stands twice in a
 batch, which spares observers its return. ``benchmarks/active_pairs.py`` measures what each is worth.
 """
 
@@ -47,22 +46,22 @@ def entropy_gain(mean: Floats, variance: Floats) -> Floats:
     return np.asarray(np.maximum(-yes * np.log(yes) - no * np.log(no) - entropy @ weights, 0.0))
 
 
-def variance_gain(found: Posterior) -> Floats:
+def variance_gain(posterior: Posterior) -> Floats:
     """Return for each pair, shape (n, n), by how much an answer is expected to bring down the sum of variances."""
-    mean, variance = found.contrasts()
+    mean, variance = posterior.contrasts()
     difference, weights = _nodes(mean, variance)
     p = _logistic(difference)
     weight = (p * (1.0 - p)) @ weights
-    centred = found.covariance - found.covariance.mean(axis=0)
+    centred = posterior.covariance - posterior.covariance.mean(axis=0)
     centred = centred - centred.mean(axis=1, keepdims=True)
     squared = centred @ centred
     reach = np.diag(squared)[:, None] + np.diag(squared)[None, :] - 2 * squared
     return np.asarray(weight * np.maximum(reach, 0.0) / (1.0 + weight * variance))
 
 
-def gains(found: Posterior, gain: Gain) -> Floats:
-    """Return what an answer about each pair is expected to tell, shape (n, n), in the gain's own unit."""
-    return variance_gain(found) if gain == "variance" else entropy_gain(*found.contrasts())
+def gains(posterior: Posterior, gain: Gain) -> Floats:
+    """Return the expected information of an answer about each pair, shape (n, n), in the gain's own unit."""
+    return variance_gain(posterior) if gain == "variance" else entropy_gain(*posterior.contrasts())
 
 
 def best_matching(gain: Floats, most: int, rng: random.Random, barred: Pair | tuple[()] = ()) -> list[Pair]:
@@ -71,9 +70,9 @@ def best_matching(gain: Floats, most: int, rng: random.Random, barred: Pair | tu
     Items that are ``barred`` are in none.
     """
     first, second = np.triu_indices(len(gain), 1)
-    told = gain[first, second]
+    pair_gain = gain[first, second]
     chance = np.array([rng.random() for _ in range(len(first))])
-    order = np.lexsort((chance, -np.round(told / max(float(told.max()), 1e-300) / RESOLUTION)))
+    order = np.lexsort((chance, -np.round(pair_gain / max(float(pair_gain.max()), 1e-300) / RESOLUTION)))
     taken = set(barred)
     pairs: list[Pair] = []
     for i, j in zip(first[order].tolist(), second[order].tolist(), strict=True):

@@ -109,7 +109,7 @@ class Practice(Block):
             else:
                 if isinstance(step.data.get("correct"), bool):
                     correct = step.data["correct"]
-                words = told(step.data, correct, self.feedback)
+                words = feedback_words(step.data, correct, self.feedback)
                 if words:
                     yield page(words, self.style)
                 done += 1
@@ -126,8 +126,8 @@ class Practice(Block):
         return self.until is not None and len(right) == self.until.of and sum(right) >= self.until.share * self.until.of
 
 
-def told(data: Mapping[str, Any], correct: bool | None, feedback: Feedback) -> str:
-    """Return what to say of an answer, ``correct`` or not if that is known; nothing where there is nothing to say."""
+def feedback_words(data: Mapping[str, Any], correct: bool | None, feedback: Feedback) -> str:
+    """Return the feedback on an answer, ``correct`` or not if that is known; empty where there is none."""
     if feedback == "correctness":
         return "" if correct is None else "That was right." if correct else "That was not right."
     if feedback == "choice":
@@ -164,7 +164,7 @@ class PracticeSpec(BlockSpec):
         return Practice(self.block.make(setting), self.trials, self.feedback, until, setting.style)
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
-        """Yield a block that cannot be practised, one's own wishes that cannot be met, and the block's faults."""
+        """Yield a block that cannot be practised, settings that cannot be met, and the block's faults."""
         if self.block.kind in NOT_PRACTISED:
             yield Fault(f"'{self.block.kind}' has no trials to practise", ("block", "kind"), "name a scored kind")
         if getattr(self.block, "on_fail", None) == "stop":

@@ -92,7 +92,7 @@ class Preference(Block):
         random.Random(f"{self.seed}/sides").shuffle(sides)
         rng = random.Random(f"{self.order_seed}/preference")
         number = {name: index for index, name in enumerate(self._names)}
-        picture = {(number[one.stereo], number[one.flat]): index for index, one in enumerate(self.versions)}
+        picture = {(number[version.stereo], number[version.flat]): index for index, version in enumerate(self.versions)}
         order: list[tuple[int, int]] = []
         stereo_first: list[bool] = []
         for repeat in range(self.repeats):
@@ -110,7 +110,9 @@ class Preference(Block):
         """Show both versions of each picture, ask, and record the answer."""
         view = self.view
         order = self.order()
-        trials = [(one.stereo, one.flat) if stereo_first else (one.flat, one.stereo) for one, stereo_first in order]
+        trials = [
+            (pair.stereo, pair.flat) if stereo_first else (pair.flat, pair.stereo) for pair, stereo_first in order
+        ]
         if isinstance(view, SequenceView):
             yield replace(page(SEQUENCE_WORDS, self.style), upcoming=view.pair(*trials[0]))
         for number, (first, second) in enumerate(trials):
@@ -141,7 +143,7 @@ class Preference(Block):
 
     @property
     def _names(self) -> tuple[str, ...]:
-        return tuple(dict.fromkeys(name for one in self.versions for name in (one.stereo, one.flat)))
+        return tuple(dict.fromkeys(name for version in self.versions for name in (version.stereo, version.flat)))
 
 
 def _view(name: str, stereo: str) -> View:
@@ -200,8 +202,8 @@ class PreferenceSpec(BlockSpec):
         """Return the pairs that are named, or those that the stimuli's factors make."""
         if self.pairs != "all":
             return tuple(Versions(stereo, flat) for stereo, flat in self.pairs)
-        found = (views for views in _by_picture(stimuli).values() if {"stereo", "flat"} <= set(views))
-        return tuple(Versions(views["stereo"][0], views["flat"][0]) for views in found)
+        both = (views for views in _by_picture(stimuli).values() if {"stereo", "flat"} <= set(views))
+        return tuple(Versions(views["stereo"][0], views["flat"][0]) for views in both)
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield wrong names, versions the wrong way round, pairs that stand twice, and pairs that are not clear."""
@@ -213,7 +215,7 @@ class PreferenceSpec(BlockSpec):
                 for view, names in views.items():
                     if len(names) > 1 and len(views) > 1:
                         yield Fault(
-                            f"nothing but their names tells {names[0]} and {names[1]} apart, both {view}",
+                            f"{names[0]} and {names[1]}, both {view}, differ in nothing but their names",
                             ("pairs",),
                             remedy,
                         )

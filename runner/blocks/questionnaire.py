@@ -93,7 +93,7 @@ class Choice:
 
 @dataclass(frozen=True, slots=True)
 class Typed:
-    """A question answered by what its ``field`` wants; unless ``required``, it may be left empty."""
+    """A question answered by what its ``field`` accepts; unless ``required``, it may be left empty."""
 
     name: str
     question: str
@@ -137,7 +137,7 @@ class Questionnaire(Block):
     @property
     def keys(self) -> dict[str, str]:
         """The keys that choose, and those that end what is typed."""
-        choices = {"1": "first option"} if any(isinstance(one, Choice) for one in self.questions) else {}
+        choices = {"1": "first option"} if any(isinstance(q, Choice) for q in self.questions) else {}
         typing = {"enter": "accept", "backspace": "erase"} if any(isinstance(q, Typed) for q in self.questions) else {}
         return {**choices, **typing}
 

@@ -1,7 +1,7 @@
 """The kinds of block: what can stand under `blocks:` in an experiment file.
 
 A new kind is a file of its own in this folder, with its entry in experiment files (a `BlockSpec`) and its coroutine (a
-`Block`), and a line here. `docs/blocks.md` says how; `tests/runner/every_kind.py` wants an example of it.
+`Block`), and a line here. `docs/blocks.md` says how; `tests/runner/every_kind.py` needs an example of it.
 """
 
 from __future__ import annotations

@@ -152,34 +152,34 @@ _CARET = "▏"
 def typed(
     prompt: str, style: Style, *, name: str = "", field: Words | Number | None = None, required: bool = True
 ) -> Generator[Ask, Response | None, tuple[str, float]]:
-    """Ask for what ``field`` wants (any words if None); return what was typed and the time it took in s.
+    """Ask for what ``field`` accepts (any words if None); return what was typed and the time it took in s.
 
-    Enter accepts it, or says on the page what is wrong with it; without ``required`` it may be left empty. The time is
+    Enter accepts it, or shows on the page what is wrong with it; without ``required`` it may be left empty. The time is
     the sum of the times from each screen's onset to the press that ended it.
     """
     field = field or Words()
-    words, told = "", ""
+    words, message = "", ""
     took_s = 0.0
     presses = 0
     while True:
         fault = _fault(words, field, required=required)
         # Every press changes the page, if only how bright a word is: each screen has an onset of its own.
         bright = 0.5 + 0.1 * (presses % 2)
-        response = answer((yield _page(prompt, words, style, name, field, fault, (told, bright), required=required)))
+        response = answer((yield _page(prompt, words, style, name, field, fault, (message, bright), required=required)))
         took_s += response.time_s
         presses += 1
-        told = ""
+        message = ""
         if response.meaning == "accept":
             return words.strip(), took_s
         if response.meaning == "refuse":
-            told = fault
+            message = fault
         elif response.meaning == "erase":
-            told = "" if words else "Nothing is typed yet"
+            message = "" if words else "Nothing is typed yet"
             words = words[:-1]
         else:
             longer = words + response.meaning.removeprefix("text ")
-            told = field.refusal(longer)
-            words = words if told else longer
+            message = field.refusal(longer)
+            words = words if message else longer
 
 
 def _fault(words: str, field: Words | Number, *, required: bool) -> str:
@@ -195,7 +195,7 @@ def _page(
     name: str,
     field: Words | Number,
     fault: str,
-    told: tuple[str, float],
+    message: tuple[str, float],
     *,
     required: bool,
 ) -> Ask:
@@ -218,7 +218,9 @@ def _page(
                 *frame(style, 0, 0, wide, high, 0.3),
                 style.text(f"{words}{_CARET}", height=_TYPE, width=_WIDTH),
                 *button(style, "Done", 0, done, 180, 52, lit=not fault),
-                style.text(told[0] or hint, y=done + 70, height=20, width=_WIDTH, share=told[1] if told[0] else 0.2),
+                style.text(
+                    message[0] or hint, y=done + 70, height=20, width=_WIDTH, share=message[1] if message[0] else 0.2
+                ),
             )
         ),
         {"backspace": "erase", "enter": accept, "pad_a": accept},

@@ -1,4 +1,4 @@
-"""Check a file of any kind; which kind it is, its keys say."""
+"""Check a file of any kind; its keys show which kind it is."""
 
 from __future__ import annotations
 
@@ -75,12 +75,12 @@ def check_camera(report: CheckReport, options: CheckOptions) -> None:
 
 
 def check_regions(report: CheckReport, options: CheckOptions) -> None:
-    """Check a file of regions to compare; whether they lie inside the pictures only the comparison can say."""
+    """Check a file of regions to compare; only the comparison finds out whether they lie inside the pictures."""
     regions = read_regions(report.file)
     report.facts.update(
         {
             "kind": "regions",
-            "regions": [f"{one.name} ({one.kind})" for one in regions.spec.regions],
+            "regions": [f"{region.name} ({region.kind})" for region in regions.spec.regions],
             "limit_delta_e_00": regions.limits.delta_e,
         }
     )

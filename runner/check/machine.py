@@ -62,9 +62,11 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
         "bits": facts.bits,
         "mode_possible": reason is None,
     }
-    told = [] if reason is None else [(f"the mode '{rig.mode}' cannot be shown here: {reason}", "see cyclopean doctor")]
-    told += _monitor_faults(there, rig) + _surface_faults(facts, rig)
-    faults += [Finding(message, rig.file, remedy=remedy) for message, remedy in told]
+    problems = (
+        [] if reason is None else [(f"the mode '{rig.mode}' cannot be shown here: {reason}", "see cyclopean doctor")]
+    )
+    problems += _monitor_faults(there, rig) + _surface_faults(facts, rig)
+    faults += [Finding(message, rig.file, remedy=remedy) for message, remedy in problems]
 
 
 def _has_display() -> bool:
@@ -87,15 +89,17 @@ def _monitor_faults(there: tuple[Monitor, ...], rig: Rig) -> list[tuple[str, str
 
 
 def _surface_faults(facts: SurfaceFacts, rig: Rig) -> list[tuple[str, str]]:
-    told = []
+    problems = []
     between = compositor()
     if "with a compositing" in between or "Wayland" in between:
-        told.append((f"a compositor stands between window and screen: {between}", "switch it off for timed scenes"))
+        problems.append((f"a compositor stands between window and screen: {between}", "switch it off for timed scenes"))
     if rig.output_bits > facts.bits:
-        told.append((f"the panel takes {rig.output_bits} bits, and the driver gives {facts.bits}", "see docs/modes.md"))
+        problems.append(
+            (f"the panel takes {rig.output_bits} bits, and the driver gives {facts.bits}", "see docs/modes.md")
+        )
     if "llvmpipe" in facts.renderer:
-        told.append((f"pictures are drawn without a graphics card ({facts.renderer})", "install its driver"))
-    return told
+        problems.append((f"pictures are drawn without a graphics card ({facts.renderer})", "install its driver"))
+    return problems
 
 
 # A session of a thousand trials takes about a megabyte.
@@ -103,7 +107,7 @@ LITTLE_ROOM_BYTES = 100_000_000
 
 
 def check_results(report: CheckReport, experiment: str, results: Path) -> None:
-    """Say whether ``results`` can be written, who has a session that is not finished, and whose runs right now."""
+    """Report whether ``results`` can be written, and which observers' sessions are unfinished or run now."""
     there = next(folder for folder in (results.absolute(), *results.absolute().parents) if folder.exists())
     report.facts["results"] = str(results)
     if not there.is_dir():
@@ -148,4 +152,4 @@ def _is_running(folder: Path) -> bool:
     except Timeout:
         return True
     except OSError:
-        return False  # it cannot be opened: that is told when the session is to go on
+        return False  # it cannot be opened: resuming the session reports that

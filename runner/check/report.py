@@ -20,7 +20,7 @@ CLIP_LIMIT_PERCENT = 0.3
 class CheckOptions:
     """What else to look at: the results folder, the screen, and the pictures, which may have to be built first.
 
-    A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped is warned of.
+    A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
     """
 
     results: Path = Path("results")

@@ -1,6 +1,6 @@
 """The experimenter's place at the terminal while an observer sits at the screen.
 
-One line says where the session stands; below it the experimenter writes notes and marks trials. Nothing here touches
+One line says where the session stands; below it the experimenter writes notes and marks trials. It does not touch
 the session's window or its timing: a thread of its own sleeps until a line has been typed.
 """
 
@@ -36,7 +36,7 @@ class Session(Protocol):
 
 
 def at_a_terminal() -> bool:
-    """Return whether someone sits at a terminal whose lines are for this process."""
+    """Return whether someone sits at a terminal that this process reads."""
     try:
         return sys.stderr.isatty() and reads_terminal(sys.stdin.fileno())
     except (OSError, ValueError, AttributeError):  # a closed stream is None
@@ -121,7 +121,7 @@ class Console:
             self._screen.write(text)
             self._screen.flush()
         except (OSError, ValueError):
-            pass  # nobody looks any more; the session goes on
+            pass  # nobody looks any more; the session continues
 
 
 def _ours(source: int) -> bool:

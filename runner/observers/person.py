@@ -25,7 +25,7 @@ class Person:
     """Waits for presses from ``wait_key``, which sleeps until the next one and returns it with its time.
 
     ``point`` lets the mouse point, or no longer; after a click its pointer is there at once, otherwise once it moves.
-    Whatever the ask has no meaning for is let go.
+    Presses that mean nothing to the ask are dropped.
     """
 
     wait_key: Callable[[], KeyPress]

@@ -49,17 +49,17 @@ def asked_after_their_block(log: SessionLog) -> tuple[Place, ...]:
 
 
 def _in_order(log: SessionLog) -> list[tuple[Trial, bool]]:
-    """Return the answers with whether each was asked once more at once, at the observer's wish in the pause.
+    """Return the answers with whether each was asked once more at once, as the observer asked in the pause.
 
     Such an answer follows the one that it repeats.
     """
-    wished: dict[Place, list[str]] = {}
+    marked_by: dict[Place, list[str]] = {}
     for mark in log.marks:
-        wished.setdefault((mark.block, mark.trial), []).append(mark.by)
+        marked_by.setdefault((mark.block, mark.trial), []).append(mark.by)
     answers = []
     before: Place | None = None
     for answer in log.answers:
-        by = wished.get(answer.place, [])
+        by = marked_by.get(answer.place, [])
         observers = 0 < answer.attempt <= len(by) and by[answer.attempt - 1] == "observer"
         answers.append((answer, observers and before == answer.place))
         before = answer.place

@@ -32,7 +32,7 @@ class BradleyTerryObserver:
     Of a series it looks at every picture before it chooses one of them, with probability s_i / Σ s. On a scale it
     places a picture by its log score, the lowest at the lower end and the highest at the upper; on one
     with ``difficult`` in its name, the last choice by the entropy of its odds. Response times are lognormal about their
-    median and only told, not waited for.
+    median; they are recorded, not waited for.
     """
 
     scores: Mapping[str, float]
@@ -203,17 +203,17 @@ def mean_delta_e_00(
         If a picture is not as large as the reference.
     """
     whites = models.left.white_XYZ_cd_m2, models.right.white_XYZ_cd_m2
-    wanted = _labs(load(reference), whites)
+    reference_labs = _labs(load(reference), whites)
     distances = {}
     for name in names:
         labs = _labs(load(name), whites)
-        for lab, other in zip(labs, wanted, strict=True):
+        for lab, other in zip(labs, reference_labs, strict=True):
             if lab.shape != other.shape:
                 sizes = f"'{name}' is of {lab.shape[1]} x {lab.shape[0]} px, '{reference}' of " + (
                     f"{other.shape[1]} x {other.shape[0]} px"
                 )
                 raise SessionError(Finding(sizes, remedy="an image-based observer compares pictures of one size"))
-        both = [float(delta_e_2000(lab, other).mean()) for lab, other in zip(labs, wanted, strict=True)]
+        both = [float(delta_e_2000(lab, other).mean()) for lab, other in zip(labs, reference_labs, strict=True)]
         distances[name] = sum(both) / len(both)
     return distances
 

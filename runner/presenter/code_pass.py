@@ -37,7 +37,7 @@ def release_codes(codes: moderngl.Framebuffer) -> None:
 class CodePass:
     """A fragment shader that ends in codes, rounded or dithered: two programs, so that neither does the other's work.
 
-    Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` says whose dither mask to read.
+    Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` chooses the dither mask.
     Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
     ``between`` are files that the shader calls, and that call the encoding. Curves that are tables are inverted piece
     by piece (`devices.display.knot_table`), because they may be nearly flat; all others by one table
@@ -68,7 +68,7 @@ class CodePass:
         common: dict[str, Uniform] = {}
         if any(by_knots) and not all(by_knots):
             files.insert(0, "knots_or_table.glsl")
-            common["by_knots"] = tuple(int(one) for one in by_knots)
+            common["by_knots"] = tuple(int(by_knot) for by_knot in by_knots)
         if not all(by_knots):
             files.insert(0, "table_fourth_root.glsl")
             # Where dithered, the light of the codes decides, and not the table.
@@ -148,7 +148,7 @@ class CodePass:
         rows: int,
         bits: Bits | None,
     ) -> None:
-        """Draw ``rows`` rows from ``first``, from below; all is set anew, as frames may have been drawn since the last.
+        """Draw ``rows`` rows from ``first``, from below; all state is set, as frames may have been drawn in between.
 
         The viewport chooses the rows: gl_FragCoord counts from the corner of the framebuffer all the same.
         """

@@ -19,7 +19,7 @@ class Counters:
     ``frames_alternated`` counts the same scene drawn for the next eye, and ``frames_missed`` the refreshes that no new
     frame was ready for. ``pointers_drawn`` counts the same scene drawn because a mouse was moved. ``uploads``,
     ``bytes_uploaded``, ``colour_passes`` and ``pixels_shaded`` are about pictures; ``decodes`` are calls for a
-    picture's data; ``texts_rasterised`` and ``evictions`` are what they say.
+    picture's data; ``texts_rasterised`` and ``evictions`` are what their names say.
     """
 
     frames_drawn: int = 0

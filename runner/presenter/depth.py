@@ -34,11 +34,11 @@ def code_texture(context: moderngl.Context, size_px: Size, bits: Bits) -> modern
     return texture
 
 
-def given_bits(asked: Bits, found: int) -> tuple[Bits, tuple[str, ...]]:
-    """Return the bits that codes have on a framebuffer of ``found`` bits a channel, with what to remark on them.
+def given_bits(asked: Bits, framebuffer_bits: int) -> tuple[Bits, tuple[str, ...]]:
+    """Return the bits of the codes on a framebuffer of ``framebuffer_bits`` a channel, and remarks on them.
 
-    A framebuffer of too few bits for 10 gets codes of 8, as does one of which the driver does not tell (0), and one of
-    more bits than asked shows the codes asked.
+    A framebuffer of too few bits for 10 gets codes of 8, as does one whose bits the driver does not report (0), and one
+    of more bits than asked shows the codes asked.
 
     Raises
     ------
@@ -47,17 +47,17 @@ def given_bits(asked: Bits, found: int) -> tuple[Bits, tuple[str, ...]]:
     """
     if asked not in (8, 10):
         raise PresentationError(Finding(f"codes of {asked} bits cannot be shown", remedy="ask for 8 or 10"))
-    if found == 0:
-        return 8, ("the driver does not tell how many bits its framebuffer has: codes have 8",)
-    if found < 8:
+    if framebuffer_bits == 0:
+        return 8, ("the driver does not report how many bits its framebuffer has: codes have 8",)
+    if framebuffer_bits < 8:
         raise PresentationError(
             Finding(
-                f"the driver gives a framebuffer of {found} bits a channel, and codes have at least 8",
+                f"the driver gives a framebuffer of {framebuffer_bits} bits a channel, and codes have at least 8",
                 remedy="set the screen to a depth of 24 or 30",
             )
         )
-    if found < asked:
-        return 8, (f"10 bits a channel were asked for, and the driver gives {found}: codes have 8 bits",)
-    if found > asked:
-        return asked, (f"codes have {asked} bits, on a framebuffer of {found} bits a channel",)
+    if framebuffer_bits < asked:
+        return 8, (f"10 bits a channel were asked for, and the driver gives {framebuffer_bits}: codes have 8 bits",)
+    if framebuffer_bits > asked:
+        return asked, (f"codes have {asked} bits, on a framebuffer of {framebuffer_bits} bits a channel",)
     return asked, ()

@@ -1,6 +1,7 @@
 """Dithering in a colour pass: which masks and how many codes, and the textures that `dither.glsl` reads.
 
-What it computes, and why, is said in `devices.compensation.dither`, whose `tabled_dither_codes` is the shader's twin.
+What it computes, and why, is described in `devices.compensation.dither`, whose `tabled_dither_codes` is the shader's
+twin.
 """
 
 from __future__ import annotations

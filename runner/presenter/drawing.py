@@ -89,7 +89,7 @@ class Drawing:
                 codes = pictures[item].eye(area.eyes[0])
                 place, shown = area.place(codes.size, item.offset_px, item.aperture_px)
                 yield partial(self.painter.picture, codes=codes, place=place, shown=shown, area=area)
-            else:  # words are looked up for each frame: they may have been let go for others
+            else:  # words are looked up for each frame: they may have been released for others
                 yield partial(self._text, area=area, item=item)
         if area.sync_line is not None:
             line = Rectangle(0, area.sync_line.top, self.surface.size_px[0], area.sync_line.height)
@@ -202,8 +202,8 @@ class Painter:
 
     def release(self) -> None:
         """Free the programs."""
-        for held in (self._text_area, self._picture_area, self._text, self._picture):
-            held.release()
+        for resource in (self._text_area, self._picture_area, self._text, self._picture):
+            resource.release()
 
 
 def _program(context: moderngl.Context, name: str) -> moderngl.Program:

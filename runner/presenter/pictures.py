@@ -60,7 +60,7 @@ class Pictures:
         self._making: tuple[PictureKey, Making] | None = None
 
     def codes(self, key: PictureKey, keep: Collection[PictureKey] = ()) -> PictureCodes:
-        """Return the codes of ``key``, made if they are not held; those in ``keep`` are not let go for it.
+        """Return the codes of ``key``, made if they are not held; those in ``keep`` are not released for it.
 
         Raises
         ------

@@ -1,4 +1,4 @@
-"""GLSL files, joined into programs; what the driver says of a fault names the file and line."""
+"""GLSL files, joined into programs; the driver's messages about faults name the file and line."""
 
 from __future__ import annotations
 

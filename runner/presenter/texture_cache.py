@@ -1,4 +1,4 @@
-"""A cache that lets go of what was used longest ago once it holds more than its budget of bytes."""
+"""A cache that releases what was used longest ago once it holds more than its budget of bytes."""
 
 from __future__ import annotations
 

@@ -205,7 +205,7 @@ class CompensatedCodes:
     ) -> Making:
         """Upload one view after the other, then transform both for each eye; a flat picture is one upload.
 
-        It is one pass too, where nothing tells the eyes apart.
+        It is one pass too, where nothing differs between the eyes.
         """
         uploaded: dict[Eye, moderngl.Texture] = {}
         made: list[moderngl.Framebuffer] = []

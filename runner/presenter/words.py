@@ -193,7 +193,7 @@ def coverage(words: str, height_px: int, width_px: int) -> NDArray[np.uint8] | N
 @lru_cache(maxsize=16)
 def _font(height_px: int) -> ImageFont.FreeTypeFont:
     """DejaVu Sans as matplotlib carries it: it has Greek, Cyrillic, accents and arrows; Pillow's own has not even é."""
-    spec = find_spec("matplotlib")  # found, not imported
+    spec = find_spec("matplotlib")  # located, not imported
     folders = spec.submodule_search_locations if spec else None
     if not folders:
         raise FileNotFoundError("matplotlib, whose DejaVu Sans draws the words, is not installed")

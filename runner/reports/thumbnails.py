@@ -51,16 +51,16 @@ def thumbnails(
     part = experiment.visible_part
     models = experiment.rig.models
     width_px = LARGE_PX if len(stimuli.names) <= FEW else SMALL_PX
-    found: dict[str, dict[str, bytes]] = {}
+    pictures: dict[str, dict[str, bytes]] = {}
     for number, name in enumerate(stimuli.names):
         image = stimuli.load(name, part)
         left = png(small(models.left, image.left, width_px), models.left)
         if image.is_flat and models.left is models.right:
-            found[name] = {"both": left}
+            pictures[name] = {"both": left}
         else:
-            found[name] = {"left": left, "right": png(small(models.right, image.right, width_px), models.right)}
+            pictures[name] = {"left": left, "right": png(small(models.right, image.right, width_px), models.right)}
         progress(number + 1, len(stimuli.names))
-    return found
+    return pictures
 
 
 def small(model: DisplayModel, xyz_cd_m2: NDArray[np.floating], width_px: int) -> Floats:

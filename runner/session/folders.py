@@ -36,7 +36,7 @@ def new_label(folder: Path | None = None, now: datetime | None = None) -> str:
     """
     time = (now or datetime.now(UTC)).replace(microsecond=0, tzinfo=None)
     taken = (
-        [_read_time(found[1]) for path in folder.glob("ses-*") if (found := _LABEL.fullmatch(path.name))]
+        [_read_time(label[1]) for path in folder.glob("ses-*") if (label := _LABEL.fullmatch(path.name))]
         if folder
         else []
     )
@@ -60,8 +60,8 @@ def observer_folder(results: Path, experiment: str, observer: str) -> Path:
 def unfinished(results: Path, experiment: str, observer: str) -> SessionLog | None:
     """Return the observer's latest session if it was not completed, else None.
 
-    One in which nothing was asked yet, as where ``--resume`` was forgotten and the session left at once, does not stand
-    before an unfinished one in which something was.
+    One in which nothing was asked yet, as where ``--resume`` was forgotten and the session left at once, does not hide
+    an earlier unfinished one in which something was.
     """
     latest: SessionLog | None = None
     for file in sorted(observer_folder(results, experiment, observer).glob(f"ses-*/{FILE_NAME}"), reverse=True):
@@ -167,7 +167,7 @@ class Recorder:
         self._log.append(note.to_json())
 
     def mark(self, mark: Mark) -> None:
-        """Record the wish that a trial be asked once more."""
+        """Record that a trial is to be asked once more."""
         self._log.append(mark.to_json())
 
     def answers(self) -> tuple[Trial, ...]:

@@ -53,7 +53,7 @@ def _rig_digest(rig: Rig) -> str:
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
-    """Return the SHA-256 of everything that decides what an observer is asked."""
+    """Return the SHA-256 of everything that determines what an observer is asked."""
     return {
         "experiment": experiment.digest,
         "stimuli": stimuli.digest,
@@ -139,14 +139,14 @@ def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str |
 
 
 def check_unchanged(header: Header, now: Mapping[str, str], file: Path) -> None:
-    """Raise SessionError, naming what changed, if a session cannot go on as it began."""
+    """Raise SessionError, naming what changed, if a session cannot be resumed as it began."""
     changed = changes(header, now)
     if changed:
         raise SessionError(
             Finding(
                 f"the {' and the '.join(changed)} changed since this session began",
                 str(file),
-                remedy="restore what it began with, or leave out --resume to begin a new session, or go on with "
-                "--accept-changes, which the record will say",
+                remedy="restore what it began with, or leave out --resume to begin a new session, or resume with "
+                "--accept-changes, which the record will state",
             )
         )

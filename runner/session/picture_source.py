@@ -16,7 +16,7 @@ from stimuli.recipes.build_context import DisplaySetup
 # Called with what is being done, how much of it is done, and of how much.
 Progress: TypeAlias = Callable[[str, int, int], None]
 
-_KEPT = 4  # so that a picture whose cost is computed is not read again to be shown
+_KEPT = 4  # so that a picture is not read again to be shown after its cost was computed
 
 
 def no_progress(what: str, done: int, of: int) -> None:

@@ -52,10 +52,10 @@ class _RunState:
 class Session:
     """One observer's way through the blocks.
 
-    ``clip_costs`` gives, per stimulus, what the trial's record says of the gamut clip; ``stamps`` stand in every
+    ``clip_costs`` gives, per stimulus, what the trial's record states of the gamut clip; ``stamps`` stand in every
     trial's record; ``logged`` are the first attempts that an interrupted session already holds, ``pending`` the places
-    of trials that are to be asked once more; ``on_trial`` hears of each trial, also if replayed; ``closing_facts`` is
-    asked at the end for what the record should say of the whole.
+    of trials that are to be asked once more; ``on_trial`` is called with each trial, also if replayed;
+    ``closing_facts`` gives at the end what the record states of the whole.
     """
 
     blocks: Sequence[Block]
@@ -80,7 +80,7 @@ class Session:
         self._marked = list(self.pending)
 
     def run(self) -> None:
-        """Run to the end, or to where a block ends the session, and say so in the record.
+        """Run to the end, or to where a block ends the session, and record that.
 
         Raises
         ------
@@ -106,7 +106,7 @@ class Session:
         self.sink.end({**self.closing_facts(), **ended})
 
     def note(self, words: str, by: str) -> None:
-        """Record what someone has to say now; from any thread."""
+        """Record a note, with its place in the session; from any thread."""
         self.sink.note(Note(words, by, *self._place, self.utc()))
 
     def mark(self, by: str) -> Place | None:

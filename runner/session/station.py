@@ -207,7 +207,7 @@ class Station:
                 session.run()
             except GraphicsError as error:
                 session.note(f"the session stopped: {error}", "program")
-                raise GraphicsError(f"{error}; every answer before this is saved: go on with --resume") from error
+                raise GraphicsError(f"{error}; every answer before this is saved: resume with --resume") from error
         return recorder.folder
 
     def _pace(self, *, instantly: bool) -> Pace:

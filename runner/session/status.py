@@ -66,7 +66,7 @@ class SessionStatus:
         if trial.attempt == 0:
             self._answered.setdefault(trial.block, set()).add(trial.trial)
             self._block = max(self._block, trial.block)
-        self._missed += sum(held.get("missed_frames", 0) for held in trial.data.get("timed", ()))
+        self._missed += sum(scene.get("missed_frames", 0) for scene in trial.data.get("timed", ()))
         block = self.blocks[trial.block]
         if not block.trials or took_s < trial.response_time_s:
             return  # a page of words; or read from the log, which takes no time

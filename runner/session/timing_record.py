@@ -66,7 +66,7 @@ def judge(verification: Verification | None, mode: str, surface: SurfaceFacts, r
 def timing_facts(
     presenter: Presenter, seconds: float, verification: Verification | None = None
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return what a session's record says of timing, measured on black frames, and what to remark on it.
+    """Return what a session's record states of timing, measured on black frames, and what to remark on it.
 
     ``verification`` is the rig's: its contents are in the facts, and whether they hold in this session. On a surface
     without a screen there is nothing to measure.
@@ -94,23 +94,23 @@ def swaps_per_second(summary: IntervalSummary) -> float:
 def explain(summary: IntervalSummary, vsync_asked: bool, judgement: Judgement | None = None) -> list[str]:
     """Return what the intervals mean, in plain sentences, and whether a photodiode has seen onsets like these."""
     rate_hz = swaps_per_second(summary)
-    told = [
+    sentences = [
         f"{summary.frames} intervals: median {summary.median_ms:.2f} ms ({rate_hz:.1f} frames per second), "
         f"99th percentile {summary.p99_ms:.2f} ms, longest {summary.longest_ms:.2f} ms.",
         f"{summary.missed} frames came late (an interval of 1.5 medians or more).",
     ]
     if vsync_asked and rate_hz > 500:
-        told.append(
+        sentences.append(
             "Swaps do not wait for the screen: there is no vertical synchronisation here (a virtual screen, or a "
             "driver that ignores it). Onsets are when the driver was done, not when light changed."
         )
     elif summary.missed:
-        told.append("Close other programs, switch the compositor off or use full screen, and measure again.")
-    told += [f"{remark[:1].upper()}{remark[1:]}." for remark in judgement.remarks] if judgement else []
-    told.append(f"All this is the program's clock: {judgement.words if judgement else NOT_VERIFIED}.")
+        sentences.append("Close other programs, switch the compositor off or use full screen, and measure again.")
+    sentences += [f"{remark[:1].upper()}{remark[1:]}." for remark in judgement.remarks] if judgement else []
+    sentences.append(f"All this is the program's clock: {judgement.words if judgement else NOT_VERIFIED}.")
     if judgement is None or judgement.words == NOT_VERIFIED:
-        told.append(
+        sentences.append(
             "To verify: put 'photodiode_corner: bottom-right' in the rig's mode_options, measure when that square "
             "changes, and name the record in the rig's photodiode_verification (docs/timing.md)."
         )
-    return told
+    return sentences

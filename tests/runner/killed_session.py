@@ -59,7 +59,7 @@ class _Slow(BradleyTerryObserver):
 
 
 def main(folder: Path) -> None:
-    """Begin the session in ``folder``, or go on with it."""
+    """Begin the session in ``folder``, or resume it."""
     if (folder / FILE_NAME).exists():
         recorder, log = Recorder.reopen(folder)
         logged = log.first_attempts

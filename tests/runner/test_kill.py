@@ -33,7 +33,7 @@ class Runs:
         self._gone = True
 
     def start(self, folder: Path) -> None:
-        """Begin the session, or go on with it."""
+        """Begin the session, or resume it."""
         self._asked.write(f"{folder}\n")
         self._asked.flush()
         self._process = int(self._told.readline().removeprefix("process "))

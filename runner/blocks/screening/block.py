@@ -40,7 +40,7 @@ _HINT = "Arrow keys point to it"
 
 @dataclass(frozen=True, slots=True)
 class Screening(Block):
-    """Each of the ``tests`` in turn; ``on_fail`` says whether the session goes on after one that was failed.
+    """Each of the ``tests`` in turn; ``on_fail`` is whether the session continues after one that was failed.
 
     One record for each presentation, then one with the test's outcome; none can be repeated, since each answer decides
     what follows. With ``on_fail: stop``, a failed test is followed by ``stop_words`` and a record that says
@@ -72,7 +72,7 @@ class Screening(Block):
     @property
     def pictures(self) -> dict[str, Callable[[], StereoImage]]:
         """What is shown in the tests."""
-        return {one.picture: one.make for test in self.tests for one in _presentations(test.series)}
+        return {shown.picture: shown.make for test in self.tests for shown in _presentations(test.series)}
 
     @property
     def facts(self) -> dict[str, Any]:
@@ -103,28 +103,28 @@ class Screening(Block):
         answers = Answers(series)
         for number, level in enumerate(series.levels):
             finer = series.levels[number + 1].presentations[0] if number + 1 < len(series.levels) else after
-            for place, one in enumerate(level.presentations):
+            for place, presentation in enumerate(level.presentations):
                 rest = level.presentations[place + 1 :]
                 if_right = rest[0] if rest else finer
                 if_wrong = if_right if answers.can_pass(level, if_wrong=True) else after
                 ask = Ask(
-                    self._scene(test, one),
+                    self._scene(test, presentation),
                     KEYS,
                     self._upcoming(test, if_right, if_wrong),
-                    Choose(series.task, SIDES, one.correct, one.strength),
+                    Choose(series.task, SIDES, presentation.correct, presentation.strength),
                     test.targets,
                 )
                 response = answer((yield ask))
-                right = response.meaning == one.correct
-                answers.add(one, right=right)
+                right = response.meaning == presentation.correct
+                answers.add(presentation, right=right)
                 data = {
                     "test": test.name,
                     "series": series.name,
                     "level": level.value,
                     "unit": test.unit,
                     "presentation": place,
-                    **one.details,
-                    "correct_answer": one.correct,
+                    **presentation.details,
+                    "correct_answer": presentation.correct,
                     "answer": response.meaning,
                     "correct": right,
                 }
@@ -135,11 +135,11 @@ class Screening(Block):
                 break
         return answers
 
-    def _scene(self, test: VisionTest, one: Presentation) -> Scene:
+    def _scene(self, test: VisionTest, presentation: Presentation) -> Scene:
         half = test.side_px / 2 / self.style.unit_px
         items: tuple[Item, ...] = (
             self.style.text(test.question, y=-half - 54, height=28),
-            Picture(one.picture),
+            Picture(presentation.picture),
             *test.marks,
             self.style.text(_HINT, y=half + 46, height=20, share=0.2),
         )
@@ -147,12 +147,12 @@ class Screening(Block):
 
     def _upcoming(self, test: VisionTest, *candidates: Presentation | None) -> Scene | None:
         """Return a scene that holds all that may come next: it is made ready, not shown."""
-        items = tuple(item for one in candidates if one is not None for item in self._scene(test, one).items)
+        items = tuple(item for candidate in candidates if candidate for item in self._scene(test, candidate).items)
         return Scene(tuple(dict.fromkeys(items))) if items else None
 
 
 def _presentations(series: tuple[Series, ...]) -> Iterator[Presentation]:
-    return (one for each in series for level in each.levels for one in level.presentations)
+    return (shown for each in series for level in each.levels for shown in level.presentations)
 
 
 def _outcome(test: VisionTest, all_answers: list[Answers]) -> dict[str, Any]:
@@ -169,18 +169,19 @@ def _outcome(test: VisionTest, all_answers: list[Answers]) -> dict[str, Any]:
             "right": sum(answers.right),
         }
     names = {
-        control: [one.series.name for one in all_answers if one.series.control == control] for control in (False, True)
+        control: [each.series.name for each in all_answers if each.series.control == control]
+        for control in (False, True)
     }
     measured, controls = ([by_series[name] for name in names[control]] for control in (False, True))
     return {
         "test": test.name,
         "outcome": {
-            "passed": all(one["passed"] for one in by_series.values()),
-            "threshold": _worst([one["threshold"] for one in measured]),
-            "estimate": _worst([one["estimate"] for one in measured]),
+            "passed": all(result["passed"] for result in by_series.values()),
+            "threshold": _worst([result["threshold"] for result in measured]),
+            "estimate": _worst([result["estimate"] for result in measured]),
             "pass_mark": test.pass_mark,
             "unit": test.unit,
-            "controls_seen": all(one["passed"] for one in controls),
+            "controls_seen": all(result["passed"] for result in controls),
         },
         "by_series": by_series,
         "screen": dict(test.facts),

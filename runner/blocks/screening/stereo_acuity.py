@@ -46,7 +46,7 @@ _MEASURED = "measured back from codes of 8 bits, a parallax errs by less than 0.
 
 
 def finest_arcsec(screen: Screen) -> float:
-    """Return the smallest disparity that the screen is said to show faithfully."""
+    """Return the smallest disparity that the screen is taken to show faithfully."""
     return screen.disparity_arcsec(FINEST_PX * screen.grain_px[0])
 
 

@@ -102,7 +102,7 @@ class Level:
 
 @dataclass(frozen=True, slots=True)
 class Series:
-    """Levels from coarse to fine, smaller numbers being finer. A ``control`` tells only whether the test was meant."""
+    """Levels from coarse to fine, smaller being finer. A ``control`` shows only whether the test was understood."""
 
     name: str
     task: str

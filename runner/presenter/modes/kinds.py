@@ -147,8 +147,8 @@ class FrameSequential(Mode):
     """The whole surface for each eye, the left eye's frame first and then in turn.
 
     A still scene is drawn again for every refresh, because only the program alternates; a frame that comes late leaves
-    one eye's picture on for both, so such frames are counted. Glasses must be told which frame is whose: by a sync line
-    or a photodiode on the screen.
+    one eye's picture on for both, so such frames are counted. Glasses must know which eye a frame is for: by a sync
+    line or a photodiode on the screen.
     """
 
     name: ClassVar[str] = "frame-sequential"

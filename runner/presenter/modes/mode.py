@@ -47,7 +47,8 @@ class EyeArea(EyeView):
     """Pixels of one buffer, and the eyes that see them: one, or both where the two see the same pixels.
 
     ``weave`` says which of the rectangle's pixels are this eye's, all of them if None. ``turn`` is the frame that it is
-    drawn in, where the eyes are shown in turn; ``sync_line`` is the blue part of the row that says whose frame it is.
+    drawn in, where the eyes are shown in turn; ``sync_line`` is the blue part of the row that marks which eye's frame
+    it is.
     """
 
     eyes: tuple[Eye, ...]

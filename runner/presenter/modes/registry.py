@@ -98,7 +98,7 @@ _OTHER: dict[Eye, Eye] = {"left": "right", "right": "left"}
 class Adjusted(Mode):
     """``mode`` with ``options``; it keeps the mode's name, because the light is the same.
 
-    Raises PresentationError if the mode shows both eyes the same pixels and the options would tell them apart.
+    Raises PresentationError if the mode shows both eyes the same pixels and the options would make them differ.
     """
 
     mode: Mode
@@ -109,7 +109,7 @@ class Adjusted(Mode):
         areas = self.mode.areas((2, 2))
         frames = {(area.buffer, area.turn) for area in areas}
         if options.sync_line and len(frames) < 2:
-            why = "shows both eyes in one frame, and a sync line tells frames apart"
+            why = "shows both eyes in one frame, and a sync line distinguishes frames"
             raise refuse_options(self.name, why, "leave 'sync_line' out")
         alike = (options.left_offset_px, options.left_mirror) == (options.right_offset_px, options.right_mirror)
         if not alike and any(len(area.eyes) > 1 for area in areas):

@@ -76,7 +76,7 @@ class GlCalls:
     def bits(self, attachment: int) -> int:
         """Return the bits of the channel that has fewest, of ``attachment`` of the framebuffer that is bound.
 
-        0 if the driver does not tell.
+        0 if the driver does not report it.
         """
         sizes = []
         for name in _CHANNEL_SIZES:

@@ -24,7 +24,7 @@ from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
 _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9
-_REFRESH_HZ = 60.0  # where no monitor tells
+_REFRESH_HZ = 60.0  # where no monitor reports one
 _SHOWN_WITHIN_S = 0.5
 
 
@@ -77,7 +77,7 @@ def context_hints(bits: Bits = 8) -> dict[int, int]:
 
 
 class GlfwSurface:
-    """A surface on a glfw window; a subclass opens the window and says what sort it is."""
+    """A surface on a glfw window; a subclass opens the window and names its kind."""
 
     backend: str
     windows = 1
@@ -122,10 +122,10 @@ class GlfwSurface:
         self._framebuffer.use()
         left = gl_calls.BACK_LEFT if back == gl_calls.BACK else gl_calls.FRONT_LEFT
         self.remarks: tuple[str, ...]
-        found = self.calls.bits(left)
-        if found == 0:
+        framebuffer_bits = self.calls.bits(left)
+        if framebuffer_bits == 0:
             _ = self.context.error  # asking it forgets that the question was an error
-        self.bits, self.remarks = given_bits(bits, found)
+        self.bits, self.remarks = given_bits(bits, framebuffer_bits)
         self._check_size(glfw.get_framebuffer_size(window))
         self._listen(window)
         self._input.listen_to_motion(window)

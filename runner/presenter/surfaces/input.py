@@ -16,7 +16,7 @@ from runner.presenter.pointer import Pointer
 
 
 class Input:
-    """Hears glfw's callbacks of one window or more; ``pointed`` says whether the pointer was moved since it was drawn.
+    """Takes glfw's callbacks of one window or more; ``pointed`` is whether the pointer was moved since it was drawn.
 
     ``presses`` are those that nobody took yet, as `Surface.wait_key` describes them.
     """
@@ -168,14 +168,14 @@ ReadPads: TypeAlias = Callable[[], frozenset[str] | None]
 def read_pads() -> frozenset[str] | None:
     """Return the buttons that are down, by the names that blocks use; None if no gamepad is connected."""
     names: set[str] = set()
-    found = False
+    connected = False
     for number in range(glfw.JOYSTICK_LAST + 1):
         if not glfw.joystick_is_gamepad(number):
             continue
-        found = True
+        connected = True
         if (state := glfw.get_gamepad_state(number)) is not None:
             names |= {name for button, name in _BUTTONS.items() if state.buttons[button] == glfw.PRESS}
-    return frozenset(names) if found else None
+    return frozenset(names) if connected else None
 
 
 def gamepad_names() -> tuple[str, ...]:

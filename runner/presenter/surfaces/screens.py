@@ -14,7 +14,7 @@ from devices.compensation.eye_view import Size
 
 @dataclass(frozen=True, slots=True)
 class Monitor:
-    """A screen as the window system has it; ``refresh_hz`` is None where it does not say."""
+    """A screen as the window system has it; ``refresh_hz`` is None where it is not reported."""
 
     name: str
     size_px: Size
@@ -59,10 +59,10 @@ def compositor() -> str:
         return f"Wayland compositor ({os.environ.get('XDG_CURRENT_DESKTOP') or 'unnamed'})"
     if not os.environ.get("DISPLAY"):
         return "none (no display server)"
-    found = _x11_compositing_manager()
-    if found is None:
-        return "X11; a compositing manager cannot be told"
-    return "X11 with a compositing manager" if found else "X11 without a compositing manager"
+    manager = _x11_compositing_manager()
+    if manager is None:
+        return "X11; compositing manager unknown"
+    return "X11 with a compositing manager" if manager else "X11 without a compositing manager"
 
 
 def _x11_compositing_manager() -> bool | None:

@@ -37,7 +37,7 @@ class Buffer(Enum):
 class SurfaceFacts:
     """What a record must say of how it was shown: plain words and numbers.
 
-    ``bits`` is what a channel's codes have; keys, wheel and mouse are stamped as they are told, ``gamepads`` to
+    ``bits`` is what a channel's codes have; keys, wheel and mouse are stamped as they are reported, ``gamepads`` to
     ``gamepad_resolution_ms``.
     """
 

@@ -67,7 +67,7 @@ def _fitting_monitor(size_px: Size) -> Any:
 
 
 def _refresh_hz(monitor: Any) -> float | None:
-    """Return what the monitor, or the first one, says of its refresh; None if it says nothing."""
+    """Return the refresh rate that the monitor, or the first one, reports; None if it reports none."""
     mode = glfw.get_video_mode(monitor or glfw.get_primary_monitor())
     return float(mode.refresh_rate) or None if mode else None
 
@@ -157,9 +157,9 @@ class DualWindowSurface(GlfwSurface):
             super().__init__(session, first, size_px, vsync=True, bits=bits)
             self._right = self.context.framebuffer([code_texture(self.context, size_px, self.bits)])
             self._second = _RightWindow(second, self._right, size_px)
-            if (found := given_bits(bits, self._second.bits)) != (self.bits, self.remarks):
+            if (given := given_bits(bits, self._second.bits)) != (self.bits, self.remarks):
                 raise PresentationError(
-                    f"the right window has {found[0]} bits a channel and the left one {self.bits} (ask for 8)"
+                    f"the right window has {given[0]} bits a channel and the left one {self.bits} (ask for 8)"
                 )
             glfw.make_context_current(first)
             self._listen(second)
@@ -240,14 +240,14 @@ class _RightWindow:
 
 
 def _two_monitors(size_px: Size) -> Sequence[Any]:
-    fitting = [one for one in glfw.get_monitors() if tuple(glfw.get_video_mode(one).size) == tuple(size_px)]
+    fitting = [monitor for monitor in glfw.get_monitors() if tuple(glfw.get_video_mode(monitor).size) == tuple(size_px)]
     if len(fitting) < 2:
-        sizes = [tuple(glfw.get_video_mode(one).size) for one in glfw.get_monitors()]
+        sizes = [tuple(glfw.get_video_mode(monitor).size) for monitor in glfw.get_monitors()]
         screens = " and ".join(f"{width} × {height}" for width, height in sizes) or "none"
         raise PresentationError(
             f"a window for each eye needs two monitors of {size_px[0]} × {size_px[1]} px (there: {screens})"
         )
-    return sorted(fitting, key=lambda one: tuple(glfw.get_monitor_pos(one)))[:2]
+    return sorted(fitting, key=lambda monitor: tuple(glfw.get_monitor_pos(monitor)))[:2]
 
 
 def _create_for_eye(size_px: Size, monitor: Any, title: str, shared: Any, bits: Bits) -> Any:

@@ -181,7 +181,7 @@ def spec(series: Any, **more: Any) -> BestOfSeriesSpec:
 
 
 def test_series_are_found_by_factors() -> None:
-    found = spec({"by": ["paint", "series"], "order": "exposure_s"}).found(FACTORS)
+    found = spec({"by": ["paint", "series"], "order": "exposure_s"}).series_of(FACTORS)
     assert [(one.name, one.group) for one in found] == [
         ("GM1-base", "GM1"),
         ("GM1-grey", "GM1"),
@@ -190,7 +190,7 @@ def test_series_are_found_by_factors() -> None:
     ]
     assert found[1].stimuli == ("GM1-grey-1.3", "GM1-grey-2", "GM1-grey-4")
     without = replace(FACTORS, reference="GM1-grey-2")
-    assert spec({"by": ["paint", "series"], "order": "exposure_s"}).found(without)[1].stimuli == (
+    assert spec({"by": ["paint", "series"], "order": "exposure_s"}).series_of(without)[1].stimuli == (
         "GM1-grey-1.3",
         "GM1-grey-4",
     )

@@ -12,7 +12,7 @@ import pytest
 from runner.blocks.all_pairs import AllPairs
 from runner.blocks.block import Block, Draft, Steps, answer
 from runner.blocks.layout import PairLayout
-from runner.blocks.practice import Passing, Practice, told
+from runner.blocks.practice import Passing, Practice, feedback_words
 from runner.blocks.tasks import Choose
 from runner.observers.plain import key_for, plain_key
 from runner.ports import Ask
@@ -92,9 +92,9 @@ def test_the_choice_is_told_in_words(play: Play) -> None:
     played = play(Practice(PAIRS, 1, feedback="choice"))
     assert "Your answer: the upper picture." in _words(played.shown[1])
     across = {"first_position": "left", "answer": "second"}
-    assert told(across, None, "choice") == "Your answer: the right picture."
-    assert told({"answer": "no_difference"}, None, "choice") == "Your answer: no difference."
-    assert told({"ratings": {"gloss": 3}}, None, "choice") == "Your answer was taken down."
+    assert feedback_words(across, None, "choice") == "Your answer: the right picture."
+    assert feedback_words({"answer": "no_difference"}, None, "choice") == "Your answer: no difference."
+    assert feedback_words({"ratings": {"gloss": 3}}, None, "choice") == "Your answer was taken down."
 
 
 def test_it_ends_once_enough_was_right(play: Play) -> None:

@@ -26,8 +26,8 @@ def test_the_highest_code(bits: Bits, highest: int) -> None:
         (10, 10, 10, None),
         (10, 8, 8, "10 bits a channel were asked for, and the driver gives 8: codes have 8 bits"),
         (8, 10, 8, "codes have 8 bits, on a framebuffer of 10 bits a channel"),
-        (8, 0, 8, "the driver does not tell how many bits its framebuffer has: codes have 8"),
-        (10, 0, 8, "the driver does not tell how many bits its framebuffer has: codes have 8"),
+        (8, 0, 8, "the driver does not report how many bits its framebuffer has: codes have 8"),
+        (10, 0, 8, "the driver does not report how many bits its framebuffer has: codes have 8"),
         (10, 16, 10, "codes have 10 bits, on a framebuffer of 16 bits a channel"),
     ],
 )
