@@ -116,14 +116,37 @@ def measure_disparity(
     viewing: Viewing | None = None,
     false_alarm: float = FALSE_ALARM,
 ) -> DisparityReport:
-    """Return the disparities of an aligned pair, by squares of ``block_px``, up to a quarter of a block either way.
+    """Return the disparities of an aligned pair by squares, up to a quarter of a square either way.
 
-    Pictures are (height, width) or (height, width, 3), linear; ``luminance_weights`` is as in `register`.
+    Parameters
+    ----------
+    left, right
+        Linear light, (height, width) or (height, width, 3).
+    luminance_weights
+        (3,): what the channels weigh; without it, the second channel is taken, which is Y of XYZ.
+    block_px
+        The side of a square, 32 or more.
+    viewing
+        How the pair is seen, so that disparities are reported in millimetres and minutes of arc too.
+    false_alarm
+        The probability with which a square of noise has a disparity.
+
+    Returns
+    -------
+    DisparityReport
+        The disparities of the squares in pixels, positive behind the screen, and their spread.
 
     Raises
     ------
     StimulusError
-        If the pictures differ in size, hold NaN, or are smaller than a block; if a block is smaller than 32 pixels.
+        If the pictures differ in size, hold NaN, or are smaller than a square; if a square is smaller than 32 pixels.
+
+    Examples
+    --------
+    >>> texture = np.random.default_rng(1).uniform(1, 20, (128, 132))
+    >>> report = measure_disparity(texture[:, 3:131], texture[:, :128])  # 3 pixels behind the screen
+    >>> report.used, round(report.horizontal["px"].median, 3)
+    (4, 3.0)
     """
     left_plane, right_plane = (
         light_plane(left, luminance_weights, "left"),

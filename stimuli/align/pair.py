@@ -109,29 +109,56 @@ def align_pair(
     block_px: int = BLOCK_PX,
     viewing: Viewing | None = None,
 ) -> Alignment:
-    """Return ``left`` and ``right``, linear XYZ or RGB (height, width, 3), aligned at the sample's plane.
+    """Return the two views of a sample, aligned so that its plane has zero parallax, and cropped to what both show.
 
     Parameters
     ----------
+    left, right
+        Linear light, (height, width, 3): XYZ in cd/m², or RGB.
     method
-        ``offset``: by ``offset_px``, the plane's place in the right view minus that in the left one, across and down.
-        ``points``: by ``points``, places (n, 2) on the plane in the left view and the same in the right one.
-        ``correlation``: by phase correlation of ``region`` of the left view (all of it without), as `register` does,
-        no further than ``most_px``.
+        ``offset``: by ``offset_px``. ``points``: by ``points``. ``correlation``: by phase correlation of ``region``, as
+        `register` does, no further than ``most_px``.
+    offset_px
+        The plane's place in the right view minus that in the left one, across and down, in pixels.
+    points
+        Places (n, 2) on the plane in the left view, and the same in the right one: x and y in pixels.
+    region
+        The part of the left view that lies in the plane: first column, first row, column and row after the last.
+        Without it the whole view is taken.
+    most_px
+        The largest shift to look for, across and down.
     luminance_weights
-        (3,): what channels weigh where textures are compared; without, Y of XYZ.
+        (3,): what channels weigh where textures are compared; without it, Y of XYZ.
     correct_vertical
         Whether the vertical shift is undone too. It is measured in any case.
     whole_pixels
         Whether to stop at whole pixels, so that nothing is interpolated; up to half a pixel of parallax is then left.
+    interpolation
+        ``sinc``, ``cubic`` or ``linear``, for the fraction of a pixel.
+    block_px
+        The side of the squares whose disparities are measured.
     viewing
         How the pair is seen, so that disparities are reported in millimetres and minutes of arc too.
+
+    Returns
+    -------
+    Alignment
+        Both views, the shift that was undone, its uncertainty, the disparities that are left, and the steps.
 
     Raises
     ------
     StimulusError
         If the sizes differ, a value is NaN, a picture is too small, what the method needs is missing, the plane cannot
         be found (see `register`), or too little is common to both views.
+
+    Examples
+    --------
+    >>> texture = np.random.default_rng(1).uniform(1, 20, (160, 208, 3)).astype(np.float32)
+    >>> aligned = align_pair(texture[:, :200], texture[:, 6:206])
+    >>> round(aligned.shift_px, 3), aligned.left.shape
+    (-6.0, (160, 194, 3))
+    >>> bool((aligned.left == aligned.right).all())
+    True
     """
     reach_px(interpolation)
     planes = light_plane(left, luminance_weights, "left"), light_plane(right, luminance_weights, "right")

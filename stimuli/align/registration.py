@@ -71,27 +71,41 @@ def register(
     corners: tuple[ArrayLike, ArrayLike] | None = None,
     false_alarm: float = FALSE_ALARM,
 ) -> Registration:
-    """Return where ``moving`` lies against ``reference``; both (height, width) or (height, width, 3), linear.
+    """Return where ``moving`` lies against ``reference``, to a fraction of a pixel.
 
     Parameters
     ----------
+    reference, moving
+        Linear light, (height, width) or (height, width, 3).
     luminance_weights
-        (3,): what the channels weigh; without, the second channel is taken, which is Y of XYZ.
+        (3,): what the channels weigh; without it, the second channel is taken, which is Y of XYZ.
     region
-        The part of the reference to find: first column, first row, column and row after the last.
+        The part of the reference to look for: first column, first row, column and row after the last.
     most_px
-        The largest shift to look for, across and down; without, nearly half of the picture.
+        The largest shift to look for, across and down; without it, nearly half of the picture.
     corners
         Four or more places (n, 2) in the reference and the same places in the moving picture: the moving picture is
         first brought onto the reference by the homography through them. The two may then differ in size.
     false_alarm
-        The chance of accepting two pictures that have nothing in common.
+        The probability of accepting two pictures that have nothing in common.
+
+    Returns
+    -------
+    Registration
+        The shift in pixels, its standard error, and how certain it is.
 
     Raises
     ------
     StimulusError
         If a picture is flat, too small, or holds NaN; if the sizes differ; if the two have nothing in common, or repeat
-        so that several shifts fit as well; if no shift to a fraction of a pixel is found.
+        so that several shifts fit as well; if there is no shift to a fraction of a pixel.
+
+    Examples
+    --------
+    >>> texture = np.random.default_rng(1).uniform(1, 20, (128, 136))
+    >>> registration = register(texture[:, :128], texture[:, 5:133])
+    >>> round(registration.shift_px[0], 3)
+    -5.0
     """
     reference_plane = light_plane(reference, luminance_weights, "reference")
     moving_plane = light_plane(moving, luminance_weights, "moving")

@@ -37,10 +37,14 @@ def build_set(
     force: bool = False,
     verify: bool = False,
 ) -> StimulusSet:
-    """Build the stimuli of the recipe at ``recipe_path`` for a display, or return them from the cache.
+    """Build the stimuli of a recipe for a display, or return them from the cache.
 
     Parameters
     ----------
+    recipe_path
+        The recipe: see `read_recipe`.
+    pixel_pitch_mm
+        The pixel pitch of the display that will show the pictures.
     progress
         Called with what is being done, and how many pictures of how many are done; by one thread at a time.
     setup
@@ -51,12 +55,34 @@ def build_set(
     force
         Whether to make all pictures again.
     verify
-        Whether to read all pictures of a set that is found, instead of those that were touched since they were hashed.
+        Whether to read all pictures of a set in the cache, instead of those that were touched since they were hashed.
+
+    Returns
+    -------
+    StimulusSet
+        The pictures in the cache, in the recipe's order: ``names``, ``factors(name)``, ``load(name)``, ``manifest``.
 
     Raises
     ------
     InputError
         If the recipe or a picture is wrong, or the cache cannot be written.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from stimuli.pictures.exr_write import write_exr
+    >>> from stimuli.pictures.stereo_image import StereoImage
+    >>> stimuli = "[{name: plate, file: plate.exr, factors: {paint: green}}]"
+    >>> recipe = f"{{schema_version: 1, kind: pictures, stimuli: {stimuli}}}"
+    >>> with TemporaryDirectory() as folder:
+    ...     write_exr(Path(folder, "plate.exr"), StereoImage.flat(np.full((4, 6, 3), 5.0, np.float32)))
+    ...     _ = Path(folder, "recipe.yaml").write_text(recipe)
+    ...     built = build_set(Path(folder, "recipe.yaml"), pixel_pitch_mm=0.2768)
+    >>> built.names, built.factors("plate")
+    (('plate',), {'image': 'plate', 'paint': 'green', 'view': 'flat'})
+    >>> built.load("plate").left[0, 0].tolist()
+    [5.0, 5.0, 5.0]
     """
     recipe_path = Path(recipe_path)
     if not (math.isfinite(pixel_pitch_mm) and pixel_pitch_mm > 0):

@@ -54,15 +54,33 @@ class DifferenceOverview:
 
 
 def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done: RowsDone | None = None) -> Floats32:
-    """Return ΔE00, float32, (height, width), between two pictures in XYZ, (height, width, 3) each.
+    """Return ΔE00 between two pictures, pixel by pixel.
 
-    ``white_XYZ``, shape (3,), is what CIELAB is relative to, in the pictures' unit. Light below 0, as a sensor's
-    noise makes it, counts as none.
+    Parameters
+    ----------
+    photo, rendering
+        XYZ in one unit, (height, width, 3) each: arrays, or anything whose rows can be sliced. Light below 0, as a
+        sensor's noise makes it, counts as none.
+    white_XYZ
+        The white of CIELAB, (3,), in the pictures' unit.
+    rows_done
+        Called with how many rows of how many are done.
+
+    Returns
+    -------
+    numpy.ndarray
+        ΔE00, float32, (height, width).
 
     Raises
     ------
     StimulusError
-        If the pictures differ in size, or hold what is no finite number.
+        If the pictures differ in size, or hold NaN or infinity.
+
+    Examples
+    --------
+    >>> photo = np.full((2, 3, 3), 50.0)
+    >>> difference_map(photo, photo, [95.047, 100.0, 108.883]).tolist()
+    [[0.0, 0.0, 0.0], [0.0, 0.0, 0.0]]
     """
     if tuple(photo.shape) != tuple(rendering.shape) or len(photo.shape) != 3 or photo.shape[2] != 3:
         raise StimulusError(

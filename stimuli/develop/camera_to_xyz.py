@@ -39,10 +39,22 @@ class Developed:
 
 
 def to_xyz(image: CameraImage, camera: CameraModel, *, negative: Negative = "clip") -> Developed:
-    """Return the absolute XYZ of ``image``, scaled by its exposure beside the camera model's.
+    """Return the absolute XYZ of a photograph, scaled by its exposure relative to that of the camera model.
 
-    Noise about black, and colours outside the camera's gamut, give XYZ below 0: ``clip`` sets them to 0 and
-    counts them, ``refuse`` refuses the picture.
+    Parameters
+    ----------
+    image
+        Linear camera RGB.
+    camera
+        The camera's characterisation.
+    negative
+        What to do with XYZ below 0, from noise about black and colours outside the camera's gamut: ``clip`` it to 0 and
+        count it, or ``refuse`` the picture.
+
+    Returns
+    -------
+    Developed
+        XYZ in cd/m², float32 (height, width, 3), and how far it can be trusted.
 
     Raises
     ------

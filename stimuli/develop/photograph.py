@@ -137,13 +137,38 @@ def develop_photographs(
 
 
 def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> DevelopedPhotograph:
-    """Write ``output`` (.exr) and, beside it, its steps (.steps.json); return what was done.
+    """Develop a photograph to an OpenEXR file, and write the steps beside it.
+
+    Parameters
+    ----------
+    photo
+        A raw file of a Bayer sensor, or a TIFF or OpenEXR file of linear camera RGB.
+    output
+        The OpenEXR file (.exr) to write; the steps go into a .steps.json beside it.
+    options
+        How it is developed; with a camera model to XYZ in cd/m², without one to camera RGB in shares of full scale.
+
+    Returns
+    -------
+    DevelopedPhotograph
+        Size, exposure, saturated shares, luminance, and every step.
 
     Raises
     ------
     StimulusError, DeviceError
         If the photograph cannot be read or does not go with the camera file, and neither file is then touched; or if
         they cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> rgb = np.full((4, 6, 3), 0.25, np.float32)
+    >>> with TemporaryDirectory() as folder:
+    ...     linear = Path(folder, "linear.exr")
+    ...     write_camera_exr(linear, CameraImage(rgb, rgb >= 1, None, "linear.exr", ()))
+    ...     developed = develop_photograph(linear, Path(folder, "out.exr"), DevelopOptions())
+    >>> developed.width_px, developed.height_px, developed.luminance
+    (6, 4, None)
     """
     image = read_camera_image(
         photo,

@@ -27,8 +27,25 @@ def read_camera_image(
 ) -> CameraImage:
     """Return the linear camera RGB in a raw file, or in a TIFF or OpenEXR file of linear camera RGB.
 
-    ``demosaic``: `stimuli.develop.raw_files.DEMOSAICS`, for raw files alone. ``levels`` take the place of the file's
-    black and white, ``exposure`` that of its metadata. ``assume_linear``: see `stimuli.develop.linear_files`.
+    Parameters
+    ----------
+    path
+        The file.
+    demosaic
+        One of `stimuli.develop.raw_files.DEMOSAICS`, for raw files alone.
+    levels
+        Black, white and saturated level, in place of the file's.
+    rotate
+        Whether to turn the picture upright by the file's orientation.
+    exposure
+        In place of that of the file's metadata.
+    assume_linear
+        Whether to take a TIFF or OpenEXR file for linear camera RGB, whatever it declares.
+
+    Returns
+    -------
+    CameraImage
+        RGB in shares of full scale, float32 (height, width, 3), and which values are saturated.
 
     Raises
     ------

@@ -91,9 +91,25 @@ class ToneMapping:
 def tone_mapping(
     image: StereoImage, reference_cd_m2: float, models: EyeModels, limit_percent: float = LIMIT_PERCENT
 ) -> ToneMapping:
-    """Return the factor that brings the picture's maximum luminance to ``reference_cd_m2``, as far as the limit lets.
+    """Return the factor that brings a picture's maximum luminance to a reference, as far as the display allows.
 
-    The limit holds for each eye by itself on its own display model, free of crosstalk.
+    The limit is for each eye by itself on its own display model, without crosstalk.
+
+    Parameters
+    ----------
+    image
+        XYZ in cd/m².
+    reference_cd_m2
+        The luminance that the brightest pixel is to have.
+    models
+        The display's models for both eyes.
+    limit_percent
+        The percentage of pixels that may saturate the display.
+
+    Returns
+    -------
+    ToneMapping
+        The factor asked for and the factor to use, what saturates at either, and ``apply`` for the picture.
 
     Raises
     ------

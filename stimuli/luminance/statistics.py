@@ -104,14 +104,38 @@ def picture_statistics(
     threshold: Threshold | None = None,
     scale: PixelScale | None = None,
 ) -> PictureStatistics:
-    """Return the statistics of each eye's picture; what both eyes share is computed once.
+    """Return the statistics of each eye's picture (thesis Table 4.3); what both eyes share is computed once.
 
-    With a ``threshold`` the sparkles are measured too. ``exposure_s`` and ``luminance_scale`` are only kept.
+    Parameters
+    ----------
+    image
+        XYZ in cd/m².
+    models
+        The display's models for both eyes, to count the pixels that it cannot show bright enough.
+    exposure_s, luminance_scale
+        Kept with the statistics.
+    threshold
+        What is a sparkle; without it none are measured.
+    scale
+        How large a pixel is, for the sparkles.
+
+    Returns
+    -------
+    PictureStatistics
+        Mean and largest luminance in cd/m², dynamic range, RMS contrast [Peli1990], saturated pixels and sparkles.
 
     Raises
     ------
     StimulusError
         If the threshold does not separate sparkles from what lies between them.
+
+    Examples
+    --------
+    >>> light = np.full((4, 6, 3), 5.0, np.float32)
+    >>> light[0, 0] = 20.0
+    >>> statistics = picture_statistics(StereoImage.flat(light)).eyes["left"]
+    >>> statistics.mean_cd_m2, statistics.max_cd_m2, statistics.dynamic_range.to_json()["stops"]
+    (5.625, 20.0, 2.0)
     """
     left = _statistics(image, "left", models, threshold, scale)
     same = image.is_flat and (models is None or models.left is models.right)

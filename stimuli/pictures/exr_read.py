@@ -44,15 +44,47 @@ def read_exr(
 ) -> StereoImage:
     """Return the picture in the OpenEXR file at ``path``, in absolute XYZ (cd/m²).
 
-    With a left and a right view it is a stereo picture; with only a centre or unnamed view, a flat one. With
-    ``flat`` it is the flat version: the centre view, or the view of ``flat_eye`` where the file has no centre.
-    ``colour_space``, ``white_luminance_cd_m2`` and ``negative``: see `stimuli.pictures.exr_read.view_to_xyz`.
-    With ``region``, only that part of the picture is read, checked and returned.
+    With a left and a right view it is a stereo picture; with only a centre or unnamed view, a flat one.
+
+    Parameters
+    ----------
+    path
+        The file: one part with several views, several parts, or one view.
+    colour_space
+        That of a file that declares none: ``xyz`` or ``rec709`` (linear, D65); None and ``declared`` rely on the file.
+    flat
+        Whether to return the flat version: the centre view, or the view of ``flat_eye`` where the file has no centre.
+    flat_eye
+        The eye whose view is the flat version.
+    white_luminance_cd_m2
+        The luminance of the value 1; without it the file's ``whiteLuminance``, or 1 cd/m².
+    negative
+        What to do with XYZ below 0: ``refuse`` the file, or ``clip`` to 0.
+    region
+        The part of the picture to read, in pixels; the rest is neither read nor checked.
+
+    Returns
+    -------
+    StereoImage
+        XYZ in cd/m², float32, (height, width, 3) for each eye.
 
     Raises
     ------
     StimulusError
-        If the file cannot be read, lacks a view, or holds what must not reach an eye: each names file and view.
+        If the file cannot be read, lacks a view, declares no colour space and none is given, or holds NaN, infinity or
+        XYZ below 0. The finding names file, view and the number of pixels.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from stimuli.pictures.exr_write import write_exr
+    >>> light = np.full((4, 6, 3), 5.0, np.float32)
+    >>> with TemporaryDirectory() as folder:
+    ...     write_exr(Path(folder, "plate.exr"), StereoImage(light, 2 * light))
+    ...     picture = read_exr(Path(folder, "plate.exr"))
+    >>> picture.right[0, 0].tolist()
+    [10.0, 10.0, 10.0]
     """
     return read_exr_counted(
         path,

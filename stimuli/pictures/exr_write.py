@@ -24,16 +24,32 @@ _XYZ_CHROMATICITIES = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
 
 
 def write_exr(path: Path, image: StereoImage) -> None:
-    """Write ``image`` (XYZ in cd/m²) to ``path``, as a whole or not at all.
+    """Write ``image`` to ``path``, as a whole or not at all.
 
-    Single part with ``multiView``: the views left and right, or center alone for a flat picture. ``chromaticities``
-    declare XYZ and ``whiteLuminance`` 1. Half floats keep 11 bits: values are rounded by at most 1/2048 of themselves
-    (by 3e-8 cd/m² below 6e-5 cd/m²).
+    The file has a single part with ``multiView``: the views left and right, or center alone for a flat picture. Its
+    ``chromaticities`` declare XYZ and its ``whiteLuminance`` is 1. Half floats keep 11 bits: values are rounded by at
+    most 1/2048 of themselves (by 3e-8 cd/m² below 6e-5 cd/m²).
+
+    Parameters
+    ----------
+    path
+        The file to write, named .exr; its folder must exist.
+    image
+        XYZ in cd/m², 0 to 65504.
 
     Raises
     ------
     StimulusError
         If a value is NaN, infinite, negative, or above 65504 (the largest half float), or the file cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> light = np.full((4, 6, 3), 5.0, np.float32)
+    >>> with TemporaryDirectory() as folder:
+    ...     write_exr(Path(folder, "plate.exr"), StereoImage.flat(light))
+    ...     [file.name for file in Path(folder).iterdir()]
+    ['plate.exr']
     """
     import OpenImageIO as oiio
 

@@ -17,10 +17,27 @@ XYZImage = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StereoImage:
-    """Left and right XYZ in cd/m², float32, shape (height, width, 3) each.
+    """A picture for two eyes in absolute XYZ (CIE 1931 2°).
 
     A flat picture holds one array for both eyes: the same object, so that it is transformed and uploaded once.
-    Raises StimulusError if the two differ in shape or are not (height, width, 3).
+
+    Parameters
+    ----------
+    left, right
+        XYZ in cd/m², float32, (height, width, 3) each.
+
+    Raises
+    ------
+    StimulusError
+        If the two differ in shape, or are not (height, width, 3).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> light = np.full((4, 6, 3), 5.0, np.float32)      # 5 cd/m² of equal-energy white
+    >>> picture = StereoImage.flat(light)
+    >>> picture.width_px, picture.height_px, picture.is_flat
+    (6, 4, True)
     """
 
     left: XYZImage

@@ -31,12 +31,28 @@ class Recipe(RootModel[Annotated[AnyRecipe, Field(discriminator="kind")]]):
 
 
 def read_recipe(path: Path) -> tuple[RecipeKind, YamlSource]:
-    """Read the recipe at ``path`` and return it with its source, so that later findings can name lines.
+    """Read the recipe at ``path``.
+
+    Parameters
+    ----------
+    path
+        A YAML file of one of the kinds ``pictures``, ``photographs``, ``sparkle_plate`` and ``sparkle_series``.
+
+    Returns
+    -------
+    tuple[RecipeKind, YamlSource]
+        The recipe, and its source, with which later findings name lines.
 
     Raises
     ------
     InputError
         If the file cannot be read or is no valid recipe; one finding per fault.
+
+    Examples
+    --------
+    >>> recipe, _ = read_recipe(Path("configs/stimuli/exposure_series.yaml"))
+    >>> recipe.factors()["HI-grey-4"]
+    {'paint': 'HI', 'series': 'grey', 'exposure_s': 4.0, 'view': 'stereo'}
     """
     document, source = load_document(path, Recipe, "recipe")
     findings = [source.finding(fault.location, fault.message, fault.remedy) for fault in document.root.faults()]

@@ -34,9 +34,30 @@ Place = tuple[float, ...]
 
 
 class Studio:
-    """A plate, lamps and a camera; equal seeds scatter equal flakes. Its photographs are kept as long as it is.
+    """A plate, lamps and a camera, photographed by a renderer; equal seeds scatter equal flakes.
 
-    Views from one place are rendered once: with no distance between the eyes, left, right and centre are one.
+    Every viewpoint is rendered once and every exposure of it developed once. Views from one place are one: with no
+    distance between the eyes, left, right and centre.
+
+    Parameters
+    ----------
+    plate, lamp, camera, further_lamps
+        As a recipe of the kind ``sparkle_plate`` has them.
+    seed
+        Of the flakes and the noise.
+    pixel_pitch_mm
+        The pixel pitch of the display for which photographs are resampled.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from stimuli.recipes.recipe import read_recipe
+    >>> recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
+    >>> plate = recipe.plate.model_copy(update={"size_mm": (10.0, 5.0)})
+    >>> studio = Studio(plate, recipe.lamp, recipe.camera, recipe.seed, pixel_pitch_mm=0.25)
+    >>> left, right = studio.photographs("stereo", exposure_s=1.0)
+    >>> left.xyz_cd_m2.shape                              # XYZ in cd/m² on the display's pixels
+    (20, 40, 3)
     """
 
     def __init__(

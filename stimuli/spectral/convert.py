@@ -41,9 +41,24 @@ class Observed:
 def spectral_to_xyz(
     picture: SpectralPicture, light: Light | None = None, *, negative: Literal["clip", "refuse"] = "refuse"
 ) -> Observed:
-    """Return the absolute XYZ of ``picture`` by CIE 1931 2°, summed at its own spacing, a block of rows at a time.
+    """Return the absolute XYZ of a spectral picture by CIE 1931 2°.
 
-    The sum is that of `devices.measurements.spectra.xyz_from_spectra`.
+    Bands are summed at their own spacing, a block of rows at a time, as
+    `devices.measurements.spectra.xyz_from_spectra` does.
+
+    Parameters
+    ----------
+    picture
+        Radiance, or reflectance with an illuminant.
+    light
+        The illuminant and its luminance on a perfect diffuser, for reflectance.
+    negative
+        What to do with XYZ below 0: ``refuse`` the picture, or ``clip`` to 0.
+
+    Returns
+    -------
+    Observed
+        XYZ in cd/m², float32 (height, width, 3), and the pixels that were clipped.
 
     Raises
     ------

@@ -109,16 +109,25 @@ class SpectralPicture:
 
 
 def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPicture:
-    """Return the spectral picture at ``path``, OpenEXR (.exr) or ENVI (.hdr, or the data beside it).
+    """Return the spectral picture at ``path``; only its header is read.
 
-    Only the header is read; the values come with `SpectralPicture.blocks`. ``quantity`` is what they are where the
-    file does not.
+    Parameters
+    ----------
+    path
+        OpenEXR (.exr) with a channel for each wavelength, or ENVI (.hdr, or the data beside it).
+    quantity
+        ``radiance`` in W/(sr m² nm) or ``reflectance``, where the file does not declare it.
+
+    Returns
+    -------
+    SpectralPicture
+        Size and wavelengths in nm; the values come with `SpectralPicture.blocks`.
 
     Raises
     ------
     StimulusError
         If the file is missing or neither; if its bands do not rise, leave out a part of 400..700 nm, or are more than
-        20 nm apart; if it does not declare the quantity of its values. The finding names file and reason.
+        20 nm apart; if the quantity is not known. The finding names file and reason.
     """
     from stimuli.spectral.envi_bands import envi_bands
     from stimuli.spectral.exr_bands import exr_bands

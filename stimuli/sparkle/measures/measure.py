@@ -141,15 +141,37 @@ def measure_sparkles(
     *,
     window_px: int = 64,
 ) -> SparkleMeasures:
-    """Return the sparkles of a picture's luminance, float32 (rows, columns), in cd/m².
+    """Return the sparkles of a picture: how many, how wide and of what contrast, with standard errors.
 
-    Without a ``threshold``, a sparkle is twice as bright as its background. ``window_px`` is the size of the windows
-    whose medians are the background: several times as large as a sparkle, smaller than how the light falls off.
+    Parameters
+    ----------
+    luminance_cd_m2
+        The picture's luminance, float32 (rows, columns), in cd/m².
+    threshold
+        What is a sparkle; without it, what is twice as bright as its background.
+    scale
+        How large a pixel is, for results per area and in minutes of arc.
+    window_px
+        The side of the windows whose medians are the background: several times as large as a sparkle, smaller than the
+        distance over which the light falls off.
+
+    Returns
+    -------
+    SparkleMeasures
+        Count, contrast, width and profile, each with its standard error, and the place of each sparkle.
 
     Raises
     ------
     StimulusError
         As `find_peaks` does.
+
+    Examples
+    --------
+    >>> plate = np.full((128, 128), 1.0, np.float32)
+    >>> plate[20::40, 20::40] = 8.0                       # nine bright points
+    >>> sparkles = measure_sparkles(plate)
+    >>> sparkles.count, sparkles.contrast.value
+    (Estimate(value=9.0, se=3.0), 7.0)
     """
     threshold = threshold or Threshold()
     peaks = find_peaks(luminance_cd_m2, threshold, window_px=window_px)
