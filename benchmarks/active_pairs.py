@@ -22,8 +22,8 @@ import numpy as np
 from curves import OUT
 from numpy.typing import NDArray
 
-from analysis.scaling.bradley_terry import fit
-from analysis.scaling.gaussian_prior import learnt_posterior
+from analysis.scaling.fit import fit
+from analysis.scaling.learnt_prior import learnt_posterior
 from runner.blocks.pair_choice import PairChooser
 
 Floats = NDArray[np.float64]

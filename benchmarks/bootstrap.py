@@ -25,7 +25,7 @@ from analysis.bootstrap.coverage import Design
 from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import ADJUSTMENTS
-from analysis.scaling.bradley_terry import fit
+from analysis.scaling.fit import fit
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]

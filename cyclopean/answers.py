@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from analysis.classes.multiplicity import Adjust
     from analysis.comparisons.comparisons import Comparisons
     from analysis.observers.table import ObserverTable
-    from analysis.scaling.bradley_terry import Method
+    from analysis.scaling.fit import Method
     from analysis.scaling.scores import Scores
     from runner.reports.power import PowerStudy
 

@@ -18,7 +18,7 @@ from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import Adjust, benjamini_hochberg, holm, single_step, two_sided_p
-from analysis.scaling.bradley_terry import BradleyTerryFit, fit
+from analysis.scaling.fit import Fit, Method, fit
 from analysis.scaling.laplacian import contrast_variances
 
 Floats = NDArray[np.float64]
@@ -131,7 +131,7 @@ def _least_p(absolute_z: Floats, covariance: Floats, adjust: Adjust, df: float |
     return float((holm(raw) if adjust == "holm" else benjamini_hochberg(raw) if adjust == "bh" else raw).min())
 
 
-def _covariance(by_observer: Floats, fitted: BradleyTerryFit, source: str, seed: int) -> Floats:
+def _covariance(by_observer: Floats, fitted: Fit, source: str, seed: int) -> Floats:
     if source == "model":
         return fitted.covariance
     if source == "bootstrap":
@@ -144,11 +144,11 @@ def _covariance(by_observer: Floats, fitted: BradleyTerryFit, source: str, seed:
 def _drawn(by_observer: Floats, replicates: int, seed: int) -> Replicates:
     people, n, _ = by_observer.shape
     items, observers = [f"item {item}" for item in range(n)], [f"{number:04d}" for number in range(people)]
-    method = _fitted(by_observer).method
+    method: Method = "firth" if fit(by_observer.sum(axis=0)).separated else "ml"
     return resample_counts(by_observer, items, observers, replicates=replicates, seed=seed, method=method)
 
 
-def _fitted(by_observer: Floats) -> BradleyTerryFit:
+def _fitted(by_observer: Floats) -> Fit:
     wins = by_observer.sum(axis=0)
     plain = fit(wins)
     return fit(wins, method="firth") if plain.separated else plain

@@ -14,9 +14,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap import firth_batch
-from analysis.scaling import newton
-from analysis.scaling.bradley_terry import Method
+from analysis.scaling.counts import Counts
+from analysis.scaling.fit import Method
+from analysis.scaling.newton import maximise
+from analysis.scaling.penalty import FIRTH, NO_PENALTY
 from analysis.scaling.separation import are_connected
 
 Floats = NDArray[np.float64]
@@ -57,9 +58,9 @@ def fit_each(wins: Floats, method: Method) -> Fits:
     converged = np.zeros(batch, dtype=np.bool_)
     plainly = sound if method == "ml" else np.zeros(batch, dtype=np.bool_)
     penalised = linked & ~plainly
-    if plainly.any():
-        theta[plainly], _, _, converged[plainly] = newton.maximise(wins[plainly])
-    if penalised.any():
-        theta[penalised], converged[penalised] = firth_batch.maximise(wins[penalised])
+    for chosen, penalty in ((plainly, NO_PENALTY), (penalised, FIRTH)):
+        if chosen.any():
+            top = maximise(Counts.from_wins(wins[chosen]), penalty=penalty)
+            theta[chosen], converged[chosen] = top.theta, top.converged
     theta[~converged] = np.nan
     return Fits(theta, linked & ~sound, ~converged)

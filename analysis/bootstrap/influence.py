@@ -33,11 +33,11 @@ def influences(by_observer: Floats, weights: Floats, theta: Floats) -> Floats:
     p = expit(theta[:, :, None] - theta[:, None, :])
     people = len(by_observer)
     counts = (weights @ totals.reshape(people, -1)).reshape(p.shape)
-    information = np.ascontiguousarray((counts * p * p.transpose(0, 2, 1)).transpose(1, 2, 0))
+    information = counts * p * p.transpose(0, 2, 1)
     expected = np.matmul(totals.transpose(1, 0, 2), np.ascontiguousarray(p.transpose(1, 2, 0)))  # (n, S, B)
     slope = by_observer.sum(axis=2).T[:, :, None] - expected
     slope = laplacian.without_rounding(slope, totals.sum(axis=2).T[:, :, None])
-    pulled = laplacian.solve(information, slope).transpose(2, 1, 0)
+    pulled = laplacian.solve(information, slope.transpose(2, 0, 1)).transpose(0, 2, 1)
     drawn = weights[:, :, None]
     # After a penalised fit the pulls do not quite sum to zero: only their spread is the observers'.
     return np.asarray(pulled - (drawn * pulled).sum(axis=1, keepdims=True) / drawn.sum(axis=1, keepdims=True))

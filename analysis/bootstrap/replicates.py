@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from analysis.bootstrap.fits import Fits, fit_each
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.scaling.bradley_terry import BradleyTerryFit, Method, fit
+from analysis.scaling.fit import Fit, Method, fit
 from analysis.scaling.separation import are_connected
 from documents import Finding
 
@@ -61,7 +61,7 @@ class Replicates:
     items: tuple[str, ...]
     observers: tuple[str, ...]
     by_observer: Floats
-    fit: BradleyTerryFit
+    fit: Fit
     whole_separated: bool
     weights: Floats
     theta: Floats

@@ -10,13 +10,12 @@ from typing import Any, Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.firth_batch import pseudo_inverses
 from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
 from analysis.classes.multiplicity import ADJUSTMENTS, Adjust, benjamini_hochberg, holm, single_step, two_sided_p
 from analysis.errors import ResultsError
-from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -138,7 +137,7 @@ def covariances(by_observer: Floats, weights: Floats, theta: Floats, covariance:
     people, n, _ = by_observer.shape
     wins = (weights @ by_observer.reshape(people, n * n)).reshape(-1, n, n)
     p = expit(theta[:, :, None] - theta[:, None, :])
-    return pseudo_inverses((wins + wins.transpose(0, 2, 1)) * p * p.transpose(0, 2, 1))
+    return pseudo_inverse((wins + wins.transpose(0, 2, 1)) * p * p.transpose(0, 2, 1))
 
 
 def _differing(

@@ -45,9 +45,7 @@ class Comparisons:
     Attributes
     ----------
     items
-        Names of the items, in the order of the matrix's rows.
-    wins
-        Shape (n, n): ``wins[i, j]`` is how often item i was preferred over item j; the diagonal is zero.
+        Names of the items, in the order of the rows of ``wins``.
     observers
         Names of the observers; one empty name where the source names none.
     winner, loser, observer
@@ -61,7 +59,6 @@ class Comparisons:
     """
 
     items: tuple[str, ...]
-    wins: NDArray[np.float64]
     observers: tuple[str, ...]
     winner: NDArray[np.intp]
     loser: NDArray[np.intp]
@@ -77,6 +74,32 @@ class Comparisons:
         return int(total) if total.is_integer() else total
 
     @property
+    def wins(self) -> NDArray[np.float64]:
+        """Shape (n, n): how often item i (row) was preferred over item j (column); made at each call."""
+        n = len(self.items)
+        counts = np.bincount(self.winner * n + self.loser, weights=self.count, minlength=n * n)
+        return counts.astype(np.float64).reshape(n, n)
+
+    @property
+    def won(self) -> NDArray[np.float64]:
+        """Shape (n,): how often each item was preferred."""
+        return self._by_item(self.winner, self.count)
+
+    @property
+    def compared(self) -> NDArray[np.float64]:
+        """Shape (n,): how often each item was compared with a result that prefers one of the two."""
+        return self._by_item(self.winner, self.count) + self._by_item(self.loser, self.count)
+
+    @property
+    def tied_with(self) -> NDArray[np.float64]:
+        """Shape (n,): how often each item was tied with another."""
+        tied = self.tied
+        return self._by_item(tied.one, tied.count) + self._by_item(tied.other, tied.count)
+
+    def _by_item(self, item: NDArray[np.intp], count: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.bincount(item, weights=count, minlength=len(self.items)).astype(np.float64)
+
+    @property
     def tie_counts(self) -> NDArray[np.float64]:
         """Shape (n, n), symmetric: how often the two items of each pair were tied."""
         n, tied = len(self.items), self.tied
@@ -86,7 +109,8 @@ class Comparisons:
     @property
     def totals(self) -> NDArray[np.float64]:
         """Shape (n, n): how often one of the two items of each pair was preferred over the other."""
-        total: NDArray[np.float64] = self.wins + self.wins.T
+        wins = self.wins
+        total: NDArray[np.float64] = wins + wins.T
         return total
 
     def wins_by_observer(self) -> NDArray[np.float64]:
@@ -175,5 +199,4 @@ def from_arrays(
         won = ~tie
         winner, loser, observer = winner[won], loser[won], observer[won]
         count, winner_was_first = count[won], winner_was_first[won]
-    wins = np.bincount(winner * n + loser, weights=count, minlength=n * n).astype(np.float64).reshape(n, n)
-    return Comparisons(items, wins, observers, winner, loser, observer, count, winner_was_first, tied)
+    return Comparisons(items, observers, winner, loser, observer, count, winner_was_first, tied)

@@ -41,7 +41,7 @@ class _Lines:
         return line
 
 
-def read_table(path: Path) -> Comparisons:
+def read_table(path: str | Path) -> Comparisons:
     """Read the comparisons in the CSV file at ``path`` (UTF-8, with or without a byte-order mark).
 
     Raises
@@ -49,6 +49,7 @@ def read_table(path: Path) -> Comparisons:
     ResultsError
         As `parse_table`, or if the file cannot be read.
     """
+    path = Path(path)
     try:
         with path.open("rb") as stream:
             return read_stream(stream, str(path))

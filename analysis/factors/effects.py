@@ -10,16 +10,16 @@ import numpy as np
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.aliasing import choose_terms
-from analysis.factors.ascent import climb
 from analysis.factors.estimates import effects, estimates
-from analysis.factors.existence import separated_effects
 from analysis.factors.explained import explain
-from analysis.factors.likelihood_ratio import centred_basis, factor_tests, interaction_tests
+from analysis.factors.fit import fit_terms
+from analysis.factors.likelihood_ratio import factor_tests, interaction_tests
 from analysis.factors.result import FactorEffects, FactorMethod
+from analysis.factors.separation import separated_effects
 from analysis.factors.terms import Coding, main_term
 from analysis.factors.values import Value, Wishes, read_factors
-from analysis.scaling.cells import count_cells
-from analysis.scaling.pair_fit import DEFAULT_PRIOR_SD
+from analysis.scaling.counts import count_pairs
+from analysis.scaling.fit import DEFAULT_PRIOR_SD
 from analysis.scaling.separation import compared_groups
 from documents import Finding
 
@@ -53,7 +53,7 @@ def factor_effects(
     coding
         ``treatment``: effects are differences from the reference level; ``sum``: from the mean of all levels.
     method
-        ``ml``, or ``map`` with a Gaussian prior on each strength, as `analysis.scaling.pair_fit.fit_model` has it.
+        ``ml``, or ``map`` with a Gaussian prior on each strength, as `analysis.scaling.fit.fit_model` has it.
     prior_sd
         Standard deviation of that prior, in nats.
 
@@ -65,7 +65,7 @@ def factor_effects(
     """
     _check(comparisons, coding, method, prior_sd)
     items = comparisons.items
-    cells, lines = count_cells(comparisons, ordered=False, ties=False)
+    counts, answers = count_pairs(comparisons)
     read, left_out = read_factors(items, factors, Wishes(use, categorical, log, references))
     groups = compared_groups(comparisons.wins)
     terms, aliased = choose_terms([main_term(factor, coding) for factor in read], groups)
@@ -76,8 +76,8 @@ def factor_effects(
     names = [term.names[0] for term in terms]
     kept = [factor for factor in read if factor.name in names]
     prior = prior_sd if method == "map" else None
-    runaway = separated_effects(cells, terms)
-    observers = len(np.unique(lines.observer))
+    runaway = separated_effects(counts, terms)
+    observers = len(np.unique(answers.observer))
     shared: dict[str, Any] = {
         "items": items,
         "factors": tuple(kept),
@@ -90,17 +90,17 @@ def factor_effects(
     }
     if runaway and prior is None:
         return _unfitted(shared, runaway)
-    fit = climb(cells, centred_basis(terms, cells.n), prior)
-    estimate, covariance, sandwich, robust = estimates(cells, lines, terms, fit, observers)
+    fit = fit_terms(counts, terms, prior)
+    estimate, covariance, sandwich, robust = estimates(counts, answers, terms, fit, observers)
     tested = method == "ml" and fit.converged
     return FactorEffects(
         **shared,
         effects=effects(terms, estimate, covariance, sandwich, observers),
         joint_covariance=covariance,
         sandwich_covariance=sandwich,
-        tests=factor_tests(cells, terms, fit, robust) if tested else (),
-        interactions=interaction_tests(cells, kept, terms, fit, groups) if tested else (),
-        explained=explain(cells, comparisons.wins, fit, tested=tested),
+        tests=factor_tests(counts, terms, fit, robust) if tested else (),
+        interactions=interaction_tests(counts, kept, terms, fit, groups) if tested else (),
+        explained=explain(counts, comparisons.wins, fit, tested=tested),
         theta=fit.theta,
         log_likelihood=fit.log_likelihood,
         converged=fit.converged,
@@ -134,5 +134,5 @@ def _check(comparisons: Comparisons, coding: str, method: str, prior_sd: float) 
             raise ResultsError(Finding(f"there is no {what} '{value}'", remedy="expected one of: " + ", ".join(known)))
     if method == "map" and not (np.isfinite(prior_sd) and prior_sd > 0):
         raise ResultsError(Finding(f"the prior's standard deviation is {prior_sd:g}", remedy="give one above zero"))
-    if len(comparisons.items) < 2 or not comparisons.wins.any():
+    if len(comparisons.items) < 2 or not comparisons.count.any():
         raise ResultsError(Finding("no two items were compared with an outcome", remedy="compare two items at least"))

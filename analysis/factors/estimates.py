@@ -7,25 +7,25 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.factors.ascent import Fit
-from analysis.factors.likelihood_ratio import NO_SPREAD, centred_basis, robust_wald
+from analysis.factors.fit import TermsFit
+from analysis.factors.likelihood_ratio import NO_SPREAD, robust_wald
 from analysis.factors.rows import Effect, effect
 from analysis.factors.terms import Term
-from analysis.scaling.ascent import Point
-from analysis.scaling.cells import Cells, Lines
-from analysis.scaling.logistic import Logistic
-from analysis.scaling.sandwich import observer_scores
+from analysis.scaling.counts import Answers, Counts
+from analysis.scaling.laws import LOGISTIC
+from analysis.scaling.newton import Point
+from analysis.scaling.sandwich import observer_slopes
 
 Floats = NDArray[np.float64]
 
 
 def estimates(
-    cells: Cells, lines: Lines, terms: Sequence[Term], fit: Fit, observers: int
+    counts: Counts, answers: Answers, terms: Sequence[Term], fit: TermsFit, observers: int
 ) -> tuple[Floats, Floats, Floats | None, list[tuple[float, float] | None]]:
     """Return all effects, their covariance by the model and by observers, and Wald's robust test of each term."""
     columns = np.hstack([term.columns for term in terms])
     centred = columns - columns.mean(axis=0)
-    basis = centred_basis(terms, cells.n)
+    basis = fit.basis
     # centred = basis @ triangle, and θ = basis @ γ = centred @ β.
     to_beta = np.linalg.inv(basis.T @ centred)
     beta = to_beta @ fit.gamma
@@ -35,7 +35,9 @@ def estimates(
     none: list[tuple[float, float] | None] = [None] * len(terms)
     if observers < 2:
         return contrasts @ beta, covariance, None, none
-    half = observer_scores(cells, lines, Logistic(), Point(fit.theta)) @ basis @ fit.inverse @ to_beta.T
+    nothing = np.zeros((1, 1))
+    slopes = observer_slopes(counts, answers, LOGISTIC, Point(fit.theta[None], nothing, nothing))
+    half = slopes @ basis @ fit.inverse @ to_beta.T
     beta_sandwich = half.T @ half * (observers / (observers - 1))
     starts = np.cumsum([0, *(term.width for term in terms)])
     se = np.sqrt(np.diag(beta_covariance))

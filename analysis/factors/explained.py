@@ -18,11 +18,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.factors.ascent import Fit
+from analysis.factors.fit import TermsFit
 from analysis.factors.likelihood_ratio import chance
-from analysis.scaling import bradley_terry
-from analysis.scaling.cells import Cells
-from analysis.scaling.logistic import Logistic
+from analysis.scaling.counts import Counts
+from analysis.scaling.fit import fit as fit_wins
+from analysis.scaling.laws import LOGISTIC
 
 Floats = NDArray[np.float64]
 
@@ -73,25 +73,27 @@ class Explained:
         }
 
 
-def explain(cells: Cells, wins: Floats, fit: Fit, *, tested: bool) -> Explained:
-    """Hold ``fit`` against the null and the free model of the same answers; ``tested`` if it is a maximum."""
+def explain(counts: Counts, wins: Floats, fit: TermsFit, *, tested: bool) -> Explained:
+    """Compare ``fit`` with the null and the free model of the same answers; ``tested`` if it is a maximum."""
     from scipy.special import xlogy
 
-    law = Logistic()
-    best = xlogy(cells.won, cells.won / cells.total) + xlogy(cells.lost, cells.lost / cells.total)
-    equal = law.log_likelihood(cells, np.zeros(len(cells.first)), 0.0)
-    null, factors = (max(0.0, float(2 * (best - terms).sum())) for terms in (equal, fit.terms))
-    free = bradley_terry.fit(wins)
+    won, lost = counts.won[0], counts.lost[0]
+    total = won + lost
+    best = xlogy(won, won / total) + xlogy(lost, lost / total)
+    equal = LOGISTIC.log_likelihood(counts, np.zeros((1, len(total))), 0.0)[0]
+    null, factors = (max(0.0, float(2 * (best - terms).sum())) for terms in (equal, fit.pair_terms))
+    free = fit_wins(wins)
     if not free.converged:
         why = "the items are separated, or not all linked by comparisons" if free.separated else "no convergence"
         return Explained(null, factors, None, None, None, free.theta, None, None, None, why)
-    free_terms = law.log_likelihood(cells, cells.differences(free.theta, 0.0), 0.0)
+    difference = counts.differences(free.theta[None])
+    free_terms = LOGISTIC.log_likelihood(counts, difference, 0.0)[0]
     to_explain = float(2 * (free_terms - equal).sum())
-    lack = max(0.0, float(2 * (free_terms - fit.terms).sum()))
-    df = cells.n - 1 - len(fit.gamma)
-    weight = cells.total * _spread(cells, free.theta)
-    all_of_it = float(weight @ cells.differences(free.theta, 0.0) ** 2)
-    missed = float(weight @ cells.differences(free.theta - fit.theta, 0.0) ** 2)
+    lack = max(0.0, float(2 * (free_terms - fit.pair_terms).sum()))
+    df = counts.n - 1 - len(fit.gamma)
+    weight = LOGISTIC.slopes(counts, difference, 0.0).dd[0]
+    all_of_it = float(weight @ difference[0] ** 2)
+    missed = float(weight @ counts.differences((free.theta - fit.theta)[None])[0] ** 2)
     # Below rounding of the likelihood the items are equal, and there is nothing to explain.
     anything = to_explain > 1e-12 * float(np.abs(equal).sum())
     return Explained(
@@ -106,8 +108,3 @@ def explain(cells: Cells, wins: Floats, fit: Fit, *, tested: bool) -> Explained:
         lack_of_fit_p=chance(lack, df) if tested and df > 0 else None,
         missing=None,
     )
-
-
-def _spread(cells: Cells, theta: Floats) -> Floats:
-    first, second, _ = Logistic().probabilities(cells.differences(theta, 0.0), 0.0)
-    return first * second

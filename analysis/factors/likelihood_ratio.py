@@ -16,12 +16,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import holm
-from analysis.factors.aliasing import orthonormal, rank_gained
-from analysis.factors.ascent import Fit, climb
-from analysis.factors.existence import is_separated
+from analysis.factors.aliasing import rank_gained
+from analysis.factors.fit import TermsFit, fit_terms
+from analysis.factors.separation import is_separated
 from analysis.factors.terms import Term, empty_cell, interaction_term
 from analysis.factors.values import Factor
-from analysis.scaling.cells import Cells
+from analysis.scaling.counts import Counts
 from analysis.scaling.separation import Groups
 
 Floats = NDArray[np.float64]
@@ -89,17 +89,9 @@ class InteractionTest:
         }
 
 
-def centred_basis(terms: Sequence[Term], n: int) -> Floats:
-    """Return an orthonormal basis, shape (n, p), of the terms' columns, each less its mean."""
-    if not terms:
-        return np.empty((n, 0))
-    columns = np.hstack([term.columns for term in terms])
-    return orthonormal(columns - columns.mean(axis=0))
-
-
-def statistic(larger: Fit, smaller: Fit) -> float:
+def statistic(larger: TermsFit, smaller: TermsFit) -> float:
     """Return twice the gain in log likelihood, summed by pair, so that little is lost where counts are huge."""
-    return max(0.0, float(2 * (larger.terms - smaller.terms).sum()))
+    return max(0.0, float(2 * (larger.pair_terms - smaller.pair_terms).sum()))
 
 
 def chance(value: float, df: int) -> float:
@@ -110,13 +102,13 @@ def chance(value: float, df: int) -> float:
 
 
 def factor_tests(
-    cells: Cells, terms: Sequence[Term], full: Fit, robust: Sequence[tuple[float, float] | None]
+    counts: Counts, terms: Sequence[Term], full: TermsFit, robust: Sequence[tuple[float, float] | None]
 ) -> tuple[FactorTest, ...]:
     """Test each factor of the fit ``full``; ``robust`` holds Wald's F and p of each."""
     tests = []
     for place, (term, wald) in enumerate(zip(terms, robust, strict=True)):
         others = [other for other in terms if other is not terms[place]]
-        lost = statistic(full, climb(cells, centred_basis(others, cells.n)))
+        lost = statistic(full, fit_terms(counts, others))
         told = wald or (None, None)
         tests.append(FactorTest(term.names[0], lost, term.width, chance(lost, term.width), *told))
     return tuple(tests)
@@ -144,11 +136,11 @@ def robust_wald(effects: Floats, covariance: Floats, model_se: Floats, observers
 
 
 def interaction_tests(
-    cells: Cells, factors: Sequence[Factor], terms: Sequence[Term], full: Fit, groups: Groups
+    counts: Counts, factors: Sequence[Factor], terms: Sequence[Term], full: TermsFit, groups: Groups
 ) -> tuple[InteractionTest, ...]:
     """Test every two factors' interaction, each added alone to ``full``."""
     tests = [
-        _interaction(cells, (factors[one], factors[other]), (terms[one], terms[other]), terms, full, groups)
+        _interaction(counts, (factors[one], factors[other]), (terms[one], terms[other]), terms, full, groups)
         for one, other in combinations(range(len(terms)), 2)
     ]
     fitted = [place for place, test in enumerate(tests) if test.p is not None]
@@ -159,11 +151,11 @@ def interaction_tests(
 
 
 def _interaction(
-    cells: Cells,
+    counts: Counts,
     factors: tuple[Factor, Factor],
     pair: tuple[Term, Term],
     terms: Sequence[Term],
-    full: Fit,
+    full: TermsFit,
     groups: Groups,
 ) -> InteractionTest:
     names = (factors[0].name, factors[1].name)
@@ -174,10 +166,10 @@ def _interaction(
     if rank_gained(terms, added, groups) < added.width:
         return InteractionTest(names, None, None, None, None, "the factors already tell all or part of it")
     whole = [*terms, added]
-    if is_separated(cells, whole):
+    if is_separated(counts, whole):
         why = "with it the answers are fitted ever better without end: it has no finite maximum"
         return InteractionTest(names, None, None, None, None, why)
-    fit = climb(cells, centred_basis(whole, cells.n))
+    fit = fit_terms(counts, whole)
     if not fit.converged:
         return InteractionTest(names, None, None, None, None, f"the fit did not converge in {fit.iterations} steps")
     gained = statistic(fit, full)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from analysis.classes.multiplicity import two_sided_p
-from analysis.scaling.parameter import TWO_SIDED_95
+from analysis.scaling.fit import TWO_SIDED_95
 
 
 @dataclass(frozen=True, slots=True)

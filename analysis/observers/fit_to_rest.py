@@ -22,13 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap import firth_batch
 from analysis.bootstrap.fits import fit_each
 from analysis.classes import multiplicity
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.tails import lower_tail
-from analysis.scaling.bradley_terry import probabilities
-from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
+from analysis.scaling.laws import probabilities
 
 Floats = NDArray[np.float64]
 
@@ -93,13 +92,14 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
     if n > MOST_ITEMS:
         return (None,) * people
     by_observer = comparisons.wins_by_observer()
-    together = fit_each(comparisons.wins[None], "firth").theta[0]
+    wins = comparisons.wins
+    together = fit_each(wins[None], "firth").theta[0]
     theta = np.full((people, n), np.nan)
     parts = np.full((people, 4), np.nan)
     block = max(1, _MOST_NUMBERS // (n * n))
     for start in range(0, people, block):
         own = by_observer[start : start + block]
-        rest = comparisons.wins - own
+        rest = wins - own
         fitted = fit_each(rest, "firth").theta
         sound = np.isfinite(fitted).all(axis=1) & own.any(axis=(1, 2))
         theta[start : start + block][sound] = fitted[sound]
@@ -136,7 +136,7 @@ def _parts(own: Floats, rest: Floats, theta: Floats) -> Floats:
     q = p.transpose(0, 2, 1)
     answers, others = own + own.transpose(0, 2, 1), rest + rest.transpose(0, 2, 1)
     weight = answers * p * q
-    covariance = firth_batch.pseudo_inverses(others * p * q)
+    covariance = pseudo_inverse(others * p * q)
     # Sums over ordered pairs count each pair twice where both directions are equal.
     bias = -(weight * contrast_variances(covariance) * (1 - (p - q) * d / 2)).sum(axis=(1, 2)) / 2
     mean = (answers * p * log_expit(d)).sum(axis=(1, 2)) + bias

@@ -27,7 +27,7 @@ from analysis.observers.responses import (
 from analysis.observers.screening import Outcome, outcomes, passed_screening
 from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
-from analysis.scaling.bradley_terry import BradleyTerryFit, fit
+from analysis.scaling.fit import Fit, fit
 from documents.text.words import counted
 
 
@@ -231,7 +231,7 @@ def _lines(comparisons: Comparisons, level: float) -> list[ObserverLine]:
     ]
 
 
-def _strengths(comparisons: Comparisons) -> BradleyTerryFit:
+def _strengths(comparisons: Comparisons) -> Fit:
     """Return the scores; Firth's in case of complete separation; NaN where comparisons do not link all items."""
     plain = fit(comparisons.wins)
     return fit(comparisons.wins, method="firth") if plain.separated else plain

@@ -13,8 +13,8 @@ from analysis.bootstrap.stability import Covariance
 from analysis.classes.classes import check_level
 from analysis.classes.multiplicity import Adjust, single_step
 from analysis.errors import ResultsError
-from analysis.scaling.bradley_terry import probabilities
 from analysis.scaling.laplacian import pseudo_inverse
+from analysis.scaling.laws import probabilities
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -91,7 +91,7 @@ class Plan:
         totals = np.zeros((n, n))
         totals[first, second] = totals[second, first] = self.times
         p = probabilities(self.theta)
-        covariance = pseudo_inverse(totals * p * p.T)
+        covariance = pseudo_inverse((totals * p * p.T)[None])[0]
         grid = np.geomspace(0.01, 1e4, 20_001)
         p_values = single_step(grid, covariance, self.degrees_of_freedom(observers), MAXZ_SAMPLES)
         small = np.flatnonzero(p_values <= self.alpha)

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.firth_batch import pseudo_inverses
 from analysis.bootstrap.fits import fit_each
 from analysis.classes.multiplicity import benjamini_hochberg, holm, two_sided_p
 from analysis.power.plan import Interval, Plan
-from analysis.scaling.bradley_terry import Method, probabilities
-from analysis.scaling.laplacian import contrast_variances, without_rounding
+from analysis.scaling.fit import Method
+from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
+from analysis.scaling.laws import probabilities
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -80,7 +80,7 @@ def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator
     wins[:, second, first] -= summed
     fits = fit_each(wins, "ml")
     p = probabilities(fits.theta)
-    covariance = pseudo_inverses(totals * p * p.transpose(0, 2, 1))
+    covariance = pseudo_inverse(totals * p * p.transpose(0, 2, 1))
     if plan.covariance == "sandwich":
         # Observers who agree without exception do not vary: only the model's covariance is left.
         kept = fits.separated

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any, Literal, cast, get_args
+from typing import Literal, cast, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,12 +11,12 @@ from numpy.typing import NDArray
 from analysis.bootstrap.intervals import DEFAULT, intervals
 from analysis.bootstrap.replicates import Replicates, resample
 from analysis.bootstrap.stability import Covariance, Stability, class_stability
-from analysis.classes.classes import best_first, classify
+from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.bradley_terry import BradleyTerryFit
-from analysis.scaling.gaussian_prior import learnt_posterior
-from analysis.scaling.scores import Scores, score
+from analysis.scaling.fit import Fit, fit_model
+from analysis.scaling.learnt_prior import learnt_posterior
+from analysis.scaling.scores import Scores, rescored, score
 from analysis.scaling.separation import compared_groups
 
 Floats = NDArray[np.float64]
@@ -54,7 +54,7 @@ class Estimate:
     """
 
     scores: Scores
-    plain: BradleyTerryFit
+    plain: Fit
     way: Way
     prior_sd: float | None
     covariance: Covariance
@@ -131,49 +131,31 @@ def _drawn(comparisons: Comparisons, way: Way) -> Replicates | None:
 
 
 def _with_sandwich(scores: Scores, alpha: float, adjust: Adjust, df: int) -> Scores:
-    from analysis.scaling.pair_fit import fit_model
-
-    spread = fit_model(scores.comparisons, covariance="sandwich").covariance
-    return _with(scores, {"covariance": spread}, alpha, adjust, df)
+    robust = fit_model(scores.comparisons, covariance="sandwich")
+    fitted = replace(scores.fit, joint_covariance=robust.joint_covariance, covariance_kind="sandwich")
+    return _classed(scores, fitted, alpha, adjust, df)
 
 
 def _under_prior(comparisons: Comparisons, alpha: float, adjust: Adjust) -> tuple[Scores, float]:
     scores = score(comparisons, alpha=alpha, adjust=adjust, method="firth")
-    found = learnt_posterior(comparisons.wins)
-    theta = found.theta - found.theta.mean()
-    n = len(theta)
-    centre = np.eye(n) - 1 / n
-    log_score = theta - np.logaddexp.reduce(theta)
-    fitted: dict[str, Any] = {
-        "theta": theta,
-        "covariance": centre @ found.covariance @ centre,
-        "score": np.exp(log_score),
-        "log10_score": log_score / np.log(10),
-        "iterations": found.iterations,
-        "converged": found.converged,
-    }
-    return _with(scores, fitted, alpha, adjust, None), found.prior_sd
-
-
-def _with(scores: Scores, fitted: dict[str, Any], alpha: float, adjust: Adjust, df: int | None) -> Scores:
-    """Return the scores with parts of the fit replaced, and standard errors, order and classes that follow."""
-    se = np.sqrt(np.maximum(np.diag(fitted["covariance"]), 0))
-    whole = replace(scores.fit, se=se, **fitted)
-    classes = classify(whole.theta, whole.covariance, alpha=alpha, adjust=adjust, df=df)
-    before = {index: item for index, item in zip(scores.order, scores.items, strict=True)}
-    order = best_first(whole.theta)
-    items = tuple(
-        replace(
-            before[index],
-            theta=float(whole.theta[index]),
-            se=float(se[index]),
-            score=float(whole.score[index]),
-            log10_score=float(whole.log10_score[index]),
-            label=classes.labels[index],
-        )
-        for index in order
+    learnt = learnt_posterior(comparisons.wins)
+    fitted = replace(
+        scores.fit,
+        method="map",
+        prior_sd=learnt.prior_sd,
+        theta=learnt.theta,
+        joint_covariance=learnt.covariance,
+        log_likelihood=learnt.log_likelihood,
+        iterations=learnt.iterations,
+        converged=learnt.converged,
     )
-    return Scores(items, order, scores.comparisons, whole, classes)
+    return _classed(scores, fitted, alpha, adjust, None), learnt.prior_sd
+
+
+def _classed(scores: Scores, fitted: Fit, alpha: float, adjust: Adjust, df: int | None) -> Scores:
+    """Return the scores by another fit of the same comparisons, with the order and classes that follow."""
+    classes = classify(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust, df=df)
+    return rescored(scores, fitted, classes)
 
 
 def delta_interval(score: Floats, log10_score: Floats, covariance: Floats) -> Floats:

@@ -9,7 +9,6 @@ from analysis.ratings.preferences import preferences
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate
 from analysis.scaling.scores import Scores
-from analysis.scaling.separation import explain
 
 FEWEST_EXPECTED = 5.0
 FEWEST_FOR_CHOSEN_PAIRS = 5
@@ -86,7 +85,7 @@ def _on_fit(found: Estimate) -> list[str]:
             + " and order effects are not to be read as if pairs had been drawn at random."
         )
     elif plain.separated:
-        why = " ".join(explain(plain.separated, comparisons.wins, comparisons.items))
+        why = " ".join(plain.separation.sentences if plain.separation else ())
         if found.way == "firth":
             notes.append(f"No finite scores maximise the likelihood, so Firth's penalised fit is shown. {why}")
         else:
@@ -103,9 +102,10 @@ def _on_fit(found: Estimate) -> list[str]:
 
 
 def _fewest_expected(scores: Scores) -> float | None:
-    from analysis.scaling.bradley_terry import probabilities
+    from analysis.scaling.laws import probabilities
 
     if scores.fit.separated:
         return None
-    expected = scores.comparisons.totals * probabilities(scores.fit.theta)
-    return float(expected[scores.comparisons.totals > 0].min())
+    totals = scores.comparisons.totals
+    expected = totals * probabilities(scores.fit.theta)
+    return float(expected[totals > 0].min())

@@ -99,6 +99,7 @@ class Summary:
     def to_json(self) -> dict[str, Any]:
         """Return the keys of `cyclopean scores --json` and, beside them, those of the experiment."""
         return {
+            **self.scores.to_json(),
             "experiment": self.header.experiment,
             "question": self.header.question,
             "sessions": len(self.sessions),
@@ -124,7 +125,6 @@ class Summary:
             "first_share": self.first_share,
             "fit_p": self.fit_p,
             "notes": list(self.notes),
-            **self.scores.to_json(),
         }
 
 

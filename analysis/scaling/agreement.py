@@ -10,7 +10,7 @@ import numpy as np
 
 from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
-from analysis.scaling.bradley_terry import fit
+from analysis.scaling.fit import fit
 from analysis.scaling.scores import Scores
 
 Published = Mapping[str, tuple[float, str]]

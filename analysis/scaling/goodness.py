@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling.cells import Cells
+from analysis.scaling.counts import Counts
 
 Floats = NDArray[np.float64]
 FEWEST_EXPECTED = 5.0
@@ -66,17 +66,20 @@ class Goodness:
 
 
 def goodness_of_fit(
-    cells: Cells, probabilities: tuple[Floats, Floats, Floats], parameters: int, *, ties: bool
+    counts: Counts, probabilities: tuple[Floats, Floats, Floats], parameters: int, *, ties: bool
 ) -> Goodness:
-    """Compare ``cells`` with the chances of ``first``, ``second`` and neither, each (m,), of a law with parameters."""
+    """Compare ``counts``, a batch of one, with a law's chances of ``first``, ``second`` and neither, each (1, m).
+
+    ``parameters`` is how many numbers of the law were fitted.
+    """
     from scipy.special import gammaincc, xlogy
 
     outcomes = 3 if ties else 2
-    observed = np.stack([cells.won, cells.lost, cells.tied])[:outcomes]
+    observed = np.concatenate([counts.won, counts.lost, counts.tied])[:outcomes]
     total = observed.sum(axis=0)
     kept = total > 0
     observed, total = observed[:, kept], total[kept]
-    chance = np.stack(probabilities)[:outcomes, kept]
+    chance = np.concatenate(probabilities)[:outcomes, kept]
     expected = total * chance
     ratio = np.divide(observed / total, chance, out=np.ones_like(chance), where=(observed > 0) & (chance > 0))
     deviance = max(0.0, float(2 * xlogy(observed, ratio).sum()))

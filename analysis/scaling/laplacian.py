@@ -6,7 +6,7 @@ the items are eliminated one by one as Grassmann, Taksar and Heyman do [Grassman
 weights, nothing positive is ever subtracted, and even a link 10²⁰ times weaker than the rest keeps its digits. For
 many small graphs elimination is also the faster way, since each of its steps serves them all.
 
-Arrays hold the graphs of a batch along their last axis, so that work on a batch runs through memory in order.
+The first axis of every array is the batch of graphs. Elimination works on arrays whose batch runs fastest in memory.
 """
 
 from __future__ import annotations
@@ -20,36 +20,64 @@ WIDEST_FOR_LAPACK = 1e10
 WIDEST_FOR_PLAIN_SUMS = 1e3
 SMALL_GRAPH = 32
 LARGE_BATCH = 16
+LARGE_GRAPH = 500
+BLOCK_ROWS = 256
 ROUNDING = 64 * float(np.finfo(np.float64).eps)
 SLOPE_ROUNDING = 1e-12
 
 
-def solve(weights: Floats, right: Floats) -> Floats:
+def solve(weights: Floats, right: Floats, ratio: float | None = None) -> Floats:
     """Return s with H s = ``right`` and Σs = 0.
 
     Parameters
     ----------
     weights
-        Shape (n, n, B): symmetric, at least zero, the graph connected; the diagonal is zero.
+        Shape (B, n, n): symmetric, at least zero, the graph connected; the diagonal is zero.
     right
-        Shape (n, m, B); each column sums to zero.
+        Shape (B, n, m); each column sums to zero.
+    ratio
+        Of the largest to the smallest positive weight, where it is known.
 
     Returns
     -------
-    Shape (n, m, B).
+    Shape (B, n, m).
     """
-    n, _, batch = weights.shape
-    if (n <= SMALL_GRAPH and batch >= LARGE_BATCH) or span(weights) > WIDEST_FOR_LAPACK:
+    batch, n, _ = weights.shape
+    if n <= SMALL_GRAPH and batch >= LARGE_BATCH:
+        return by_elimination(weights, right)
+    if n * (_ratio(weights) if ratio is None else ratio) > WIDEST_FOR_LAPACK:
         return by_elimination(weights, right)
     return by_lapack(weights, right)
 
 
 def pseudo_inverse(weights: Floats) -> Floats:
-    """Return the pseudo-inverse of H: the covariance of estimates that sum to zero. Shapes (n, n) to (n, n)."""
+    """Return the pseudo-inverse of H: the covariance of estimates that sum to zero. Shapes (B, n, n) to (B, n, n)."""
+    batch, n, _ = weights.shape
+    if batch == 1 and n >= LARGE_GRAPH and n * _ratio(weights) <= WIDEST_FOR_LAPACK:
+        return np.asarray(_pseudo_inverse_in_place(weights[0])[None])
+    inverse = solve(weights, np.broadcast_to(np.eye(n) - 1 / n, (batch, n, n)))
+    return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
+
+
+def _pseudo_inverse_in_place(weights: Floats) -> Floats:
+    """As `pseudo_inverse` for one large graph: by Cholesky's decomposition, with one matrix of memory."""
+    from scipy.linalg.lapack import dpotrf, dpotri
+
     n = len(weights)
-    inverse = solve(weights[:, :, None], (np.eye(n) - 1 / n)[:, :, None])[:, :, 0]
-    symmetric: Floats = (inverse + inverse.T) / 2
-    return symmetric
+    matrix, added = _grounded(weights[None])
+    inverse: Floats
+    factor, failed = dpotrf(matrix[0].T, lower=1, overwrite_a=1)
+    if failed:
+        inverse = by_lapack(weights[None], (np.eye(n) - 1 / n)[None])[0]
+        return inverse
+    inverse, _ = dpotri(factor, lower=1, overwrite_c=1)
+    for start in range(0, n, BLOCK_ROWS):  # mirror the triangle, block by block
+        rows = slice(start, start + BLOCK_ROWS)
+        block = np.tril(inverse[rows, rows])
+        inverse[rows, rows] = block + np.tril(block, -1).T
+        inverse[rows, start + BLOCK_ROWS :] = inverse[start + BLOCK_ROWS :, rows].T
+    inverse -= 1 / (n**2 * float(added[0]))  # what 11ᵀ was given
+    return inverse
 
 
 def contrast_variances(covariance: Floats) -> Floats:
@@ -69,26 +97,41 @@ def without_rounding(slopes: Floats, answers: Floats) -> Floats:
     return np.where(np.abs(slopes) > SLOPE_ROUNDING * answers, slopes, 0.0)
 
 
-def span(weights: Floats) -> float:
-    """Return n times the ratio of the largest to the smallest positive weight: about H's condition."""
-    return float(len(weights) * weights.max() / weights.min(where=weights > 0, initial=np.inf))
+def pair_span(weight: Floats) -> float:
+    """Return the ratio of the largest to the smallest positive weight of compared pairs; times n, H's condition."""
+    if not weight.size:
+        return 0.0
+    least = float(weight.min())
+    return float(weight.max()) / least if least > 0 else _ratio(weight)
+
+
+def _ratio(weights: Floats) -> float:
+    return float(weights.max() / weights.min(where=weights > 0, initial=np.inf))
 
 
 def by_lapack(weights: Floats, right: Floats) -> Floats:
     """As `solve`, by LU decomposition of H + c·11ᵀ/n, graph by graph."""
-    n = len(weights)
-    strength = weights.sum(axis=1).T
-    matrix: Floats = np.negative(weights.transpose(2, 0, 1), order="C")
+    return np.asarray(np.linalg.solve(_grounded(weights)[0], right))
+
+
+def _grounded(weights: Floats) -> tuple[Floats, Floats]:
+    """Return H + c·11ᵀ, and c for each graph.
+
+    Any c gives the same solution; c n = mean strength / n makes the added part as large as H, whatever the counts.
+    """
+    n = weights.shape[-1]
+    strength = weights.sum(axis=-1)
+    matrix: Floats = np.negative(weights, order="C")
     matrix.reshape(-1, n * n)[:, :: n + 1] = strength
-    # Any c gives the same solution; the mean strength makes the added part as large as H, whatever the counts.
-    matrix += (strength.sum(axis=1) / n**2)[:, None, None]
-    return np.asarray(np.linalg.solve(matrix, right.transpose(2, 0, 1)).transpose(1, 2, 0))
+    added: Floats = strength.sum(axis=1) / n**2
+    matrix += added[:, None, None]
+    return matrix, added
 
 
 def by_elimination(weights: Floats, right: Floats) -> Floats:
     """As `solve`, by elimination without subtraction; accurate for any weights, slow for one large graph."""
-    weight, flow = weights.copy(), right.copy()
-    n = len(weights)
+    weight, flow = (np.array(array.transpose(1, 2, 0), order="C") for array in (weights, right))
+    n = len(weight)
     pivots: list[Floats] = [np.empty(0)]
     for k in range(n - 1, 0, -1):
         pivot = weight[k, :k].sum(axis=0)
@@ -101,29 +144,7 @@ def by_elimination(weights: Floats, right: Floats) -> Floats:
         inflow = (weight[k, :k, None] * solution[:k]).sum(axis=0)
         solution[k] = (flow[k] + inflow) / pivots[k]
     centred: Floats = solution - solution.mean(axis=0)
-    return centred
-
-
-def net_flows(flow: Floats, first: NDArray[np.intp], second: NDArray[np.intp], n: int, *, exact: bool) -> Floats:
-    """Return what flows into each item, along pairs: ``flow`` to ``first``, its negative to ``second``.
-
-    Parameters
-    ----------
-    flow
-        Shape (m, B).
-    first, second
-        Shape (m,): indices of items, each pair once.
-    exact
-        Sum as if in twice the precision, in two parts as `split` gives them.
-
-    Returns
-    -------
-    Shape (n, B).
-    """
-    if not exact:
-        return _net_flows(flow, first, second, n)
-    high, low = split(flow, n)
-    return _net_flows(high, first, second, n) + _net_flows(low, first, second, n)
+    return centred.transpose(2, 0, 1)
 
 
 def split(flow: Floats, terms: int) -> tuple[Floats, Floats]:
@@ -136,11 +157,3 @@ def split(flow: Floats, terms: int) -> tuple[Floats, Floats]:
     unit = np.exp2(np.ceil(np.log2(largest)) + np.ceil(np.log2(2 * terms)))
     high = (unit + flow) - unit
     return high, flow - high
-
-
-def _net_flows(flow: Floats, first: NDArray[np.intp], second: NDArray[np.intp], n: int) -> Floats:
-    matrix = np.zeros((n, n, flow.shape[1]))
-    matrix[first, second] = flow
-    matrix[second, first] = -flow
-    sums: Floats = matrix.sum(axis=1)
-    return sums

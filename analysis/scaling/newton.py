@@ -1,90 +1,252 @@
-"""Newton's method for Bradley-Terry strengths, for many matrices of counts at once.
+"""Newton's method for the strengths of paired comparison: any law, penalty and design, many sets of counts at once.
 
-For counts W (W_ij: how often i was preferred over j), N = W + Wᵀ, and p_ij the model's probability of i over j:
+For each pair the law gives the slope r and the information v of its log likelihood by the difference of strengths:
 
-    g = Σ_j (W_ij p_ji − W_ji p_ij),  v = N p (1 − p),  H = diag(Σ_j v) − v,  H s = g,  θ ← θ + s
+    g_i = Σ_j r_ij,  H = diag(Σ_j v) − v,  H s = g,  θ ← θ + s
 
-s is taken with sum zero, and halved while the likelihood falls. A fit has converged once the largest entry of s is
-below 1e-10, or below 1e-6 and no longer shrinking: rounding then is all that moves it, as happens where an item won
-against one that is stronger by far.
+s is taken with sum zero, and halved while the objective falls. A law's own parameter and an order effect border H: with
+B the information between them and θ, and C their own, their step is found by the Schur complement C − Bᵀ H⁺ B. For
+Bradley and Terry's law r = W_ij p_ji − W_ji p_ij and v = N p (1 − p), W counting wins and N = W + Wᵀ.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling import laplacian
-from analysis.scaling.pair_counts import PairCounts
+from analysis.scaling.counts import Counts
+from analysis.scaling.designs import ITEMS, Design, items_design
+from analysis.scaling.laplacian import WIDEST_FOR_PLAIN_SUMS, pair_span
+from analysis.scaling.laws import LOGISTIC, Law, Slopes
+from analysis.scaling.penalty import NO_PENALTY, Penalty
 
 Floats = NDArray[np.float64]
+Flags = NDArray[np.bool_]
 
-MOST_ITERATIONS = 200
-STEP_TOLERANCE = 1e-10
-STALL_TOLERANCE = 1e-6
 MOST_HALVINGS = 60
+MOST_DENSE_ITEMS = 5000
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Point:
+    """Strengths ``theta`` (B, n), the law's parameter ``k`` and the order effect ``order``, each (B, 1)."""
+
+    theta: Floats
+    k: Floats
+    order: Floats
+
+    def moved(self, step: Point, share: Floats | None, *, bordered: bool) -> Point:
+        """Return the point a ``share`` (B, 1) of a step away, or all of it."""
+        if not bordered:
+            return Point(self.theta + (step.theta if share is None else share * step.theta), self.k, self.order)
+        part = np.ones((1, 1)) if share is None else share
+        return Point(self.theta + part * step.theta, self.k + part * step.k, self.order + part * step.order)
+
+    def select(self, replicates: Flags) -> Point:
+        """Return some of the replicates."""
+        return Point(self.theta.T[:, replicates].T, self.k[replicates], self.order[replicates])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _State:
+    """A point with its differences ``d`` and log likelihoods ``terms`` (B, m), and the penalty's ``added`` (B,)."""
+
+    point: Point
+    d: Floats
+    terms: Floats
+    added: Floats
+
+    @classmethod
+    def at(cls, counts: Counts, law: Law, penalty: Penalty, point: Point) -> _State:
+        d = counts.differences(point.theta, point.order)
+        return cls(point, d, law.log_likelihood(counts, d, point.k), penalty.value(counts, point.theta, d))
+
+    def select(self, replicates: Flags) -> _State:
+        d, terms = self.d.T[:, replicates].T, self.terms.T[:, replicates].T
+        return _State(self.point.select(replicates), d, terms, self.added[replicates])
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Maximum:
+    """Where the iteration ended, for each of B sets of counts.
+
+    Attributes
+    ----------
+    theta
+        Shape (B, n): strengths with mean 0.
+    k, order
+        Shape (B, 1): the law's parameter and the order effect; 0 where there is none.
+    log_likelihood
+        Shape (B,): Σ W log p, without binomial coefficients and without the penalty.
+    iterations, converged
+        Shape (B,): Newton steps taken, and whether the last one was below the tolerance.
+    """
+
+    theta: Floats
+    k: Floats
+    order: Floats
+    log_likelihood: Floats
+    iterations: NDArray[np.intp]
+    converged: Flags
+
+    @property
+    def point(self) -> Point:
+        """Where it ended."""
+        return Point(self.theta, self.k, self.order)
 
 
 def maximise(
-    wins: Floats, most_iterations: int = MOST_ITERATIONS
-) -> tuple[Floats, Floats, NDArray[np.intp], NDArray[np.bool_]]:
-    """Return theta (B, n) with mean 0, and log likelihood, iterations and convergence (B,).
+    counts: Counts,
+    law: Law = LOGISTIC,
+    *,
+    penalty: Penalty = NO_PENALTY,
+    design: Design | None = None,
+    start: Floats | None = None,
+    most_iterations: int | None = None,
+) -> Maximum:
+    """Maximise the likelihood of each set of counts, or the penalised one. The maximum must exist.
 
     Parameters
     ----------
-    wins
-        Shape (B, n, n): counts as in `analysis.scaling.bradley_terry.fit_batch`, each matrix strongly connected.
-        Replicates
-        leave the iteration as they converge.
+    counts
+        As `analysis.scaling.separation.find_separation` wants them. Replicates leave the iteration as they converge.
+    penalty
+        As `analysis.scaling.penalty` has it.
+    design
+        What the strengths are free to do; by default each item has its own, and conjugate gradients solve where few of
+        many pairs were compared. Where the pairs' weights then span so many orders of magnitude that θ could not be
+        exact to 1e-10, dense equations take over; above 5000 items the fit is returned as not converged.
+    start
+        Shape (B, n): where to begin, with mean 0; by default with equal strengths.
     most_iterations
-        Steps after which the rest stops without having converged.
+        Steps after which the rest stops without having converged; by default the penalty's.
     """
-    batch, n, _ = wins.shape
-    theta_all = np.zeros((n, batch))
-    log_likelihood = np.zeros(batch)
-    iterations = np.zeros(batch, dtype=np.intp)
-    converged = np.zeros(batch, dtype=np.bool_)
-    active = np.arange(batch)
-    counts = PairCounts.from_wins(wins)
-    theta = np.zeros((n, batch))
-    terms, odds = counts.log_likelihood(theta)
-    last_size = np.full(batch, np.inf)
-    for iteration in range(1, most_iterations + 1):
-        flow, weight = counts.slopes(theta, odds)
-        weights = counts.matrix(weight)
-        exact = laplacian.span(weights) > laplacian.WIDEST_FOR_PLAIN_SUMS
-        gradient = laplacian.net_flows(flow, counts.first, counts.second, n, exact=exact)
-        step = laplacian.solve(weights, gradient[:, None])[:, 0]
-        theta, terms, odds = _climb(counts, theta, step, terms)
-        size = np.abs(step).max(axis=0) / np.maximum(np.abs(theta).max(axis=0), 1)
-        done = has_settled(size, last_size)
-        if done.any() or iteration == most_iterations:
-            theta_all[:, active], log_likelihood[active] = theta, terms.sum(axis=0)
-            iterations[active], converged[active] = iteration, done
+    theta = np.zeros((counts.n, len(counts.won))).T if start is None else start
+    steps = penalty.most_iterations if most_iterations is None else most_iterations
+    chosen = items_design(counts) if design is None else design
+    top = _iterated(counts, law, penalty, chosen, theta, steps)
+    if chosen.is_exact:
+        return top
+    if counts.n > MOST_DENSE_ITEMS:
+        return _joined(top, top.iterations, np.zeros_like(top.converged))
+    dense = _iterated(counts, law, penalty, ITEMS, theta, steps)
+    return _joined(dense, dense.iterations + top.iterations, dense.converged)
+
+
+def joint_covariance(
+    counts: Counts, law: Law, point: Point, penalty: Penalty = NO_PENALTY, design: Design = ITEMS
+) -> Floats:
+    """Return the inverse of the observed information at ``point``: of θ, then of the further parameters.
+
+    Shape (B, n + f, n + f), on strengths that sum to zero; with a Gaussian prior, of the posterior's curvature. Firth's
+    penalty adds nothing, as is usual.
+    """
+    slopes = law.slopes(counts, counts.differences(point.theta, point.order), point.k)
+    inverse = design.covariance(counts, slopes.dd, penalty.precision)
+    if not (law.parameter or counts.ordered):
+        return inverse
+    border, corner, _ = _border(counts, law, slopes)
+    across = inverse @ border
+    own = np.linalg.inv(corner - border.transpose(0, 2, 1) @ across)
+    block = -across @ own
+    upper = np.concatenate([inverse - block @ across.transpose(0, 2, 1), block], axis=2)
+    joint = np.concatenate([upper, np.concatenate([block.transpose(0, 2, 1), own], axis=2)], axis=1)
+    return np.asarray((joint + joint.transpose(0, 2, 1)) / 2)
+
+
+def _joined(top: Maximum, iterations: NDArray[np.intp], converged: Flags) -> Maximum:
+    return Maximum(top.theta, top.k, top.order, top.log_likelihood, iterations, converged)
+
+
+def _iterated(counts: Counts, law: Law, penalty: Penalty, design: Design, theta: Floats, steps: int) -> Maximum:
+    batch, n = theta.shape
+    nothing = np.zeros((batch, 1))
+    bordered = bool(law.parameter) or counts.ordered
+    state = _State.at(counts, law, penalty, Point(theta, law.start(counts) if law.parameter else nothing, nothing))
+    ended, likelihood = Point(np.zeros((n, batch)).T, np.zeros((batch, 1)), np.zeros((batch, 1))), np.zeros(batch)
+    iterations, converged = np.zeros(batch, dtype=np.intp), np.zeros(batch, dtype=np.bool_)
+    active, last_size = np.arange(batch), np.full(batch, np.inf)
+    for iteration in range(1, steps + 1):
+        step = _step(counts, law, penalty, design, state)
+        largest = np.abs(step.theta).max(axis=1, initial=0.0)
+        if bordered:
+            largest = np.maximum(largest, np.maximum(np.abs(step.k), np.abs(step.order))[:, 0])
+        lost = ~np.isfinite(largest)
+        if lost.any():
+            step.theta[lost], step.k[lost], step.order[lost] = 0.0, 0.0, 0.0
+        state = _climb(counts, law, penalty, state, step)
+        size = largest / np.maximum(np.abs(state.point.theta).max(axis=1), 1)
+        settled = penalty.has_settled(size, last_size)
+        done = settled | lost
+        if done.any() or iteration == steps:
+            point = state.point
+            ended.theta[active], ended.k[active], ended.order[active] = point.theta, point.k, point.order
+            likelihood[active] = state.terms.sum(axis=1)
+            iterations[active], converged[active] = iteration, settled
             if done.all():
                 break
             left = ~done
-            active, counts, theta = active[left], counts.select(left), theta[:, left]
-            terms, odds, size = terms[:, left], odds[:, left], size[left]
+            active, counts, state, size = active[left], counts.select(left), state.select(left), size[left]
         last_size = size
-    return (theta_all - theta_all.mean(axis=0)).T, log_likelihood, iterations, converged
+    centred = ended.theta - ended.theta.mean(axis=1, keepdims=True)
+    return Maximum(centred, ended.k, ended.order, likelihood, iterations, converged)
 
 
-def has_settled(size: Floats, last_size: Floats) -> NDArray[np.bool_]:
-    """Say whether steps of ``size``, relative to θ where that is above 1, after ``last_size``, mean convergence."""
-    settled: NDArray[np.bool_] = (size <= STEP_TOLERANCE) | ((size <= STALL_TOLERANCE) & (size > last_size / 2))
-    return settled
+def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _State) -> Point:
+    point = state.point
+    counts = penalty.counts(counts, state.d)
+    slopes = law.slopes(counts, state.d, point.k)
+    bordered = bool(law.parameter) or counts.ordered
+    weight = slopes.dd
+    exact = bordered or counts.n * pair_span(weight) > WIDEST_FOR_PLAIN_SUMS
+    gradient = counts.net_flows(slopes.d, exact=exact)
+    if penalty.precision:
+        gradient = gradient - penalty.precision * point.theta
+    if not bordered:
+        theta = design.solve(counts, weight, penalty.precision, gradient[:, :, None])[:, :, 0]
+        return Point(theta, point.k, point.order)  # both 0, and stay so
+    border, corner, own = _border(counts, law, slopes)
+    right = np.concatenate([gradient[:, :, None], border], axis=2)
+    with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
+        solved = design.solve(counts, weight, penalty.precision, right - right.mean(axis=1, keepdims=True))
+        toward, across = solved[:, :, :1], solved[:, :, 1:]
+        back = border.transpose(0, 2, 1)
+        further: Floats = np.linalg.solve(corner - back @ across, own[:, :, None] - back @ toward).astype(np.float64)
+        theta = (toward - across @ further)[:, :, 0]
+    nothing = np.zeros((len(theta), 1))
+    k = further[:, 0] if law.parameter else nothing
+    return Point(theta, k, further[:, -1] if counts.ordered else nothing)
 
 
-def _climb(counts: PairCounts, theta: Floats, step: Floats, terms: Floats) -> tuple[Floats, Floats, Floats]:
-    """Go along ``step``, halved for each replicate whose likelihood falls by more than rounding."""
-    slack = 1e-14 * np.abs(terms).sum(axis=0)
-    share = np.ones(theta.shape[1])
+def _border(counts: Counts, law: Law, slopes: Slopes) -> tuple[Floats, Floats, Floats]:
+    """Return the information between θ and f further parameters (B, n, f), theirs (B, f, f), and their slope (B, f)."""
+    dd, dk, kk, d, k = (part.sum(axis=1) for part in (slopes.dd, slopes.dk, slopes.kk, slopes.d, slopes.k))
+    columns, own = [], []
+    if law.parameter:
+        columns.append(counts.net_flows(slopes.dk))
+        own.append(k)
+    if counts.ordered:
+        columns.append(counts.net_flows(slopes.dd))
+        own.append(d)
+    if len(own) == 2:
+        corner = np.stack([np.stack([kk, dk], axis=1), np.stack([dk, dd], axis=1)], axis=2)
+    else:
+        corner = (kk if law.parameter else dd)[:, None, None]
+    return np.stack(columns, axis=2), corner, np.stack(own, axis=1)
+
+
+def _climb(counts: Counts, law: Law, penalty: Penalty, state: _State, step: Point) -> _State:
+    """Go along ``step``, halved for each replicate whose objective falls by more than rounding."""
+    slack = penalty.slack(np.abs(state.terms).sum(axis=1) + np.abs(state.added))
+    bordered = bool(law.parameter) or counts.ordered
+    share: Floats | None = None
     for _ in range(MOST_HALVINGS):
-        ahead = theta + share * step
-        ahead_terms, ahead_odds = counts.log_likelihood(ahead)
-        falls = (ahead_terms - terms).sum(axis=0) < -slack
+        ahead = _State.at(counts, law, penalty, state.point.moved(step, share, bordered=bordered))
+        falls = (ahead.terms - state.terms).sum(axis=1) + (ahead.added - state.added) < -slack
         if not falls.any():
             break
+        share = np.ones((len(falls), 1)) if share is None else share
         share[falls] /= 2
-    return ahead, ahead_terms, ahead_odds
+    return ahead

@@ -11,15 +11,20 @@ import numpy as np
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.bradley_terry import BradleyTerryFit, Method, fit
+from analysis.scaling.fit import DEFAULT_PRIOR_SD, CovarianceKind, Fit, ModelMethod, fit_model
+from analysis.scaling.laws import LAWS, Model
 
 if TYPE_CHECKING:
-    from analysis.scaling.goodness import Goodness
+    from analysis.scaling.quasi import QuasiVariances
 
 
 @dataclass(frozen=True, slots=True)
 class ItemScore:
-    """One item's line: counts, strength in nats, score as a share of 1, perceptual class; None where there is none."""
+    """One item's line: counts, strength in nats, score as a share of 1, perceptual class; None where there is none.
+
+    ``theta`` and ``se`` are in standard deviations of a difference where the model is ``thurstone``, which has no
+    scores; ``quasi_se`` is the root of the item's quasi-variance, None unless it was asked for.
+    """
 
     name: str
     wins: float
@@ -29,6 +34,7 @@ class ItemScore:
     score: float | None
     log10_score: float | None
     label: str | None
+    quasi_se: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return the line with the keys that `cyclopean scores --json` prints."""
@@ -48,74 +54,133 @@ class ItemScore:
 class Scores:
     """The items' lines, best first, with the fit and the classes that they come from.
 
-    ``order`` indexes the comparisons' items as the lines stand. ``classes`` is None if the items are separated or
-    overlap in too many classes.
+    Attributes
+    ----------
+    items
+        One line for each item.
+    order
+        Indices of the comparisons' items in the order of the lines.
+    comparisons, fit
+        What was fitted, and how.
+    classes
+        None if there is no maximum, or the items overlap in too many classes to list.
+    quasi
+        Quasi-variances in the order of the comparisons' items; None unless they were asked for.
     """
 
     items: tuple[ItemScore, ...]
     order: tuple[int, ...]
     comparisons: Comparisons
-    fit: BradleyTerryFit
+    fit: Fit
     classes: Classes | None
+    quasi: QuasiVariances | None = None
 
-    def goodness(self) -> Goodness | None:
-        """Return how well the model fits, with a caveat where counts are small; None if the items are separated."""
-        from analysis.scaling.cells import count_cells
-        from analysis.scaling.goodness import goodness_of_fit
-        from analysis.scaling.logistic import Logistic
-
-        if not np.isfinite(self.fit.theta).all():
-            return None
-        cells, _ = count_cells(self.comparisons, ordered=False, ties=False)
-        chances = Logistic().probabilities(cells.differences(self.fit.theta, 0.0), 0.0)
-        return goodness_of_fit(cells, chances, cells.n - 1, ties=False)
+    @property
+    def jnd(self) -> float:
+        """Length of one JND (75 : 25) in the units of the strengths; one JOD in Thurstone's law."""
+        return LAWS[self.fit.model].jnd
 
     def to_json(self) -> dict[str, Any]:
         """Return what `cyclopean scores --json` prints: no NaN, null where there is no finite value."""
-        goodness = self.goodness()
-        return {
-            "items": [item.to_json() for item in self.items],
-            "log_likelihood": _finite(self.fit.log_likelihood),
-            "deviance": _finite(self.fit.deviance),
-            "df": self.fit.df,
-            "goodness_of_fit": goodness.to_json() if goodness else None,
-            "converged": self.fit.converged,
-            "separated": [self.comparisons.items[item] for item in self.fit.separated_items],
+        separation, names = self.fit.separation, self.comparisons.items
+        values = {
+            "items": [item.to_json() | self._in_jnd(item) for item in self.items],
+            **self.fit.to_json(),
+            "separated": [names[item] for item in self.fit.separated_items],
+            "why": list(separation.sentences) if separation else [],
         }
+        if self.quasi is not None:
+            quasi = self.quasi.to_json()
+            by_item = dict(zip(names, quasi.pop("variances"), strict=True))
+            values["quasi_variances"] = {"by_item": by_item, **quasi}
+        return values
+
+    def _in_jnd(self, item: ItemScore) -> dict[str, float | None]:
+        strength = None if item.theta is None else item.theta / self.jnd
+        error = None if item.se is None else item.se / self.jnd
+        values = {"jnd": strength, "jnd_se": error}
+        return values | {"jod": strength, "jod_se": error} if self.fit.model == "thurstone" else values
 
 
-def score(comparisons: Comparisons, *, alpha: float = 0.05, adjust: Adjust = "holm", method: Method = "ml") -> Scores:
-    """Fit strengths to ``comparisons`` and group the items into classes.
+def score(
+    comparisons: Comparisons,
+    model: Model = "bradley-terry",
+    *,
+    alpha: float = 0.05,
+    adjust: Adjust = "holm",
+    method: ModelMethod = "ml",
+    prior_sd: float = DEFAULT_PRIOR_SD,
+    order_effect: bool = False,
+    covariance: CovarianceKind = "model",
+    quasi_variances: bool = False,
+) -> Scores:
+    """Fit ``model`` to ``comparisons`` as `analysis.scaling.fit.fit_model` does, and group the items into classes.
 
-    Items stand by score, best first; where the items are separated, by the share of comparisons they won.
+    Items are ordered by strength, best first; where there is no maximum, by the share of comparisons that they won, a
+    tie being half a win. ``comparisons`` of an item counts its ties too where the model has a place for them.
+
+    Parameters
+    ----------
+    alpha, adjust
+        Significance level of a difference, and correction for multiple comparisons, as
+        `analysis.classes.classes.classify` has them.
+    quasi_variances
+        Compute quasi-variances too, where there is a finite maximum.
 
     Raises
     ------
     ResultsError
-        If ``alpha`` is out of range.
+        If ``alpha`` is out of range, or as `fit_model`; with ``quasi_variances`` also with fewer than three items.
+
+    Examples
+    --------
+    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> answers = [Answer("a", "b", 30), Answer("b", "a", 10), Answer("b", "c", 30), Answer("c", "b", 10)]
+    >>> [(item.name, item.label) for item in score(from_answers(answers)).items]
+    [('a', '1'), ('b', '2'), ('c', '3')]
     """
     check_level(alpha)
-    fitted = fit(comparisons.wins, method=method)
-    sound = bool(np.isfinite(fitted.theta).all())
+    fitted = fit_model(
+        comparisons, model, method=method, prior_sd=prior_sd, order_effect=order_effect, covariance=covariance
+    )
+    sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
     classes = classes_if_few(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust) if sound else None
-    won = comparisons.wins.sum(axis=1)
-    compared = comparisons.totals.sum(axis=1)
-    merit = fitted.theta if sound else won / np.maximum(compared, np.finfo(np.float64).tiny)
+    quasi = fitted.quasi_variances() if sound and quasi_variances else None
+    return _lines(comparisons, fitted, classes, quasi)
+
+
+def rescored(scores: Scores, fitted: Fit, classes: Classes | None) -> Scores:
+    """Return the lines of the same comparisons by another fit, such as one with another covariance."""
+    return _lines(scores.comparisons, fitted, classes, None)
+
+
+def _lines(comparisons: Comparisons, fitted: Fit, classes: Classes | None, quasi: QuasiVariances | None) -> Scores:
+    won, compared = comparisons.won, comparisons.compared
+    ties = comparisons.tied_with if LAWS[fitted.model].parameter else np.zeros(len(won))
+    compared = compared + ties
+    sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
+    merit = fitted.theta if sound else (won + ties / 2) / np.maximum(compared, np.finfo(np.float64).tiny)
     order = best_first(merit)
+    se, shares, log10_shares = fitted.se, fitted.score, fitted.log10_score
+    if fitted.model == "thurstone":
+        shares = log10_shares = np.full(len(won), np.nan)
+    with np.errstate(invalid="ignore"):  # the root of a quasi-variance below zero is NaN: there is none
+        quasi_se = np.full(len(won), np.nan) if quasi is None else np.sqrt(quasi.variances)
     items = tuple(
         ItemScore(
             name=comparisons.items[index],
             wins=float(won[index]),
             comparisons=float(compared[index]),
             theta=_finite(fitted.theta[index]),
-            se=_finite(fitted.se[index]),
-            score=_finite(fitted.score[index]),
-            log10_score=_finite(fitted.log10_score[index]),
+            se=_finite(se[index]),
+            score=_finite(shares[index]),
+            log10_score=_finite(log10_shares[index]),
             label=classes.labels[index] if classes else None,
+            quasi_se=_finite(quasi_se[index]),
         )
         for index in order
     )
-    return Scores(items, order, comparisons, fitted, classes)
+    return Scores(items, order, comparisons, fitted, classes, quasi)
 
 
 def _finite(value: float) -> float | None:

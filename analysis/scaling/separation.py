@@ -1,53 +1,86 @@
-"""Which items no finite strength can hold: Ford's condition [Ford1957].
+"""Whether a finite maximum exists: no way to infinity along which every answer only grows more likely.
 
-A maximum of the Bradley-Terry likelihood exists, and is unique, if and only if the items cannot be parted into two
-groups of which one never loses to the other: the graph of wins must be strongly connected.
+All laws here have concave log likelihoods, so that a finite maximum exists unless some direction (a, t, δ) of
+strengths, log tie parameter and order effect exists with
+
+    a_i − a_j ± δ ≥ t for every pair of which i was preferred over j at least once (+ where i was shown first),
+    |a_i − a_j ± δ| ≤ t for every pair that was tied at least once (t stands for 2 log ν in Davidson's law),
+
+at least one of them not met as an equality. Without ties and order this is Ford's condition [Ford1957]: the graph of
+wins must be strongly connected. For generalised linear models, and strengths a = X β made of factors, see [Albert1984].
+Counts that link all items are recognised by their graph; the rest is a linear programme [Konis2007].
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from graphlib import TopologicalSorter
-from typing import Literal
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.errors import ResultsError
+from analysis.scaling.counts import Counts
+from documents import Finding
+
+if TYPE_CHECKING:
+    from scipy.sparse import csr_array
+
+Floats = NDArray[np.float64]
 Groups = tuple[tuple[int, ...], ...]
+AGREES = 0.5
+LEVEL = 1e-5
 
 
-def strong_groups(wins: NDArray[np.float64]) -> Groups:
+@dataclass(frozen=True, slots=True)
+class Separation:
+    """Why there is no finite maximum: ``groups`` of item indices, best first, that nothing links, and sentences."""
+
+    groups: Groups
+    sentences: tuple[str, ...]
+
+
+def strong_groups(wins: Floats | csr_array) -> Groups:
     """Part the items into strongly connected groups, such that no group loses to a later one.
 
     Parameters
     ----------
     wins
-        Shape (n, n), counts at or above zero.
+        Shape (n, n), dense or sparse: counts at or above zero.
     """
-    groups, labels = _components(wins, "strong")
-    winner, loser = labels[np.nonzero(wins > 0)[0]], labels[np.nonzero(wins > 0)[1]]
+    groups, labels, (above, below) = _components(wins, "strong")
+    winner, loser = labels[above], labels[below]
+    apart = winner != loser
     beaten_by: dict[int, set[int]] = {label: set() for label in range(len(groups))}
-    for above, below in set(zip(winner[winner != loser].tolist(), loser[winner != loser].tolist(), strict=True)):
-        beaten_by[below].add(above)
+    for over, under in set(zip(winner[apart].tolist(), loser[apart].tolist(), strict=True)):
+        beaten_by[under].add(over)
     return tuple(groups[label] for label in TopologicalSorter(beaten_by).static_order())
 
 
-def compared_groups(wins: NDArray[np.float64]) -> Groups:
+def compared_groups(wins: Floats | csr_array) -> Groups:
     """Part the items into groups that were never compared with each other."""
     return tuple(_components(wins, "weak")[0])
 
 
 def _components(
-    wins: NDArray[np.float64], connection: Literal["strong", "weak"]
-) -> tuple[list[tuple[int, ...]], NDArray[np.int32]]:
-    from scipy.sparse import csr_matrix
+    wins: Floats | csr_array, connection: Literal["strong", "weak"]
+) -> tuple[list[tuple[int, ...]], NDArray[np.int32], tuple[NDArray[np.intp], NDArray[np.intp]]]:
+    """Return groups of items, each item's group, and the items of each kind of win."""
+    from scipy.sparse import csr_array
     from scipy.sparse.csgraph import connected_components
 
-    number, labels = connected_components(csr_matrix((wins > 0).astype(np.int8)), directed=True, connection=connection)
-    return [tuple(int(item) for item in np.flatnonzero(labels == label)) for label in range(number)], labels
+    graph = csr_array(wins > 0)
+    number, labels = connected_components(graph, directed=True, connection=connection)
+    order = np.argsort(labels, kind="stable")
+    ends = np.searchsorted(labels[order], np.arange(1, number))
+    edges = graph.tocoo()
+    groups = [tuple(group.tolist()) for group in np.split(order, ends)]
+    return groups, labels, (edges.row.astype(np.intp), edges.col.astype(np.intp))
 
 
-def are_connected(wins: NDArray[np.float64]) -> NDArray[np.bool_]:
+def are_connected(wins: Floats) -> NDArray[np.bool_]:
     """Say of each of B win matrices, shape (B, n, n), whether its graph is strongly connected. Shape (B,)."""
     n = wins.shape[1]
     reach = ((wins > 0) | np.eye(n, dtype=bool)).astype(np.float32)
@@ -64,35 +97,224 @@ def separated_items(groups: Groups) -> tuple[int, ...]:
     rivals = sum(len(group) == len(largest) for group in groups)
     if len(groups) < 2:
         return ()
-    kept = largest if rivals == 1 else ()
+    kept = set(largest) if rivals == 1 else set()
     return tuple(sorted(item for group in groups for item in group if item not in kept))
 
 
-def explain(groups: Groups, wins: NDArray[np.float64], items: Sequence[str]) -> list[str]:
+def explain(groups: Groups, wins: Floats | csr_array, items: Sequence[str]) -> list[str]:
     """Say in sentences how the groups are separated, one sentence for each boundary between groups."""
-    sentences = []
-    for group in compared_groups(wins):
-        if len(group) < len(items):
-            sentences.append(f"{_list(group, items)}: never compared with the other items.")
-    for group in groups:
-        others = [item for item in range(len(items)) if item not in group]
-        won = wins[np.ix_(group, others)].sum()
-        lost = wins[np.ix_(others, group)].sum()
-        if won and not lost:
-            sentences.append(f"{_list(group, items)}: never lost to any of the other items ({won:g} wins).")
-        elif lost and not won:
-            sentences.append(f"{_list(group, items)}: never won against any of the other items ({lost:g} losses).")
-        elif won and lost:
-            above = [item for item in others if wins[item, group].sum() and not wins[group, item].sum()]
-            below = [item for item in others if wins[group, item].sum() and not wins[item, group].sum()]
-            sentences.append(
-                f"{_list(group, items)}: never won against {_list(above, items)}, never lost to {_list(below, items)}."
-            )
+    from scipy.sparse import csr_array
+
+    sentences = [
+        f"{_names(group, items)}: never compared with the other items."
+        for group in compared_groups(wins)
+        if len(group) < len(items)
+    ]
+    place = np.empty(len(items), dtype=np.intp)
+    for number, group in enumerate(groups):
+        place[list(group)] = number
+    edges = csr_array(wins).tocoo()
+    across = (place[edges.row] != place[edges.col]) & (edges.data > 0)
+    won, lost = np.zeros(len(groups)), np.zeros(len(groups))
+    above: list[set[int]] = [set() for _ in groups]
+    below: list[set[int]] = [set() for _ in groups]
+    for winner, loser, count in zip(
+        *(part[across].tolist() for part in (edges.row, edges.col, edges.data)), strict=True
+    ):
+        won[place[winner]] += count
+        lost[place[loser]] += count
+        below[place[winner]].add(loser)
+        above[place[loser]].add(winner)
+    for group, wins_over, losses, over, under in zip(groups, won, lost, above, below, strict=True):
+        if wins_over and not losses:
+            what = f"never lost to any of the other items ({wins_over:g} wins)."
+        elif losses and not wins_over:
+            what = f"never won against any of the other items ({losses:g} losses)."
+        elif wins_over and losses:
+            better, worse = _names(sorted(over - under), items), _names(sorted(under - over), items)
+            what = f"never won against {better}, never lost to {worse}."
+        else:
+            continue
+        sentences.append(f"{_names(group, items)}: {what}")
     return sentences
 
 
-def _list(group: Sequence[int], items: Sequence[str], most: int = 8) -> str:
+def find_separation(counts: Counts, items: Sequence[str], *, ties: bool, prior: bool = False) -> Separation | None:
+    """Say why the likelihood of ``counts`` has no finite maximum; None if it has one.
+
+    Parameters
+    ----------
+    counts
+        With a batch of one.
+    ties
+        Whether the law has a tie parameter; some answer is then a tie.
+    prior
+        Whether a prior keeps the strengths finite: only the law's parameter and the order effect can then run away.
+    """
+    won, lost, tied = counts.won[0], counts.lost[0], counts.tied[0]
+    wins = _graph(counts, won, lost)
+    if not prior:
+        apart = compared_groups(_graph(counts, won + tied, lost + tied))
+        if len(apart) > 1:
+            return Separation(apart, _never_compared(apart, items))
+        if not counts.ordered and not ties:
+            groups = strong_groups(wins)
+            if len(groups) == 1:
+                return None
+            return Separation(groups, (_drawing_apart(groups, items, ""), *explain(groups, wins, items)))
+    if not won.any() and not lost.any():
+        return _together(counts.n, "Every answer is a tie: nothing tells the items apart.")
+    if counts.ordered and not (won.any() and lost.any()):
+        place = "first" if won.any() else "second"
+        return _together(counts.n, f"The item shown {place} won every comparison that was decided.")
+    if _linked_by_graph(counts, wins):
+        return None
+    if counts.ordered and not prior and _order_follows_items(counts):
+        return Separation(
+            tuple((item,) for item in range(counts.n)),
+            ("Each pair was only shown in one order, so that order and strength cannot be told apart.",),
+        )
+    direction = recession(counts, np.empty((counts.n, 0)) if prior else _one_each(counts.n), ties=ties)
+    if direction is None:
+        return None
+    return _explained(np.zeros(counts.n) if prior else np.r_[0.0, direction[:-2]], direction[-2:], items)
+
+
+def recession(counts: Counts, columns: Floats | csr_array, *, ties: bool = False) -> Floats | None:
+    """Return a direction along which no answer grows less likely and some grow more likely; None if there is none.
+
+    With a row of A for each kind of answer: maximise Σ u, 0 ≤ u ≤ 1, u ≤ A x. Any direction can be made so long that u
+    reaches 1 wherever an answer agrees with it at all.
+
+    Parameters
+    ----------
+    counts
+        With a batch of one.
+    columns
+        Shape (n, c), dense or sparse: strengths are ``columns`` times coefficients.
+    ties
+        Whether there is a tie parameter.
+
+    Returns
+    -------
+    Shape (c + 2,), at most 1 in size: coefficients, tie parameter and order effect.
+
+    Raises
+    ------
+    ResultsError
+        If the solver gives up.
+    """
+    from scipy.optimize import linprog
+    from scipy.sparse import csr_array, eye_array, hstack, vstack
+
+    won, lost, tied = counts.won[0] > 0, counts.lost[0] > 0, counts.tied[0] > 0
+    apart = columns[counts.first] - columns[counts.second]
+    kinds = [(won, 1.0, -1.0), (lost, -1.0, -1.0)]
+    if ties:
+        kinds += [(tied, 1.0, 1.0), (tied, -1.0, 1.0)]
+    further = [
+        np.full((int(chosen.sum()), 2), (tie * ties, side * float(counts.ordered))) for chosen, side, tie in kinds
+    ]
+    if isinstance(apart, np.ndarray):
+        rows = [np.hstack([side * apart[chosen], own]) for (chosen, side, _), own in zip(kinds, further, strict=True)]
+        agreeing = csr_array(np.unique(np.vstack(rows), axis=0))
+    else:
+        pairs = vstack([side * csr_array(apart)[np.flatnonzero(chosen)] for chosen, side, _ in kinds])
+        agreeing = hstack([pairs, csr_array(np.vstack(further))], format="csr")
+    number, width = agreeing.shape
+    cost = np.concatenate([np.zeros(width), -np.ones(number)])
+    free: tuple[float | None, float | None] = (None, None)
+    beside = [(0.0, None) if ties else (0.0, 0.0), free if counts.ordered else (0.0, 0.0)]
+    bounds = [free] * (width - 2) + beside + [(0.0, 1.0)] * number
+    limits = hstack([-agreeing, eye_array(number)], format="csr")
+    solved = linprog(cost, limits, np.zeros(number), bounds=bounds, method="highs")
+    if solved.x is None:
+        what = f"whether the effects have a finite maximum could not be decided: {solved.message}"
+        raise ResultsError(Finding(what, remedy="leave a factor out, or use fewer levels"))
+    direction = np.asarray(solved.x, dtype=np.float64)[:width]
+    if float((agreeing @ direction).max(initial=0.0)) < AGREES:
+        return None
+    return np.asarray(direction / np.abs(direction).max(), dtype=np.float64)
+
+
+def _one_each(n: int) -> csr_array:
+    """Return the columns of free strengths, shape (n, n − 1), that of the first item 0."""
+    from scipy.sparse import csr_array
+
+    return csr_array((np.ones(n - 1), (np.arange(1, n), np.arange(n - 1))), shape=(n, n - 1))
+
+
+def items_are_linked(counts: Counts) -> bool:
+    """Say whether wins alone link all items both ways, so that no strengths of any kind run away."""
+    return len(strong_groups(_graph(counts, counts.won[0], counts.lost[0]))) == 1
+
+
+def _graph(counts: Counts, won: Floats, lost: Floats) -> csr_array:
+    """Return who won how often against whom, shape (n, n)."""
+    from scipy.sparse import csr_array
+
+    rows, columns = np.r_[counts.first, counts.second], np.r_[counts.second, counts.first]
+    graph = csr_array((np.r_[won, lost], (rows, columns)), shape=(counts.n, counts.n))
+    graph.eliminate_zeros()
+    return graph
+
+
+def _linked_by_graph(counts: Counts, wins: csr_array) -> bool:
+    if not counts.ordered:
+        return len(strong_groups(wins)) == 1
+    nothing = np.zeros_like(counts.won[0])
+    places = (_graph(counts, counts.won[0], nothing), _graph(counts, nothing, counts.lost[0]))
+    return all(len(strong_groups(graph)) == 1 for graph in places)
+
+
+def _order_follows_items(counts: Counts) -> bool:
+    """Say whether numbers a exist with a_i − a_j = 1 wherever i was shown before j."""
+    from scipy.sparse.csgraph import breadth_first_order
+
+    ones = np.ones(len(counts.first))
+    order, before = breadth_first_order(_graph(counts, ones, ones), 0, directed=False)
+    shown_before = set(zip(counts.first.tolist(), counts.second.tolist(), strict=True))
+    level = np.zeros(counts.n)
+    for item in order[1:].tolist():
+        parent = int(before[item])
+        level[item] = level[parent] + (1 if (item, parent) in shown_before else -1)
+    return bool((level[counts.first] - level[counts.second] == 1).all())
+
+
+def _together(n: int, sentence: str) -> Separation:
+    return Separation((tuple(range(n)),), (sentence,))
+
+
+def _explained(theta: Floats, further: Floats, items: Sequence[str]) -> Separation:
+    tie, order = further.tolist()
+    aside = " and ties grow more likely" if tie > LEVEL else ""
+    if order > LEVEL:
+        aside += " and the first place gains"
+    elif order < -LEVEL:
+        aside += " and the second place gains"
+    ranked = np.argsort(-theta, kind="stable")
+    cuts = np.flatnonzero(-np.diff(theta[ranked]) > LEVEL) + 1
+    groups = tuple(tuple(sorted(group.tolist())) for group in np.split(ranked, cuts))
+    if len(groups) > 1:
+        return Separation(groups, (_drawing_apart(groups, items, aside),))
+    return Separation(groups, (f"The answers are fitted ever better without end{aside}.",))
+
+
+def _drawing_apart(groups: Groups, items: Sequence[str], aside: str) -> str:
+    above = ", then ".join(_names(group, items) for group in groups[:4])
+    rest = ", and so on" if len(groups) > 4 else ""
+    return f"The answers are fitted ever better as the items draw apart{aside}: {above}{rest}, best first."
+
+
+def _never_compared(groups: Groups, items: Sequence[str]) -> tuple[str, ...]:
+    largest = max(groups, key=len)
+    return tuple(
+        f"{_names(group, items)}: never compared with the other items."
+        for group in groups
+        if group is not largest or all(len(other) == len(group) for other in groups)
+    )
+
+
+def _names(group: Sequence[int], items: Sequence[str], most: int = 8) -> str:
     names = [f"'{items[item]}'" for item in group[:most]]
-    if len(group) > most:
-        names.append(f"{len(group) - most} more")
-    return ", ".join(names)
+    return ", ".join(names) + (f" and {len(group) - most} more" if len(group) > most else "")

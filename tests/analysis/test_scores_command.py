@@ -45,15 +45,30 @@ def test_table_4_4_in_json(call: Call, table_4_4: Table, tmp_path: Path) -> None
     told = json.loads(done.stdout)
     assert set(told) == {
         "items",
+        "model",
+        "method",
+        "prior_sd",
+        "covariance",
         "log_likelihood",
+        "log_posterior",
         "deviance",
         "df",
         "goodness_of_fit",
+        "parameters",
+        "order_test",
+        "held_by_prior",
+        "ties_left_out",
         "converged",
+        "iterations",
         "separated",
+        "why",
     }
+    assert (told["model"], told["method"]) == ("bradley-terry", "ml")
     assert told["goodness_of_fit"]["p_deviance"] == pytest.approx(1)
-    assert all(set(item) == KEYS for item in told["items"])
+    assert all(set(item) == {*KEYS, "jnd", "jnd_se"} for item in told["items"])
+    assert [item["jnd"] for item in told["items"]] == pytest.approx(
+        [item["theta"] / 1.0986122886681098 for item in told["items"]]
+    )
     assert [item["name"] for item in told["items"]] == ["6", "4", "10", "3", "9", "5", "1", "7", "2", "8"]
     for item in told["items"]:
         score, label = table_4_4[item["name"]]

@@ -9,8 +9,8 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from analysis.scaling.bradley_terry import fit, fit_batch, probabilities
-from analysis.scaling.bradley_terry_sparse import fit_sparse
+from analysis.scaling.fit import fit, fit_batch, fit_sparse
+from analysis.scaling.laws import probabilities
 
 Floats = NDArray[np.float64]
 

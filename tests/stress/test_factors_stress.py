@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
 from analysis.factors.effects import factor_effects
-from analysis.scaling import bradley_terry
+from analysis.scaling.fit import fit
 
 Floats = NDArray[np.float64]
 
@@ -166,4 +166,4 @@ def test_the_free_model_is_reached_on_random_designs() -> None:
             names = [f"{place}" for place in range(n)]
             answers = [Answer(names[i], names[j], wins[i, j]) for i in range(n) for j in range(n) if i != j]
             found = factor_effects(from_answers(answers, names), {name: {"own": name} for name in names}, use=("own",))
-            np.testing.assert_allclose(found.theta, bradley_terry.fit(wins).theta, rtol=0, atol=1e-10)
+            np.testing.assert_allclose(found.theta, fit(wins).theta, rtol=0, atol=1e-10)

@@ -10,10 +10,9 @@ import numpy as np
 import pytest
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
-from analysis.scaling.davidson import Davidson
-from analysis.scaling.pair_fit import MODELS, Model, fit_model
-from analysis.scaling.pair_scores import score_model
-from analysis.scaling.rao_kupper import RaoKupper
+from analysis.scaling.fit import MODELS, Model, fit_model
+from analysis.scaling.laws import Davidson, RaoKupper
+from analysis.scaling.scores import score
 from tests.stress.memory import peak_kb
 
 pytestmark = pytest.mark.stress
@@ -161,5 +160,5 @@ def test_thousands_of_items_fit_into_memory(n: int, with_classes: bool) -> None:
     assert fitted.converged
     assert np.corrcoef(fitted.theta, theta)[0, 1] > 0.9
     if with_classes:
-        assert all(item.label for item in score_model(comparisons, method="map").items)
+        assert all(item.label for item in score(comparisons, method="map").items)
     assert peak_kb() / 1024**2 < 3  # gigabytes

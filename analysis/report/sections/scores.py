@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import math
 
+import numpy as np
+from numpy.typing import NDArray
+
 from analysis.errors import ResultsError
 from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
@@ -11,7 +14,8 @@ from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCe
 from analysis.report.figures import classes_svg, scores_svg
 from analysis.report.summary import Summary
 from analysis.report.words import fixed, p_words, percent
-from analysis.scaling.pair_fit import ModelFit, fit_model
+from analysis.scaling.fit import Fit, fit_model
+from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import Published
 from documents.pages.drawing import NARROW_IN, WIDE_IN
 
@@ -147,7 +151,7 @@ def counts_section(summary: Summary) -> Section:
     wins = scores.comparisons.wins
     names = [scores.comparisons.items[index] for index in scores.order]
     drawn = tuple(
-        (name, tuple(None if row == column else _matrix_cell(summary, row, column) for column in scores.order))
+        (name, tuple(None if row == column else _matrix_cell(scores, wins, row, column) for column in scores.order))
         for name, row in zip(names, scores.order, strict=True)
     )
     numbers: tuple[tuple[Cell, ...], ...] = tuple(
@@ -165,15 +169,15 @@ def counts_section(summary: Summary) -> Section:
     return Section("comparisons", "Who was preferred over whom", (matrix, words))
 
 
-def _matrix_cell(summary: Summary, row: int, column: int) -> MatrixCell:
-    comparisons = summary.scores.comparisons
-    wins, total = float(comparisons.wins[row, column]), float(comparisons.totals[row, column])
+def _matrix_cell(scores: Scores, counts: NDArray[np.float64], row: int, column: int) -> MatrixCell:
+    items = scores.comparisons.items
+    wins, total = float(counts[row, column]), float(counts[row, column] + counts[column, row])
     if not total:
         return MatrixCell("–", "never compared", "transparent", dark=False)
     share = wins / total
     # From white (never) to a deep blue-green (always), through evenly darker steps that also read in grey.
     red, green, blue = (round(255 + share * (deep - 255)) for deep in (22, 84, 102))
-    title = f"{comparisons.items[row]} over {comparisons.items[column]}: {wins:g} of {total:g}"
+    title = f"{items[row]} over {items[column]}: {wins:g} of {total:g}"
     return MatrixCell(f"{wins:g}", title, f"rgb({red},{green},{blue})", dark=share > 0.55)
 
 
@@ -231,7 +235,7 @@ def _sides(summary: Summary) -> list[tuple[str, str]]:
     return [("Side or order", words)]
 
 
-def order_fit(summary: Summary) -> ModelFit | None:
+def order_fit(summary: Summary) -> Fit | None:
     """Return the fit with an order effect; None where it cannot be fitted."""
     if summary.estimate.way != "ml" or summary.estimate.plain.separated:
         return None
@@ -255,7 +259,7 @@ def _ties(summary: Summary) -> list[tuple[str, str]]:
     return [("Ties", words)]
 
 
-def tie_fit(summary: Summary) -> ModelFit | None:
+def tie_fit(summary: Summary) -> Fit | None:
     """Return Davidson's fit of ties; None without ties, or where it has no maximum."""
     if not summary.scores.comparisons.ties:
         return None

@@ -10,7 +10,8 @@ import pytest
 from analysis.bootstrap.influence import influences, sandwich, standard_errors
 from analysis.bootstrap.replicates import counts_by_observer, resample
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.bradley_terry import fit, probabilities
+from analysis.scaling.fit import fit
+from analysis.scaling.laws import probabilities
 
 Study = Callable[..., Comparisons]
 STRENGTHS = (-0.8, -0.2, 0.1, 0.9)

@@ -19,7 +19,7 @@ from analysis.bootstrap.quantities import NAMES, Name, Quantity
 from analysis.bootstrap.replicates import resample
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.bradley_terry import fit
+from analysis.scaling.fit import fit
 
 Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]

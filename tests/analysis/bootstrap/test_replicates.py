@@ -11,13 +11,14 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.bootstrap.firth_batch import maximise as firth_batch
 from analysis.bootstrap.fits import fit_each
 from analysis.bootstrap.replicates import Replicates, draw_observers, resample
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.bradley_terry import fit
-from analysis.scaling.firth import maximise as firth
+from analysis.scaling.counts import Counts
+from analysis.scaling.fit import fit
+from analysis.scaling.newton import maximise
+from analysis.scaling.penalty import FIRTH
 from analysis.scaling.separation import are_connected
 
 Floats = NDArray[np.float64]
@@ -96,11 +97,10 @@ def test_batched_firth_is_firth(n: int, log10_count: float, seed: int) -> None:
     wins = 10**log10_count * np.random.default_rng(seed).integers(0, 3, (5, n, n)).astype(float)
     wins[:, np.arange(n), np.arange(n)] = 0
     wins[:, np.arange(n - 1), np.arange(1, n)] += 10**log10_count  # links all
-    theta, converged = firth_batch(wins)
-    for found, sound, counts in zip(theta, converged, wins, strict=True):
-        expected, _, _ = firth(counts)
-        assert sound
-        assert found == pytest.approx(expected, abs=1e-7)
+    top = maximise(Counts.from_wins(wins), penalty=FIRTH)
+    for theta, converged, counts in zip(top.theta, top.converged, wins, strict=True):
+        assert converged
+        assert theta == pytest.approx(fit(counts, method="firth").theta, abs=1e-7)
 
 
 def test_half_an_answer_lies_beyond_one(study: Study) -> None:
@@ -129,7 +129,7 @@ def test_draws_that_link_no_items_have_no_fit() -> None:
 def test_the_size_of_counts_changes_no_strength(study: Study, scale: float) -> None:
     comparisons = study(STRENGTHS, observers=20, observer_sd=0.0)
     plain = resample(comparisons, replicates=50)
-    scaled = replace(comparisons, wins=comparisons.wins * scale, count=comparisons.count * scale)
+    scaled = replace(comparisons, count=comparisons.count * scale)
     found = resample(scaled, replicates=50)
     assert not plain.separated.any()
     assert found.theta == pytest.approx(plain.theta, abs=1e-8)

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from analysis.classes.classes import classify, letter_display, numbered
 from analysis.classes.multiplicity import Adjust
 from analysis.errors import ResultsError
-from analysis.scaling.bradley_terry import fit, probabilities
+from analysis.scaling.fit import fit
+from analysis.scaling.laws import probabilities
 
 # Medina 2016, Table 4.4: samples 8 2 7 1 5 9 3 10 4 6.
 PRINTED = np.array([0.0296, 0.0432, 0.0543, 0.0718, 0.0740, 0.0751, 0.0762, 0.1149, 0.2036, 0.2574])

@@ -13,7 +13,7 @@ from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
-from analysis.scaling import bradley_terry
+from analysis.scaling.fit import fit
 
 Floats = NDArray[np.float64]
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -118,7 +118,7 @@ def test_one_level_for_each_item_is_the_free_model(grid: Factors, draw: Drawer) 
     answers = draw(strengths(grid))
     named = {name: {"stimulus": name} for name in grid}
     found = factor_effects(answers, named, use=("stimulus",))
-    free = bradley_terry.fit(answers.wins)
+    free = fit(answers.wins)
     np.testing.assert_allclose(found.theta, free.theta, atol=1e-10, rtol=0)
     np.testing.assert_allclose([e.estimate for e in found.effects], free.theta[1:] - free.theta[0], atol=1e-10, rtol=0)
     variances = np.diag(free.covariance)[1:] + free.covariance[0, 0] - 2 * free.covariance[0, 1:]
@@ -134,7 +134,7 @@ def test_one_level_for_each_item_is_the_free_model(grid: Factors, draw: Drawer) 
 def test_share_and_r_squared_by_hand(grid: Factors, draw: Drawer) -> None:
     answers = draw(strengths(grid), seed=4)
     found = factor_effects(answers, grid, use=("view",))
-    free = bradley_terry.fit(answers.wins)
+    free = fit(answers.wins)
     told = found.explained
     assert told is not None
     null = float(answers.count.sum() * np.log(0.5))
@@ -252,7 +252,7 @@ def test_a_prior_pulls_effects_towards_zero(grid: Factors, draw: Drawer) -> None
 
 
 def test_the_posterior_is_that_of_the_pair_models_for_free_items(grid: Factors, draw: Drawer) -> None:
-    from analysis.scaling.pair_fit import fit_model
+    from analysis.scaling.fit import fit_model
 
     answers = draw(strengths(grid))
     named = {name: {"stimulus": name} for name in grid}

@@ -12,11 +12,11 @@ from numpy.typing import NDArray
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
-from analysis.factors.existence import direction, is_separated, separated_effects
 from analysis.factors.figure import effects_svg
+from analysis.factors.separation import is_separated, separated_effects
 from analysis.factors.terms import Term
-from analysis.scaling.cells import count_cells
-from analysis.scaling.separation import strong_groups
+from analysis.scaling.counts import count_pairs
+from analysis.scaling.separation import recession, strong_groups
 
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]
@@ -45,10 +45,10 @@ def test_the_programme_finds_what_the_plane_shows(columns: list[tuple[int, int]]
     comparisons = from_answers(answers, [f"{place}" for place in range(n)])
     place = [int(name) for name in comparisons.items]
     x = np.array(columns, dtype=np.float64)[place]
-    cells, _ = count_cells(comparisons, ordered=False, ties=False)
+    cells, _ = count_pairs(comparisons)
     agreeing = x[comparisons.winner] - x[comparisons.loser]
     apart = separated_by_hand(agreeing)
-    assert (direction(cells, x) is not None) == apart
+    assert (recession(cells, x) is not None) == apart
     # The graph alone settles it where it can.
     assert not (apart and len(strong_groups(comparisons.wins)) == 1)
     term = Term(("x", "y"), x, np.empty((0, 2)), ())

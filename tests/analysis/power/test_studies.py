@@ -21,7 +21,8 @@ from analysis.classes.multiplicity import Adjust
 from analysis.power import studies as width_module
 from analysis.power.plan import Plan, differing_pairs
 from analysis.power.studies import Studies, draw, run, widths
-from analysis.scaling.bradley_terry import BradleyTerryFit, fit, probabilities
+from analysis.scaling.fit import Fit, fit
+from analysis.scaling.laws import probabilities
 
 Floats = NDArray[np.float64]
 MakePlan = Callable[..., Plan]
@@ -39,7 +40,7 @@ def counts_of(studies: Studies, study: int) -> Floats:
     return counts
 
 
-def fitted(wins: Floats) -> BradleyTerryFit:
+def fitted(wins: Floats) -> Fit:
     """Fit as a report does."""
     plain = fit(wins)
     return fit(wins, method="firth") if plain.separated else plain

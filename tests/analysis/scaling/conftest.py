@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
-from analysis.scaling.law import Law
+from analysis.scaling.laws import Law
 
 # Davidson 1970: pair, wins of the first, wins of the second, ties.
 PUDDING = (

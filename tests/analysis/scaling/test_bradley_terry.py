@@ -13,8 +13,10 @@ from scipy.optimize import minimize
 from scipy.special import log_expit
 
 from analysis.errors import ResultsError
-from analysis.scaling.bradley_terry import fit, fit_batch, probabilities
-from analysis.scaling.firth import penalised_log_likelihood
+from analysis.scaling.counts import Counts
+from analysis.scaling.fit import fit, fit_batch
+from analysis.scaling.laws import LOGISTIC, probabilities
+from analysis.scaling.penalty import FIRTH
 
 Floats = NDArray[np.float64]
 
@@ -37,6 +39,12 @@ def counts(n: int = 5) -> st.SearchStrategy[Floats]:
     return st.lists(number, min_size=n * n, max_size=n * n).map(
         lambda values: np.array(values, dtype=float).reshape(n, n) * (1 - np.eye(n))
     )
+
+
+def penalised_log_likelihood(wins: Floats, theta: Floats) -> float:
+    counts = Counts.from_wins(wins[None])
+    d = counts.differences(theta[None])
+    return float(LOGISTIC.log_likelihood(counts, d, 0.0).sum() + FIRTH.value(counts, theta[None], d)[0])
 
 
 def test_citations_have_the_strengths_deviance_and_variances_of_r() -> None:

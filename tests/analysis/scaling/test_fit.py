@@ -15,14 +15,9 @@ from scipy.stats import chi2, norm
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.bradley_terry import fit
-from analysis.scaling.davidson import Davidson
-from analysis.scaling.gaussian_prior import posterior
-from analysis.scaling.law import Law
-from analysis.scaling.logistic import Logistic
-from analysis.scaling.pair_fit import MODELS, Model, fit_model
-from analysis.scaling.probit import Probit
-from analysis.scaling.rao_kupper import RaoKupper
+from analysis.scaling.fit import MODELS, Model, fit, fit_model
+from analysis.scaling.laws import Davidson, Law, Logistic, Probit, RaoKupper
+from analysis.scaling.learnt_prior import posterior
 
 Floats = NDArray[np.float64]
 Drawer = Callable[..., Comparisons]
@@ -174,7 +169,6 @@ def test_order_and_names_of_items_and_observers_do_not_matter(
         comparisons,
         items=tuple(names),
         observers=("x", "y"),
-        wins=comparisons.wins[np.ix_(index, index)],
         winner=place[comparisons.winner],
         loser=place[comparisons.loser],
         observer=1 - comparisons.observer,
@@ -198,7 +192,7 @@ def test_more_of_the_same_answers_shrinks_the_errors_and_nothing_else(
     pudding: Comparisons, model: Model, factor: float
 ) -> None:
     tied = replace(pudding.tied, count=pudding.tied.count * factor)
-    scaled = replace(pudding, count=pudding.count * factor, wins=pudding.wins * factor, tied=tied)
+    scaled = replace(pudding, count=pudding.count * factor, tied=tied)
     once, more = fit_model(pudding, model), fit_model(scaled, model)
     assert more.converged
     assert more.theta == pytest.approx(once.theta, abs=1e-11)

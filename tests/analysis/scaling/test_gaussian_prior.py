@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from analysis.scaling.bradley_terry import fit
-from analysis.scaling.gaussian_prior import learnt_posterior, posterior
+from analysis.scaling.fit import fit
+from analysis.scaling.learnt_prior import learnt_posterior, posterior
 
 Floats = NDArray[np.float64]
 
@@ -38,7 +38,8 @@ def test_the_mode_is_what_a_plain_maximiser_finds(prior_sd: float) -> None:
     around = [[loss(found.theta + a + b) - loss(found.theta + a - b) for b in units] for a in units]
     below = [[loss(found.theta - a + b) - loss(found.theta - a - b) for b in units] for a in units]
     hessian = (np.array(around) - np.array(below)) / (4 * step**2)
-    assert np.abs(found.covariance @ hessian - np.eye(6)).max() < 1e-4
+    # The information of the mean strength, 1/σ² a strength, is left out.
+    assert np.abs(found.covariance @ hessian - (np.eye(6) - 1 / 6)).max() < 1e-4
 
 
 def test_a_wide_prior_says_nothing() -> None:
@@ -50,7 +51,7 @@ def test_a_wide_prior_says_nothing() -> None:
 def test_without_answers_the_prior_is_what_is_left() -> None:
     found = posterior(np.zeros((4, 4)), 1.5)
     assert not found.theta.any()
-    assert np.allclose(found.covariance, 1.5**2 * np.eye(4))
+    assert np.allclose(found.covariance, 1.5**2 * (np.eye(4) - 1 / 4))
     mean, variance = found.contrasts()
     assert not mean.any()
     assert np.allclose(variance, 2 * 1.5**2 * (1 - np.eye(4)))
@@ -64,7 +65,8 @@ def test_any_answers_give_finite_strengths(count: int, seed: int, share: float, 
     wins = np.triu(np.where(rng.random((count, count)) < share, times, 0.0), 1).astype(np.float64)
     found = learnt_posterior(wins)
     assert np.isfinite(found.theta).all()
-    assert np.linalg.eigvalsh(found.covariance).min() > 0
+    assert np.linalg.eigvalsh(found.covariance)[1:].min() > 0
+    assert np.abs(found.covariance.sum(axis=0)).max() <= 1e-9 * np.abs(found.covariance).max()
     assert 0 < found.prior_sd <= 10
     if share == 1:
         assert (np.diff(found.theta) < 0).all()

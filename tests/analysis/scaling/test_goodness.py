@@ -7,18 +7,18 @@ import pytest
 from scipy.stats import chi2, chisquare
 
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.cells import count_cells
-from analysis.scaling.davidson import Davidson
+from analysis.scaling.counts import count_pairs
+from analysis.scaling.fit import fit_model
 from analysis.scaling.goodness import goodness_of_fit
-from analysis.scaling.pair_fit import fit_model
+from analysis.scaling.laws import Davidson
 
 
 def test_deviance_and_pearson_are_sums_over_the_answers_to_each_pair(pudding: Comparisons) -> None:
     fitted = fit_model(pudding, "davidson")
-    cells, _ = count_cells(pudding, ordered=False, ties=True)
+    cells, _ = count_pairs(pudding, ties=True)
     deviance = pearson = 0.0
     k = fitted.parameters[0].estimate
-    for i, j, *observed in zip(cells.first, cells.second, cells.won, cells.lost, cells.tied, strict=True):
+    for i, j, *observed in zip(cells.first, cells.second, cells.won[0], cells.lost[0], cells.tied[0], strict=True):
         chances = Davidson().probabilities(np.array([fitted.theta[i] - fitted.theta[j]]), k)
         expected = np.concatenate(chances) * sum(observed)
         deviance += 2 * float((observed * np.log(observed / expected)).sum())
@@ -32,9 +32,9 @@ def test_deviance_and_pearson_are_sums_over_the_answers_to_each_pair(pudding: Co
 
 
 def test_small_counts_are_told_and_no_freedom_has_no_p(pudding: Comparisons) -> None:
-    cells, _ = count_cells(pudding, ordered=False, ties=False)
-    half = np.full(len(cells.first), 0.5)
-    few = type(cells)(6, cells.first, cells.second, cells.won / 20, cells.lost / 20, cells.tied, False)
+    cells, _ = count_pairs(pudding)
+    half = np.full((1, len(cells.first)), 0.5)
+    few = type(cells)(6, cells.first, cells.second, cells.won / 20, cells.lost / 20, cells.tied)
     goodness = goodness_of_fit(few, (half, half, 0 * half), 5, ties=False)
     assert goodness.share_small == 1
     assert goodness.caveat is not None

@@ -9,24 +9,20 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.stats import norm
 
-from analysis.scaling.cells import Cells
-from analysis.scaling.davidson import Davidson
-from analysis.scaling.law import Law
-from analysis.scaling.logistic import Logistic
-from analysis.scaling.probit import Probit
-from analysis.scaling.rao_kupper import RaoKupper
+from analysis.scaling.counts import Counts
+from analysis.scaling.laws import Davidson, Law, Logistic, Probit, RaoKupper
 
 LAWS: list[Law] = [Logistic(), Probit(), Davidson(), RaoKupper()]
 number = st.floats(0, 50)
 
 
-def cell(won: float, lost: float, tied: float) -> Cells:
+def cell(won: float, lost: float, tied: float) -> Counts:
     first, second = np.array([0]), np.array([1])
-    return Cells(2, first, second, np.array([won]), np.array([lost]), np.array([tied]), ordered=False)
+    return Counts(2, first, second, np.array([[won]]), np.array([[lost]]), np.array([[tied]]))
 
 
-def likelihood(law: Law, cells: Cells, d: float, k: float) -> float:
-    return float(law.log_likelihood(cells, np.array([d]), k)[0])
+def likelihood(law: Law, cells: Counts, d: float, k: float) -> float:
+    return float(law.log_likelihood(cells, np.array([[d]]), k)[0, 0])
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -35,18 +31,18 @@ def test_derivatives_are_those_of_the_likelihood(
     law: Law, d: float, k: float, won: float, lost: float, tied: float
 ) -> None:
     cells = cell(won, lost, tied if law.parameter else 0.0)
-    slopes = law.slopes(cells, np.array([d]), k)
+    slopes = law.slopes(cells, np.array([[d]]), k)
     h = 1e-6
     by_d = (likelihood(law, cells, d + h, k) - likelihood(law, cells, d - h, k)) / (2 * h)
-    assert slopes.d[0] == pytest.approx(by_d, rel=1e-5, abs=1e-4)
-    up, down = (law.slopes(cells, np.array([d + step]), k) for step in (h, -h))
-    assert slopes.dd[0] == pytest.approx(-(up.d[0] - down.d[0]) / (2 * h), rel=1e-5, abs=1e-4)
+    assert slopes.d[0, 0] == pytest.approx(by_d, rel=1e-5, abs=1e-4)
+    up, down = (law.slopes(cells, np.array([[d + step]]), k) for step in (h, -h))
+    assert slopes.dd[0, 0] == pytest.approx(-(up.d[0, 0] - down.d[0, 0]) / (2 * h), rel=1e-5, abs=1e-4)
     if law.parameter:
         by_k = (likelihood(law, cells, d, k + h) - likelihood(law, cells, d, k - h)) / (2 * h)
-        assert slopes.k[0] == pytest.approx(by_k, rel=1e-4, abs=1e-3)
-        assert slopes.dk[0] == pytest.approx(-(up.k[0] - down.k[0]) / (2 * h), rel=1e-5, abs=1e-4)
-        above, below = (law.slopes(cells, np.array([d]), k + step) for step in (h, -h))
-        assert slopes.kk[0] == pytest.approx(-(above.k[0] - below.k[0]) / (2 * h), rel=1e-4, abs=1e-3)
+        assert slopes.k[0, 0] == pytest.approx(by_k, rel=1e-4, abs=1e-3)
+        assert slopes.dk[0, 0] == pytest.approx(-(up.k[0, 0] - down.k[0, 0]) / (2 * h), rel=1e-5, abs=1e-4)
+        above, below = (law.slopes(cells, np.array([[d]]), k + step) for step in (h, -h))
+        assert slopes.kk[0, 0] == pytest.approx(-(above.k[0, 0] - below.k[0, 0]) / (2 * h), rel=1e-4, abs=1e-3)
 
 
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
@@ -79,11 +75,11 @@ def test_the_laws_are_as_published() -> None:
 @pytest.mark.parametrize("law", LAWS, ids=lambda law: type(law).__name__)
 def test_far_apart_the_information_keeps_its_digits(law: Law) -> None:
     """One surprising answer at 30: the slope of log p by d is 1 (logistic) or about d (probit)."""
-    d: NDArray[np.float64] = np.array([30.0])
+    d: NDArray[np.float64] = np.array([[30.0]])
     slopes = law.slopes(cell(0, 1, 0), d, 0.7)
     assert np.isfinite(slopes.d).all()
-    assert slopes.d[0] == pytest.approx(-30.0332 if isinstance(law, Probit) else -1, rel=1e-4)
-    assert slopes.dd[0] > 0
+    assert slopes.d[0, 0] == pytest.approx(-30.0332 if isinstance(law, Probit) else -1, rel=1e-4)
+    assert slopes.dd[0, 0] > 0
 
 
 def test_an_impossible_threshold_is_infinitely_unlikely() -> None:

@@ -8,9 +8,9 @@ from scipy.special import expit
 from scipy.stats import norm
 
 from analysis.comparisons.comparisons import Answer, from_answers
-from analysis.scaling import units
-from analysis.scaling.pair_fit import MODELS, Model
-from analysis.scaling.pair_scores import score_model
+from analysis.scaling import laws as units
+from analysis.scaling.fit import MODELS, Model
+from analysis.scaling.scores import score
 
 
 def test_constants_are_what_they_say() -> None:
@@ -29,7 +29,7 @@ def test_three_of_four_answers_are_one_unit(model: Model) -> None:
     answers = [Answer("good", "bad", 75), Answer("bad", "good", 25)]
     if model in ("davidson", "rao-kupper"):
         answers.append(Answer("good", "bad", 1e-9, tie=True))
-    told = score_model(from_answers(answers), model).to_json()["items"]
+    told = score(from_answers(answers), model).to_json()["items"]
     assert told[0]["name"] == "good"
     assert told[0]["jnd"] - told[1]["jnd"] == pytest.approx(1, abs=1e-8)
     if model == "thurstone":
@@ -48,5 +48,5 @@ def test_thurstone_and_bradley_terry_scales_are_nearly_alike_in_jnd() -> None:
         answers.append(Answer(f"{one}", f"{other}", 100 * share))
     comparisons = from_answers(answers, "01234")
     for model, tolerance in (("thurstone", 1e-10), ("bradley-terry", 0.06)):
-        scores = score_model(comparisons, model)  # type: ignore[arg-type]  # a name out of a tuple
-        assert scores.fit.theta / scores.unit == pytest.approx(jod - jod.mean(), abs=tolerance)
+        scores = score(comparisons, model)  # type: ignore[arg-type]  # a name out of a tuple
+        assert scores.fit.theta / scores.jnd == pytest.approx(jod - jod.mean(), abs=tolerance)

@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling.gaussian_prior import Posterior, learnt_posterior, posterior
+from analysis.scaling.learnt_prior import Posterior, learnt_posterior, posterior
 from runner.blocks.pair_choice import Gain, PairChooser, best_matching, entropy_gain, gains, variance_gain
 
 Floats = NDArray[np.float64]
@@ -56,7 +56,8 @@ def test_variance_gain_is_how_far_the_sum_of_variances_falls() -> None:
         for j in range(i):
             p = 1 / (1 + np.exp(-(mean[i, j] + np.sqrt(variance[i, j]) * x)))
             a = np.eye(7)[i] - np.eye(7)[j]
-            after = np.linalg.inv(np.linalg.inv(found.covariance) + ((p * (1 - p)) @ weights) * np.outer(a, a))
+            # The covariance is that of strengths that sum to zero: n − 1 directions.
+            after = np.linalg.pinv(np.linalg.pinv(found.covariance) + ((p * (1 - p)) @ weights) * np.outer(a, a))
             falls = np.trace(centre @ found.covariance @ centre) - np.trace(centre @ after @ centre)
             assert told[i, j] == pytest.approx(falls, rel=1e-3)
 

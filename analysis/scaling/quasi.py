@@ -1,7 +1,7 @@
-"""Quasi-variances: one number per item, such that any two tell the error of their difference [Firth2004].
+"""Quasi-variances: one number per item, such that any two give the error of their difference [Firth2004].
 
 The variance of θ_i − θ_j is about q_i + q_j. The q minimise Σ (log(q_i + q_j) − log var(θ_i − θ_j))² over all pairs,
-by Gauss and Newton's method. How far the approximation is off is told beside them.
+by Gauss and Newton's method. The largest errors of the approximation stand beside them.
 """
 
 from __future__ import annotations
@@ -29,7 +29,8 @@ class QuasiVariances:
     Attributes
     ----------
     variances
-        Shape (n,): q, in squared units of θ. One may be negative where an item hangs on another; its sums are not.
+        Shape (n,): q, in squared units of θ. One may be negative, where an item was
+        compared with one other only; the sums are not.
     worst_below, worst_above
         Largest relative error of the standard error of a difference, too small (at most 0) and too large (at least 0).
     converged
@@ -106,7 +107,7 @@ def _start(variance: Floats, first: NDArray[np.intp], second: NDArray[np.intp], 
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:
-    """Return the solution, the shortest where some q cannot be told from others for lack of digits."""
+    """Return the solution, the shortest where some q cannot be distinguished from others for lack of digits."""
     try:
         return np.asarray(np.linalg.solve(matrix, right))
     except np.linalg.LinAlgError:

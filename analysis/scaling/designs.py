@@ -1,0 +1,114 @@
+"""What the strengths are free to do: one for each item, or combinations of the columns of a matrix.
+
+A design solves the linear equations of a Newton step, and knows in which way: `Items` solves the Laplacian of all items
+as `analysis.scaling.laplacian` does, `SparseItems` by conjugate gradients where few pairs were compared, `Columns` for
+strengths θ = Q γ in a space with the orthonormal basis Q, such as that of stimulus factors.
+"""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.scaling import laplacian
+from analysis.scaling.counts import Counts
+
+Floats = NDArray[np.float64]
+# Below so many items, or above this share of all pairs, dense equations are solved faster.
+FEWEST_SPARSE_ITEMS = 256
+LARGEST_SPARSE_SHARE = 0.1
+
+
+class Design(Protocol):
+    """How to solve (H + precision) s = g for strengths of the design; H is the Laplacian of the pairs' weights."""
+
+    @property
+    def is_exact(self) -> bool:
+        """Whether the weights met so far let the solution keep its digits."""
+        ...
+
+    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
+        """Return s. Shapes (B, m) of ``weight`` and (B, n, r) of ``right`` to (B, n, r)."""
+        ...
+
+    def covariance(self, counts: Counts, weight: Floats, precision: float) -> Floats:
+        """Return the inverse of H + precision on strengths of the design, shape (B, n, n)."""
+        ...
+
+
+class Items:
+    """Each item has a strength of its own; their sum is zero."""
+
+    is_exact = True
+
+    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
+        """Return s, which sums to zero."""
+        ratio = None if precision else laplacian.pair_span(weight)
+        return laplacian.solve(_weights(counts, weight, precision), right, ratio)
+
+    def covariance(self, counts: Counts, weight: Floats, precision: float) -> Floats:
+        """Return the pseudo-inverse."""
+        return laplacian.pseudo_inverse(_weights(counts, weight, precision))
+
+
+class Columns:
+    """Strengths θ = Q γ, with ``basis`` Q of shape (n, p): orthonormal columns that sum to zero; p may be 0."""
+
+    is_exact = True
+
+    def __init__(self, basis: Floats) -> None:
+        self.basis = basis
+
+    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
+        """Return Q (QᵀHQ + precision)⁻¹ Qᵀ g; NaN where the matrix is singular in floating point."""
+        along = self.basis.T @ right
+        return np.asarray(self.basis @ _solved(self._curvature(counts, weight, precision), along))
+
+    def covariance(self, counts: Counts, weight: Floats, precision: float) -> Floats:
+        """Return Q (QᵀHQ + precision)⁻¹ Qᵀ."""
+        return np.asarray(self.basis @ self.inverse(counts, weight, precision) @ self.basis.T)
+
+    def inverse(self, counts: Counts, weight: Floats, precision: float) -> Floats:
+        """Return the covariance of γ, shape (B, p, p)."""
+        curvature = self._curvature(counts, weight, precision)
+        inverse = _solved(curvature, np.broadcast_to(np.eye(curvature.shape[-1]), curvature.shape))
+        return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
+
+    def _curvature(self, counts: Counts, weight: Floats, precision: float) -> Floats:
+        weights = counts.matrix(weight)
+        times_basis = weights.sum(axis=2)[:, :, None] * self.basis - weights @ self.basis
+        return np.asarray(self.basis.T @ times_basis + precision * np.eye(self.basis.shape[1]))
+
+
+ITEMS: Design = Items()
+
+
+def items_design(counts: Counts) -> Design:
+    """Return the design of free strengths: `ITEMS`, or conjugate gradients where few of many pairs were compared."""
+    n, pairs = counts.n, len(counts.first)
+    if len(counts.won) > 1 or n < FEWEST_SPARSE_ITEMS or pairs > LARGEST_SPARSE_SHARE * n * (n - 1) / 2:
+        return ITEMS
+    from analysis.scaling.conjugate_gradients import SparseItems
+
+    return SparseItems(counts)
+
+
+def _weights(counts: Counts, weight: Floats, precision: float) -> Floats:
+    weights = counts.matrix(weight)
+    if precision:
+        n = counts.n
+        weights += precision / n
+        weights[:, np.arange(n), np.arange(n)] = 0.0
+    return weights
+
+
+def _solved(matrix: Floats, right: Floats) -> Floats:
+    """Solve with unit diagonal; NaN where the matrix is singular in floating point."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        unit = 1 / np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))[:, :, None]
+    try:
+        return np.asarray(unit * np.linalg.solve(matrix * unit * unit.transpose(0, 2, 1), unit * right))
+    except np.linalg.LinAlgError:
+        return np.full_like(right, np.nan)

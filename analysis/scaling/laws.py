@@ -1,0 +1,272 @@
+"""Laws of paired comparison: from a difference of strengths to the chances of each answer.
+
+- `Logistic`, Bradley and Terry's: p = 1 / (1 + exp(−d)) [Bradley1952].
+- `Probit`, Thurstone's law of comparative judgement, Case V: p = Φ(d) [Thurstone1927]. Strengths are in standard
+  deviations of the difference of two perceptions.
+- `Davidson`, with ties: chances as exp(d/2) : exp(−d/2) : ν for first, second and neither [Davidson1970]. The parameter
+  is k = log ν. With an order effect d holds δ, the log of the factor by which being shown first multiplies a strength
+  [DavidsonBeaver1977]; their ν, which stands beside π_i and γ π_j, is this ν times the root of γ = exp(−δ).
+- `RaoKupper`, with ties: neither is preferred where the perceived difference is below a threshold τ [Rao1967].
+  p_first = 1 / (1 + exp(τ − d)), p_second = 1 / (1 + exp(τ + d)). As p_tie = (exp(2τ) − 1) p_first p_second, no near
+  numbers are subtracted. The parameter is k = τ = log η.
+
+Units of perceived difference: one JOD (just objectionable difference) is the difference at which three of four answers
+prefer the better stimulus [PerezOrtiz2017]; one JND of ISO 20462 is the difference that gives 75 : 25 in paired
+comparison as well [ISO20462]. They are the same length: 0.6745 standard deviations of a difference by Thurstone's law,
+log 3 = 1.0986 nats by Bradley and Terry's.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Literal, Protocol, get_args
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.scaling.counts import Counts
+
+Floats = NDArray[np.float64]
+Model = Literal["bradley-terry", "davidson", "rao-kupper", "thurstone"]
+MODELS: tuple[Model, ...] = get_args(Model)
+
+STANDARD_DEVIATIONS_PER_JOD = 0.6744897501960817
+NATS_PER_JND = 1.0986122886681098
+JOD_PER_STANDARD_DEVIATION = 1 / STANDARD_DEVIATIONS_PER_JOD
+
+
+def _nothing() -> Floats:
+    return np.zeros((1, 1))
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Slopes:
+    """Derivatives of the log likelihood of each pair, each of the shape of the differences.
+
+    ``d`` and ``k`` are the first ones by the difference and by the law's own parameter; ``dd``, ``dk`` and ``kk`` the
+    second ones with their signs changed, so that they are information. A law without a parameter has no ``k``: zero.
+    """
+
+    d: Floats
+    dd: Floats
+    k: Floats = field(default_factory=_nothing)
+    dk: Floats = field(default_factory=_nothing)
+    kk: Floats = field(default_factory=_nothing)
+
+
+class Law(Protocol):
+    """A law with at most one parameter ``k`` of its own, whose log likelihood is concave in difference and ``k``.
+
+    ``d`` has the shape (B, m) of the counts, and ``k`` the shape (B, 1) or is a number.
+    """
+
+    @property
+    def parameter(self) -> str | None:
+        """Name of exp(k); None where the law has no parameter of its own, and no ties."""
+        ...
+
+    @property
+    def jnd(self) -> float:
+        """Length of one JND (75 : 25), which is one JOD, in the units of the strengths."""
+        ...
+
+    def start(self, counts: Counts) -> Floats:
+        """Return where ``k`` begins, shape (B, 1)."""
+        ...
+
+    def probabilities(self, d: Floats, k: Floats | float) -> tuple[Floats, Floats, Floats]:
+        """Return the chances that ``first`` is preferred, ``second``, and neither."""
+        ...
+
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float) -> Floats:
+        """Return each pair's log likelihood without binomial coefficients; -inf where ``k`` is impossible."""
+        ...
+
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float) -> Slopes:
+        """Return the derivatives."""
+        ...
+
+
+class _WithoutTies:
+    parameter: str | None = None
+
+    def start(self, counts: Counts) -> Floats:
+        """Return 0: there is no parameter."""
+        return np.zeros((len(counts.won), 1))
+
+
+class Logistic(_WithoutTies):
+    """Without ties; strengths in nats."""
+
+    jnd = NATS_PER_JND
+
+    def probabilities(self, d: Floats, k: Floats | float = 0.0) -> tuple[Floats, Floats, Floats]:
+        """Return the chances of ``first``, of ``second``, and 0."""
+        p, q = _both(d)
+        return p, q, np.zeros_like(d)
+
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Floats:
+        """Return W log p of each pair."""
+        terms: Floats = counts.won * np.minimum(d, 0) - counts.lost * np.maximum(d, 0)
+        terms -= (counts.won + counts.lost) * np.log1p(np.exp(-np.abs(d)))
+        return terms
+
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Slopes:
+        """Return the derivatives; all factors keep their relative precision however small they are."""
+        p, q = _both(d)
+        return Slopes(counts.won * q - counts.lost * p, (counts.won + counts.lost) * p * q)
+
+
+def _both(d: Floats) -> tuple[Floats, Floats]:
+    odds = np.exp(-np.abs(d))
+    near = 1 / (1 + odds)
+    far = odds * near
+    ahead = d >= 0
+    return np.where(ahead, near, far), np.where(ahead, far, near)
+
+
+class Probit(_WithoutTies):
+    """Without ties; strengths in standard deviations of a difference."""
+
+    jnd = STANDARD_DEVIATIONS_PER_JOD
+
+    def probabilities(self, d: Floats, k: Floats | float = 0.0) -> tuple[Floats, Floats, Floats]:
+        """Return the chances of ``first``, of ``second``, and 0."""
+        from scipy.special import ndtr
+
+        return np.asarray(ndtr(d)), np.asarray(ndtr(-d)), np.zeros_like(d)
+
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Floats:
+        """Return W log p of each pair."""
+        from scipy.special import log_ndtr
+
+        return np.asarray(_times(counts.won, log_ndtr(d)) + _times(counts.lost, log_ndtr(-d)))
+
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float = 0.0) -> Slopes:
+        """Return the derivatives."""
+        ahead, behind = _hazard(d), _hazard(-d)
+        information = counts.won * ahead * (ahead + d) + counts.lost * behind * (behind - d)
+        return Slopes(counts.won * ahead - counts.lost * behind, information)
+
+
+def _hazard(d: Floats) -> Floats:
+    """Return φ(d) / Φ(d), to its relative precision however far out."""
+    from scipy.special import log_ndtr
+
+    return np.asarray(np.exp(-0.5 * d * d - 0.5 * np.log(2 * np.pi) - log_ndtr(d)))
+
+
+def _times(count: Floats, log_p: Floats) -> Floats:
+    return np.where(count > 0, count * log_p, 0.0)
+
+
+class Davidson:
+    """With ties; strengths in nats, as Bradley and Terry's where there is no tie."""
+
+    parameter: str | None = "nu"
+    jnd = NATS_PER_JND
+
+    def start(self, counts: Counts) -> Floats:
+        """Return log ν of items that are all alike."""
+        decided = (counts.won + counts.lost).sum(axis=1, keepdims=True)
+        return np.asarray(np.log(2 * counts.tied.sum(axis=1, keepdims=True) / decided))
+
+    def probabilities(self, d: Floats, k: Floats | float) -> tuple[Floats, Floats, Floats]:
+        """Return the chances of ``first``, ``second`` and neither."""
+        first, second, neither = np.exp(_log_probabilities(d, k))
+        return first, second, neither
+
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float) -> Floats:
+        """Return W log p of each pair."""
+        first, second, neither = _log_probabilities(d, k)
+        return np.asarray(counts.won * first + counts.lost * second + counts.tied * neither)
+
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float) -> Slopes:
+        """Return the derivatives, no two near numbers subtracted."""
+        p, q, t = self.probabilities(d, k)
+        total = counts.total
+        return Slopes(
+            d=counts.won * (q + t / 2) - counts.lost * (p + t / 2) - counts.tied * (p - q) / 2,
+            dd=total * (p * q + t * (p + q) / 4),
+            k=counts.tied * (p + q) - (counts.won + counts.lost) * t,
+            dk=-total * t * (p - q) / 2,
+            kk=total * t * (p + q),
+        )
+
+
+def _log_probabilities(d: Floats, k: Floats | float) -> Floats:
+    """Return log chances, shape (3, ...)."""
+    weights = np.stack([d / 2, -d / 2, np.broadcast_to(k, d.shape)])
+    weights -= weights.max(axis=0)
+    return np.asarray(weights - np.log(np.exp(weights).sum(axis=0)))
+
+
+class RaoKupper:
+    """With ties; strengths in nats."""
+
+    parameter: str | None = "eta"
+    jnd = NATS_PER_JND
+
+    def start(self, counts: Counts) -> Floats:
+        """Return τ of items that are all alike."""
+        share = counts.tied.sum(axis=1, keepdims=True) / counts.total.sum(axis=1, keepdims=True)
+        return np.asarray(np.log1p(share) - np.log1p(-share))
+
+    def probabilities(self, d: Floats, k: Floats | float) -> tuple[Floats, Floats, Floats]:
+        """Return the chances of ``first``, ``second`` and neither."""
+        from scipy.special import expit
+
+        first, second = expit(d - k), expit(-d - k)
+        return np.asarray(first), np.asarray(second), np.asarray(np.expm1(2 * k) * first * second)
+
+    def log_likelihood(self, counts: Counts, d: Floats, k: Floats | float) -> Floats:
+        """Return W log p of each pair; -inf where the threshold is not above zero."""
+        from scipy.special import log_expit
+
+        possible = np.asarray(k) > 0
+        k = np.where(possible, k, 1.0)
+        neither = np.log(-np.expm1(-2 * k)) + log_expit(k - d) + log_expit(k + d)
+        terms = counts.won * log_expit(d - k) + counts.lost * log_expit(-d - k) + counts.tied * neither
+        return np.where(possible, terms, -np.inf)
+
+    def slopes(self, counts: Counts, d: Floats, k: Floats | float) -> Slopes:
+        """Return the derivatives."""
+        from scipy.special import expit
+
+        first, second = counts.won + counts.tied, counts.lost + counts.tied
+        p, not_p, q, not_q = expit(d - k), expit(k - d), expit(-d - k), expit(k + d)
+        spread_first, spread_second = first * p * not_p, second * q * not_q
+        return Slopes(
+            d=counts.won * not_p - counts.lost * not_q + counts.tied * (q - p),
+            dd=spread_first + spread_second,
+            k=counts.tied * (p + q + 2 / np.expm1(2 * k)) - counts.won * not_p - counts.lost * not_q,
+            dk=spread_second - spread_first,
+            kk=spread_first + spread_second + counts.tied / np.sinh(k) ** 2,
+        )
+
+
+LOGISTIC: Law = Logistic()
+LAWS: dict[Model, Law] = {
+    "bradley-terry": LOGISTIC,
+    "davidson": Davidson(),
+    "rao-kupper": RaoKupper(),
+    "thurstone": Probit(),
+}
+
+
+def probabilities(theta: Floats) -> Floats:
+    """Return p_ij, the chance that item i is preferred over item j by Bradley and Terry's law.
+
+    Shapes (..., n) to (..., n, n).
+    """
+    from scipy.special import expit
+
+    return np.asarray(expit(theta[..., :, None] - theta[..., None, :]))
+
+
+def iso_20462_jnd(share: Floats) -> Floats:
+    """Return the JNDs between two stimuli of which the better is preferred with ``share`` (0 to 1); −3 to 3.
+
+    ISO 20462's angular law, (12/π) arcsin √p − 3, is for the share of a single pair; no scale here is fitted by it.
+    """
+    return 12 / np.pi * np.arcsin(np.sqrt(share)) - 3

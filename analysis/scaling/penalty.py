@@ -1,0 +1,134 @@
+"""What is added to the log likelihood so that strengths stay finite: nothing, Firth's term, or a Gaussian prior.
+
+- `Firth` [Firth1993] adds ½ log det H on the vectors that sum to zero (Jeffreys' prior), for the Bradley-Terry model.
+  Its gradient is that of the plain likelihood with h/2 wins added on both sides of each pair, the pair's leverage being
+  h_ij = v_ij var(θ_i − θ_j): the fit is a sequence of plain Newton steps on counts that are updated with θ.
+- `Gaussian` adds −Σ θ² / (2 σ²): each strength is normal about 0 with standard deviation σ. On strengths that sum to
+  zero the curvature is I/σ², which is 1/(n σ²) added to the weight of every pair.
+
+The covariance of a penalised fit is the inverse of the curvature on the vectors that sum to zero, as without a
+penalty: with a Gaussian prior it is (H + I/σ²)⁻¹ less σ²/n in every entry, the variance of the mean strength. Answers
+say nothing about that mean; only differences of strengths are identified [Firth2004], and their variances are the same
+either way.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.scaling import laplacian
+from analysis.scaling.counts import Counts
+from analysis.scaling.laws import LOGISTIC
+
+Floats = NDArray[np.float64]
+
+
+class Penalty(Protocol):
+    """A term beside the log likelihood, and when a fit with it has converged."""
+
+    @property
+    def precision(self) -> float:
+        """1/σ², what each strength's own information gains."""
+        ...
+
+    @property
+    def most_iterations(self) -> int:
+        """Newton steps after which a fit stops without having converged."""
+        ...
+
+    def counts(self, counts: Counts, d: Floats) -> Counts:
+        """Return the counts whose plain likelihood has the penalised one's slope at differences ``d`` (B, m)."""
+        ...
+
+    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+        """Return what is added to the log likelihood at ``theta`` (B, n), shape (B,), up to a constant."""
+        ...
+
+    def slack(self, size: Floats) -> Floats:
+        """Return by how much a value of ``size`` (B,), Σ|terms|, may fall by rounding alone."""
+        ...
+
+    def has_settled(self, size: Floats, last_size: Floats) -> NDArray[np.bool_]:
+        """Say whether steps of ``size``, relative to θ where that is above 1, after ``last_size``, mean convergence."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class NoPenalty:
+    """The plain likelihood.
+
+    A fit has converged once the largest entry of a step is below 1e-10, or below 1e-6 and no longer halved: rounding
+    then is all that moves it, as happens where an item won against one that is stronger by far.
+    """
+
+    precision: float = 0.0
+    most_iterations: int = 200
+
+    def counts(self, counts: Counts, d: Floats) -> Counts:
+        """Return the counts as they are."""
+        return counts
+
+    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+        """Return 0."""
+        return np.zeros(len(theta))
+
+    def slack(self, size: Floats) -> Floats:
+        """Return some units in the last place."""
+        return 1e-14 * size
+
+    def has_settled(self, size: Floats, last_size: Floats) -> NDArray[np.bool_]:
+        """Newton's steps shrink fast: those that do not are rounding."""
+        return np.asarray((size <= 1e-10) | ((size <= 1e-6) & (size > last_size / 2)))
+
+
+@dataclass(frozen=True, slots=True)
+class Gaussian(NoPenalty):
+    """A normal prior on each strength; ``precision`` is 1/σ², σ in the units of the strengths."""
+
+    @classmethod
+    def of_sd(cls, prior_sd: float) -> Gaussian:
+        """Return the prior with standard deviation ``prior_sd``, above zero."""
+        return cls(prior_sd**-2)
+
+    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+        """Return −Σ θ² / (2 σ²)."""
+        return np.asarray(-(theta**2).sum(axis=1) * (self.precision / 2))
+
+
+@dataclass(frozen=True, slots=True)
+class Firth(NoPenalty):
+    """Firth's penalty, for `analysis.scaling.laws.Logistic` and counts without order."""
+
+    most_iterations: int = 1000
+
+    def counts(self, counts: Counts, d: Floats) -> Counts:
+        """Return the counts with half the leverage of each pair added on both sides."""
+        weight = LOGISTIC.slopes(counts, d, 0.0).dd
+        spread = laplacian.contrast_variances(laplacian.pseudo_inverse(counts.matrix(weight)))
+        half = weight * spread[:, counts.first, counts.second] / 2
+        return Counts(counts.n, counts.first, counts.second, counts.won + half, counts.lost + half, counts.tied)
+
+    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+        """Return ½ log det H, the determinant taken on the vectors that sum to zero."""
+        weights = counts.matrix(LOGISTIC.slopes(counts, d, 0.0).dd)
+        information: Floats = np.negative(weights, order="C")
+        n = counts.n
+        information.reshape(-1, n * n)[:, :: n + 1] = weights.sum(axis=2)
+        # Leaving out one row and column divides the determinant by n, a constant.
+        return np.asarray(np.linalg.slogdet(information[:, 1:, 1:])[1] / 2)
+
+    def slack(self, size: Floats) -> Floats:
+        """Return more than rounding of the likelihood: the determinant is less exact."""
+        return 1e-12 * (1 + size)
+
+    def has_settled(self, size: Floats, last_size: Floats) -> NDArray[np.bool_]:
+        """Steps shrink by a constant factor at the end, so they are followed down to rounding."""
+        return np.asarray((size <= 1e-12) | ((size <= 1e-9) & (size >= last_size)))
+
+
+NO_PENALTY: Penalty = NoPenalty()
+FIRTH: Penalty = Firth()
