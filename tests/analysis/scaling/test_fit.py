@@ -1,9 +1,8 @@
-"""Fits against published tables, plain minimisers, and what must hold for any answers."""
+"""The fit against oracles from R, and what must hold for any counts."""
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -11,315 +10,181 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.stats import chi2, norm
+from scipy.special import log_expit
 
-from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fit import MODELS, Model, fit, fit_model
-from analysis.scaling.laws import Davidson, Law, Logistic, Probit, RaoKupper
-from analysis.scaling.learnt_prior import posterior
+from analysis.scaling.counts import Counts
+from analysis.scaling.fit import fit, fit_batch
+from analysis.scaling.laws import LOGISTIC, probabilities
+from analysis.scaling.penalty import FIRTH
 
 Floats = NDArray[np.float64]
-Drawer = Callable[..., Comparisons]
-LAWS: dict[Model, Law] = {
-    "bradley-terry": Logistic(),
-    "davidson": Davidson(),
-    "rao-kupper": RaoKupper(),
-    "thurstone": Probit(),
-}
-NAMES = "abcd"
+
+# Agresti's citation counts and a separated table, fitted in R (BradleyTerry2, brglm2).
+CITATIONS = np.array([[0, 730, 498, 221], [33, 0, 68, 17], [320, 813, 0, 142], [284, 276, 325, 0]], dtype=float)
+SEPARATION = np.array([[0, 10, 10, 10], [0, 0, 6, 7], [0, 4, 0, 5], [0, 3, 5, 0]], dtype=float)
+# Medina 2016, Table 4.4, samples 8 2 7 1 5 9 3 10 4 6.
+PRINTED = np.array([0.0296, 0.0432, 0.0543, 0.0718, 0.0740, 0.0751, 0.0762, 0.1149, 0.2036, 0.2574])
 
 
-def answers_of_all_kinds() -> st.SearchStrategy[Comparisons]:
-    """Answers to every pair of four items in both orders, of all three kinds, by two observers."""
-    orders = [(one, other) for one in NAMES for other in NAMES if one != other]
-    counts = st.lists(st.integers(1, 20), min_size=3 * len(orders), max_size=3 * len(orders))
-
-    def made(numbers: list[int]) -> Comparisons:
-        answers = []
-        for place, (first, second) in enumerate(orders):
-            won, lost, tied = numbers[3 * place : 3 * place + 3]
-            observer = f"{place % 2}"
-            answers.append(Answer(first, second, won, observer, first))
-            answers.append(Answer(second, first, lost, observer, first))
-            answers.append(Answer(first, second, tied, observer, first, tie=True))
-        return from_answers(answers, NAMES)
-
-    return counts.map(made)
+def expected_counts(theta: Floats, count: float) -> Floats:
+    wins = count * probabilities(theta)
+    np.fill_diagonal(wins, 0)
+    return wins
 
 
-def chances(model: Model, d: float, k: float) -> tuple[float, float, float]:
-    """The laws again, as in their papers."""
-    a, b = np.exp(d), 1.0
-    if model == "thurstone":
-        return norm.cdf(d), norm.cdf(-d), 0.0
-    if model == "davidson":
-        total = a + b + np.exp(k) * np.sqrt(a * b)
-        return a / total, b / total, np.exp(k) * np.sqrt(a * b) / total
-    if model == "rao-kupper":
-        first, second = a / (a + np.exp(k) * b), b / (b + np.exp(k) * a)
-        return first, second, 1 - first - second
-    return a / (a + b), b / (a + b), 0.0
-
-
-def slow_loss(comparisons: Comparisons, model: Model, order_effect: bool) -> Callable[[Floats], float]:
-    """Minus the log likelihood, answer by answer, of θ but the last, then k, then δ."""
-    n, ties = len(comparisons.items), model in ("davidson", "rao-kupper")
-
-    def loss(free: Floats) -> float:
-        theta = np.append(free[: n - 1], 0.0)
-        k = float(free[n - 1]) if ties else 0.0
-        shift = float(free[-1]) if order_effect else 0.0
-        total = 0.0
-        if model == "rao-kupper" and k <= 0:
-            return 1e4 * (1 - k)  # no such law: a slope that leads back
-        for winner, loser, count, first in zip(
-            comparisons.winner, comparisons.loser, comparisons.count, comparisons.winner_was_first, strict=True
-        ):
-            d = theta[winner] - theta[loser] + (shift if first == 1 else -shift)
-            total += count * np.log(chances(model, d, k)[0])
-        tied = comparisons.tied
-        for one, other, count, first in zip(tied.one, tied.other, tied.count, tied.one_was_first, strict=True):
-            if ties:
-                d = theta[one] - theta[other] + (shift if first == 1 else -shift)
-                total += count * np.log(chances(model, d, k)[2])
-        return -total
-
-    return loss
-
-
-def curvature(loss: Callable[[Floats], float], at: Floats, h: float = 1e-4) -> Floats:
-    size = len(at)
-    steps = np.eye(size) * h
-    matrix = np.empty((size, size))
-    for i in range(size):
-        for j in range(size):
-            matrix[i, j] = (
-                loss(at + steps[i] + steps[j])
-                - loss(at + steps[i] - steps[j])
-                - loss(at - steps[i] + steps[j])
-                + loss(at - steps[i] - steps[j])
-            ) / (4 * h * h)
-    return matrix
-
-
-def test_pudding_has_the_worths_ties_and_deviance_of_davidson(pudding: Comparisons) -> None:
-    fitted = fit_model(pudding, "davidson")
-    worth = np.exp(fitted.theta) / np.exp(fitted.theta).sum()
-    assert worth == pytest.approx([0.138803, 0.173002, 0.161747, 0.165373, 0.158685, 0.202389], abs=5.01e-7)
-    (nu,) = fitted.parameters
-    assert nu.name == "nu"
-    assert nu.factor is not None
-    assert nu.factor[0] == pytest.approx(0.746823, abs=5.01e-7)
-    assert fitted.goodness is not None
-    assert fitted.goodness.deviance == pytest.approx(15.770406, abs=5.01e-7)
-    assert fitted.goodness.df == 24
-    assert fitted.goodness.p_deviance == pytest.approx(chi2.sf(15.770406, 24), rel=1e-6)
-    assert fitted.converged
-
-
-@pytest.mark.parametrize("order_effect", [False, True])
-@pytest.mark.parametrize("model", MODELS)
-def test_a_fit_is_what_a_plain_minimiser_finds_and_its_covariance_the_inverse_curvature(
-    draw: Drawer, model: Model, order_effect: bool
-) -> None:
-    theta = np.array([0.6, 0.0, -0.4, -0.2])
-    comparisons = draw(LAWS[model], theta, k=0.4, order=0.3, observers=6)
-    fitted = fit_model(comparisons, model, order_effect=order_effect)
-    loss = slow_loss(comparisons, model, order_effect)
-    start = np.append(np.zeros(3), [0.5] * (model in ("davidson", "rao-kupper")) + [0.0] * order_effect)
-    found = minimize(loss, start, method="BFGS", options={"gtol": 1e-6})
-    strengths = np.append(found.x[:3], 0.0)
-    assert fitted.theta == pytest.approx(strengths - strengths.mean(), abs=2e-5)
-    assert [parameter.estimate for parameter in fitted.parameters] == pytest.approx(found.x[3:], abs=2e-5)
-    assert fitted.log_likelihood == pytest.approx(-found.fun, abs=1e-8)
-    free = np.r_[fitted.theta[:3] - fitted.theta[3], [parameter.estimate for parameter in fitted.parameters]]
-    expected = np.linalg.inv(curvature(loss, free))
-    to_free = np.zeros((len(free), len(fitted.joint_covariance)))
-    to_free[:3, :3], to_free[:3, 3] = np.eye(3), -1
-    to_free[3:, 4:] = np.eye(len(free) - 3)
-    assert to_free @ fitted.joint_covariance @ to_free.T == pytest.approx(expected, rel=2e-4, abs=1e-6)
-    assert [parameter.se for parameter in fitted.parameters] == pytest.approx(np.sqrt(np.diag(expected))[3:], rel=2e-4)
-
-
-@settings(max_examples=25)
-@given(answers_of_all_kinds())
-def test_without_ties_and_order_it_is_the_plain_fit(comparisons: Comparisons) -> None:
-    plain, general = fit(comparisons.wins), fit_model(comparisons)
-    assert general.theta == pytest.approx(plain.theta, abs=1e-11)
-    assert general.covariance == pytest.approx(plain.covariance, abs=1e-11)
-    assert general.log_likelihood == pytest.approx(plain.log_likelihood, rel=1e-12)
-    assert general.goodness is not None
-    assert general.goodness.deviance == pytest.approx(plain.deviance, abs=1e-9)
-    assert general.goodness.df == plain.df
-    assert general.ties_left_out == comparisons.ties
-    penalised, plainly = fit_model(comparisons, method="firth"), fit(comparisons.wins, method="firth")
-    assert penalised.theta == pytest.approx(plainly.theta, abs=1e-12)
-    assert penalised.covariance == pytest.approx(plainly.covariance, abs=1e-11)
-
-
-@settings(max_examples=20, deadline=None)
-@given(answers_of_all_kinds(), st.permutations(NAMES), st.sampled_from(MODELS), st.booleans())
-def test_order_and_names_of_items_and_observers_do_not_matter(
-    comparisons: Comparisons, names: list[str], model: Model, order_effect: bool
-) -> None:
-    index = [NAMES.index(name) for name in names]
-    place = np.argsort(index)
-    other = replace(
-        comparisons,
-        items=tuple(names),
-        observers=("x", "y"),
-        winner=place[comparisons.winner],
-        loser=place[comparisons.loser],
-        observer=1 - comparisons.observer,
-        tied=replace(
-            comparisons.tied,
-            one=place[comparisons.tied.one],
-            other=place[comparisons.tied.other],
-            observer=1 - comparisons.tied.observer,
-        ),
+def counts(n: int = 5) -> st.SearchStrategy[Floats]:
+    """Counts of which every one is positive, so that a maximum exists."""
+    number = st.integers(1, 50)
+    return st.lists(number, min_size=n * n, max_size=n * n).map(
+        lambda values: np.array(values, dtype=float).reshape(n, n) * (1 - np.eye(n))
     )
-    kinds = {"order_effect": order_effect, "covariance": "sandwich"}
-    straight, turned = (fit_model(source, model, **kinds) for source in (comparisons, other))  # type: ignore[arg-type]  # one dict for two
-    assert turned.theta == pytest.approx(straight.theta[index], abs=1e-9)
-    assert turned.covariance == pytest.approx(straight.covariance[np.ix_(index, index)], abs=1e-9)
-    assert turned.log_likelihood == pytest.approx(straight.log_likelihood, rel=1e-12)
 
 
-@pytest.mark.parametrize("model", MODELS)
-@pytest.mark.parametrize("factor", [1e-3, 1e9])
-def test_more_of_the_same_answers_shrinks_the_errors_and_nothing_else(
-    pudding: Comparisons, model: Model, factor: float
-) -> None:
-    tied = replace(pudding.tied, count=pudding.tied.count * factor)
-    scaled = replace(pudding, count=pudding.count * factor, tied=tied)
-    once, more = fit_model(pudding, model), fit_model(scaled, model)
-    assert more.converged
+def penalised_log_likelihood(wins: Floats, theta: Floats) -> float:
+    counts = Counts.from_wins(wins[None])
+    d = counts.differences(theta[None])
+    return float(LOGISTIC.log_likelihood(counts, d, 0.0).sum() + FIRTH.value(counts, theta[None], d)[0])
+
+
+def test_citations_have_the_strengths_deviance_and_variances_of_r() -> None:
+    fitted = fit(CITATIONS)
+    relative = fitted.theta - fitted.theta[0]
+    assert relative[1:] == pytest.approx([-2.949072497, -0.479569770, 0.268954056], abs=5e-10)
+    assert fitted.deviance == pytest.approx(4.29338397, abs=5e-9)
+    assert fitted.df == 3
+    contrast = [
+        np.sqrt(fitted.covariance[i, i] + fitted.covariance[0, 0] - 2 * fitted.covariance[i, 0]) for i in (1, 2, 3)
+    ]
+    assert contrast == pytest.approx([0.1025453354, 0.0605887292, 0.0708299651], abs=5e-10)
+    assert fitted.converged
+    assert not fitted.separated
+
+
+def test_citations_have_the_penalised_strengths_of_r() -> None:
+    fitted = fit(CITATIONS, method="firth")
+    assert (fitted.theta - fitted.theta[0])[1:] == pytest.approx([-2.944381822, -0.479075261, 0.268531023], abs=5e-10)
+    assert fitted.converged
+
+
+def test_an_item_that_always_wins_is_named_and_not_fitted() -> None:
+    fitted = fit(SEPARATION)
+    assert fitted.separated == ((0,), (1, 2, 3))
+    assert fitted.separated_items == (0,)
+    assert not fitted.converged
+    assert np.isnan(fitted.theta).all()
+
+
+def test_the_penalised_fit_holds_an_item_that_always_wins() -> None:
+    fitted = fit(SEPARATION, method="firth")
+    assert (fitted.theta - fitted.theta[0])[1:] == pytest.approx([-3.724479, -4.238820, -4.367469], abs=5e-7)
+    assert fitted.converged
+    assert not fitted.separated
+
+
+def test_table_4_4_gives_back_its_scores() -> None:
+    fitted = fit(expected_counts(np.log(PRINTED), 30))
+    assert fitted.score == pytest.approx(PRINTED / PRINTED.sum(), abs=1e-12)
+    assert [f"{value:.4f}" for value in fitted.score] == [f"{value:.4f}" for value in PRINTED]
+    assert fitted.deviance == pytest.approx(0, abs=1e-10)
+    assert fitted.df == 36
+    assert fitted.score.sum() == pytest.approx(1, abs=1e-14)
+    assert fitted.log10_score == pytest.approx(np.log10(fitted.score), abs=1e-14)
+
+
+def test_two_items_have_the_logit_and_its_error() -> None:
+    fitted = fit(np.array([[0.0, 9.0], [3.0, 0.0]]))
+    assert fitted.theta[0] - fitted.theta[1] == pytest.approx(np.log(3), abs=1e-14)
+    # The variance of a logit is 1/9 + 1/3; each centred strength carries half of the contrast.
+    assert fitted.se == pytest.approx(np.full(2, np.sqrt(1 / 9 + 1 / 3) / 2), abs=1e-14)
+
+
+@given(counts())
+def test_the_fit_agrees_with_a_general_minimiser(wins: Floats) -> None:
+    def loss(free: Floats) -> float:
+        theta = np.append(free, 0)
+        return -float((wins * log_expit(theta[:, None] - theta[None, :])).sum())
+
+    found = minimize(loss, np.zeros(4), method="BFGS", options={"gtol": 1e-7})
+    theta = np.append(found.x, 0)
+    fitted = fit(wins)
+    assert fitted.theta == pytest.approx(theta - theta.mean(), abs=1e-5)
+    assert fitted.log_likelihood >= -found.fun - 1e-9
+    assert fitted.log_likelihood == pytest.approx(-loss(fitted.theta[:4] - fitted.theta[4]), rel=1e-12)
+
+
+@given(counts(), st.permutations(range(5)))
+def test_the_order_of_the_items_does_not_matter(wins: Floats, order: list[int]) -> None:
+    straight, shuffled = fit(wins), fit(wins[np.ix_(order, order)])
+    assert shuffled.theta == pytest.approx(straight.theta[order], abs=1e-12)
+    assert shuffled.covariance == pytest.approx(straight.covariance[np.ix_(order, order)], rel=1e-9, abs=1e-12)
+    assert shuffled.deviance == pytest.approx(straight.deviance, rel=1e-9, abs=1e-9)
+
+
+@given(counts())
+def test_losses_instead_of_wins_turn_the_scale_round(wins: Floats) -> None:
+    assert fit(wins.T).theta == pytest.approx(-fit(wins).theta, abs=1e-12)
+
+
+@given(counts(), st.floats(1e-3, 1e3))
+def test_more_of_the_same_answers_shrinks_the_errors_and_nothing_else(wins: Floats, factor: float) -> None:
+    once, more = fit(wins), fit(wins * factor)
     assert more.theta == pytest.approx(once.theta, abs=1e-11)
-    assert more.se == pytest.approx(once.se / np.sqrt(factor), rel=1e-9)
-
-
-def test_two_items_have_closed_forms() -> None:
-    answers = [Answer("a", "b", 9), Answer("b", "a", 3), Answer("a", "b", 6, tie=True)]
-    comparisons = from_answers(answers)
-    gap = {model: float(np.subtract(*fit_model(comparisons, model).theta)) for model in MODELS}
-    assert gap["bradley-terry"] == pytest.approx(np.log(3))
-    assert gap["davidson"] == pytest.approx(np.log(3))
-    assert gap["thurstone"] == pytest.approx(norm.ppf(0.75))
-    # p_first = 1/2 and p_second = 1/6: d − τ = 0 and −d − τ = −log 5.
-    assert gap["rao-kupper"] == pytest.approx(np.log(5) / 2)
-    (nu,) = fit_model(comparisons, "davidson").parameters
-    assert nu.estimate == pytest.approx(np.log(6 / np.sqrt(27)))
-    (eta,) = fit_model(comparisons, "rao-kupper").parameters
-    assert eta.estimate == pytest.approx(np.log(5) / 2)
-
-
-def test_an_order_effect_comes_back_and_its_test_tells_it_from_none(draw: Drawer) -> None:
-    theta = np.array([0.8, 0.1, -0.3, -0.6])
-    for law, model in ((Logistic(), "bradley-terry"), (Davidson(), "davidson")):
-        with_effect = draw(law, theta, k=-0.5, order=0.5, observers=60)
-        fitted = fit_model(with_effect, model, order_effect=True)  # type: ignore[arg-type]  # a name out of a tuple
-        order = fitted.parameters[-1]
-        assert order.name == "order"
-        assert abs(order.estimate - 0.5) < 3.5 * order.se
-        assert order.low > 0
-        assert fitted.order_test is not None
-        assert fitted.order_test.p < 1e-6
-        assert fitted.order_test.statistic == pytest.approx((order.estimate / order.se) ** 2, rel=0.1)
-
-
-def test_the_order_test_is_uniform_where_there_is_no_order_effect(draw: Drawer) -> None:
-    theta = np.array([0.5, 0.0, -0.5])
-    p = []
-    for seed in range(200):
-        fitted = fit_model(draw(Logistic(), theta, observers=20, seed=seed), order_effect=True)
-        assert fitted.order_test is not None
-        p.append(fitted.order_test.p)
-    # Binomial with 200 draws: four standard deviations about 20 at 0.1, and about 100 at 0.5.
-    assert 3 <= sum(value < 0.1 for value in p) <= 37
-    assert 72 <= sum(value < 0.5 for value in p) <= 128
+    assert more.se == pytest.approx(once.se / np.sqrt(factor), rel=1e-10)
 
 
 @settings(max_examples=25)
-@given(answers_of_all_kinds(), st.floats(0.05, 20))
-def test_the_prior_gives_what_the_fast_posterior_gives(comparisons: Comparisons, prior_sd: float) -> None:
-    fitted = fit_model(comparisons, method="map", prior_sd=prior_sd)
-    known = posterior(comparisons.wins, prior_sd)
-    assert fitted.theta == pytest.approx(known.theta, abs=1e-8)
-    variance = np.diag(fitted.covariance)
-    spread = variance[:, None] + variance[None, :] - 2 * fitted.covariance
-    assert spread == pytest.approx(known.contrasts()[1], rel=1e-6, abs=1e-12)
-    prior = -(fitted.theta**2).sum() / (2 * prior_sd**2)
-    assert fitted.log_posterior == pytest.approx(fitted.log_likelihood + prior)
-    assert fitted.held_by_prior is None
+@given(counts())
+def test_the_penalised_fit_is_at_a_maximum(wins: Floats) -> None:
+    fitted = fit(wins, method="firth")
+    top = penalised_log_likelihood(wins, fitted.theta)
+    for index in range(5):
+        for step in (-1e-3, 1e-3):
+            aside = fitted.theta.copy()
+            aside[index] += step
+            assert penalised_log_likelihood(wins, aside) < top
 
 
-def test_a_wide_prior_is_no_prior(pudding: Comparisons) -> None:
-    for model in MODELS:
-        free, held = fit_model(pudding, model), fit_model(pudding, model, method="map", prior_sd=1e6)
-        assert held.theta == pytest.approx(free.theta, abs=1e-9)
-        assert held.covariance == pytest.approx(free.covariance, rel=1e-6, abs=1e-9)
+@settings(max_examples=25)
+@given(st.lists(counts(4), min_size=1, max_size=20))
+def test_a_batch_gives_what_single_fits_give(replicates: list[Floats]) -> None:
+    batch = fit_batch(np.array(replicates))
+    for number, wins in enumerate(replicates):
+        single = fit(wins)
+        assert batch.theta[number] == pytest.approx(single.theta, abs=1e-12)
+        assert batch.log_likelihood[number] == pytest.approx(single.log_likelihood, rel=1e-12)
+        assert batch.converged[number]
 
 
-@pytest.mark.parametrize("model", ["bradley-terry", "thurstone"])
-def test_groups_that_were_never_compared_differ_by_what_the_prior_says(model: Model) -> None:
-    answers = [Answer("a", "b", 5), Answer("b", "a", 2), Answer("c", "d", 3), Answer("d", "e", 3), Answer("e", "c", 1)]
-    fitted = fit_model(from_answers(answers), model, method="map", prior_sd=1.5)
-    assert fitted.converged
-    gap = np.array([1 / 2, 1 / 2, -1 / 3, -1 / 3, -1 / 3])
-    assert gap @ fitted.theta == pytest.approx(0, abs=1e-10)
-    assert np.sqrt(gap @ fitted.covariance @ gap) == pytest.approx(1.5 * np.sqrt(1 / 2 + 1 / 3), rel=1e-9)
-    assert fitted.held_by_prior is not None
-    assert "'a', 'b': never compared" in fitted.held_by_prior.sentences[0]
+def test_a_batch_reports_each_separated_replicate_and_solves_the_others() -> None:
+    batch = fit_batch(np.array([CITATIONS, SEPARATION, CITATIONS.T]))
+    assert batch.separated.tolist() == [False, True, False]
+    assert batch.converged.tolist() == [True, False, True]
+    assert np.isnan(batch.theta[1]).all()
+    assert batch.theta[0] == pytest.approx(fit(CITATIONS).theta, abs=1e-13)
+    assert batch.theta[2] == pytest.approx(-batch.theta[0], abs=1e-12)
 
 
-@pytest.mark.parametrize("model", MODELS)
-def test_the_prior_holds_an_item_that_always_wins(model: Model) -> None:
-    answers = [Answer("a", "b", 5), Answer("b", "c", 2), Answer("c", "b", 3), Answer("b", "c", 1, tie=True)]
-    fitted = fit_model(from_answers(answers), model, method="map", prior_sd=2)
-    assert fitted.converged
-    assert np.isfinite(fitted.theta).all()
-    assert fitted.theta[0] == fitted.theta.max()
-    assert fitted.held_by_prior is not None
-
-
-@pytest.mark.parametrize("model", MODELS)
-def test_strengths_thirty_units_apart_come_back(model: Model) -> None:
-    theta = np.linspace(15, -15, 7) if model != "thurstone" else np.linspace(4, -4, 7)
-    answers = []
-    for one in range(7):
-        for other in range(one + 1, 7):
-            d = theta[one] - theta[other]
-            first, second, neither = (float(p[0]) for p in LAWS[model].probabilities(np.array([d]), 0.5))
-            names = f"{one}", f"{other}"
-            answers += [Answer(*names, 30 * first), Answer(*names[::-1], 30 * second)]
-            answers.append(Answer(*names, 30 * neither, tie=True))
-    fitted = fit_model(from_answers(answers, "0123456"), model)
-    assert fitted.converged
-    assert fitted.theta == pytest.approx(theta, abs=1e-8)
-    assert np.isfinite(fitted.se).all()
-    assert fitted.goodness is not None
-    assert fitted.goodness.deviance == pytest.approx(0, abs=1e-8)
+def test_pairs_that_were_never_compared_count_for_nothing() -> None:
+    ring = np.zeros((5, 5))
+    for first, second in pairwise([0, 1, 2, 3, 4, 0]):
+        ring[first, second], ring[second, first] = 2, 1
+    fitted = fit(ring)
+    assert fitted.df == 1
+    assert fitted.theta == pytest.approx(np.zeros(5), abs=1e-14)
 
 
 @pytest.mark.parametrize(
-    ("what", "changes"),
+    ("wins", "what"),
     [
-        ("there is no model 'elo'", {"model": "elo"}),
-        ("there is no method 'mcmc'", {"method": "mcmc"}),
-        ("Firth's method is for the Bradley-Terry model", {"model": "davidson", "method": "firth"}),
-        ("Firth's method is for the Bradley-Terry model", {"method": "firth", "order_effect": True}),
-        ("standard deviation is 0", {"method": "map", "prior_sd": 0.0}),
-        ("standard deviation is nan", {"method": "map", "prior_sd": float("nan")}),
-        ("do not say which item was shown first", {"order_effect": True}),
-        ("at least two observers", {"covariance": "sandwich"}),
+        ([[0, 1, 2], [1, 0, 2]], "shape"),
+        ([[0.0]], "shape"),
+        ([[0, -1], [1, 0]], "negative"),
+        ([[0, np.nan], [1, 0]], "NaN"),
+        ([[0, np.inf], [1, 0]], "infinite"),
+        ([[1, 2], [1, 0]], "diagonal"),
     ],
 )
-def test_what_cannot_be_fitted_is_refused(pudding: Comparisons, what: str, changes: dict[str, object]) -> None:
+def test_counts_that_are_no_counts_are_refused(wins: list[list[float]], what: str) -> None:
     with pytest.raises(ResultsError, match=what):
-        fit_model(pudding, **changes)  # type: ignore[arg-type]  # wrong on purpose
-
-
-def test_a_model_of_ties_needs_a_tie() -> None:
-    with pytest.raises(ResultsError, match="no answer is a tie"):
-        fit_model(from_answers([Answer("a", "b"), Answer("b", "a")]), "davidson")
+        fit(np.array(wins, dtype=float))
