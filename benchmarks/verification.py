@@ -20,9 +20,8 @@ from devices.instruments import Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
 from devices.patches import Patch
 from devices.patches.colorchecker import asked_of
-from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
-from runner.measuring.patch_screen import PatchScreen
+from runner.measuring.patch_screen import AskedScreen, PatchScreen
 from runner.measuring.verification import patches_of
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.surface import open_surface

@@ -1,4 +1,4 @@
-"""Showing patches to somebody else's instrument: by keys, or each for so long."""
+"""Patches shown for an instrument that nothing here drives: by keys, or each for a given time."""
 
 from __future__ import annotations
 
@@ -7,10 +7,15 @@ import io
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 
-from devices.patches import Arrangement, PatchEye, Step
+from devices.errors import MeasuringError
+from devices.patches import Arrangement, PatchEye, Step, steps
 from runner.measuring.keys import Keys
+from runner.measuring.options import Dialogue, PatchOptions, ShowOptions
 from runner.measuring.patch_screen import PatchScreen
+from runner.measuring.station import open_screen
+from runner.measuring.target import Target, read_target
 
 _BACK = ("left", "page_up", "backspace")
 _ON = ("right", "enter", "page_down")
@@ -25,6 +30,75 @@ class Shown:
     of: int
     left_s: float
     highest: int
+
+
+@dataclass(frozen=True, slots=True)
+class PatchPlan:
+    """Patches to show, in their order, with ``notes`` on what was chosen; ``highest`` is the code of full drive."""
+
+    target: Target
+    show: ShowOptions
+    order: tuple[Step, ...]
+    highest: int
+    notes: tuple[str, ...]
+
+    def table(self) -> str:
+        """Return the patches in their order as CSV whose X, Y and Z are to be filled in."""
+        return patch_table(self.order, self.show.eye, self.target.mode.name, self.target.panel.code_bits)
+
+
+@dataclass(frozen=True, slots=True)
+class PatchesShown:
+    """How many patches ``of`` the plan were shown, and the table of them as CSV."""
+
+    shown: int
+    of: int
+    table: str
+
+
+def plan_patches(
+    rig_or_display: Path, patches: PatchOptions, show: ShowOptions, *, mode: str | None = None, start: str | None = None
+) -> PatchPlan:
+    """Return the patches to show on a display in their order, from the one labelled ``start`` on.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong, the mode cannot show what was chosen, or there is no such patch.
+    """
+    target = read_target(rig_or_display, mode)
+    remark = target.check_eye(show.eye)
+    sets, sets_remark = patches.sets(target, show.eye)
+    highest = 255 if target.panel.code_bits == 8 else 1023
+    order = steps([patch_set.rounded(highest) for patch_set in sets], show.seed, show.repeat_every, eye=show.eye)
+    if start is not None:
+        labels = [step.label for step in order]
+        if start not in labels:
+            raise MeasuringError(f"there is no patch '{start}' in this order: see them with --list")
+        order = order[labels.index(start) :]
+    return PatchPlan(target, show, order, highest, tuple(note for note in (sets_remark, remark) if note))
+
+
+def show_plan(
+    plan: PatchPlan, each_s: float | None, dialogue: Dialogue, on_shown: Callable[[Shown], None]
+) -> PatchesShown:
+    """Show the patches of ``plan`` full-screen, by keys, or each for ``each_s`` seconds after it has settled.
+
+    Raises
+    ------
+    InputError
+        If the screen cannot be opened.
+    """
+    order, show = plan.order, plan.show
+    with open_screen(plan.target, show) as screen:
+        for warning in screen.surface.facts.remarks:
+            dialogue.warn(warning)
+        if screen.highest != plan.highest:
+            order = tuple(Step(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
+        hold_s = None if each_s is None else show.settle_s + each_s
+        times_s = show_patches(screen, order, show.eye, hold_s, dialogue.tell, on_shown)
+        table = patch_table(order, show.eye, plan.target.mode.name, screen.surface.bits, times_s)
+    return PatchesShown(len(times_s), len(order), table)
 
 
 def show_patches(

@@ -1,4 +1,4 @@
-"""Where a measurement is made: the screen in its stereo mode, the instrument and the log, opened and closed."""
+"""A display measured: the screen in its stereo mode, the instrument and the log, opened, used and closed."""
 
 from __future__ import annotations
 
@@ -16,25 +16,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation.compensate import Correction
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
 from devices.errors import MeasuringError
 from devices.instruments import open_instrument
 from devices.instruments.open import Wiring
-from devices.instruments.simulated import SimulatedDisplay
 from devices.measurements.log import MeasurementLog, Session, read_session, step_facts
-from devices.patches import PatchEye, PatchSet, Step, steps
+from devices.measurements.read import write_measurements
+from devices.patches import PatchSet, Step, steps
 from documents import Finding
 from documents.text.words import did_you_mean
-from runner.measuring.asked_screen import AskedScreen
 from runner.measuring.code_screen import CodeScreen
-from runner.measuring.patch_screen import PatchScreen
-from runner.measuring.take_readings import Outcome, Progress, take_readings
-from runner.measuring.target import Target
+from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
+from runner.measuring.patch_screen import AskedScreen, PatchScreen
+from runner.measuring.take_readings import Outcome, take_readings
+from runner.measuring.target import Target, read_target, wiring_of
 from runner.presenter.surfaces.surface import open_surface
 
 Floats = NDArray[np.float64]
-# What a measurement that is gone on with must have in common with how it began.
+# What a resumed measurement must have in common with how it began.
 _KEPT_ALIKE = ("display", "mode", "mode_options", "eye", "set", "seed", "repeat_every", "highest_code", "steps")
 
 
@@ -43,29 +41,106 @@ class Order:
     """What is to be shown to whom, and how: ``eye`` is left, right or both."""
 
     sets: tuple[PatchSet, ...]
-    eye: PatchEye = "both"
-    seed: int = 1
-    repeat_every: int = 12
-    settle_s: float = 1.0
+    show: ShowOptions
     notes: str = ""
     facts: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
-class Talk:
-    """What is told while it runs: after each patch, and in words.
+class MeasurementReport:
+    """A measurement as far as it went: its log ``file``, the ``tables`` written, and what it holds."""
 
-    ``ready`` is as in `take_readings`.
+    file: Path
+    tables: tuple[Path, ...]
+    outcome: Outcome
+    session: Session
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            "measurement": str(self.file),
+            "tables": [str(table) for table in self.tables],
+            "readings": len(self.session.readings),
+            "missing": [step.label for step in self.session.missing],
+            **asdict(self.outcome),
+        }
+
+
+def measure_display(
+    rig_or_display: Path,
+    output: Path,
+    instrument: InstrumentOptions,
+    patches: PatchOptions,
+    show: ShowOptions,
+    *,
+    tables: Sequence[Path] = (),
+    mode: str | None = None,
+    notes: str = "",
+    resume: bool = False,
+    again: Sequence[str] = (),
+    dialogue: Dialogue | None = None,
+) -> MeasurementReport:
+    """Show patches, read each with an instrument, and write the readings.
+
+    Parameters
+    ----------
+    rig_or_display
+        A rig file, or a display file, which needs a ``mode``.
+    output
+        The log of the measurement, ``NAME.jsonl``; every reading is on disk before the next patch appears.
+    instrument
+        The instrument that reads the light.
+    patches
+        The sets of patches.
+    show
+        How they are shown, and to which eye.
+    tables
+        Tables to write at the end, ``.csv`` or ``.ti3``; none given: ``NAME.csv``.
+    mode
+        The stereo mode; None takes the rig's own.
+    notes
+        Notes to store with the readings.
+    resume
+        Whether to resume ``output``: the patches without a reading are read.
+    again
+        Labels of patches to read once more.
+    dialogue
+        How to talk with the person beside it; None: not at all.
+
+    Raises
+    ------
+    InputError
+        If it cannot begin, or a table cannot be written.
     """
-
-    on_progress: Callable[[Progress], None] = lambda progress: None
-    tell: Callable[[str], None] = lambda words: None
-    ready: Callable[[str], bool] | None = None
+    dialogue = dialogue or Dialogue()
+    target = read_target(rig_or_display, mode)
+    dialogue.note(target.check_eye(show.eye))
+    sets, remark = patches.sets(target, show.eye)
+    dialogue.note(remark)
+    wiring = wiring_of(target, show, instrument, dialogue)
+    with open_screen(target, show) as screen:
+        for warning in screen.surface.facts.remarks:
+            dialogue.warn(warning)
+        outcome, session = measure(
+            output,
+            target,
+            Order(sets, show, notes),
+            screen,
+            instrument.instrument,
+            wiring,
+            resume=resume,
+            again=again,
+            dialogue=dialogue,
+        )
+    tables = tuple(tables) or (output.with_suffix(".csv"),)
+    for table in tables if session.readings else ():
+        write_measurements(session, table)
+    return MeasurementReport(output, tables, outcome, session)
 
 
 @contextmanager
 def open_screen(
-    target: Target, backend: str, *, windowed: bool = False, asked: Mapping[str, Floats] | None = None
+    target: Target, show: ShowOptions, *, asked: Mapping[str, Floats] | None = None
 ) -> Iterator[PatchScreen]:
     """Open a screen on ``target``, and close it: of device codes, or of colours ``asked`` in XYZ by patch name.
 
@@ -78,10 +153,10 @@ def open_screen(
     with ExitStack() as opened:
         surface = opened.enter_context(
             open_surface(
-                backend,
+                show.backend,
                 panel.resolution_px,
                 stereo=mode.needs_stereo,
-                windowed=windowed,
+                windowed=show.windowed,
                 windows=mode.windows,
                 bits=panel.code_bits,
             )
@@ -89,63 +164,9 @@ def open_screen(
         if asked is None:
             yield opened.enter_context(CodeScreen(surface, mode))
         else:
-            models = characterised(target).models
+            models = target.characterised().models
             correction = Correction(target.crosstalk, target.gain_map)
             yield opened.enter_context(AskedScreen(surface, mode, models, correction, asked))
-
-
-def characterised(target: Target) -> SimulatedDisplay:
-    """Return all that was measured of ``target``; raise MeasuringError if it was not characterised in its mode."""
-    if target.simulated is None:
-        what = f"the display was not characterised in the mode '{target.mode.name}'"
-        raise MeasuringError(Finding(what, str(target.display_file), remedy="measure it, and fit a model"))
-    return target.simulated
-
-
-def check_sets(
-    target: Target, sets: Sequence[PatchSet], eye: PatchEye, *, chosen: bool
-) -> tuple[tuple[PatchSet, ...], str]:
-    """Return those of ``sets`` that can be shown on ``target``, and a remark on the others, empty if there are none.
-
-    Raises
-    ------
-    MeasuringError
-        If one that was ``chosen`` by its name cannot be shown to ``eye`` in this mode, or none is left.
-    """
-    areas = target.mode.areas(target.panel.resolution_px)
-    shared = any(len(area.eyes) > 1 for area in areas)
-    parts = any(area.squeeze == (1, 1) and area.rectangle.size_px != target.panel.resolution_px for area in areas)
-    kept, remarks = [], []
-    for one in sets:
-        if shared and any(patch.other is not None for patch in one.patches):
-            remarks.append((one.name, "shows both eyes the same pixels", "leave it out"))
-        elif parts and eye != "both" and any(patch.place is not None for patch in one.patches):
-            remarks.append((one.name, f"shows the {eye} eye a part of the panel alone", "--eye both"))
-        else:
-            kept.append(one)
-    told = [
-        Finding(f"'{name}' cannot be measured: '{target.mode.name}' {why}", remedy=remedy)
-        for name, why, remedy in remarks
-    ]
-    if told and (chosen or not kept):
-        raise MeasuringError(told)
-    return tuple(kept), "; ".join(finding.message for finding in told)
-
-
-def check_eye(target: Target, eye: str) -> str:
-    """Return a remark on measuring ``eye`` alone, empty if there is none.
-
-    Raises
-    ------
-    MeasuringError
-        If the mode has but one picture for both eyes and no filters.
-    """
-    shared = any(len(area.eyes) > 1 for area in target.mode.areas(target.panel.resolution_px))
-    if eye == "both" or not shared:
-        return ""
-    if target.mode.name == "flat":
-        raise MeasuringError(Finding("the mode 'flat' has no picture of its own for an eye", remedy="--eye both"))
-    return f"'{target.mode.name}' shows both eyes the same pixels: hold the {eye} filter before the instrument"
 
 
 def measure(
@@ -158,20 +179,20 @@ def measure(
     *,
     resume: bool = False,
     again: Sequence[str] = (),
-    talk: Talk | None = None,
+    dialogue: Dialogue | None = None,
 ) -> tuple[Outcome, Session]:
     """Measure, with the readings in ``file``, and return how it went and all readings there are.
 
-    With ``resume``, what ``file`` holds is gone on with; ``again`` are labels of steps to read once more.
+    With ``resume``, the measurement in ``file`` is resumed; ``again`` are labels of steps to read once more.
 
     Raises
     ------
     InputError
         If it cannot begin: with a finding each.
     """
-    talk = talk or Talk()
+    dialogue = dialogue or Dialogue()
     sets = [one.rounded(screen.highest) for one in order.sets]
-    planned = steps(sets, order.seed, order.repeat_every, eye=order.eye)
+    planned = steps(sets, order.show.seed, order.show.repeat_every, eye=order.show.eye)
     facts = _facts(target, order, screen, planned)
     log: MeasurementLog | None = None
     begun = datetime.now(UTC)
@@ -196,7 +217,7 @@ def measure(
             else:
                 before = session.header["instrument"]
                 if opened.name != before:
-                    talk.tell(f"warning: the measurement began with {before} and goes on with {opened.name}")
+                    dialogue.tell(f"warning: the measurement began with {before} and goes on with {opened.name}")
                 log.note(resumed_utc=datetime.now(UTC).isoformat(), instrument=opened.name, again=list(again))
             elapsed_s = _clock(begun)
             outcome = take_readings(
@@ -204,12 +225,12 @@ def measure(
                 opened,
                 log,
                 wanted,
-                order.eye,
-                order.settle_s,
+                order.show.eye,
+                order.show.settle_s,
                 elapsed_s,
-                talk.on_progress,
-                talk.tell,
-                talk.ready,
+                dialogue.on_progress,
+                dialogue.tell,
+                dialogue.ready,
             )
         finally:
             opened.close()
@@ -217,11 +238,6 @@ def measure(
         if log is not None:
             log.close()
     return outcome, read_session(file)
-
-
-def eye_model(models: EyeModels, eye: str) -> DisplayModel:
-    """Return the model of ``eye``, the left one's for ``both``."""
-    return models.right if eye == "right" else models.left
 
 
 def _clock(begun: datetime) -> Callable[[], float]:
@@ -238,12 +254,12 @@ def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Ste
         "panel": target.panel.text,
         "mode": target.mode.name,
         "mode_options": target.mode_options,
-        "eye": order.eye,
+        "eye": order.show.eye,
         "set": " + ".join(one.name for one in order.sets),
         "set_source": "; ".join(one.source for one in order.sets if one.source),
-        "seed": order.seed,
-        "repeat_every": order.repeat_every,
-        "settle_s": order.settle_s,
+        "seed": order.show.seed,
+        "repeat_every": order.show.repeat_every,
+        "settle_s": order.show.settle_s,
         "notes": order.notes,
         "highest_code": screen.highest,
         "surface": asdict(screen.surface.facts),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -13,10 +14,13 @@ from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EyeModels, PanelSpec, read_display
 from devices.display.rig_file import RigSpec
 from devices.errors import MeasuringError
+from devices.instruments.open import Wiring
 from devices.instruments.simulated import SimulatedDisplay
+from devices.patches import PatchEye, PatchSet
 from documents import Finding, load_document
 from documents.files.paths import beside
 from documents.yaml.source import read_yaml
+from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
@@ -48,6 +52,64 @@ class Target:
     def simulated(self) -> SimulatedDisplay | None:
         """The display as a simulated instrument sees it, None if it was not characterised in this mode."""
         return None if self.models is None else SimulatedDisplay(self.models, self.crosstalk, self.gain_map)
+
+    def characterised(self) -> SimulatedDisplay:
+        """Return all that was measured of the display.
+
+        Raises
+        ------
+        MeasuringError
+            If it was not characterised in this mode.
+        """
+        if self.simulated is None:
+            what = f"the display was not characterised in the mode '{self.mode.name}'"
+            raise MeasuringError(Finding(what, str(self.display_file), remedy="measure it, and fit a model"))
+        return self.simulated
+
+    def check_eye(self, eye: PatchEye) -> str:
+        """Return a remark on measuring ``eye`` alone, empty if there is none.
+
+        Raises
+        ------
+        MeasuringError
+            If the mode has but one picture for both eyes and no filters.
+        """
+        if eye == "both" or not self._shares_pixels:
+            return ""
+        if self.mode.name == "flat":
+            raise MeasuringError(Finding("the mode 'flat' has no picture of its own for an eye", remedy="--eye both"))
+        return f"'{self.mode.name}' shows both eyes the same pixels: hold the {eye} filter before the instrument"
+
+    def check_sets(self, sets: Sequence[PatchSet], eye: PatchEye, *, chosen: bool) -> tuple[tuple[PatchSet, ...], str]:
+        """Return those of ``sets`` that can be shown, and a remark on the others, empty if there are none.
+
+        Raises
+        ------
+        MeasuringError
+            If one that was ``chosen`` by its name cannot be shown to ``eye`` in this mode, or none is left.
+        """
+        size_px = self.panel.resolution_px
+        areas = self.mode.areas(size_px)
+        parts = any(area.squeeze == (1, 1) and area.rectangle.size_px != size_px for area in areas)
+        kept: list[PatchSet] = []
+        refused: list[Finding] = []
+        for patches in sets:
+            if self._shares_pixels and any(patch.other is not None for patch in patches.patches):
+                why, remedy = "shows both eyes the same pixels", "leave it out"
+            elif parts and eye != "both" and any(patch.place is not None for patch in patches.patches):
+                why, remedy = f"shows the {eye} eye a part of the panel alone", "--eye both"
+            else:
+                kept.append(patches)
+                continue
+            what = f"'{patches.name}' cannot be measured: '{self.mode.name}' {why}"
+            refused.append(Finding(what, remedy=remedy))
+        if refused and (chosen or not kept):
+            raise MeasuringError(refused)
+        return tuple(kept), "; ".join(finding.message for finding in refused)
+
+    @property
+    def _shares_pixels(self) -> bool:
+        return any(len(area.eyes) > 1 for area in self.mode.areas(self.panel.resolution_px))
 
 
 def read_target(path: Path, mode: str | None = None) -> Target:
@@ -85,3 +147,15 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         return Target(path, display_file, spec.panel, found, None, options)
     crosstalk, gain_map = display.crosstalk(mode), display.gain_map(mode)
     return Target(path, display_file, spec.panel, found, display.modes[mode], options, crosstalk, gain_map)
+
+
+def wiring_of(target: Target, show: ShowOptions, instrument: InstrumentOptions, dialogue: Dialogue) -> Wiring:
+    """Return what the instrument may need: the port, its options, the person, a display to simulate.
+
+    A simulated instrument looks at the target, or at the display file that its option ``display`` names.
+    """
+    options = dict(instrument.instrument_options)
+    simulated = target.simulated
+    if instrument.instrument == "simulated" and "display" in options:
+        simulated = read_target(Path(options.pop("display")), target.mode.name).simulated
+    return Wiring(instrument.port, options, dialogue.ask, dialogue.correct, simulated, show.seed, show.eye)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,12 @@ from devices.instruments import Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
 from devices.measurements.log import Kept, Session, Shown
 from devices.patches import Patch, PatchEye, PatchSet
-from devices.patches.colorchecker import AskedColour
+from devices.patches.colorchecker import AskedColour, asked_of
+from documents import Finding
+from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
+from runner.measuring.station import Order, measure, open_screen
+from runner.measuring.take_readings import Outcome
+from runner.measuring.target import read_target, wiring_of
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -90,6 +96,76 @@ class Verdict:
                 for one in self.colours
             ],
         }
+
+
+@dataclass(frozen=True, slots=True)
+class VerificationReport:
+    """A verification as far as it went: its log ``file``, and the verdict, None if it stopped or nothing was read."""
+
+    file: Path
+    outcome: Outcome
+    verdict: Verdict | None
+
+
+def verify_display(
+    display_file: Path,
+    instrument: InstrumentOptions,
+    show: ShowOptions,
+    *,
+    mode: str | None = None,
+    output: Path | None = None,
+    resume: bool = False,
+    dialogue: Dialogue | None = None,
+) -> VerificationReport:
+    """Show new colours as a session shows its pictures, read them, and report how far off they are.
+
+    Parameters
+    ----------
+    display_file
+        A display file, which needs a ``mode``, or a rig file.
+    instrument
+        The instrument that reads the light.
+    show
+        How the colours are shown, and to which eye.
+    mode
+        The stereo mode; None takes the rig's own.
+    output
+        The log of the measurement; None names it after the display, the mode and the eye.
+    resume
+        Whether to resume a verification that stopped.
+    dialogue
+        How to talk with the person beside it; None: not at all.
+
+    Raises
+    ------
+    InputError
+        If the display was not characterised in this mode, or the measurement cannot begin.
+    """
+    dialogue = dialogue or Dialogue()
+    target = read_target(display_file, mode)
+    display = target.characterised()
+    eye = show.eye
+    if eye == "both" and display.models.left is not display.models.right:
+        what = f"the mode '{target.mode.name}' was characterised per eye"
+        raise MeasuringError(Finding(what, str(display_file), remedy="verify one after the other: --eye left"))
+    dialogue.note(target.check_eye(eye))
+    if target.mode.mixture(display.models) is not None:
+        words = f"'{target.mode.name}' mixes both eyes' views into one picture"
+        dialogue.note(f"{words}: colours are as near as it comes to them")
+    model = display.models.right if eye == "right" else display.models.left
+    file = output or display_file.with_name(f"{display_file.stem}-{target.mode.name}-{eye}-verify.jsonl")
+    asked = asked_of(model)
+    facts = {"asked_XYZ_cd_m2": {colour.name: colour.XYZ_cd_m2.tolist() for colour in asked}}
+    order = Order((patches_of(asked, model),), show, facts=facts)
+    wiring = wiring_of(target, show, instrument, dialogue)
+    with open_screen(target, show, asked=asked_XYZ(asked, model)) as screen:
+        for warning in screen.surface.facts.remarks:
+            dialogue.warn(warning)
+        outcome, session = measure(
+            file, target, order, screen, instrument.instrument, wiring, resume=resume, dialogue=dialogue
+        )
+    complete = session.readings and not outcome.stopped
+    return VerificationReport(file, outcome, judge(session, asked, display, eye) if complete else None)
 
 
 def patches_of(asked: tuple[AskedColour, ...], model: DisplayModel) -> PatchSet:

@@ -1,74 +1,29 @@
-"""The options that the commands which show patches share, each group given to a command as one value; how they talk."""
+"""What the commands that show patches share: options, each group given as one value, and words for the terminal."""
 
 from __future__ import annotations
 
 import functools
 import sys
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from documents.text.words import counted
+from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 
 if TYPE_CHECKING:
-    from devices.instruments.open import Wiring
-    from devices.patches import PatchEye, PatchSet
-    from runner.measuring.station import Talk
-    from runner.measuring.take_readings import Outcome
-    from runner.measuring.target import Target
+    from runner.measuring.take_readings import Outcome, Progress
 
 Command = Callable[..., Any]
-# As devices.instruments.INSTRUMENTS and devices.patches.BUILT_IN have them; held here so that help appears at once.
+# As devices.instruments.INSTRUMENTS and devices.patches.BUILT_IN have them; repeated here so that help appears at once.
 INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
 SETS = (
     "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, repeatability, additivity, on-white, "
     "uniformity, angles, crosstalk, glasses; all; or FILE.csv."
 )
-
-
-@dataclass(frozen=True, slots=True)
-class Showing:
-    """How patches are shown."""
-
-    eye: PatchEye
-    seed: int
-    repeat_every: int
-    settle_s: float
-    backend: str
-    windowed: bool
-
-
-@dataclass(frozen=True, slots=True)
-class Choosing:
-    """Which patches are shown."""
-
-    set_names: tuple[str, ...]
-    code_range: str | None
-    every_s: float | None
-
-    def sets(self, target: Target, eye: PatchEye) -> tuple[PatchSet, ...]:
-        """Return the sets, less those that ``all`` holds and the mode cannot show, which is told."""
-        from devices.patches import find_sets
-        from devices.patches.sets import ALL
-        from runner.measuring.station import check_sets
-
-        found = find_sets(self.set_names, self.code_range, self.every_s)
-        kept, remark = check_sets(target, found, eye, chosen=ALL not in self.set_names)
-        note(remark)
-        return kept
-
-
-@dataclass(frozen=True, slots=True)
-class Reading:
-    """What reads the light."""
-
-    instrument: str
-    port: str | None
-    instrument_options: tuple[str, ...]
-    unattended: bool
 
 
 def _gathered(name: str, kind: type[Any], *options: Callable[[Command], Command]) -> Callable[[Command], Command]:
@@ -88,9 +43,9 @@ def _gathered(name: str, kind: type[Any], *options: Callable[[Command], Command]
     return add
 
 
-showing_options = _gathered(
-    "showing",
-    Showing,
+show_options = _gathered(
+    "show",
+    ShowOptions,
     click.option(
         "--eye",
         type=click.Choice(["both", "left", "right"]),
@@ -124,9 +79,9 @@ showing_options = _gathered(
     ),
     click.option("--windowed", is_flag=True, help="Use a window instead of the full screen."),
 )
-choosing_options = _gathered(
-    "choosing",
-    Choosing,
+patch_options = _gathered(
+    "patches",
+    PatchOptions,
     click.option("--set", "set_names", multiple=True, default=("table_c1",), show_default=True, help=SETS),
     click.option(
         "--codes", "code_range", help="Range of the codes in FILE.csv, if it does not say: 0..1, 0..255 or 0..1023."
@@ -139,9 +94,9 @@ choosing_options = _gathered(
         help="Time between two readings of the warm-up. Default: 60 s.",
     ),
 )
-reading_options = _gathered(
-    "reading",
-    Reading,
+_instrument_options = _gathered(
+    "instrument",
+    InstrumentOptions,
     click.option(
         "--instrument", type=click.Choice(INSTRUMENTS), required=True, help="Instrument that reads the light."
     ),
@@ -151,26 +106,16 @@ reading_options = _gathered(
         "instrument_options",
         multiple=True,
         metavar="KEY=VALUE",
+        callback=lambda _, __, options: parse_options(options),
         help='Option of the instrument: noise=0.01 (simulated), measure_s=400, "spotread=-X panel.ccss".',
     ),
-    click.option("--unattended", is_flag=True, help="Say what to move, but do not wait for a key."),
 )
 
 
-def wiring_of(target: Target, showing: Showing, reading: Reading) -> Wiring:
-    """Return what instruments may need: the port, their options, the person at the terminal, a display to simulate.
-
-    A simulated instrument looks at the target, or at the display file that its option ``display`` names.
-    """
-    from devices.instruments.open import Wiring
-    from runner.measuring.target import read_target
-
-    parsed = parse_options(reading.instrument_options)
-    if reading.instrument == "simulated" and "display" in parsed:
-        simulated = read_target(Path(parsed.pop("display")), target.mode.name).simulated
-    else:
-        simulated = target.simulated
-    return Wiring(reading.port, parsed, _ask, _tell, simulated, showing.seed, showing.eye)
+def instrument_options(command: Command) -> Command:
+    """Add what reads the light, as ``instrument``, and whether nobody is there to be waited for."""
+    unattended = click.option("--unattended", is_flag=True, help="Say what to move, but do not wait for a key.")
+    return _instrument_options(unattended(command))
 
 
 def parse_options(options: Sequence[str]) -> dict[str, str]:
@@ -184,19 +129,11 @@ def parse_options(options: Sequence[str]) -> dict[str, str]:
     return parsed
 
 
-def note(remark: str) -> None:
-    """Tell ``remark`` on the error stream, unless it is empty."""
-    if remark:
-        click.echo(f"note: {remark}", err=True)
-
-
-def talk(showing: Showing, reading: Reading, *, quiet: bool) -> Talk:
-    """Return what tells of each reading on the error stream, unless ``quiet``, and what waits for the person.
+def dialogue(show: ShowOptions, *, unattended: bool, quiet: bool) -> Dialogue:
+    """Return what reports each reading on the error stream, unless ``quiet``, and what waits for the person.
 
     In a window that is a key; elsewhere, the end of a line on the terminal.
     """
-    from runner.measuring.station import Talk
-    from runner.measuring.take_readings import Progress
 
     def on_progress(progress: Progress) -> None:
         if progress.reading is None:
@@ -206,15 +143,27 @@ def talk(showing: Showing, reading: Reading, *, quiet: bool) -> Talk:
         left = f"{duration(progress.left_s)} left" if progress.done < progress.of else "done"
         click.echo(f"{progress.done}/{progress.of}  {progress.step.label}: {what}  ({left})", err=True)
 
-    def told(request: str) -> bool:
-        click.echo(f"note: {request}", err=True)
+    def note_request(request: str) -> bool:
+        note(request)
         return True
 
-    def asked(request: str) -> bool:
+    def wait_for_enter(request: str) -> bool:
         return _ask(f"{request} Then press Enter: ") is not None
 
-    ready = told if reading.unattended else None if showing.backend == "window" else asked
-    return Talk(ready=ready) if quiet else Talk(on_progress, _tell, ready)
+    ready = note_request if unattended else None if show.backend == "window" else wait_for_enter
+    always = Dialogue(ready=ready, note=note, warn=_warn, ask=_ask, correct=tell)
+    return always if quiet else replace(always, on_progress=on_progress, tell=tell)
+
+
+def note(remark: str) -> None:
+    """Print ``remark`` on the error stream, unless it is empty."""
+    if remark:
+        click.echo(f"note: {remark}", err=True)
+
+
+def tell(words: str) -> None:
+    """Print ``words`` on the error stream."""
+    click.echo(words, err=True)
 
 
 def duration(seconds: float) -> str:
@@ -226,7 +175,7 @@ def duration(seconds: float) -> str:
 
 
 def raise_unless_complete(outcome: Outcome, file: Path) -> None:
-    """Raise WorkError if patches are missing, saying how to go on."""
+    """Raise WorkError if patches are missing, saying how to resume."""
     from runner.cli.main import WorkError
 
     if outcome.stopped:
@@ -248,5 +197,5 @@ def _ask(prompt: str) -> str | None:
     return typed.rstrip("\n") if typed else None
 
 
-def _tell(words: str) -> None:
-    click.echo(words, err=True)
+def _warn(remark: str) -> None:
+    click.echo(f"warning: {remark}", err=True)

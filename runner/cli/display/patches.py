@@ -7,13 +7,14 @@ from pathlib import Path
 
 import click
 
-from runner.cli.display.measuring_options import Choosing, Showing, choosing_options, showing_options
+from runner.cli.display.measuring_options import patch_options, show_options
+from runner.measuring.options import PatchOptions, ShowOptions
 
 
 @click.command(short_help="Show patches of known device codes full-screen in a stereo mode.")
 @click.argument("rig_or_display", type=click.Path(path_type=Path))
 @click.option("--mode", help="Stereo mode; a rig has its own.")
-@choosing_options
+@patch_options
 @click.option(
     "--each",
     "each_s",
@@ -26,17 +27,17 @@ from runner.cli.display.measuring_options import Choosing, Showing, choosing_opt
     "-o", "--output", type=click.Path(path_type=Path), help="Table of the patches shown, with empty X, Y, Z to fill in."
 )
 @click.option("--list", "list_only", is_flag=True, help="Print the patches in their order as CSV, and show nothing.")
-@showing_options
+@show_options
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     rig_or_display: Path,
     mode: str | None,
-    choosing: Choosing,
+    patches: PatchOptions,
     each_s: float | None,
     start_label: str | None,
     output: Path | None,
     list_only: bool,
-    showing: Showing,
+    show: ShowOptions,
     as_json: bool,
 ) -> None:
     """Show patches of known device codes full-screen in a stereo mode.
@@ -44,52 +45,32 @@ def command(
     Both eyes see them, or one while the other sees black, so that the mode stays enabled. Right and left go on and
     back, space pauses, Escape stops. The order is shuffled by the seed; black and white come again throughout.
     """
-    from devices.errors import MeasuringError
-    from devices.patches import steps
-    from runner.cli.display.measuring_options import duration, note
+    from documents.files.whole_file import write_whole
+    from runner.cli.display.measuring_options import dialogue, duration, note, tell
     from runner.cli.main import WorkError
-    from runner.measuring.show_patches import Shown, patch_table, show_patches
-    from runner.measuring.station import check_eye, open_screen
-    from runner.measuring.target import read_target
+    from runner.measuring.show_patches import Shown, plan_patches, show_plan
 
-    if showing.backend != "window" and each_s is None and not list_only:
+    if show.backend != "window" and each_s is None and not list_only:
         raise click.UsageError("Without a window there are no keys: add --each S.")
-    target = read_target(rig_or_display, mode)
-    eye = showing.eye
-    remark = check_eye(target, eye)
-    highest = 255 if target.panel.code_bits == 8 else 1023
-    order = steps(
-        [one.rounded(highest) for one in choosing.sets(target, eye)], showing.seed, showing.repeat_every, eye=eye
-    )
-    if start_label is not None:
-        labels = [step.label for step in order]
-        if start_label not in labels:
-            raise MeasuringError(f"there is no patch '{start_label}' in this order: see them with --list")
-        order = order[labels.index(start_label) :]
+    plan = plan_patches(rig_or_display, patches, show, mode=mode, start=start_label)
+    for remark in plan.notes:
+        note(remark)
     if list_only:
-        click.echo(patch_table(order, eye, target.mode.name, target.panel.code_bits), nl=False)
+        click.echo(plan.table(), nl=False)
         return
-    note(remark)
 
-    def tell(shown: Shown) -> None:
+    def on_shown(shown: Shown) -> None:
         codes = " ".join(f"{round(code * shown.highest)}" for code in shown.step.patch.codes)
         left = f", {duration(shown.left_s)} left" if each_s else ""
-        click.echo(f"{shown.number}/{shown.of}  {shown.step.label}: {codes}{left}", err=True)
+        tell(f"{shown.number}/{shown.of}  {shown.step.label}: {codes}{left}")
 
-    with open_screen(target, showing.backend, windowed=showing.windowed) as screen:
-        for warning in screen.surface.facts.remarks:
-            click.echo(f"warning: {warning}", err=True)
-        if screen.highest != highest:
-            order = tuple(type(step)(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
-        hold_s = None if each_s is None else showing.settle_s + each_s
-        times_s = show_patches(screen, order, eye, hold_s, lambda words: click.echo(words, err=True), tell)
-        bits = screen.surface.bits
+    result = show_plan(plan, each_s, dialogue(show, unattended=True, quiet=False), on_shown)
     if output is not None:
         try:
-            output.write_text(patch_table(order, eye, target.mode.name, bits, times_s), encoding="utf-8")
+            write_whole(output, result.table)
         except OSError as error:
             raise WorkError(f"{output} cannot be written: {error.strerror}") from error
     if as_json:
-        click.echo(json.dumps({"shown": len(times_s), "of": len(order), "table": str(output) if output else None}))
-    if len(times_s) < len(order):
-        raise WorkError(f"stopped after {len(times_s)} of {len(order)} patches")
+        click.echo(json.dumps({"shown": result.shown, "of": result.of, "table": str(output) if output else None}))
+    if result.shown < result.of:
+        raise WorkError(f"stopped after {result.shown} of {result.of} patches")

@@ -22,7 +22,7 @@ from devices.patches import Patch, PatchSet, Step
 from devices.patches.colorchecker import asked_of
 from documents import InputError
 from runner.cli.main import group
-from runner.measuring.asked_screen import AskedScreen
+from runner.measuring.patch_screen import AskedScreen
 from runner.measuring.verification import asked_XYZ, judge, patches_of
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.surface import open_surface
