@@ -66,14 +66,14 @@ def simple_gamma(levels: Floats, light: Floats) -> tuple[float, float]:
 
 def tone_response(measurements: Measurements) -> Diagnosis:
     """Judge the largest fall of luminance from one level to the next, in % of the ramp's full light."""
-    found, why = _shares(measurements)
+    shares, why = _shares(measurements)
     if why:
         return RISING.unjudged(why)
     falls, rows, panels = [], [], []
     for name, colour in _RAMPS:
-        if name not in found:
+        if name not in shares:
             continue
-        levels, light = found[name]
+        levels, light = shares[name]
         gamma, fit = simple_gamma(levels / levels[-1], light)
         fall = 100 * max(0.0, float(-np.diff(light, prepend=0.0).min()))
         falls.append(fall)
@@ -97,10 +97,10 @@ def tone_response(measurements: Measurements) -> Diagnosis:
 
 def headroom(measurements: Measurements) -> Diagnosis:
     """Judge the smallest rise of any ramp over the top 2 % of codes, in % of its full light."""
-    found, why = _shares(measurements)
+    shares, why = _shares(measurements)
     if why:
         return HEADROOM.unjudged(why)
-    full = {name: pair for name, pair in found.items() if pair[0][-1] >= 1}
+    full = {name: pair for name, pair in shares.items() if pair[0][-1] >= 1}
     if not full:
         return HEADROOM.unjudged("No ramp reaches full drive.")
     rise = {name: 100 * float(light[-1] - np.interp(_TOP, levels, light)) for name, (levels, light) in full.items()}
@@ -123,15 +123,15 @@ def _dark(measurements: Measurements) -> str:
 def _shares(measurements: Measurements) -> tuple[dict[str, tuple[Floats, Floats]], str]:
     """Return each ramp's levels (k,) and luminance above black as a share of the last level's, (k,)."""
     dark, _ = black_or_none(measurements)
-    found = {}
+    shares = {}
     for name, ramp in {**channel_ramps(measurements), "grey": grey_ramp(measurements)}.items():
         if len(ramp) < _FEWEST_LEVELS:
             continue
         light = ramp.XYZ[:, 1] - dark[1]
         if light[-1] <= 0:
             return {}, f"The channel {name} gives no light at its highest level."
-        found[name] = (ramp.levels, np.asarray(light / light[-1]))
-    return found, "" if found else "No ramp has four levels or more."
+        shares[name] = (ramp.levels, np.asarray(light / light[-1]))
+    return shares, "" if shares else "No ramp has four levels or more."
 
 
 CONSTANCY = Check(
@@ -269,5 +269,5 @@ def additivity(measurements: Measurements) -> Diagnosis:
 
 
 def _levels(measurements: Measurements, name: str) -> list[tuple[float, Floats]]:
-    found = channel_ramps(measurements)[name]
-    return [(float(level), light) for level, light in zip(found.levels, found.XYZ, strict=True)]
+    ramp = channel_ramps(measurements)[name]
+    return [(float(level), light) for level, light in zip(ramp.levels, ramp.XYZ, strict=True)]

@@ -121,7 +121,7 @@ def spectral_overlap(measurements: Measurements) -> Diagnosis:
     groups = by_code(measurements)
     dark = measurements.spectra[groups[0.0, 0.0, 0.0]].mean(axis=0) if (0.0, 0.0, 0.0) in groups else 0.0
     waves = measurements.wavelengths_nm
-    found: dict[str, Floats] = {}
+    spectra: dict[str, Floats] = {}
     for channel, name in enumerate(CHANNELS):
         code = tuple(1.0 if place == channel else 0.0 for place in range(3))
         if code not in groups:
@@ -130,16 +130,16 @@ def spectral_overlap(measurements: Measurements) -> Diagnosis:
         area = float(np.trapezoid(spectrum, waves))
         if area <= 0:
             return OVERLAP.unjudged(f"The channel {name} gives no light.")
-        found[name] = np.asarray(spectrum / area)
+        spectra[name] = np.asarray(spectrum / area)
     shared = {
-        f"{one} and {other}": 100 * float(np.trapezoid(np.minimum(found[one], found[other]), waves))
+        f"{one} and {other}": 100 * float(np.trapezoid(np.minimum(spectra[one], spectra[other]), waves))
         for one, other in (("red", "green"), ("green", "blue"), ("red", "blue"))
     }
     most = max(shared, key=lambda pair: shared[pair])
-    lines = tuple(Line(name, numbers(waves), numbers(found[name]), _COLOURS[name], "line") for name in CHANNELS)
-    low = 0.1 * max(float(spectrum.max()) for spectrum in found.values())
+    lines = tuple(Line(name, numbers(waves), numbers(spectra[name]), _COLOURS[name], "line") for name in CHANNELS)
+    low = 0.1 * max(float(spectrum.max()) for spectrum in spectra.values())
     foot = tuple(
-        Line(name, numbers(waves), numbers(np.minimum(found[name], low)), _COLOURS[name], "line") for name in CHANNELS
+        Line(name, numbers(waves), numbers(np.minimum(spectra[name], low)), _COLOURS[name], "line") for name in CHANNELS
     )
     panels = (
         Panel("each with area 1", "wavelength, nm", "1/nm", lines),
@@ -159,13 +159,13 @@ def _misnamed(matrix: Floats) -> str:
     """Return what is wrong with the primaries' names: red has the largest x, green the largest y, blue the least y."""
     corners = xy(matrix.T)
     wrong = []
-    for name, found in (
+    for name, seen in (
         ("red", int(np.argmax(corners[:, 0]))),
         ("green", int(np.argmax(corners[:, 1]))),
         ("blue", int(np.argmin(corners[:, 1]))),
     ):
-        if CHANNELS[found] != name:
-            wrong.append(f"{CHANNELS[found]} looks {name}")
+        if CHANNELS[seen] != name:
+            wrong.append(f"{CHANNELS[seen]} looks {name}")
     return ", ".join(wrong).capitalize()
 
 
@@ -218,7 +218,7 @@ def chromaticities(measurements: Measurements) -> Diagnosis:
     )
     if len(below):
         words += (
-            f" {counted(len(below), 'reading holds', 'readings hold')} a negative X, Y or Z, such as that of "
+            f" {counted(len(below), 'reading has', 'readings have')} a negative X, Y or Z, such as that of "
             f"{_words(codes[below[0]])}."
         )
     table = Table(

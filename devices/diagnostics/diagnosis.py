@@ -64,7 +64,7 @@ class Diagnosis:
     source
         Where the limit comes from.
     words
-        What was found, in sentences.
+        The result in sentences.
     series, table
         The figure's panels and the numbers behind them.
     output
@@ -89,7 +89,7 @@ class Diagnosis:
 
     def to_json(self) -> dict[str, Any]:
         """Return the diagnosis as JSON values; what is no number in a figure or table is null."""
-        return {name: _told(value) for name, value in asdict(self).items()}
+        return {name: _finite(value) for name, value in asdict(self).items()}
 
 
 @dataclass(frozen=True, slots=True)
@@ -119,20 +119,20 @@ class Check:
             self.name, self.title, passed, number, limit, self.unit, self.source, words, self.at_least, **more
         )
 
-    def told(self, value: float, words: str, **more: Any) -> Diagnosis:
+    def described(self, value: float, words: str, **more: Any) -> Diagnosis:
         """Return ``value`` without a verdict."""
         return Diagnosis(
             self.name, self.title, None, float(value), None, self.unit, self.source, words, self.at_least, **more
         )
 
 
-def _told(value: Any) -> Any:
+def _finite(value: Any) -> Any:
     if isinstance(value, float):
         return value if math.isfinite(value) else None
     if isinstance(value, tuple | list):
-        return [_told(part) for part in value]
+        return [_finite(part) for part in value]
     if isinstance(value, dict):
-        return {name: _told(part) for name, part in value.items()}
+        return {name: _finite(part) for name, part in value.items()}
     return value
 
 

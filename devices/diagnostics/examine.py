@@ -69,11 +69,11 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
             continue
         seen.add(file.resolve())
         try:
-            found = read_measurements(file, codes if file.suffix.lower() == ".csv" else None)
+            measurements = read_measurements(file, codes if file.suffix.lower() == ".csv" else None)
         except InputError as error:
             findings += error.findings
             continue
-        sets.append(MeasuredSet(file.name if names.count(file.name) == 1 else str(file), found))
+        sets.append(MeasuredSet(file.name if names.count(file.name) == 1 else str(file), measurements))
     if findings:
         raise DeviceError(findings)
     return sets
@@ -81,14 +81,14 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
 
 def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:
     """Return the readings through each lens apart, or all together where none is of one lens alone."""
-    found = set(plain(measured.measurements).eye) or set(measured.measurements.eye)
-    if not found & {"left", "right"}:
+    eyes_read = set(plain(measured.measurements).eye) or set(measured.measurements.eye)
+    if not eyes_read & {"left", "right"}:
         return ((measured, "both"),)
     eyes: tuple[PatchEye, ...] = ("left", "right")
     return tuple(
         (MeasuredSet(f"{measured.label}, {eye} eye", measured.measurements.for_eye(eye)), eye)
         for eye in eyes
-        if eye in found
+        if eye in eyes_read
     )
 
 
@@ -104,52 +104,52 @@ def examine(
     sets
         Characterisations and special readings (`devices.diagnostics.readings`), in any order.
     models
-        What the readings are held against; for readings through both lenses the left eye's model.
+        What the readings are compared with; for readings through both lenses the left eye's model.
     without_glasses
-        The same patches read without glasses, held against every set with primaries, through each lens. Where it is
+        The same patches read without glasses, compared with every set with primaries, through each lens. Where it is
         None, each set's own readings named ``...@no-glasses`` are.
     """
     subjects = [pair for measured in sets for pair in by_eye(measured)]
     several = len(subjects) > 1
-    found: list[Diagnosis] = []
+    diagnoses: list[Diagnosis] = []
 
     def add(made: list[tuple[str, Diagnosis]]) -> None:
-        judged = [pair for pair in made if _told(pair[1])] or made[:1]
+        judged = [pair for pair in made if _has_result(pair[1])] or made[:1]
         for label, diagnosis in judged:
-            found.append(replace(diagnosis, subject=label if several and _told(diagnosis) else ""))
+            diagnoses.append(replace(diagnosis, subject=label if several and _has_result(diagnosis) else ""))
 
     for check in TIMELY:
-        add([(one.label, check(one.measurements)) for one, _ in subjects])
+        add([(own.label, check(own.measurements)) for own, _ in subjects])
     for check, kind in SPECIAL:
-        special = [one for measured in sets for one in _of_kind(measured, kind)] or list(sets[:1])
-        add([(one.label, check(one.measurements)) for one in special])
+        special = [part for measured in sets for part in _of_kind(measured, kind)] or list(sets[:1])
+        add([(own.label, check(own.measurements)) for own in special])
     for check in CHECKS:
-        add([(one.label, check(one.measurements)) for one, _ in subjects])
+        add([(own.label, check(own.measurements)) for own, _ in subjects])
     add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
     if models is not None:
-        chosen = [(one, models.right if eye == "right" else models.left) for one, eye in subjects]
-        add([(one.label, estimated_codes(one.measurements, model)) for one, model in chosen])
-        add([(one.label, model_difference(one.measurements, model)) for one, model in chosen])
-    full = [one for one, _ in subjects if primaries(one.measurements)[0] is not None]
+        chosen = [(own, models.right if eye == "right" else models.left) for own, eye in subjects]
+        add([(own.label, estimated_codes(own.measurements, model)) for own, model in chosen])
+        add([(own.label, model_difference(own.measurements, model)) for own, model in chosen])
+    full = [own for own, _ in subjects if primaries(own.measurements)[0] is not None]
     if len(full) > 1:
         first = full[0]
         add([(o.label, gamut_change(o.measurements, first.measurements, o.label, first.label)) for o in full[1:]])
-    bare = [(one, _without_glasses(one.measurements, without_glasses)) for one, _ in subjects]
-    pairs = [(one, table) for one, table in bare if table is not None]
+    bare = [(own, _without_glasses(own.measurements, without_glasses)) for own, _ in subjects]
+    pairs = [(own, table) for own, table in bare if table is not None]
     if pairs:
-        seen = [(one, table) for one, table in pairs if primaries(one.measurements)[0] is not None] or pairs
+        seen = [(own, table) for own, table in pairs if primaries(own.measurements)[0] is not None] or pairs
         changes = [(o.label, gamut_change(o.measurements, b, "with glasses", "without glasses")) for o, b in seen]
         name, title = "gamut_change_by_glasses", "Change of gamut by the glasses"
         add([(label, replace(change, name=name, title=title)) for label, change in changes])
-        add([(one.label, glasses_transmittance(one.measurements, table)) for one, table in seen])
-        add([(one.label, luminance_loss(one.measurements, table)) for one, table in seen])
-    return tuple(found)
+        add([(own.label, glasses_transmittance(own.measurements, table)) for own, table in seen])
+        add([(own.label, luminance_loss(own.measurements, table)) for own, table in seen])
+    return tuple(diagnoses)
 
 
 def _without_glasses(measurements: Measurements, given: MeasuredSet | None) -> Measurements | None:
-    """Return what to hold ``measurements`` against for the glasses, None if there is nothing."""
-    found = untagged(measurements, "no-glasses") if given is None else given.measurements
-    return found if len(found) else None
+    """Return the readings without glasses to compare ``measurements`` with, None if there are none."""
+    bare = untagged(measurements, "no-glasses") if given is None else given.measurements
+    return bare if len(bare) else None
 
 
 def _of_kind(measured: MeasuredSet, kind: Kind) -> list[MeasuredSet]:
@@ -166,5 +166,5 @@ def _of_kind(measured: MeasuredSet, kind: Kind) -> list[MeasuredSet]:
     ]
 
 
-def _told(diagnosis: Diagnosis) -> bool:
+def _has_result(diagnosis: Diagnosis) -> bool:
     return diagnosis.passed is not None or diagnosis.value is not None

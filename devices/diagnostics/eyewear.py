@@ -44,7 +44,7 @@ _FEWEST = 3
 def glasses_transmittance(through: Measurements, without: Measurements) -> Diagnosis:
     """Judge the luminance of the brightest colour read in both, through the glasses, in % of that without.
 
-    With spectra of both, the figure and table show the spectral transmittance where there is light to tell.
+    With spectra of both, the figure and table show the spectral transmittance where there is light enough.
     """
     codes, seen, bare = _pairs(through, without)
     if not len(codes) or bare[:, 1].max() <= 0:
@@ -175,24 +175,24 @@ def crosstalk_readings(measurements: Measurements) -> tuple[CrosstalkReading, ..
     """
     if not tagged(measurements, "other"):
         return ()
-    colours = {said.parts[0] for _, said in tagged(measurements, "other")}
-    found = []
+    colours = {own.parts[0] for _, own in tagged(measurements, "other")}
+    readings = []
     for row, name in enumerate(measurements.name):
-        said, eye = tag(name), measurements.eye[row]
-        own = (said.base if said else patch_name(name)).strip().lower()
-        other = said.parts[0] if said and said.kind == "other" else BLACK
-        if said is None and (eye == "both" or own not in colours | {BLACK}):
+        own_tag, eye = tag(name), measurements.eye[row]
+        own = (own_tag.base if own_tag else patch_name(name)).strip().lower()
+        other = own_tag.parts[0] if own_tag and own_tag.kind == "other" else BLACK
+        if own_tag is None and (eye == "both" or own not in colours | {BLACK}):
             continue
-        if said is not None and said.kind != "other":
+        if own_tag is not None and own_tag.kind != "other":
             continue
         if eye == "both":
-            raise DeviceError(f"the reading '{name}' tells of crosstalk, but not through which lens: eye is 'both'")
+            raise DeviceError(f"the reading '{name}' is of crosstalk, but does not name the lens: eye is 'both'")
         if (own == BLACK) != bool(np.all(measurements.codes[row] == 0)):
             raise DeviceError(f"the reading '{name}' has the codes {measurements.codes[row].tolist()}: black is code 0")
         x, y, z = (float(value) for value in measurements.XYZ[row])
         left, right = (own, other) if eye == "left" else (other, own)
-        found.append(CrosstalkReading(eye, left, right, (x, y, z)))
-    return tuple(found)
+        readings.append(CrosstalkReading(eye, left, right, (x, y, z)))
+    return tuple(readings)
 
 
 def crosstalk(measurements: Measurements) -> Diagnosis:

@@ -86,39 +86,39 @@ def gamut_of(measurements: Measurements) -> tuple[Gamut | None, str]:
 
 def gamut(measurements: Measurements) -> Diagnosis:
     """Return the gamut's area in % of that of sRGB; nothing is judged by it."""
-    found, why = gamut_of(measurements)
-    if found is None:
+    triangle, why = gamut_of(measurements)
+    if triangle is None:
         return AREA.unjudged(f"The gamut is not known: {why}.")
-    value = 100 * found.area / _area(_uv_from_xy(np.array(SRGB_PRIMARIES_XY)))
-    words = f"The triangle's area in u′v′ is {found.area:.4g}, {value:.3g} % of that of sRGB."
+    value = 100 * triangle.area / _area(_uv_from_xy(np.array(SRGB_PRIMARIES_XY)))
+    words = f"The triangle's area in u′v′ is {triangle.area:.4g}, {value:.3g} % of that of sRGB."
     srgb = np.array(SRGB_PRIMARIES_XY)
     panel = Panel(
         "CIE 1931",
         "x",
         "y",
-        (_outline("sRGB", srgb, "soft", "dashed"), _outline("primaries", found.corners_xy, "accent", "outline")),
+        (_outline("sRGB", srgb, "soft", "dashed"), _outline("primaries", triangle.corners_xy, "accent", "outline")),
         equal=True,
     )
-    return AREA.told(value, words, series=(panel,), table=_rows(found))
+    return AREA.described(value, words, series=(panel,), table=_rows(triangle))
 
 
 def gamut_change(measurements: Measurements, other: Measurements, label: str, other_label: str) -> Diagnosis:
     """Judge how much the area of ``measurements`` differs from that of ``other``, in % of the latter."""
-    found, why = gamut_of(measurements)
+    triangle, why = gamut_of(measurements)
     before, why_not = gamut_of(other)
-    if found is None or before is None:
+    if triangle is None or before is None:
         return CHANGE.unjudged(f"A gamut is not known: {why or why_not}.")
-    value = 100 * (found.area / before.area - 1)
-    shift = found.white_uv - before.white_uv
+    value = 100 * (triangle.area / before.area - 1)
+    shift = triangle.white_uv - before.white_uv
     panel = Panel(
         "CIE 1931",
         "x",
         "y",
         (
             _outline(other_label, before.corners_xy, "soft", "dashed"),
-            _outline(label, found.corners_xy, "accent", "outline"),
+            _outline(label, triangle.corners_xy, "accent", "outline"),
             Line("", (float(before.white_xy[0]),), (float(before.white_xy[1]),), "soft", "points"),
-            Line("", (float(found.white_xy[0]),), (float(found.white_xy[1]),), "accent", "points"),
+            Line("", (float(triangle.white_xy[0]),), (float(triangle.white_xy[1]),), "accent", "points"),
         ),
         equal=True,
     )
@@ -127,7 +127,7 @@ def gamut_change(measurements: Measurements, other: Measurements, label: str, ot
         f"moves by {np.linalg.norm(shift):.2g} in u′v′ ({shift[0]:+.4f}, {shift[1]:+.4f})."
     )
     rows: list[tuple[Cell, ...]] = []
-    for name, one in ((other_label, before), (label, found)):
+    for name, one in ((other_label, before), (label, triangle)):
         rows.append((name, one.area, *(f"{part:.4f}" for part in one.white_xy), one.white_cd_m2))
     table = Table(("", "area in u′v′", "white x", "white y", "white, cd/m²"), tuple(rows))
     return CHANGE.judged(abs(value), words, series=(panel,), table=table)
@@ -140,12 +140,12 @@ def _outline(name: str, corners: Floats, colour: Colour, style: str) -> Line:
     return Line(name, numbers(closed[:, 0]), numbers(closed[:, 1]), colour, "dashed")
 
 
-def _rows(found: Gamut) -> Table:
+def _rows(gamut: Gamut) -> Table:
     rows = tuple(
         (name, *(f"{value:.4f}" for value in (*plane, *even)))
         for name, plane, even in (
-            *zip(("red", "green", "blue"), found.corners_xy, found.corners_uv, strict=True),
-            ("white", found.white_xy, found.white_uv),
+            *zip(("red", "green", "blue"), gamut.corners_xy, gamut.corners_uv, strict=True),
+            ("white", gamut.white_xy, gamut.white_uv),
         )
     )
     return Table(("", "x", "y", "u′", "v′"), rows)
@@ -173,17 +173,17 @@ def estimated_codes(measurements: Measurements, model: DisplayModel) -> Diagnosi
     estimated = model.code(light)
     panels, rows, shares = [], [], []
     for channel, name in enumerate(CHANNELS):
-        real, found = codes[:, channel], estimated[:, channel]
-        lit = np.maximum(model.curves[channel].linear(real), model.curves[channel].linear(found)) >= FLOOR_SHARE
+        real, estimate = codes[:, channel], estimated[:, channel]
+        lit = np.maximum(model.curves[channel].linear(real), model.curves[channel].linear(estimate)) >= FLOOR_SHARE
         spread = float(((real[lit] - real[lit].mean()) ** 2).sum()) if lit.any() else 0.0
         if spread == 0:
             return CODES.unjudged(f"All readings in which {name} gives 2 % of its light have one code of it.")
-        shares.append(1 - float(((real - found)[lit] ** 2).sum()) / spread)
-        error = 255 * (found - real)[lit]
+        shares.append(1 - float(((real - estimate)[lit] ** 2).sum()) / spread)
+        error = 255 * (estimate - real)[lit]
         rows.append((name, f"{shares[-1]:.5f}", float(np.sqrt(np.mean(error**2))), float(np.abs(error).max())))
         lines = (
             Line("", (0.0, 255.0), (0.0, 255.0), "soft", "line"),
-            Line(name, numbers(255 * real), numbers(255 * found), _COLOURS[channel], "points"),
+            Line(name, numbers(255 * real), numbers(255 * estimate), _COLOURS[channel], "points"),
         )
         panels.append(Panel(name, "real code (0–255)", "estimated code (0–255)", lines, equal=True))
     words = f"Estimated codes explain {100 * min(shares):.4g} % of the real ones' variance in the worst channel."

@@ -29,8 +29,8 @@ def pixel_independence(measurements: Measurements) -> Diagnosis:
     The readings are named ``gray120@on-black``, ``gray120@on-white`` and so on, all of the same patch size.
     """
     patches: dict[str, dict[str, list[float]]] = {}
-    for row, said in tagged(measurements, "surround"):
-        patches.setdefault(said.base, {}).setdefault(said.parts[0], []).append(float(measurements.XYZ[row, 1]))
+    for row, own in tagged(measurements, "surround"):
+        patches.setdefault(own.base, {}).setdefault(own.parts[0], []).append(float(measurements.XYZ[row, 1]))
     lines, rows, worst = [], [], -1.0
     names = list(dict.fromkeys(around for surrounds in patches.values() for around in surrounds))
     for patch, surrounds in patches.items():
@@ -74,9 +74,9 @@ def uniformity(measurements: Measurements) -> Diagnosis:
     ``output`` is the `gain_map:` of a display file.
     """
     grids: dict[str, dict[tuple[int, int], list[float]]] = {}
-    for row, said in tagged(measurements, "place"):
-        place = (int(said.parts[0]), int(said.parts[1]))
-        grids.setdefault(said.base, {}).setdefault(place, []).append(float(measurements.XYZ[row, 1]))
+    for row, own in tagged(measurements, "place"):
+        place = (int(own.parts[0]), int(own.parts[1]))
+        grids.setdefault(own.base, {}).setdefault(place, []).append(float(measurements.XYZ[row, 1]))
     if not grids:
         return UNIFORMITY.unjudged(
             "Read one patch at several places, and name the readings gray120@r1c1, gray120@r1c2, ..."
@@ -148,11 +148,11 @@ _WAYS = {"": "horizontal", "h": "horizontal", "v": "vertical"}
 
 def angular_colour(measurements: Measurements) -> Diagnosis:
     """Judge the largest Δu′v′ from straight ahead, within 30°, over readings named ``...@10deg`` and so on."""
-    found = _curves(measurements)
-    if not found:
+    curves = _curves(measurements)
+    if not curves:
         return ANGULAR_COLOUR.unjudged(_ASK)
     lines, rows, shifts = [], [], []
-    for way, (angle, light, ahead) in found.items():
+    for way, (angle, light, ahead) in curves.items():
         shift = np.linalg.norm(uv(light) - uv(ahead), axis=1)
         lines.append(Line(way, numbers(angle), numbers(shift), "accent" if way == "vertical" else "ink", "line"))
         rows += [(way, float(a), float(s)) for a, s in zip(angle, shift, strict=True)]
@@ -167,12 +167,12 @@ def angular_colour(measurements: Measurements) -> Diagnosis:
 
 def angular_luminance(measurements: Measurements) -> Diagnosis:
     """Judge to what angle, on every side that was read, luminance stays within 10 % of straight ahead."""
-    found = _curves(measurements)
-    if not found:
+    curves = _curves(measurements)
+    if not curves:
         return ANGULAR_LUMINANCE.unjudged(_ASK)
     lines, rows = [], []
     reach, ended = np.inf, True
-    for way, (angle, light, ahead) in found.items():
+    for way, (angle, light, ahead) in curves.items():
         change = light[:, 1] / ahead[1] - 1
         lines.append(Line(way, numbers(angle), numbers(100 * change), "accent" if way == "vertical" else "ink", "line"))
         rows += [(way, float(a), f"{100 * c:+.1f}") for a, c in zip(angle, change, strict=True)]
@@ -208,22 +208,22 @@ def _reach(angle: Floats, change: Floats) -> tuple[float, bool]:
 
 def _curves(measurements: Measurements) -> dict[str, tuple[Floats, Floats, Floats]]:
     """Return for each direction the angles (n,), rising, their XYZ (n, 3), and XYZ (3,) straight ahead."""
-    found: dict[str, dict[float, list[Floats]]] = {}
+    by_direction: dict[str, dict[float, list[Floats]]] = {}
     readings = tagged(measurements, "angle")
-    bases = [said.base for _, said in readings]
+    bases = [own.base for _, own in readings]
     if not bases:
         return {}
     base = max(dict.fromkeys(bases), key=bases.count)
-    for row, said in readings:
-        if said.base == base:
-            angles = found.setdefault(_WAYS[said.parts[0]], {})
-            angles.setdefault(float(said.parts[1]), []).append(measurements.XYZ[row])
-    ahead = [light for angles in found.values() for light in angles.get(0.0, [])]
+    for row, own in readings:
+        if own.base == base:
+            angles = by_direction.setdefault(_WAYS[own.parts[0]], {})
+            angles.setdefault(float(own.parts[1]), []).append(measurements.XYZ[row])
+    ahead = [light for angles in by_direction.values() for light in angles.get(0.0, [])]
     if not ahead or np.mean(ahead, axis=0)[1] <= 0:
         return {}
     centre = np.asarray(np.mean(ahead, axis=0))
     curves = {}
-    for way, angles in found.items():
+    for way, angles in by_direction.items():
         order = sorted({*angles, 0.0})
         light = np.array([np.mean(angles.get(angle, [centre]), axis=0) for angle in order])
         if len(order) > 1:

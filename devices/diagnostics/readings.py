@@ -1,4 +1,4 @@
-"""What a set of readings holds: what the names say, the ramps, black and the primaries.
+"""What is in a set of readings: what the names mean, the ramps, black and the primaries.
 
 A name may say after its ``@`` where on the panel, from what angle, or beside what the patch was read:
 ``gray120@r1c3`` was read in row 1, column 3 of a grid over the panel; ``white@30deg`` and ``white@v-20deg`` from 30° to
@@ -33,7 +33,7 @@ _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
 
 @dataclass(frozen=True, slots=True)
 class Tag:
-    """The name before the ``@``, what kind of reading it is, and the words that its kind tells, in lower case."""
+    """The name before the ``@``, what kind of reading it is, and the words that belong to its kind, in lower case."""
 
     base: str
     kind: Kind
@@ -46,12 +46,12 @@ def patch_name(name: str) -> str:
 
 
 def tag(name: str) -> Tag | None:
-    """Return what ``name`` tells, None for a plain reading."""
-    base, at, said = patch_name(name).rpartition("@")
+    """Return the tag in ``name``, None for a plain reading."""
+    base, at, words = patch_name(name).rpartition("@")
     if at:
         for kind, pattern in _PATTERNS:
-            if found := pattern.fullmatch(said.strip()):
-                return Tag(base.strip().lower(), kind, tuple(part.strip().lower() for part in found.groups()))
+            if match := pattern.fullmatch(words.strip()):
+                return Tag(base.strip().lower(), kind, tuple(part.strip().lower() for part in match.groups()))
     return None
 
 
@@ -61,15 +61,15 @@ def plain(measurements: Measurements) -> Measurements:
 
 
 def tagged(measurements: Measurements, kind: Kind) -> list[tuple[int, Tag]]:
-    """Return the numbers of the readings of ``kind`` and what their names tell."""
-    found = [(row, tag(name)) for row, name in enumerate(measurements.name)]
-    return [(row, said) for row, said in found if said is not None and said.kind == kind]
+    """Return the numbers of the readings of ``kind`` and the tags of their names."""
+    tags = [(row, tag(name)) for row, name in enumerate(measurements.name)]
+    return [(row, own) for row, own in tags if own is not None and own.kind == kind]
 
 
 def untagged(measurements: Measurements, kind: Kind) -> Measurements:
     """Return the readings of ``kind`` alone, by the names that stand before their tags."""
     rows = tagged(measurements, kind)
-    return replace(measurements.select([row for row, _ in rows]), name=tuple(said.base for _, said in rows))
+    return replace(measurements.select([row for row, _ in rows]), name=tuple(own.base for _, own in rows))
 
 
 Floats = NDArray[np.float64]
@@ -94,11 +94,11 @@ class Ramp:
 
 def by_code(measurements: Measurements) -> dict[tuple[float, ...], list[int]]:
     """Return the numbers of the plain readings of each code, in the order in which they were read."""
-    found: dict[tuple[float, ...], list[int]] = {}
+    rows: dict[tuple[float, ...], list[int]] = {}
     for row, code in enumerate(np.round(measurements.codes, SAME_DIGITS)):
         if tag(measurements.name[row]) is None:
-            found.setdefault(tuple(float(value) for value in code), []).append(row)
-    return found
+            rows.setdefault(tuple(float(value) for value in code), []).append(row)
+    return rows
 
 
 def means(measurements: Measurements) -> tuple[Floats, Floats]:
@@ -117,8 +117,8 @@ def black(measurements: Measurements) -> Floats | None:
 
 def black_or_none(measurements: Measurements) -> tuple[Floats, str]:
     """Return black's XYZ (3,), zeros where it was not read, and then a sentence that says so."""
-    found = black(measurements)
-    return (np.zeros(3), " Black was not read and is taken for none.") if found is None else (found, "")
+    level = black(measurements)
+    return (np.zeros(3), " Black was not read and is taken for none.") if level is None else (level, "")
 
 
 def ramp(measurements: Measurements, channels: Sequence[int]) -> Ramp:
@@ -146,10 +146,10 @@ def primaries(measurements: Measurements) -> tuple[Floats | None, str]:
     """Return the primaries' XYZ minus black as columns (3, 3), or None and why they are not known."""
     dark, _ = black_or_none(measurements)
     columns = []
-    for name, found in channel_ramps(measurements).items():
-        if not len(found) or found.levels[-1] < 1:
+    for name, own in channel_ramps(measurements).items():
+        if not len(own) or own.levels[-1] < 1:
             return None, f"{name} at full drive was not read"
-        columns.append(found.XYZ[-1] - dark)
+        columns.append(own.XYZ[-1] - dark)
     matrix = np.array(columns).T
     return matrix, ""
 

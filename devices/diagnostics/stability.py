@@ -209,7 +209,7 @@ def warm_up(measurements: Measurements) -> Diagnosis:
     order = np.argsort(measurements.time_s[readings], kind="stable")
     time = measurements.time_s[readings][order] - measurements.time_s[readings].min()
     luminance = measurements.XYZ[readings, 1][order]
-    found = settle(time, luminance)
+    fit = settle(time, luminance)
     limit = float(time[-3]) / 60
     name = patch_name(measurements.name[readings[0]])
     smooth = np.linspace(0, time[-1], 200)
@@ -219,30 +219,30 @@ def warm_up(measurements: Measurements) -> Diagnosis:
         "luminance, cd/m²",
         (
             Line(name, numbers(time / 60), numbers(luminance), "ink", "points"),
-            Line("fit", numbers(smooth / 60), numbers(found.at(smooth)), "accent", "line"),
+            Line("fit", numbers(smooth / 60), numbers(fit.at(smooth)), "accent", "line"),
         ),
-        (found.settled * (1 - STABLE_SHARE), found.settled * (1 + STABLE_SHARE)),
+        (fit.settled * (1 - STABLE_SHARE), fit.settled * (1 + STABLE_SHARE)),
     )
-    if found.tau_s is None:
-        words = f"No change could be found in {len(time)} readings of {name}."
+    if fit.tau_s is None:
+        words = f"No change is seen in {len(time)} readings of {name}."
     else:
-        begun = 100 * found.excess / found.settled if found.settled else float("inf")
+        begun = 100 * fit.excess / fit.settled if fit.settled else float("inf")
         words = (
             f"{name} began {abs(begun):.2g} % {'above' if begun > 0 else 'below'} what it settles to "
-            f"({found.settled:.4g} cd/m²), with a time constant of {found.tau_s / 60:.3g} min, and is within 1 % of it "
-            f"from {found.stable_s / 60:.3g} min on."
+            f"({fit.settled:.4g} cd/m²), with a time constant of {fit.tau_s / 60:.3g} min, and is within 1 % of it "
+            f"from {fit.stable_s / 60:.3g} min on."
         )
-    tau = None if found.tau_s is None else found.tau_s / 60
+    tau = None if fit.tau_s is None else fit.tau_s / 60
     table = Table(
         ("patch", "readings", "time constant, min", "settles to, cd/m²", "stable from, min"),
-        ((name, float(len(time)), tau, found.settled, found.stable_s / 60),),
+        ((name, float(len(time)), tau, fit.settled, fit.stable_s / 60),),
     )
-    if time[-1] < SHORTEST_S and found.stable_s / 60 <= limit:
+    if time[-1] < SHORTEST_S and fit.stable_s / 60 <= limit:
         why = (
-            f"It cannot be said whether the display was warm: {len(time)} readings of {name} "
+            f"It is not known whether the display was warm: {len(time)} readings of {name} "
             f"within {time[-1]:.3g} s, and displays change over minutes. Read one patch for at least "
             f"{SHORTEST_S / 60:g} minutes from switching on "
             "(display measure --set warm-up)."
         )
         return WARM_UP.unjudged(why, series=(panel,), table=table)
-    return WARM_UP.judged(found.stable_s / 60, words, limit=limit, series=(panel,), table=table)
+    return WARM_UP.judged(fit.stable_s / 60, words, limit=limit, series=(panel,), table=table)

@@ -94,7 +94,7 @@ def test_crosstalk_readings_are_those_that_were_meant() -> None:
     assert crosstalk_readings(characterisation()) == ()
     nobody: tuple[PatchEye, ...] = tuple("both" for _ in table.eye)
     both = replace(table, eye=nobody)
-    with pytest.raises(DeviceError, match="which lens"):
+    with pytest.raises(DeviceError, match="name the lens"):
         crosstalk_readings(both)
     lit = replace(table, codes=np.ones_like(table.codes))
     assert crosstalk(lit).passed is None
