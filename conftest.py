@@ -12,6 +12,7 @@ import re
 import shutil
 from collections.abc import Callable, Mapping
 from functools import cache
+from itertools import permutations
 from pathlib import Path
 from typing import Any
 
@@ -164,47 +165,56 @@ def _noisy(picture: Any, seed: int = 1) -> Any:
     return (picture * rng.normal(1, 0.01, (*picture.shape[:2], 1))).astype(np.float32)
 
 
-_NAMES = ("2.1-stereo", "1.2-stereo", "2.1-flat", "1.2-flat")
-_STUDY_DISPLAY = {
-    "schema_version": 1,
-    "panel": {"resolution_px": [640, 480], "pixel_pitch_mm": 0.25},
-    "modes": {"side-by-side": _MODE},
-}
-_STUDY_BLOCKS = [
+_STIMULI = ("2.1-stereo", "1.2-stereo", "2.1-flat", "1.2-flat")
+_PAIRS = [
     {"kind": "screening", "tests": [{"test": "stereo_acuity", "pass_arcsec": 400, "levels_arcsec": [600, 400]}]},
     {"kind": "all_pairs", "repeats": 2, "catch": {"every": 6, "pairs": [["2.1-stereo", "1.2-flat"]]}},
+    {"kind": "questionnaire", "questions": [{"name": "remarks", "kind": "text", "question": "Anything else?"}]},
+]
+_SERIES = {
+    f"{paint}-{light}-{exposure_s}": {"paint": paint, "light": light, "exposure_s": exposure_s}
+    for paint in ("GM1", "BC")
+    for light in ("dim", "bright")
+    for exposure_s in (1.3, 2, 4)
+}
+_SCALES = [{"name": name, "question": f"The {name}?"} for name in ("similarity", "difficulty")]
+_CHOICES = [
+    {"kind": "best_of_series", "series": {"by": ["paint", "light"], "order": "exposure_s"}, "ratings": _SCALES},
+    {"kind": "rating", "ratings": [{"name": "quality", "question": "How good is it?", "highest": 5}]},
 ]
 
 
-@cache
-def _results(pages_folder: Path) -> Path:
-    """Let 12 simulated observers compare four small pictures; return the folder of their sessions."""
+def _simulate(folder: Path, factors: Mapping[str, Mapping[str, Any]], views: list[str], blocks: list[Any]) -> Path:
+    """Show small pictures, by name, to 12 simulated observers in ``views``; return the folder of their sessions."""
     import cyclopean
 
-    folder = pages_folder / "small_study"
     folder.mkdir()
-    for index, name in enumerate(_NAMES):
-        left, right = (_texture(80, 40, seed) for seed in (index, index + 4))
-        cyclopean.write_picture(folder / f"{name}.exr", left, right if name.endswith("stereo") else None)
+    for index, name in enumerate(factors):
+        cyclopean.write_picture(folder / f"{name}.exr", _texture(80, 40, index), _texture(80, 40, index + 100))
+    stimuli = [{"name": name, "file": f"{name}.exr", "flat_eye": "left", "factors": of} for name, of in factors.items()]
+    shown = [f"{name}-{view}" for view in views for name in factors]
+    panel = {"resolution_px": [640, 480], "pixel_pitch_mm": 0.25}
     files = {
-        "recipe": {
-            "schema_version": 1,
-            "kind": "pictures",
-            "stimuli": [{"name": name, "file": f"{name}.exr"} for name in _NAMES],
-        },
-        "display": _STUDY_DISPLAY,
+        "recipe": {"schema_version": 1, "kind": "pictures", "views": views, "stimuli": stimuli},
+        "display": {"schema_version": 1, "panel": panel, "modes": {"side-by-side": _MODE}},
         "rig": _RIG,
-        "study": {**_EXPERIMENT, "blocks": _STUDY_BLOCKS},
+        "study": {**_EXPERIMENT, "blocks": blocks},
         "observers": {
             "schema_version": 1,
             "kind": "bradley_terry",
             "psychometric": {"stereo_acuity": {"threshold": 200}},
-            "stimuli": {name: {"score": 5 - index} for index, name in enumerate(_NAMES)},
+            "stimuli": {name: {"score": len(shown) - index} for index, name in enumerate(shown)},
         },
     }
     for name, data in files.items():
         (folder / f"{name}.yaml").write_text(json.dumps(data), encoding="utf-8")
     return cyclopean.simulate(folder / "study.yaml", folder / "observers.yaml", folder / "results", observers=12)
+
+
+@cache
+def _results(pages_folder: Path) -> Path:
+    """Return a folder of paired comparisons by simulated observers, made once."""
+    return _simulate(pages_folder / "small_study", {"2.1": {}, "1.2": {}}, ["stereo", "flat"], _PAIRS)
 
 
 def _with_results(name: str) -> Prepare:
@@ -215,6 +225,50 @@ def _with_results(name: str) -> Prepare:
         return {}
 
     return prepare
+
+
+def _series(folder: Path) -> dict[str, Any]:
+    shutil.copytree(_simulate(folder / "study", _SERIES, ["stereo"], _CHOICES), folder / "results" / "exposure_series")
+    return {}
+
+
+def _bids(folder: Path) -> dict[str, Any]:
+    from analysis.bids.dataset import About
+    from analysis.bids.export import export_dataset
+
+    export_dataset([_results(folder.parent)], folder / "my_dataset", About("Small study", ("A. Author",)))
+    return {}
+
+
+def _table(folder: Path) -> dict[str, Any]:
+    """Write table.csv: 12 observers compare four items, each pair in both orders, a tie in ten."""
+    import random
+
+    rng = random.Random(2016)
+    score = {name: 4 - index for index, name in enumerate(_STIMULI)}
+    lines = ["winner,loser,observer,first,outcome"]
+    for observer in range(1, 13):
+        for first, second in permutations(score, 2):
+            won = rng.random() < score[first] / (score[first] + score[second])
+            winner, loser = (first, second) if won else (second, first)
+            lines.append(f"{winner},{loser},{observer:02d},{first},{'tie' if rng.random() < 0.1 else 'win'}")
+    (folder / "table.csv").write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return {}
+
+
+def _panel(folder: Path) -> dict[str, Any]:
+    """Write panel.csv: what a display without fault would read."""
+    import numpy as np
+
+    from devices.display.display_file import read_display
+    from devices.measurements.csv_table import write_csv
+    from devices.measurements.table import Measurements
+
+    model = read_display(folder / "configs/displays/asus_vg248qe.yaml").models("quad-buffered").left
+    levels = np.linspace(0, 255, 18).round()[:, None] / 255
+    codes = np.concatenate([levels * channel for channel in ([1, 1, 1], [1, 0, 0], [0, 1, 0], [0, 0, 1])])
+    write_csv(Measurements(codes, model.xyz(codes)), folder / "panel.csv")
+    return {}
 
 
 def _align(folder: Path) -> dict[str, Any]:
@@ -261,12 +315,22 @@ def _regions(folder: Path) -> dict[str, Any]:
 PAGES: Mapping[str, Prepare] = {
     "README": _with_results("dynamic_range"),
     "align": _align,
+    "best_of_series": _series,
+    "bids": _bids,
     "colour_difference": _colours,
+    "crosstalk": _plate,
+    "diagnose": _panel,
+    "factors": _table,
+    "luminance": _plate,
     "observer_table": _with_results("dynamic_range"),
+    "pair_models": _table,
     "presenter": _plate,
     "python": _with_results("dynamic_range"),
     "regions": _regions,
+    "report": _with_results("dynamic_range"),
+    "scores": _table,
     "screening": _with_results("my_study"),
+    "uncertainty": _table,
 }
 
 
