@@ -1,4 +1,4 @@
-"""Two views onto one another: pairs brought to zero parallax at the sample's plane, and what disparity they keep.
+"""Alignment of two views: pairs brought to zero parallax at the sample's plane, and the disparity that is left.
 
 Section 4.4.2 of the thesis. Places are in pixels, x to the right and y down, of the middle of a pixel; a shift is where
 something lies in the right (or moving) picture minus where it lies in the left (or reference) one, so that a positive

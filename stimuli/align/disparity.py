@@ -1,4 +1,4 @@
-"""What disparity a pair holds, block by block: how far sparkles, edges and slopes lie from the plane of the screen.
+"""The disparity of a pair, block by block: how far sparkles, edges and slopes lie from the plane of the screen.
 
 Each block is registered on its own. A block without texture, or whose best shift noise would reach as well, is left out
 and counted: it has no disparity, and a guess for it would widen the range.

@@ -34,7 +34,7 @@ class Alignment:
     """An aligned pair: ``left`` and ``right``, float32 (height, width, 3), and what was done to them.
 
     ``shift_px`` and ``vertical_px`` are where the plane lay in the right view minus where it lay in the left one.
-    ``residual_px`` is how far off it may still be: with marked points the root of their mean squared distance, by
+    ``residual_px`` is the uncertainty of the shift: with marked points the root of their mean squared distance, by
     correlation its standard error, for a given offset None. ``crop`` says, for each eye, where its part begins (across,
     down, in pixels of the view, a fraction where it was interpolated) and its size (width, height).
     """

@@ -1,4 +1,4 @@
-"""Where two textures agree, found in the phases of their spectra, and whether they agree at all.
+"""The shift at which two textures agree, from the phases of their spectra, and whether they agree at all.
 
 Phase correlation [Kuglin1975]: the product of one spectrum with the other's conjugate, each frequency brought to nearly
 the same weight, has a peak at the shift. Frequencies that hold less than the median do not carry the texture but its
@@ -122,7 +122,7 @@ def _blank(near: Floats32, row: int, column: int) -> None:
 
 
 def agreement(reference: Floats32, moving: Floats32, shift_px: tuple[int, int]) -> tuple[float, float]:
-    """Return how far squares of two textures (height, width) agree at a whole shift, and what they would have to."""
+    """Return how far squares of two textures (height, width) agree at a whole shift, and how far they must."""
     height, width = reference.shape
     across, down = shift_px
     left, right = max(0, -across), min(width, width - across)

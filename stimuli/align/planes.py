@@ -13,7 +13,7 @@ Floats32 = NDArray[np.float32]
 Region = tuple[int, int, int, int]
 
 LEAST_SIDE_PX = 32
-# What is slower than this is light and shade, not texture; it differs between views that see a lamp's lobe elsewhere.
+# Slower variation is light and shade, not texture; it differs between views that see a lamp's lobe elsewhere.
 LOCAL_MEAN_PX = 33
 # Variation below this share of the mean light is rounding: half floats err by 1.4e-4 of it, root mean square.
 LEAST_CONTRAST = 2e-4
@@ -28,7 +28,7 @@ def light_plane(picture: NDArray[Any], luminance_weights: ArrayLike | None, name
         (height, width) light as it is, or (height, width, 3): XYZ, whose Y is taken, or any linear RGB, whose channels
         are summed with ``luminance_weights`` (3,).
     name
-        What a finding calls the picture.
+        The name of the picture in a finding.
 
     Raises
     ------
@@ -76,7 +76,7 @@ def same_size(first: NDArray[Any], second: NDArray[Any], names: tuple[str, str])
 
 
 def texture(light: Floats32) -> Floats32:
-    """Return what ``light`` (height, width) has beyond its local mean, over squares of 33 pixels."""
+    """Return ``light`` (height, width) minus its local mean over squares of 33 pixels."""
     from scipy.ndimage import uniform_filter
 
     return np.asarray(light - uniform_filter(light, min(LOCAL_MEAN_PX, *light.shape), mode="nearest"))

@@ -92,7 +92,7 @@ def toe_in_homography(eye: Eye, toe_in_deg: float, focal_length_px: float, size_
 def keystone(
     toe_in_deg: float, focal_length_px: float, size_px: tuple[int, int], viewing: Viewing | None = None
 ) -> Keystone:
-    """Return what disparities cameras turned inwards by ``toe_in_deg`` each give the corners of ``size_px``."""
+    """Return the disparities that cameras turned inwards by ``toe_in_deg`` each give the corners of ``size_px``."""
     _check(toe_in_deg, focal_length_px)
     right, bottom = size_px[0] - 1.0, size_px[1] - 1.0
     corners = np.array([[0.0, 0.0], [right, 0.0], [0.0, bottom], [right, bottom]])

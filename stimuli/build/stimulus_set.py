@@ -1,4 +1,4 @@
-"""A built set of stimuli: pictures on disk, and what each of them is."""
+"""A built set of stimuli: pictures on disk, and the facts on each of them."""
 
 from __future__ import annotations
 

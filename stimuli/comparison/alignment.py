@@ -62,7 +62,7 @@ class Alignment:
         return lines
 
     def remarks(self) -> list[str]:
-        """Return sentences on what the verdict does not mention."""
+        """Return sentences on the scale and on a residual that is not known; the verdict has neither."""
         remarks = [f"the rendering is {self.scale:.4f} times as large"] if abs(self.scale - 1.0) >= 5e-5 else []
         if self.residual_px is None:
             remarks.append(

@@ -1,4 +1,4 @@
-"""ΔE00 pixel by pixel, and what it comes to: two pictures go through a few rows at a time."""
+"""ΔE00 pixel by pixel, and its summary; two pictures are read a few rows at a time."""
 
 from __future__ import annotations
 
@@ -105,7 +105,7 @@ def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done
 
 
 def summarise(delta_e: Floats32, limit: float, compared: Mask | None = None) -> DifferenceSummary:
-    """Return what the ΔE00 of a map, (height, width), come to where ``compared`` is true (everywhere without it).
+    """Return the summary of a map of ΔE00, (height, width), where ``compared`` is true (everywhere without it).
 
     Raises
     ------
@@ -129,7 +129,7 @@ def summarise(delta_e: Floats32, limit: float, compared: Mask | None = None) -> 
 
 
 def overview(delta_e: Floats32, within: Mask | None = None, compared: Mask | None = None) -> DifferenceOverview:
-    """Return a map, (height, width), reduced to what lies ``within``, and the histogram of what is ``compared``."""
+    """Return a map, (height, width), reduced over the pixels ``within``, and the histogram of those ``compared``."""
     return DifferenceOverview(reduced(delta_e, within), *histogram(delta_e, compared))
 
 

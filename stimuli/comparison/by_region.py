@@ -55,7 +55,7 @@ def compare_regions(
     safe_luminance_cd_m2: tuple[float, float] | None = None,
     rows_done: RowsDone | None = None,
 ) -> ComparedRegions:
-    """Return what the ``placed`` regions of two pictures in XYZ, (height, width, 3), differ by.
+    """Return the differences between the ``placed`` regions of two pictures in XYZ, (height, width, 3).
 
     Without ``white_XYZ``, (3,), the white is that of `choose_white`. ``scaled_by`` takes the place of the factor that
     the regions file lets undo, where it is known from more than these two pictures. ``safe_luminance_cd_m2`` is the

@@ -150,7 +150,7 @@ def _named(step: Progress, name: str) -> Progress:
 
 
 def _tables(pairs: Mapping[Eye, EyePair], regions: RegionsFile, options: CompareOptions) -> dict[Eye, ComparedRegions]:
-    """Return what regions differ by for each eye, with one white and one luminance factor for both."""
+    """Return the differences of the regions for each eye, with one white and one luminance factor for both."""
     tables: dict[Eye, ComparedRegions] = {}
     white = None
     for eye, pair in pairs.items():
@@ -199,7 +199,7 @@ def _table(
 def _judge_eye(
     pair: EyePair, compared_regions: ComparedRegions, regions: RegionsFile, options: CompareOptions
 ) -> EyeComparison:
-    """Compare what one eye sees pixel by pixel and by its sparkles, and judge all of it.
+    """Compare the pictures of one eye pixel by pixel and by their sparkles, and judge all of it.
 
     Raises
     ------

@@ -19,7 +19,7 @@ _OF_A_MEDIAN = 1.2533
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DisparityPair:
-    """Both disparities, and what they differ by."""
+    """The disparities of both pairs, and their difference."""
 
     photo: DisparityReport
     rendering: DisparityReport

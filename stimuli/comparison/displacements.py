@@ -105,7 +105,7 @@ def _bytes(plane: Floats32) -> NDArray[np.uint8]:
 
 
 def _binning(bin_px: int) -> Floats:
-    """Return what takes a place among squares of ``bin_px`` to one among pixels."""
+    """Return the matrix (3, 3) from places on a grid of squares of ``bin_px`` to places in pixels."""
     half = (bin_px - 1) / 2.0
     return np.array([[bin_px, 0.0, half], [0.0, bin_px, half], [0.0, 0.0, 1.0]])
 
@@ -227,7 +227,7 @@ class Similarity:
         return matrix
 
     def errors(self, turned: bool) -> Floats:
-        """Return the standard errors (4,) of what `matrix` undoes; infinite for what it does not."""
+        """Return the standard errors (4,) of shift, growth and rotation in `matrix`; infinite where it has none."""
         if turned:
             return np.asarray(np.sqrt(np.diag(self.covariance)))
         return np.concatenate([np.sqrt(np.diag(self.shift_covariance)), [np.inf, np.inf]])
@@ -241,7 +241,7 @@ def fit_similarity(shifts: SquareShifts, shape: tuple[int, ...]) -> Similarity:
         [np.stack([ones, zeros, at[:, 0], -at[:, 1]], axis=1), np.stack([zeros, ones, at[:, 1], at[:, 0]], axis=1)]
     )
     moved = shifts.moved_px.T.ravel()
-    # Standard errors below a hundredth are not to be believed; those along an edge are large, and weigh nothing.
+    # Standard errors below a hundredth are not reliable; those along an edge are large, and have no weight.
     weight = 1.0 / (np.minimum(shifts.standard_error_px.T.ravel(), 1e3) ** 2 + 0.01**2)
     values, covariance = _weighted(rows, moved, weight)
     shift, shift_covariance = _weighted(rows[:, :2], moved, weight)

@@ -1,4 +1,4 @@
-"""What a verdict rests on: the numbers of one picture pair, or of one eye's, and the reasons that they give."""
+"""The evidence for a verdict: the measurements of one picture pair, or of one eye's, and the reasons that they give."""
 
 from __future__ import annotations
 
@@ -91,7 +91,7 @@ class DisparityEvidence:
 
 @dataclass(frozen=True, slots=True)
 class Evidence:
-    """All that is known of one pair; None for what was not measured.
+    """All measurements of one pair; None for what was not measured.
 
     ``per_pixel`` is of the plain map, ``seen`` of that of both pictures as the eye resolves them at its distance, and
     ``seen_regions`` are that map's means over regions, by name. ``other_flakes`` is true if all that is compared

@@ -124,7 +124,7 @@ def _map(summary: DifferenceSummary, subject: str, how: str, limits: Limits) -> 
 
 
 def _elsewhere(evidence: Evidence, limits: Limits) -> list[Reason]:
-    """Return a note of what single pixels differ by where it says that flakes lie elsewhere, and no more."""
+    """Return a note on the difference of single pixels, which decides nothing where flakes lie elsewhere."""
     summary, how = (
         (evidence.per_pixel, "pixel by pixel") if evidence.seen is None else (evidence.seen, "as the eye resolves them")
     )
@@ -135,7 +135,7 @@ def _elsewhere(evidence: Evidence, limits: Limits) -> list[Reason]:
 
 
 def _weighed(plain: list[Reason], seen: list[Reason]) -> list[Reason]:
-    """Return what the plain map says once it is known what of it is seen: it decides nothing by itself."""
+    """Return the reasons of the plain map in view of what the eye resolves: by themselves they decide nothing."""
     weighed = []
     for reason in plain:
         if reason.outcome != "fails":

@@ -20,7 +20,7 @@ LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
 
 @dataclass(frozen=True, slots=True)
 class LuminanceFactor:
-    """What a rendering's luminance must be multiplied with, from ``regions`` areas.
+    """The factor by which a rendering's luminance is multiplied to match its photograph, from ``regions`` areas.
 
     ``mean_ratio`` is the mean of photo / rendering (the thesis's), ``least_squares`` minimises the squares of what is
     left. Their standard errors come from the scatter between regions. ``rms`` is in cd/m², ``r2`` about equality; both

@@ -1,4 +1,4 @@
-"""The pictures to compare: what a file holds, brought to absolute XYZ, for one eye or two."""
+"""The pictures to compare: files read to absolute XYZ, for one eye or two."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class Reading:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class View:
-    """What one eye sees: XYZ in cd/m², and where a sensor was full, bool (height, width), or None if none was asked."""
+    """The view of one eye: XYZ in cd/m², and where the sensor was full, bool (height, width); None without a sensor."""
 
     xyz: RowFile
     saturated: Mask | None
@@ -78,7 +78,7 @@ class Picture:
         return width, height
 
     def to_json(self) -> dict[str, Any]:
-        """Return what the file is, without its pixels."""
+        """Return facts on the file, without its pixels."""
         width, height = self.size_px
         return {
             "file": str(self.file),
@@ -94,7 +94,7 @@ class Picture:
 
 
 def read_picture(path: Path, reading: Reading, given: Holds | None, what: str, done: RowsDone) -> Picture:
-    """Return the picture at ``path``, which holds what is ``given`` if the file does not declare it.
+    """Return the picture at ``path``; ``given`` is the kind of its values if the file does not declare it.
 
     ``what`` is the picture's name in messages.
 
@@ -122,7 +122,7 @@ def read_picture(path: Path, reading: Reading, given: Holds | None, what: str, d
 
 
 def what_it_holds(path: Path) -> Holds:
-    """Return what a file holds, by its kind and, of OpenEXR, by its channels and what it declares."""
+    """Return the kind of values in a file, by its suffix and, for OpenEXR, by its channels and declarations."""
     suffix = path.suffix.lower()
     if suffix in _ENVI:
         return "spectral"
@@ -205,7 +205,7 @@ def _refuse_bytes(path: Path, what: str) -> None:
 
     picture = oiio.ImageInput.open(str(path))
     if picture is None:
-        return  # the reader of its kind says what is wrong
+        return  # the reader of its kind reports the fault
     bits = picture.spec().format
     picture.close()
     if bits == oiio.UINT8:

@@ -28,7 +28,7 @@ Spec = ColorCheckerSpec | RectangleSpec | PolygonSpec | PlateSpec | GridSpec
 Shape = tuple[int, ...]
 
 
-# What a file calls the outline, and the picture, of each side.
+# The prefix of an outline's key, and the name of the picture, for each side.
 _SIDES = (("", "photograph"), ("rendering_", "rendering"))
 _WHOLE = np.array([[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]])
 
@@ -111,7 +111,7 @@ def corner_pairs(regions: RegionsFile, photo: Shape, rendering: Shape) -> tuple[
 
 
 def _key(spec: Spec) -> str:
-    """Return what an entry calls its outline."""
+    """Return the key of an entry's outline."""
     return "box" if isinstance(spec, RectangleSpec) else "points" if isinstance(spec, PolygonSpec) else "corners"
 
 

@@ -1,4 +1,4 @@
-"""Regions files: what of a photograph is compared with its rendering, and what the rendering must keep."""
+"""Regions files: the areas of a photograph that are compared with its rendering, and the limits."""
 
 from __future__ import annotations
 

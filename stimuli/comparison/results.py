@@ -25,7 +25,7 @@ Registering = Literal["auto", "none", "corners"]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Viewing:
-    """How the pictures are seen: how many of their pixels are in a degree of visual angle, and on what display.
+    """How the pictures are seen: their pixels per degree of visual angle, and the white of the display.
 
     One pixel of a picture is one of the display. ``display_white_XYZ``, (3,), in cd/m², is None where it is not known,
     such as on a display with several modes. Pixel pitch and distance are kept for the record.
@@ -71,15 +71,15 @@ class CompareOptions:
     reading
         How both files are read.
     photo_holds, rendering_holds
-        What the numbers of a file are, where the file does not say.
+        The kind of values in a file that does not declare it.
     viewing
-        Where the pictures are seen; without it nothing is known of what the eye resolves.
+        Where the pictures are seen; without it they are not compared as the eye resolves them.
     register
         ``auto`` finds shift and turn, ``none`` takes the pixels as they are, ``corners`` brings four corners together.
     corners_px
         Four places (4, 2) in the photograph and in the rendering, in pixels from the top left corner.
     white, white_luminance_cd_m2, luminance, delta_e_limit
-        Take the place of what the regions file says of white, of luminances and of the limit of ΔE00.
+        Take the place of the regions file's white, its luminance mode and its limit of ΔE00.
     """
 
     reading: Reading = field(default_factory=Reading)
@@ -104,7 +104,7 @@ class CompareOptions:
         return None if self.viewing is None else self.viewing.display_white_XYZ
 
     def applied_to(self, regions: RegionsFile) -> RegionsFile:
-        """Return a regions file with what these options say in place of what it says."""
+        """Return a regions file with these options in place of its own values."""
         names = ("white", "white_luminance_cd_m2", "luminance")
         given = {name: getattr(self, name) for name in names if getattr(self, name) is not None}
         limits = regions.limits

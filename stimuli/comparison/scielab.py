@@ -1,4 +1,4 @@
-"""What the eye resolves of a picture at a distance: S-CIELAB's filters on the opponent channels.
+"""A picture as the eye resolves it at a distance: S-CIELAB's filters on the opponent channels.
 
 X. Zhang and B. A. Wandell 1997, "A spatial extension of CIELAB for digital color image reproduction". Each opponent
 channel is blurred by a sum of Gaussians, k · exp(−r²/spread²), whose weights sum to one: what is finer than the eye

@@ -30,7 +30,7 @@ _SPARKLING = 20
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SparkleArea:
-    """What was measured of one region in both; ``pixels`` lie inside it. ``matched`` is how many sparkles both
+    """The sparkles of one region in both pictures; ``pixels`` lie inside it. ``matched`` is how many sparkles both
     have, None where the plates are not one and the same.
 
     ``own_pixels`` is true if the rendering was measured on its own pixels: if it was only shifted, by whole pixels

@@ -1,4 +1,4 @@
-"""What regions differ by: the columns of thesis Tables 5.2 to 5.5.
+"""The differences of regions: the columns of thesis Tables 5.2 to 5.5.
 
 Differences are rendering minus photograph; the thesis prints their absolute values. CIELAB is computed after the
 rendering was multiplied with ``scaled_by``, which is 1 where luminances are compared as they are.
@@ -117,7 +117,7 @@ def region_table(
     most_saturated_share: float = 0.001,
     scaled_by: float | None = None,
 ) -> RegionTable:
-    """Return what the ``regions`` differ by, from their mean colours in the two pictures.
+    """Return the differences of the ``regions``, from their mean colours in the two pictures.
 
     A region does not count if more than ``most_saturated_share`` of its pixels are saturated in either picture, if the
     photograph's mean luminance lies outside ``safe_luminance_cd_m2``, or if one of the two holds no light.

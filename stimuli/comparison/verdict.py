@@ -1,4 +1,4 @@
-"""A verdict: what a rendering must keep to be called validated, and every reason for what was decided."""
+"""A verdict: the limits that a rendering must keep to be validated, and every reason for the decision."""
 
 from __future__ import annotations
 

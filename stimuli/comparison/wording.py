@@ -1,4 +1,4 @@
-"""A comparison in words: the verdict in a sentence, what decides line by line, and what passes in few lines."""
+"""A comparison in words: the verdict in a sentence, failures line by line, and a few lines on what passes."""
 
 from __future__ import annotations
 
@@ -15,16 +15,16 @@ _EYES = ("left eye: ", "right eye: ")
 
 def decision_sentence(verdict: Verdict) -> str:
     """Return the verdict in a sentence or two."""
-    fails, unsaid = len(verdict.having("fails")), len(verdict.having("cannot say"))
+    fails, undecided = len(verdict.having("fails")), len(verdict.having("cannot say"))
     if verdict.decision == "validated":
         return "Validated: within the limits, the rendering is the photograph."
     if verdict.decision == "not validated":
         return f"Not validated: {fails} {'limit is' if fails == 1 else 'limits are'} not kept."
-    return f"Undecided: {unsaid} {'thing is' if unsaid == 1 else 'things are'} not known well enough."
+    return f"Undecided: {undecided} {'thing is' if undecided == 1 else 'things are'} not known well enough."
 
 
 def outcome_lines(verdict: Verdict, outcome: Outcome) -> list[str]:
-    """Return the sentences of one outcome; what is the same for both eyes stands once, many regions in one line."""
+    """Return the sentences of one outcome; what is the same for both eyes appears once, many regions in one line."""
     lines = (
         _gathered(verdict.having(outcome))
         if outcome == "fails"
@@ -60,7 +60,7 @@ def _gathered(reasons: Sequence[Reason]) -> list[str]:
 
 
 def passing_lines(verdict: Verdict) -> list[str]:
-    """Return what passes, a line for each subject: numbers, of the left and right eye if there are two, and limits."""
+    """Return a line for each subject that passes: its numbers, of both eyes if there are two, and limits."""
     subjects: dict[str, dict[str, list[Reason]]] = {}
     for reason in verdict.having("passes"):
         eye, subject = _split(reason.subject)
@@ -78,7 +78,7 @@ def passing_lines(verdict: Verdict) -> list[str]:
 
 
 def passing_heading(verdict: Verdict) -> str:
-    """Return what stands above the lines of `passing_lines`."""
+    """Return the heading of the lines of `passing_lines`."""
     pair = any(reason.subject.startswith(_EYES) for reason in verdict.reasons)
     return "Within their limits" + (", left eye / right eye" if pair else "") + ":"
 

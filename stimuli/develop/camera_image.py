@@ -1,4 +1,4 @@
-"""What a camera recorded: linear RGB in shares of full scale, and where it was full."""
+"""A camera's picture: linear RGB in shares of full scale, and where it was saturated."""
 
 from __future__ import annotations
 

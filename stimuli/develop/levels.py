@@ -1,4 +1,4 @@
-"""Which codes of a sensor are black, full scale, and no longer true."""
+"""The codes of a sensor that are black, full scale and saturated."""
 
 from __future__ import annotations
 

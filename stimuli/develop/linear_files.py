@@ -103,7 +103,7 @@ def _read(
     full = white if levels.saturated is None else levels.saturated
     bad = 0 if whole else int((~np.isfinite(values)).any(axis=-1).sum())
     if bad:
-        raise StimulusError.at(path, f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite", "mend the picture")
+        raise StimulusError.at(path, f"{counted(bad, 'pixel is', 'pixels are')} NaN or infinite", "correct the picture")
     if all(name in names for name in SATURATED):
         saturated, map_from = stored[..., [names.index(name) for name in SATURATED]] > 0, "file"
     else:

@@ -1,6 +1,6 @@
 """Metadata of a picture's file: how it was taken, which way up it stands, and what was done to it before.
 
-The earlier steps are believed only as far as they are what this program writes.
+The earlier steps are accepted only if they have the form that this program writes.
 """
 
 from __future__ import annotations

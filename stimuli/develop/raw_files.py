@@ -45,7 +45,7 @@ def read_raw(
     rotate: bool = True,
     exposure: Exposure | None = None,
 ) -> CameraImage:
-    """Return what the raw file at ``path`` recorded.
+    """Return the linear camera RGB in the raw file at ``path``.
 
     value = (code − black) / (white − black), per photosite in float, then ``demosaic``. Codes are those after the
     linearisation table that the file itself carries. No white balance, curve, matrix, clipping, or brightening is
@@ -160,7 +160,7 @@ def _mosaic(raw: rawpy.RawPy, path: Path, levels: Levels) -> tuple[Mosaic, dict[
 
 
 def _gains(raw: rawpy.RawPy) -> NDArray[np.float64]:
-    """Return what balances red, green and blue, the largest 1: the camera's own, or the daylight one, or none."""
+    """Return the gains that balance red, green and blue, the largest 1: the camera's, or those of daylight, or none."""
     for balance in (raw.camera_whitebalance, raw.daylight_whitebalance):
         gains = np.asarray(balance[:3], dtype=np.float64)
         if np.isfinite(gains).all() and (gains > 0).all() and gains.max() < 100 * gains.min():

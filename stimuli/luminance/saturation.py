@@ -42,7 +42,7 @@ _BLOCK = 1 << 18
 
 @dataclass(frozen=True, slots=True)
 class ToneMapping:
-    """Which factor was asked for and which one used, one for both eyes, and what saturates in each eye at either.
+    """The factor that was asked for and the one used, one for both eyes, and the pixels that saturate at either.
 
     ``largest_factor`` is the limit's, infinite where nothing can saturate. ``pixels_transformed`` counts the work of
     finding it.

@@ -205,7 +205,7 @@ def view_to_xyz(
             file,
             f"{counted(pixels, 'pixel has', 'pixels have')} negative XYZ ({_per_channel(below, 'XYZ')}), down "
             f"to {xyz.min():.3g} cd/m²",
-            "mend the picture, or ask for 'negative: clip'",
+            "correct the picture, or ask for 'negative: clip'",
         )
     return np.maximum(xyz, np.float32(0)), pixels
 
@@ -223,14 +223,14 @@ def _matrix(view: View, file: str, colour_space: ColourSpace | None) -> NDArray[
             view,
             file,
             f"it declares the chromaticities {np.round(declared, 4).tolist()}, not those of '{colour_space}'",
-            "leave colour_space out, or mend the picture's header",
+            "leave colour_space out, or correct the picture's header",
         )
     if np.allclose(chromaticities, XYZ, rtol=0, atol=1e-6):
         return np.eye(3)
     try:
         return rgb_to_xyz_matrix(*chromaticities)
     except DeviceError as error:
-        raise _wrong(view, file, str(error), "mend the picture's header") from error
+        raise _wrong(view, file, str(error), "correct the picture's header") from error
 
 
 def _refuse_not_finite(values: XYZImage, view: View, file: str, what: str = "not finite") -> None:
@@ -245,7 +245,7 @@ def _refuse_not_finite(values: XYZImage, view: View, file: str, what: str = "not
     ]
     pixels = int((nan | infinite).any(axis=-1).sum())
     raise _wrong(
-        view, file, f"{counted(pixels, 'pixel is', 'pixels are')} {what}: {', '.join(kinds)}", "mend the picture"
+        view, file, f"{counted(pixels, 'pixel is', 'pixels are')} {what}: {', '.join(kinds)}", "correct the picture"
     )
 
 

@@ -238,7 +238,7 @@ def _numbers(spec: OpenImageIO.ImageSpec, attribute: str, count: int, path: Path
         numbers = np.empty(0)
     if numbers.shape != (count,):
         raise StimulusError.at(
-            path, f"its attribute '{attribute}' does not hold {count} numbers", "mend the picture's header"
+            path, f"its attribute '{attribute}' does not hold {count} numbers", "correct the picture's header"
         )
     return numbers
 

@@ -61,7 +61,7 @@ def write_exr(path: Path, image: StereoImage) -> None:
             raise StimulusError.at(
                 path,
                 f"in the view '{view}' {counted(bad, 'pixel is', 'pixels are')} not within 0 to {HALF_MAX:.0f} cd/m²",
-                "scale the picture down, or mend it",
+                "scale the picture down, or correct it",
             )
     first, *others = views
     names = [*"RGB", *(f"{view}.{channel}" for view in others for channel in "RGB")]

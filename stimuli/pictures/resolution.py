@@ -1,4 +1,4 @@
-"""What a display's pixels keep of a picture's detail, and of what eyes could see.
+"""The detail of a picture that a display's pixels keep, and the detail that eyes resolve.
 
 Thesis Section 2.4.1: eyes resolve 60 cycles per degree, and a picture should have MR = FOV · 60 pixels (Expression
 2.12). A cycle takes two pixels: FOV · 120 are needed. Both are reported.

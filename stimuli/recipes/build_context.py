@@ -1,4 +1,4 @@
-"""What pictures depend on beside their recipe: the display, the files that it names, the version of the code."""
+"""The inputs of a picture beside its recipe: the display, the files that it names, the version of the code."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DisplaySetup:
-    """What each eye is shown, and where the eyes are. Only recipes that ask for one of them depend on it."""
+    """The display's models for both eyes, and the place of the eyes. Only recipes that use one of them depend on it."""
 
     models: EyeModels
     distance_mm: float
@@ -31,7 +31,7 @@ class DisplaySetup:
 
     @classmethod
     def of(cls, rig: Rig) -> DisplaySetup:
-        """Return a rig's."""
+        """Return the setup of a rig."""
         return cls(rig.models, rig.distance_mm, rig.interpupillary_distance_mm)
 
     def range_json(self) -> dict[str, Any]:
@@ -51,7 +51,7 @@ class DisplaySetup:
 
 @dataclass(frozen=True, slots=True)
 class BuildContext:
-    """What pictures depend on beside their recipe.
+    """The inputs of a picture beside its recipe.
 
     ``folder`` is the recipe's, ``file_hashes`` holds the SHA-256 of each file that the recipe names, and
     ``generator_version`` is raised when the code makes other pictures of the same recipe.

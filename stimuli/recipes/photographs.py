@@ -48,7 +48,7 @@ class DevelopSpec(Strict):
 
 
 class SpectralSpec(Strict):
-    """What the values of spectral pictures are: see `stimuli.spectral.light.Light`."""
+    """Quantity and light of spectral pictures: see `stimuli.spectral.light.Light`."""
 
     quantity: Literal["radiance", "reflectance"] | None = None
     illuminant: str | None = None
@@ -140,7 +140,7 @@ class PhotographsRecipe(FilesRecipe):
         return files
 
     def shared_key(self, context: BuildContext) -> dict[str, Any]:
-        """Return what all pictures depend on: how files become XYZ, too."""
+        """Return the values that all pictures depend on: those for reading the files included."""
         develop = self.model_dump(mode="json", include={"kind", "develop", "spectral"})
         files = [context.file_hashes[file] for file in self.shared_files()]
         return {**super().shared_key(context), **develop, "files": files}
@@ -169,7 +169,7 @@ class PhotographsRecipe(FilesRecipe):
                 yield Fault(place, message, "name left and right: one view alone is not aligned")
 
     def source(self, stimulus: int, folder: Path) -> Source:
-        """Return what reads the views of a stimulus."""
+        """Return the reader of a stimulus's views."""
         from stimuli.recipes.view_sources import OneFile, ViewFiles
 
         spec = self.stimuli[stimulus]

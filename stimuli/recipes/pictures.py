@@ -1,4 +1,4 @@
-"""`kind: pictures`, stimuli from OpenEXR files; and what it shares with photographs: the steps until they are shown."""
+"""`kind: pictures`, stimuli from OpenEXR files; and the base of recipes of files: the steps until they are shown."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class FileStimulusSpec(StepsSpec):
 
     @abstractmethod
     def stored_view(self) -> View | None:
-        """Return how it is shown if the recipe does not say; None if that is not known before the file is read."""
+        """Return how it is shown by default; None if that is not known before the file is read."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,14 +79,14 @@ class FilesRecipe(RecipeKind, StepsSpec):
 
     @abstractmethod
     def source(self, stimulus: int, folder: Path) -> Source:
-        """Return what reads the views of a stimulus, which counts from 0; paths are relative to ``folder``."""
+        """Return the reader of the views of stimulus number ``stimulus``, from 0; paths are relative to ``folder``."""
 
     def shared_files(self) -> dict[str, Path_]:
         """Return the files that all stimuli depend on, with their places in the recipe."""
         return {}
 
     def shared_key(self, context: BuildContext) -> dict[str, Any]:
-        """Return what all pictures depend on beside their own entries, for their keys."""
+        """Return the values that all pictures depend on beside their own entries, for their keys."""
         return {"needed": self.display_facts(context.setup)}
 
     def pictures(self) -> tuple[FilePicture, ...]:
@@ -135,7 +135,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
         return files
 
     def display_facts(self, setup: DisplaySetup | None) -> dict[str, Any]:
-        """Return of ``setup`` what the steps depend on: where the eyes are, and what the display can show."""
+        """Return the facts of ``setup`` that the steps depend on: the place of the eyes, and the display's range."""
         if setup is None:
             return {}
         all_steps = [spec.steps_over(self) for spec in self.specs()]
@@ -247,7 +247,7 @@ class PicturesRecipe(FilesRecipe):
                 yield Fault(("stimuli", index, "view"), message, "keep one of the two")
 
     def source(self, stimulus: int, folder: Path) -> Source:
-        """Return what reads the views of a stimulus."""
+        """Return the reader of a stimulus's views."""
         from stimuli.recipes.view_sources import OneFile
 
         spec = self.stimuli[stimulus]

@@ -36,7 +36,7 @@ class RecipeKind(Strict):
 
     @abstractmethod
     def factors(self) -> dict[str, Factors]:
-        """Return what sets each stimulus apart, by name, in the recipe's order.
+        """Return the factors of each stimulus, by name, in the recipe's order.
 
         A picture from a file that is shown as it is stored has no ``view`` before it is read; a built set knows it.
         """
@@ -47,14 +47,14 @@ class RecipeKind(Strict):
 
     @abstractmethod
     def faults(self) -> Iterator[Fault]:
-        """Yield what is wrong with it that its schema cannot see."""
+        """Yield the faults that the schema does not check."""
 
     def inputs(self) -> dict[str, Path_]:
         """Return each file that the recipe names, with the place in it that names it first."""
         return {}
 
     def display_facts(self, setup: DisplaySetup | None) -> dict[str, Any]:
-        """Return of ``setup`` what the pictures depend on, for the cache's key."""
+        """Return the facts of ``setup`` that the pictures depend on, for the cache's key."""
         return {}
 
     @abstractmethod

@@ -1,4 +1,4 @@
-"""`kind: sparkle_plate`: photographs of one made-up plate at several exposures."""
+"""`kind: sparkle_plate`: photographs of one synthetic plate at several exposures."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class ExposureSpec(Strict):
 
 
 class SparklePlateRecipe(RecipeKind):
-    """Photographs of one made-up plate at several exposures; equal seeds make equal plates."""
+    """Photographs of one synthetic plate at several exposures; equal seeds make equal plates."""
 
     kind: Literal["sparkle_plate"]
     seed: Annotated[int, Field(ge=0, lt=2**63)]

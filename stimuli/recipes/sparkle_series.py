@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 
 
 class FlakesChangeSpec(Strict):
-    """What one plate's flakes have other than the plates share; the keys are those of the shared flakes."""
+    """The flakes of one plate where they differ from the shared ones; the keys are those of the shared flakes."""
 
     per_mm2: NonNegativeFloat | None = None
     diameter_median_um: PositiveFloat | None = None
@@ -59,7 +59,7 @@ class FlakesChangeSpec(Strict):
 
 
 class NamedPlateSpec(Strict):
-    """A plate by its name, and what it has other than the plates share."""
+    """A plate by its name, and where it differs from the shared one."""
 
     name: Name
     base: BaseSpec | None = None
@@ -99,7 +99,7 @@ class SeriesPicture:
 
     @property
     def factors(self) -> Factors:
-        """What sets it apart from its recipe's other stimuli."""
+        """Its factors."""
         return {
             "paint": self.plate.name,
             "series": self.series.name,
@@ -109,7 +109,7 @@ class SeriesPicture:
 
 
 class SparkleSeriesRecipe(RecipeKind):
-    """Series of exposures of several made-up plates.
+    """Series of exposures of several synthetic plates.
 
     ``plate`` is what the ``plates`` share. Without ``views`` all pictures are stereo, and no name ends in the view.
     """

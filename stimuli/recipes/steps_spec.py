@@ -1,7 +1,7 @@
-"""What a recipe can do to pictures once they are XYZ: align, crop, bring to a luminance, resample, fit to a display.
+"""The steps of a recipe once pictures are XYZ: align, crop, bring to a luminance, resample, fit to a display.
 
-Every step is optional and their order is fixed. What a recipe says holds for all of its stimuli; a stimulus that says
-a step itself has its own in place of it.
+Every step is optional and their order is fixed. A step of the recipe is for all of its stimuli; a step of a
+stimulus takes its place.
 """
 
 from __future__ import annotations

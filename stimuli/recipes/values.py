@@ -1,4 +1,4 @@
-"""Values that recipes of every kind are made of: names, files, seconds, views, series, what counts as a sparkle."""
+"""Values in recipes of every kind: names, files, seconds, views, series, the threshold of a sparkle."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ Views = Annotated[tuple[View, ...], Field(min_length=1, max_length=2)]
 
 
 class SeriesSpec(Strict):
-    """What a series does to every picture: multiply its XYZ, and show it grey, with the chromaticity given."""
+    """The step of a series for every picture: multiply its XYZ, and make it grey, with the chromaticity given."""
 
     name: Name
     luminance_scale: PositiveFloat = 1.0
@@ -71,14 +71,14 @@ class SeriesSpec(Strict):
         return bright if self.greyscale_white_xy is None else greyscale(bright, self.greyscale_white_xy)
 
     def steps(self) -> list[Step]:
-        """Return what the series did, for the manifest."""
+        """Return the step for the manifest."""
         steps: list[Step] = [{"step": "scale", "luminance_scale": self.luminance_scale}]
         if self.greyscale_white_xy is not None:
             steps.append({"step": "greyscale", "white_xy": list(self.greyscale_white_xy)})
         return steps
 
     def key(self) -> dict[str, object]:
-        """Return what pictures depend on: all but its name."""
+        """Return the values that pictures depend on: all but the name."""
         return self.model_dump(mode="json", exclude={"name"})
 
 
@@ -86,7 +86,7 @@ SeriesSpecs = Annotated[tuple[SeriesSpec, ...], Field(min_length=1, max_length=3
 
 
 class SparklesSpec(Strict):
-    """What counts as a sparkle where a manifest reports their number, size and contrast.
+    """The threshold of a sparkle where a manifest reports number, size and contrast of sparkles.
 
     ``times`` the local background, and above ``above_cd_m2``.
     """

@@ -20,7 +20,7 @@ from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Read:
-    """A picture as it was read; ``centre`` says whether there is a centre view, which a flat one is then."""
+    """A picture as it was read; ``centre`` is true if there is a centre view; a flat picture is then that view."""
 
     image: StereoImage
     steps: tuple[Step, ...]
@@ -28,7 +28,7 @@ class Read:
 
 
 class Source(Protocol):
-    """What reads a stimulus's views."""
+    """A reader of a stimulus's views."""
 
     def stored(self) -> Read:
         """Read the picture as it is stored."""
@@ -89,19 +89,19 @@ class OneFile:
 
 
 class ViewReader(Protocol):
-    """What reads one view's file to XYZ, and says how."""
+    """A reader of one view's file, which returns XYZ and the steps."""
 
     def __call__(self, path: Path) -> tuple[XYZImage, tuple[Step, ...]]:
         """Return XYZ in cd/m², float32 (height, width, 3), and the steps that led to it."""
 
 
 def photograph_reader(camera: CameraModel, develop: DevelopSpec, exposure: Exposure | None) -> ViewReader:
-    """Return what develops a photograph: raw, or linear camera RGB."""
+    """Return the reader of a photograph: raw, or linear camera RGB."""
     return partial(_photograph, camera=camera, develop=develop, exposure=exposure)
 
 
 def spectral_reader(spectral: SpectralSpec, folder: Path) -> ViewReader:
-    """Return what reads a spectral picture; a CSV of the illuminant lies in or below ``folder``."""
+    """Return the reader of a spectral picture; a CSV of the illuminant lies in or below ``folder``."""
     return partial(_spectral, spectral=spectral, folder=folder)
 
 
@@ -134,7 +134,7 @@ def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZI
         illuminant = str(folder / illuminant)
     light = Light(illuminant, spectral.white_luminance_cd_m2, spectral.scale)
     observed = spectral_to_xyz(read_spectral(path, spectral.quantity), light, negative=spectral.negative)
-    # The recipe's own words, not a path of this machine.
+    # The recipe's own name of the file, not an absolute path.
     steps = tuple(
         {**step, "illuminant": spectral.illuminant} if "illuminant" in step else step for step in observed.steps
     )

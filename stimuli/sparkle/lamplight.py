@@ -1,4 +1,4 @@
-"""A lamp's light on the plate: from where it comes, how strong it is, how large the lamp looks."""
+"""A lamp's light on the plate: its direction, its illuminance, the lamp's angular size."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def lamp_directions(lamp: Lamp, x_mm: Floats, y_mm: Floats) -> Floats:
 
 
 def illuminance_lx(lamp: Lamp, x_mm: Floats, y_mm: Floats) -> Floats | float:
-    """Return what a meter lying at places on the plate reads, in lx: one number if the lamp is far, else (n,).
+    """Return the illuminance at places on the plate, in lx: one number if the lamp is far, else (n,).
 
     The illuminance of a point: intensity towards the place times cosine over distance squared, the intensity falling
     off the beam's axis as a power of the cosine. Discs smaller than 5° differ from a point by less than 1 %.

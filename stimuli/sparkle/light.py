@@ -97,7 +97,7 @@ def gathered(terms: Iterable[Term]) -> tuple[Term, ...]:
 def colour_under(
     lamp: Lamp, chromaticity_xy: tuple[float, float] | None, spectrum: Spectrum | None
 ) -> tuple[float, Colour]:
-    """Return what share of the lamp's luminance a material sends back, and in which colour.
+    """Return the share of the lamp's luminance that a material reflects, and its colour.
 
     ``spectrum`` is the material's reflectance on the grid. Without one its light has ``chromaticity_xy``, else the
     lamp's, and all of its luminance.

@@ -27,7 +27,7 @@ DIFFRACTION_SD = 0.42
 
 @dataclass(frozen=True, slots=True)
 class Sparkles:
-    """What one eye sees of flakes: place on the surface in mm, luminance in cd/m², area seen in mm²; each (n,).
+    """The sparkles that one eye sees: place on the surface in mm, luminance in cd/m², area seen in mm²; each (n,).
 
     ``lobe_share`` is how much of the lobe's peak, 0 to 1, goes towards the eye.
     """
@@ -97,7 +97,7 @@ def half_way(view_inside: Floats, lamp_inside: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True)
 class Mirrored:
-    """What mirrors send to an eye: luminance in cd/m² and share of the lobe's peak, (n,) each.
+    """Return the light of mirrors to an eye: luminance in cd/m² and share of the lobe's peak, (n,) each.
 
     ``view_inside`` (n, 3) is the direction of view in the coat, and ``lamp_inside``, (3,) or (n, 3), the lamp's.
     """
@@ -117,7 +117,7 @@ def mirror(
     lamp: Lamp,
     eye_mm: Floats,
 ) -> Mirrored:
-    """Return what mirrors of unit ``normal`` (n, 3) or (3,) and lobe ``sd`` at ``places_mm`` (x and y, (n,) each) send.
+    """Return the light of mirrors of unit ``normal`` (n, 3) or (3,) and lobe ``sd`` at ``places_mm`` (x, y, (n,) each).
 
     The eye is at ``eye_mm`` (3,). Their depth in the coat does not count here.
     """
@@ -140,7 +140,7 @@ def mirror(
 
 
 def shade(flakes: Flakes, plate: Plate, lamp: Lamp, eye_mm: Floats) -> Sparkles:
-    """Return what the eye at ``eye_mm`` (3,) sees of each flake.
+    """Return the sparkle of each flake for the eye at ``eye_mm`` (3,).
 
     A flake lies deeper than the surface, so that each eye sees it at its own place there. The direction of view is
     taken at the flake's own x and y: over a depth of some hundredths of a millimetre it does not change.

@@ -113,7 +113,7 @@ class FlakesSpec(Strict):
 
 
 class FlopSpec(Strict):
-    """What shines in the base, and darkens away from the lamp's mirror direction; in the flakes' colour if unsaid."""
+    """The shine of the base, which darkens away from the lamp's mirror direction; by default in the flakes' colour."""
 
     reflectance: Share
     lobe_sd_deg: Annotated[float, Field(ge=2, le=45)] = 12.0
@@ -121,7 +121,7 @@ class FlopSpec(Strict):
 
 
 class BaseSpec(Strict):
-    """What lies between the flakes: matt, and with a ``flop`` if it shines; ``spectrum`` multiplies ``reflectance``."""
+    """The base between the flakes: matt, and with a ``flop`` if it shines; ``spectrum`` multiplies ``reflectance``."""
 
     reflectance: Share
     chromaticity_xy: Chromaticity | None = None

@@ -1,4 +1,4 @@
-"""What stands in front of the camera: plate, lamps and the camera itself.
+"""The scene: plate, lamps and camera.
 
 Millimetres; x to the right, y up, z from the plate's surface towards the camera; the origin is the plate's middle.
 """
@@ -106,7 +106,7 @@ class Lamp:
 
 @dataclass(frozen=True, slots=True)
 class Noise:
-    """What a sensor's reading is uncertain by: electrons that a full channel holds, and the noise of reading them."""
+    """The noise of a sensor: electrons in a full channel, and read noise in electrons."""
 
     full_well_electrons: float
     read_noise_electrons: float

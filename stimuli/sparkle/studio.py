@@ -36,8 +36,8 @@ Place = tuple[float, ...]
 class Studio:
     """A plate, lamps and a camera, photographed by a renderer; equal seeds scatter equal flakes.
 
-    Every viewpoint is rendered once and every exposure of it developed once. Views from one place are one: with no
-    distance between the eyes, left, right and centre.
+    Every viewpoint is rendered once and every exposure of it developed once. With no distance between the eyes, left,
+    right and centre are one viewpoint.
 
     Parameters
     ----------
@@ -82,7 +82,7 @@ class Studio:
         return tuple(self._photograph(eye, exposure_s) for eye in viewpoints(view))
 
     def steps(self, view: View, exposure_s: float) -> tuple[Mapping[str, Any], ...]:
-        """Return what led to those photographs, for the manifest."""
+        """Return the steps of those photographs, for the manifest."""
         eyes = viewpoints(view)
         taken = {eye: self._photograph(eye, exposure_s) for eye in eyes}
         expose: dict[str, Any] = {
@@ -133,7 +133,7 @@ class Studio:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class SparkleMap:
-    """What flakes add to the plate for one viewpoint and lamp: cd/m² (rows, columns), and how much work that was.
+    """The light of flakes for one viewpoint and lamp: cd/m² (rows, columns), and how much work that was.
 
     Of ``flakes``, ``shaded`` may send light to the eye by their slopes and ``splatted`` do; of ``tiles``,
     ``tiles_visited`` have any of these.
@@ -176,7 +176,7 @@ def sparkle_map(
     least_share: float = LEAST_LOBE_SHARE,
     tile_px: int = TILE_PX,
 ) -> SparkleMap:
-    """Return what ``flakes`` add for ``left``, ``right`` or ``center``; without ``cull``, by brute force.
+    """Return the light of ``flakes`` for ``left``, ``right`` or ``center``; without ``cull``, by brute force.
 
     Flakes that send less than ``least_share`` of their lobe's peak are left out.
     """
@@ -227,7 +227,7 @@ def photograph(
 ) -> Photograph:
     """Expose the sensor to the light, take its reading back to XYZ, and resample once, in linear light.
 
-    Noise, where the camera has any, is drawn afresh for each ``noise_seed``.
+    Noise, where the camera has any, is drawn for each ``noise_seed``.
     """
     sensor = sensor_of(camera)
     channels = expose(light, exposure_s, sensor, camera.noise, noise_seed)

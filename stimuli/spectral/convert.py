@@ -74,7 +74,7 @@ def spectral_to_xyz(
     if clipped and negative == "refuse":
         raise picture.wrong(
             f"{counted(clipped, 'pixel has', 'pixels have')} negative XYZ, down to {lowest:.3g} cd/m²",
-            "mend it, or let them be set to 0",
+            "correct it, or let them be set to 0",
         )
     np.maximum(xyz, np.float32(0), out=xyz)
     step = {

@@ -46,10 +46,10 @@ def envi_bands(path: Path, quantity: Quantity | None) -> SpectralPicture:
         raise StimulusError.at(path, f"its interleave is '{layout}'", "write bsq, bil or bip")
     if min(data.nrows, data.ncols, data.nbands) < 1 or data.offset < 0:
         raise StimulusError.at(
-            path, f"it has {data.nrows} lines of {data.ncols} samples in {data.nbands} bands", "mend its header"
+            path, f"it has {data.nrows} lines of {data.ncols} samples in {data.nbands} bands", "correct its header"
         )
     if not (np.isfinite(data.scale_factor) and data.scale_factor > 0):
-        raise StimulusError.at(path, f"its reflectance scale factor is {data.scale_factor:g}", "mend its header")
+        raise StimulusError.at(path, f"its reflectance scale factor is {data.scale_factor:g}", "correct its header")
     needed = data.nrows * data.ncols * data.nbands * data.sample_size + data.offset
     size = Path(data.filename).stat().st_size
     if size < needed:
@@ -130,9 +130,11 @@ def _wavelengths(header: Any, bands: int, path: Path) -> NDArray[np.float64]:
     try:
         waves = np.array([float(value) for value in header["wavelength"]]) * _NM[unit]
     except (TypeError, ValueError) as error:
-        raise StimulusError.at(path, f"its wavelengths are no numbers: {error}", "mend its header") from error
+        raise StimulusError.at(path, f"its wavelengths are no numbers: {error}", "correct its header") from error
     if len(waves) != bands:
-        raise StimulusError.at(path, f"its header lists {len(waves)} wavelengths for {bands} bands", "mend its header")
+        raise StimulusError.at(
+            path, f"its header lists {len(waves)} wavelengths for {bands} bands", "correct its header"
+        )
     return waves
 
 
@@ -143,9 +145,9 @@ def _good(header: Any, bands: int, path: Path) -> NDArray[np.bool_]:
     try:
         good = np.array([float(mark) > 0 for mark in marks])
     except (TypeError, ValueError) as error:
-        raise StimulusError.at(path, f"its bad-band list holds no numbers: {error}", "mend its header") from error
+        raise StimulusError.at(path, f"its bad-band list holds no numbers: {error}", "correct its header") from error
     if len(good) != bands:
-        raise StimulusError.at(path, f"its bad-band list marks {len(good)} of {bands} bands", "mend its header")
+        raise StimulusError.at(path, f"its bad-band list marks {len(good)} of {bands} bands", "correct its header")
     return good
 
 
@@ -154,4 +156,4 @@ def _ignored(header: Any, path: Path) -> float | None:
     try:
         return None if value is None else float(value)
     except (TypeError, ValueError) as error:
-        raise StimulusError.at(path, f"its data ignore value is '{value}'", "mend its header") from error
+        raise StimulusError.at(path, f"its data ignore value is '{value}'", "correct its header") from error

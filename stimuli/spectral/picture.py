@@ -99,7 +99,7 @@ class SpectralPicture:
             if bad:
                 raise self.wrong(
                     f"in rows {first}..{last - 1}, {counted(bad, 'pixel is', 'pixels are')} NaN or infinite",
-                    "mend the picture",
+                    "correct the picture",
                 )
             yield slice(first, last), values
 

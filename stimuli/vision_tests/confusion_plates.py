@@ -1,8 +1,8 @@
 """Pseudoisochromatic plates: a Landolt ring of dots that differ from the dots around them in colour alone.
 
 As in the Cambridge Colour Test [Regan1994]: dots of several sizes hide the ring's outline, and each dot's light is
-scaled at random, so that lightness gives nothing away. The ring's colour is one that someone who is missing one kind of
-cones cannot distinguish from the ground's.
+scaled at random, so that lightness does not reveal the ring. A person who is missing one kind of cones cannot
+distinguish the ring's colour from the ground's.
 
 In the CIE 1931 chromaticity diagram such colours lie on lines through one point, the chromaticity of light that the
 missing cones alone would answer to. The three points are those of [Wyszecki1982], Section 5.14.2. In XYZ it is simpler:
@@ -162,8 +162,8 @@ def confused(axis: Axis, ground_XYZ: ArrayLike, delta_uv: float) -> Floats:
 def packed(radius: float, sizes: tuple[float, ...], gap: float, rng: np.random.Generator) -> tuple[Floats, Floats]:
     """Return middles (n, 2) and radii (n,) of discs within a circle of ``radius`` about 0.
 
-    ``sizes`` are the discs' radii, thrown largest first, each into the room that is left; ``gap`` stays free between
-    two. The smallest are thrown longest, and fill what is left.
+    ``sizes`` are the discs' radii, placed largest first, each into the room that is left; ``gap`` stays free between
+    two. The smallest are placed longest, and fill what is left.
     """
     places, radii = np.empty((0, 2)), np.empty(0)
     for size in sorted(sizes, reverse=True):
@@ -172,24 +172,24 @@ def packed(radius: float, sizes: tuple[float, ...], gap: float, rng: np.random.G
         for _ in range(8 if smallest else 2):
             count = int(room * (0.5 if smallest else 0.25)) + 8
             angle, distance = rng.uniform(0, 2 * np.pi, count), (radius - size) * np.sqrt(rng.uniform(0, 1, count))
-            thrown = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-            thrown = thrown[_clear(thrown, places, radii + size + gap)]
-            thrown = thrown[_first(thrown, 2 * size + gap)]
-            places = np.concatenate([places, thrown])
-            radii = np.concatenate([radii, np.full(len(thrown), size)])
+            placed = distance[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+            placed = placed[_clear(placed, places, radii + size + gap)]
+            placed = placed[_first(placed, 2 * size + gap)]
+            places = np.concatenate([places, placed])
+            radii = np.concatenate([radii, np.full(len(placed), size)])
     return places, radii
 
 
-def _clear(thrown: Floats, places: Floats, apart: Floats) -> NDArray[np.bool_]:
-    """Return which of ``thrown`` keep their distance from all ``places``."""
+def _clear(placed: Floats, places: Floats, apart: Floats) -> NDArray[np.bool_]:
+    """Return which of ``placed`` keep their distance from all ``places``."""
     if not len(places):
-        return np.ones(len(thrown), dtype=bool)
-    return np.asarray((_squares(thrown, places) >= apart**2).all(axis=1))
+        return np.ones(len(placed), dtype=bool)
+    return np.asarray((_squares(placed, places) >= apart**2).all(axis=1))
 
 
-def _first(thrown: Floats, apart: float) -> NDArray[np.bool_]:
-    """Return which of ``thrown`` keep their distance from all that were thrown before them."""
-    near = np.triu(_squares(thrown, thrown) < apart**2, k=1)
+def _first(placed: Floats, apart: float) -> NDArray[np.bool_]:
+    """Return which of ``placed`` keep their distance from all that were placed before them."""
+    near = np.triu(_squares(placed, placed) < apart**2, k=1)
     return np.asarray(~near.any(axis=0))
 
 

@@ -1,6 +1,6 @@
 """Random-dot stereograms: four squares in a field of dots, one of them in front of or behind all else [Julesz1971].
 
-Dots are bright Gaussian spots, thrown as a Poisson process and laid over each other as ink is: the light between ground
+Dots are bright Gaussian spots, placed as a Poisson process and laid over each other as ink is: the light between ground
 and dot is 1 - Π (1 - spot). The field continues behind the square, and the square hides what it covers, for each eye on
 its own: what one eye sees is a Poisson process of one density everywhere, so that nothing in a single view shows where
 the square is. Half of the parallax is given to each eye.

@@ -1,4 +1,4 @@
-"""What light both eyes can be shown: the range of greys from which pictures of their own making are mixed."""
+"""The range of greys that both eyes can be shown, from which the pictures of vision tests are mixed."""
 
 from __future__ import annotations
 
