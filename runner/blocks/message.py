@@ -77,7 +77,7 @@ class BreakSpec(BlockSpec):
 
 _OPTIONS = {"c": "continue", "r": "repeat", "n": "note", "s": "stop"}
 _WORDS = {
-    "continue": "Go on",
+    "continue": "Continue",
     "repeat": "Repeat the last trial",
     "note": "Write a note",
     "stop": "Stop the session",

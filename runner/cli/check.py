@@ -62,7 +62,7 @@ _APART = (
     "--clip-limit",
     type=click.FloatRange(0, 100),
     metavar="PERCENT",
-    help="Share of an eye's clipped pixels above which a stimulus is warned of. Default: 0.3, as in the thesis.",
+    help="Percentage of an eye's clipped pixels above which a stimulus gets a warning. Default: 0.3, as in the thesis.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(

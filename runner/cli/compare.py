@@ -32,8 +32,10 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
     "--exposure", metavar="TIME,F,ISO", help="Exposure of camera RGB whose file has none, such as 1/15,8,200."
 )
 @click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
-@click.option("--photo-holds", type=_HOLDS, help="Quantity of the values in PHOTO, if the file does not say.")
-@click.option("--rendering-holds", type=_HOLDS, help="Quantity of the values in RENDERING, if the file does not say.")
+@click.option("--photo-holds", type=_HOLDS, help="Quantity of the values in PHOTO, if the file does not state it.")
+@click.option(
+    "--rendering-holds", type=_HOLDS, help="Quantity of the values in RENDERING, if the file does not state it."
+)
 @click.option(
     "--sensitivities", metavar="S.csv", help="Sensor table (wavelength_nm,red,green,blue) for a spectral rendering."
 )

@@ -22,7 +22,7 @@ from documents.text.words import counted
 @click.option(
     "--allow-uncharacterised",
     is_flag=True,
-    help="Use another mode's characterisation if this mode has none; every record says so.",
+    help="Use another mode's characterisation if this mode has none; every record states it.",
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(

@@ -50,7 +50,7 @@ if TYPE_CHECKING:
 @click.option(
     "--allow-uncharacterised",
     is_flag=True,
-    help="Use another mode's characterisation if this mode has none; every record says so.",
+    help="Use another mode's characterisation if this mode has none; every record states it.",
 )
 @click.option(
     "--console/--no-console",

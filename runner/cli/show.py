@@ -31,7 +31,7 @@ _BITS: Mapping[str, Literal[8, 10]] = MappingProxyType({"8": 8, "10": 10})
 @click.option(
     "--colour-space",
     type=click.Choice(["xyz", "rec709"]),
-    help="Colour space of the file's values, if it does not say.",
+    help="Colour space of the file's values, if the file does not state it.",
 )
 @click.option("--white-luminance", type=float, metavar="CD_M2", help="Luminance of the value 1.")
 @click.option("--clip-negative", is_flag=True, help="Set negative XYZ to 0 instead of refusing the picture.")

@@ -120,9 +120,18 @@ def show_picture(
 
     Examples
     --------
-    >>> options = ShowOptions(screenshot=Path("codes.png"), backend="egl")
-    >>> shown = show_picture("plate.exr", "configs/displays/asus_vg248qe.yaml", "side-by-side", options)
-    ... # doctest: +SKIP
+    >>> import numpy as np
+    >>> from tempfile import TemporaryDirectory
+    >>> from stimuli.pictures.exr_write import write_exr
+    >>> from stimuli.pictures.stereo_image import StereoImage
+    >>> display = "configs/displays/asus_vg248qe.yaml"
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "grey.exr"
+    ...     write_exr(file, StereoImage.flat(np.full((20, 30, 3), 10, np.float32)))
+    ...     options = ShowOptions(screenshot=Path(folder) / "codes.png", backend="egl")
+    ...     shown = show_picture(file, display, "side-by-side", options)
+    >>> shown.picture_px, shown.flat, shown.clipping["left"]["percent_any"]
+    ((30, 20), True, 0.0)
     """
     options = options or ShowOptions()
     if options.screenshot is not None:

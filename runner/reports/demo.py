@@ -63,11 +63,6 @@ def run_demo(
     -------
     Demo
         The report, where it is written, and how it agrees with the thesis.
-
-    Examples
-    --------
-    >>> run_demo(3).page.name  # doctest: +SKIP
-    'report.html'
     """
     published = {
         name: (stimulus.score, stimulus.perceptual_class)

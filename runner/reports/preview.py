@@ -85,9 +85,14 @@ def preview(
 
     Examples
     --------
-    >>> files = preview("experiments/dynamic_range.yaml", "out/preview")  # doctest: +SKIP
-    >>> files[0].name  # doctest: +SKIP
-    'block-01_screen-001_left.png'
+    ``preview("experiments/dynamic_range.yaml", "out")`` writes ``out/block-01_screen-001_left.png`` and so on. Wrong
+    input is refused:
+
+    >>> preview("experiments/dynamic_range.yaml", "out", mode="side by side")
+    Traceback (most recent call last):
+    ...
+    runner.errors.SessionError: configs/displays/asus_vg248qe.yaml: the display was not characterised in the mode
+    'side by side' (did you mean 'side-by-side'? ...)
     """
     design = read_experiment(Path(experiment), mode, allow_uncharacterised=allow_uncharacterised)
     check_observer(observer)

@@ -120,8 +120,13 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
 
     Examples
     --------
-    >>> run_session("experiments/dynamic_range.yaml", "01")  # doctest: +SKIP
-    SessionResult(ending='completed', answered=45, trials=45, folder=PosixPath('results/dynamic_range/sub-01/...'))
+    A session in a window begins with ``run_session("experiments/dynamic_range.yaml", "01")``. Wrong input is refused:
+
+    >>> run_session("experiments/dynamic_range.yaml", "Ann B.")
+    Traceback (most recent call last):
+    ...
+    runner.errors.SessionError: the observer id 'Ann B.' is no BIDS label (use up to 64 letters and digits only, such as
+    'AnnB')
     """
     options = options or SessionOptions()
     if options.replay and (options.resume or options.simulate):
@@ -245,11 +250,12 @@ def simulate(
 
     Examples
     --------
-    >>> done = simulate(
-    ...     "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml", 2, results="results/trial"
-    ... )  # doctest: +SKIP
-    >>> [folder.name for folder in done.folders]  # doctest: +SKIP
-    ['ses-20260131T120000abcdefghjk', 'ses-20260131T120001mnpqrstuvw']
+    >>> from tempfile import TemporaryDirectory
+    >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+    >>> with TemporaryDirectory() as folder:
+    ...     done = simulate(experiment, observers, 1, results=folder)
+    >>> [session.parent.name for session in done.folders], done.work.uploads
+    (['sub-01'], 15)
     """
     codes = [f"{number:02d}" for number in range(1, observers + 1)] if isinstance(observers, int) else list(observers)
     for code in codes:

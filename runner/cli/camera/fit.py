@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     "--corners",
     nargs=4,
     metavar="X,Y X,Y X,Y X,Y",
-    help="Outer corners of the patches in pixels, in order around the chart. Default: found.",
+    help="Outer corners of the patches in pixels, in order around the chart. Default: detected.",
 )
 @click.option("--exposure", metavar="TIME,F,ISO", help="Exposure, such as 1/15,8,800. Default: the photograph's own.")
 @click.option(

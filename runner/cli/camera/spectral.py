@@ -11,7 +11,7 @@ import click
 @click.option(
     "--quantity",
     type=click.Choice(["radiance", "reflectance"]),
-    help="Quantity of the values, if FILE does not say.",
+    help="Quantity of the values, if FILE does not state it.",
 )
 @click.option(
     "--illuminant", metavar="NAME|LIGHT.csv", help="Illuminant of reflectances: A, D50, D65, E, … or a spectrum."

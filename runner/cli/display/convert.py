@@ -21,7 +21,7 @@ def command(file: str, display_file: str, mode: str, eye: str, target: str, full
 
     Reads CSV from FILE or standard input, or the readings of an ArgyllCMS .ti3, and writes CSV to standard output:
     the columns red,green,blue, in 0..255 or up to --full, become X,Y,Z in cd/m², or the other way about. Codes are
-    not rounded. Colours outside the gamut become the nearest codes channel by channel; how many there were is told on
+    not rounded. Colours outside the gamut become the nearest codes channel by channel; their number is printed on
     the error stream.
     """
     import csv

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     help="Display model; auto takes the simplest that predicts held-out readings well, none fits none.",
 )
 @click.option("--without-glasses", metavar="FILE", help="Readings of the same patches without glasses.")
-@click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not say.")
+@click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not state it.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the cross-validation folds.")
 @click.option("-o", "--output", metavar="DISPLAY.yaml", help="Display file to create, or to write the mode into.")
 @click.option(

@@ -17,7 +17,7 @@ import click
 def command(hours: float, as_json: bool) -> None:
     """Remove from the cache what killed builds left.
 
-    The next build of the same recipe would have resumed there. Finished sets stay, and so does what a build is at.
+    The next build of the same recipe would have resumed there. Finished sets stay, and so do those being built now.
     """
     import json
 
