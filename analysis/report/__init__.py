@@ -1,1 +1,1 @@
-"""A report on the sessions of one experiment: a summary, a table for the terminal, a page to read and print."""
+"""The report on an experiment: all results, the page, the table for the terminal, and JSON."""

@@ -1,6 +1,6 @@
-"""What a page is made of: sections of paragraphs, facts, tables and figures, all plain data; and its tables as CSV.
+"""The contents of a page: sections of paragraphs, facts, tables and figures, all plain data; and tables as CSV.
 
-Text is plain text; the template escapes it. Only figures hold markup, which this package draws itself.
+Text is plain text; the template escapes it. Only figures contain markup, which this package draws.
 """
 
 from __future__ import annotations
@@ -23,10 +23,10 @@ Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | None
 
 @dataclass(frozen=True, slots=True)
 class Column:
-    """A column: its heading on the page, its key in CSV, what it holds, and how many digits the page shows.
+    """A column: its heading on the page, its key in CSV, the kind of its values, and how many digits the page shows.
 
-    ``p`` is a number that is a chance. An ``interval`` holds two numbers, and makes two columns of a CSV file; a
-    ``class`` a label such as "3+4"; a ``list`` several texts.
+    ``p`` is a p value. An ``interval`` is two numbers, and two columns of a CSV file; a ``class`` a label such as
+    "3+4"; a ``list`` several texts.
     """
 
     heading: str
@@ -50,7 +50,7 @@ class Table:
 
 @dataclass(frozen=True, slots=True)
 class Paragraph:
-    """Words; ``small`` for explanations."""
+    """A paragraph of text; ``small`` for explanations."""
 
     text: str
     small: bool = False
@@ -59,7 +59,7 @@ class Paragraph:
 
 @dataclass(frozen=True, slots=True)
 class Facts:
-    """Words with what they stand for."""
+    """Pairs of a term and its value."""
 
     rows: tuple[tuple[str, str], ...]
     folded: str = ""
@@ -79,7 +79,7 @@ class Figure:
 
 @dataclass(frozen=True, slots=True)
 class MatrixCell:
-    """A cell's words, what it says when pointed at, its CSS colour, and whether that is dark."""
+    """A cell's text, its tooltip, its CSS colour, and whether that is dark."""
 
     text: str
     title: str
@@ -89,7 +89,7 @@ class MatrixCell:
 
 @dataclass(frozen=True, slots=True)
 class Matrix:
-    """Rows and columns of the same names; None on the diagonal. ``table`` holds the same as numbers."""
+    """Rows and columns of the same names; None on the diagonal. ``table`` has the same as numbers."""
 
     title: str
     rows: tuple[tuple[str, tuple[MatrixCell | None, ...]], ...]
@@ -100,7 +100,7 @@ class Matrix:
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """A stimulus's name and its pictures as data URIs: words such as "left eye", and the URI."""
+    """A stimulus's name and its pictures as data URIs: a label such as "left eye", and the URI."""
 
     name: str
     views: tuple[tuple[str, str], ...]
@@ -135,21 +135,21 @@ class Section:
     blocks: tuple[Block, ...]
 
     def tables(self) -> tuple[Table, ...]:
-        """Return every table in it, those behind figures and matrices too."""
-        found = []
+        """Return all tables in it, also those of figures and matrices."""
+        tables = []
         for block in self.blocks:
             table = block if isinstance(block, Table) else getattr(block, "table", None)
             if isinstance(table, Table):
-                found.append(table)
-        return tuple(found)
+                tables.append(table)
+        return tuple(tables)
 
 
-# What a spreadsheet takes for the beginning of a formula, or skips before looking for one.
+# Characters that begin a formula in a spreadsheet, or that it skips before a formula.
 FORMULA_STARTS = ("=", "+", "-", "@", "\t", "\r", "\n", "\uff1d", "\uff0b", "\uff0d", "\uff20")
 
 
 def write_csv_files(tables: Iterable[Table], folder: Path) -> tuple[Path, ...]:
-    """Write each table to ``folder`` as ``NAME.csv`` and return the files; each is written whole or not at all.
+    """Write each table to ``folder`` as ``NAME.csv`` and return the files. Each file is written whole or not at all.
 
     Raises
     ------
@@ -166,14 +166,14 @@ def write_csv_files(tables: Iterable[Table], folder: Path) -> tuple[Path, ...]:
 
 
 def _safe(name: str) -> str:
-    """Return a name of a table, which may hold what people called a scale, as one of a file."""
+    """Return the name of a table, which may contain the name of a scale, as a file name."""
     return re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:80]
 
 
 def csv_text(table: Table) -> str:
     """Return the table as CSV (RFC 4180): numbers in full, an empty field for none.
 
-    Text that a spreadsheet would take for a formula has an apostrophe put before it.
+    Text that a spreadsheet would read as a formula is preceded by an apostrophe.
     """
     out = io.StringIO()
     writer = csv.writer(out, lineterminator="\r\n")
@@ -208,5 +208,5 @@ def _field(value: str | float | int | None) -> str:
 
 
 def inert(text: str) -> str:
-    """Return ``text`` so that no spreadsheet takes it for a formula."""
+    """Return ``text`` so that no spreadsheet reads it as a formula."""
     return f"'{text}" if text.lstrip(" ").startswith(FORMULA_STARTS) else text

@@ -1,4 +1,4 @@
-"""The strengths that a report shows, whose standard errors its classes rest on, and the intervals beside them."""
+"""The scores in a report: method of the fit, standard errors for the classes, intervals, stability of the classes."""
 
 from __future__ import annotations
 
@@ -20,37 +20,37 @@ from analysis.scaling.scores import Scores, rescored, score
 from analysis.scaling.separation import compared_groups
 
 Floats = NDArray[np.float64]
-CovarianceWish = Literal["auto", "model", "sandwich"]
-COVARIANCE_WISHES: tuple[CovarianceWish, ...] = get_args(CovarianceWish)
+CovarianceChoice = Literal["auto", "model", "sandwich"]
+COVARIANCE_CHOICES: tuple[CovarianceChoice, ...] = get_args(CovarianceChoice)
 Way = Literal["ml", "firth", "learnt_prior"]
 FEWEST_FOR_SANDWICH = 10
-# Of more, a thousand draws take too long, and so do their classes. Errors by observer leave no simple order: the
-# classes of hundreds of items are then too many to be listed.
+# Above these numbers of items, a thousand bootstrap samples, or their classes, take too long. Standard errors clustered
+# by observer give no simple order: the classes of hundreds of items are then too many to list.
 MOST_ITEMS_DRAWN, MOST_ITEMS_CLASSED, MOST_ITEMS_FOR_SANDWICH = 60, 30, 60
 TWO_SIDED_95 = 1.959963984540054
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Estimate:
-    """How scores were found.
+    """The scores and how they were estimated.
 
     Attributes
     ----------
     scores
         Items best first; standard errors and classes by ``covariance``.
     plain
-        The fit by maximum likelihood, whatever is shown.
+        The fit by maximum likelihood.
     way
-        ``ml``, ``firth`` where that has no maximum, or ``learnt_prior`` where pairs were chosen by the answers.
+        ``ml``; ``firth`` in case of complete separation; ``learnt_prior`` if pairs were chosen by the answers.
     prior_sd
-        Of the learnt prior, in nats; None without.
+        Standard deviation of the learnt prior, in nats; None without a prior.
     covariance, df
-        Whose standard errors, and their degrees of freedom; None for the model's.
+        Kind of standard errors, and their degrees of freedom; None for the model's.
     log10_interval, interval_kind
-        Shape (items, 2): 95 % limits of log10 score in the order of the scores' items; ``expanded-bca`` from observers
-        drawn anew, or ``model``.
+        Shape (items, 2): 95 % limits of log10 score in the order of the scores' items; ``expanded-bca`` by
+        bootstrap over observers, or ``model``.
     stability
-        How often classes come out so over these draws; None without.
+        Stability of the classes over the bootstrap samples; None without them.
     """
 
     scores: Scores
@@ -69,23 +69,22 @@ def estimate_scores(
     *,
     alpha: float,
     adjust: Adjust,
-    covariance: CovarianceWish = "auto",
+    covariance: CovarianceChoice = "auto",
     chosen: bool = False,
     draw: bool = True,
 ) -> Estimate:
-    """Fit, classify, and say how sure it is.
+    """Fit scores, and compute classes, intervals and the stability of the classes.
 
     Parameters
     ----------
     covariance
-        ``model``, ``sandwich``, or ``auto``: ``sandwich`` from 10 observers on, up to 60 items. Observers who agree
-        without exception about some item have no spread there; then, and for fewer than two observers, it is the
-        model's after all.
+        ``model``, ``sandwich``, or ``auto``: ``sandwich`` from 10 observers, up to 60 items. If observers agree without
+        exception about an item, or with fewer than two observers, the model's standard errors are used.
     chosen
-        Whether pairs were chosen by the answers before them: strengths then come from the posterior under a prior whose
-        width is learnt, since a plain fit makes such stimuli look further apart than they are.
+        Whether pairs were chosen by earlier answers: scores are then the posterior under a normal prior whose standard
+        deviation is learnt, since maximum likelihood overestimates differences from such pairs.
     draw
-        Whether to draw observers anew, for intervals and stability.
+        Whether to make the bootstrap over observers, for intervals and stability.
     """
     scores = score(comparisons, alpha=alpha, adjust=adjust)
     plain, prior_sd = scores.fit, None
@@ -98,33 +97,35 @@ def estimate_scores(
         return Estimate(scores, plain, "learnt_prior", prior_sd, "model", None, ordered, "model", None)
     if plain.separated and linked:
         scores, way = score(comparisons, alpha=alpha, adjust=adjust, method="firth"), "firth"
-    sound = bool(np.isfinite(scores.fit.theta).all())
-    drawn = _drawn(comparisons, way) if sound and draw else None
+    fitted = bool(np.isfinite(scores.fit.theta).all())
+    replicates = _resampled(comparisons, way) if fitted and draw else None
     limits = delta_interval(scores.fit.score, scores.fit.log10_score, scores.fit.covariance)
-    if drawn is not None:
-        found = intervals(drawn, "log10_score")
-        limits = np.stack([found.low, found.high], axis=1)
-    used, df = _covariance(covariance, comparisons, way, sound)
+    if replicates is not None:
+        ends = intervals(replicates, "log10_score")
+        limits = np.stack([ends.low, ends.high], axis=1)
+    used, df = _covariance(covariance, comparisons, way, fitted)
     if df is not None:
         scores = _with_sandwich(scores, alpha, adjust, df)
     stable = None
-    if drawn is not None and len(comparisons.items) <= MOST_ITEMS_CLASSED:
-        stable = class_stability(drawn, alpha=alpha, adjust=adjust, covariance=used)
-    kind = cast("Literal['expanded-bca', 'model']", DEFAULT if drawn is not None else "model")
+    if replicates is not None and len(comparisons.items) <= MOST_ITEMS_CLASSED:
+        stable = class_stability(replicates, alpha=alpha, adjust=adjust, covariance=used)
+    kind = cast("Literal['expanded-bca', 'model']", DEFAULT if replicates is not None else "model")
     return Estimate(scores, plain, way, prior_sd, used, df, limits[list(scores.order)], kind, stable)
 
 
-def _covariance(wish: CovarianceWish, comparisons: Comparisons, way: Way, sound: bool) -> tuple[Covariance, int | None]:
+def _covariance(
+    choice: CovarianceChoice, comparisons: Comparisons, way: Way, fitted: bool
+) -> tuple[Covariance, int | None]:
     people = len(comparisons.observers)
-    if not sound or way != "ml" or people < 2 or wish == "model":
+    if not fitted or way != "ml" or people < 2 or choice == "model":
         return "model", None
     enough = people >= FEWEST_FOR_SANDWICH and len(comparisons.items) <= MOST_ITEMS_FOR_SANDWICH
-    if wish == "sandwich" or enough:
+    if choice == "sandwich" or enough:
         return "sandwich", people - 1
     return "model", None
 
 
-def _drawn(comparisons: Comparisons, way: Way) -> Replicates | None:
+def _resampled(comparisons: Comparisons, way: Way) -> Replicates | None:
     if len(comparisons.observers) < 2 or len(comparisons.items) > MOST_ITEMS_DRAWN:
         return None
     return resample(comparisons, method="firth" if way == "firth" else "ml")
@@ -159,7 +160,7 @@ def _classed(scores: Scores, fitted: Fit, alpha: float, adjust: Adjust, df: int 
 
 
 def delta_interval(score: Floats, log10_score: Floats, covariance: Floats) -> Floats:
-    """Return 95 % limits (n, 2) of log10 score by the delta method: its gradient is the unit vector less scores."""
+    """Return 95 % limits (n, 2) of log10 score by the delta method: the gradient is the unit vector minus scores."""
     gradient = np.eye(len(score)) - score[None, :]
     variance = np.einsum("ij,jk,ik->i", gradient, covariance, gradient)
     half_width = TWO_SIDED_95 * np.sqrt(np.maximum(variance, 0)) / np.log(10)

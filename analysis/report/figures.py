@@ -22,8 +22,8 @@ MOST_NAMED = 5
 def scores_svg(summary: Summary, width_in: float) -> str:
     """Return an ``<svg>`` element: log10 scores with 95 % intervals, a row per stimulus, best at the top.
 
-    Text stays text. An item in several classes has a marker of several colours; the class stands beside each row,
-    so that nothing depends on colour.
+    Text stays text. An item in several classes has a marker of several colours; the class is beside each row, so that
+    nothing depends on colour.
     """
     from matplotlib.path import Path
 
@@ -63,19 +63,19 @@ def scores_svg(summary: Summary, width_in: float) -> str:
 
 
 def _markers(summary: Summary) -> dict[tuple[int, int], list[tuple[float, int, str]]]:
-    """Return log10 score, row and colour of the markers by shape, the part of how many: a shape is drawn at once."""
-    found: dict[tuple[int, int], list[tuple[float, int, str]]] = {}
+    """Return log10 score, row and colour of the markers by shape: the part and the number of parts."""
+    markers: dict[tuple[int, int], list[tuple[float, int, str]]] = {}
     for row, item in enumerate(summary.scores.items):
         if item.log10_score is None:
             continue
         colours = class_colours(item.label)
         for part, colour in enumerate(colours):
-            found.setdefault((part, len(colours)), []).append((item.log10_score, row, colour))
-    return found
+            markers.setdefault((part, len(colours)), []).append((item.log10_score, row, colour))
+    return markers
 
 
 def _few(label: str) -> str:
-    """Return a label such as "3+4", that of an item in very many classes cut short."""
+    """Return a label such as "3+4", shortened for an item in very many classes."""
     return label if label.count("+") < MOST_NAMED else "+".join(label.split("+")[:MOST_NAMED]) + "+…"
 
 
@@ -103,9 +103,8 @@ BEYOND = 0.36  # how far a bar reaches beyond its first and last stimulus, in ro
 def classes_svg(summary: Summary, width_in: float) -> str:
     """Return an ``<svg>``: a row per stimulus, best at the top, and a bar per class with a dot for each member.
 
-    Where a stimulus between two members is none itself, the bar is a thin line.
-
-    Where observers were drawn anew, between each two rows stands in how many of the draws they share a class.
+    Where a stimulus between two members is not a member, the bar is a thin line. With a bootstrap over observers, the
+    share of samples in which two neighbouring stimuli share a class is between their rows.
     """
     scores, stability = summary.scores, summary.estimate.stability
     classes = scores.classes
@@ -123,10 +122,10 @@ def classes_svg(summary: Summary, width_in: float) -> str:
                 axes.plot([number] * 2, ends, color=colour, linewidth=10, solid_capstyle="butt", zorder=2)
             axes.plot([number] * len(rows), rows, "o", color="white", markeredgecolor=INK, markersize=6, zorder=3)
         if stability is not None:
-            for row, (one, other) in enumerate(zip(scores.order, scores.order[1:], strict=False)):
+            for row, (item, below) in enumerate(zip(scores.order, scores.order[1:], strict=False)):
                 place = {name: index for index, name in enumerate(stability.items)}
                 names = scores.comparisons.items
-                share = float(stability.shared[place[names[one]], place[names[other]]])
+                share = float(stability.shared[place[names[item]], place[names[below]]])
                 axes.text(count - 0.25, row + 0.5, percent(share), va="center", ha="left", fontsize=8.5, color=INK)
             axes.text(count - 0.25, -0.75, "share a class", va="bottom", ha="left", fontsize=8.5, color=INK)
         axes.set_yticks(range(len(scores.items)), [short(item.name) for item in scores.items])
@@ -140,14 +139,14 @@ def classes_svg(summary: Summary, width_in: float) -> str:
 
 
 def runs(rows: Sequence[int]) -> list[tuple[int, int]]:
-    """Return the first and last of each stretch of neighbouring rows; ``rows`` rise."""
-    found: list[tuple[int, int]] = []
+    """Return the first and last of each stretch of neighbouring rows; ``rows`` ascend."""
+    stretches: list[tuple[int, int]] = []
     for row in rows:
-        if found and found[-1][1] == row - 1:
-            found[-1] = found[-1][0], row
+        if stretches and stretches[-1][1] == row - 1:
+            stretches[-1] = stretches[-1][0], row
         else:
-            found.append((row, row))
-    return found
+            stretches.append((row, row))
+    return stretches
 
 
 Row = tuple[str, float | None, float | None, float | None]
@@ -172,16 +171,16 @@ def dots_svg(rows: Sequence[Row], axis: str, title: str, width_in: float, refere
         return svg_of(figure, title)
 
 
-# In the thesis's figures base is purple, brighter blue and grey grey; what comes beyond follows.
+# In the thesis's figures base is purple, brighter blue and grey grey; further kinds follow.
 COLOURS = ("#7b5ea7", "#3a76d2", "#9aa3ab", "#2f9e58", "#f0c52e", "#8c5a2b", "#2aa7a0", "#d03b36")
 HATCHES = ("", "//", "..", "xx", "--", "\\\\", "++", "oo")
 
 
 @dataclass(frozen=True, slots=True)
 class BarFigure:
-    """Bars: ``estimates[g][b]`` is that of bar b in group g, None where there is none.
+    """Bars: ``estimates[g][b]`` is that of bar b in group g; None where there is none.
 
-    ``unit`` stands beside the value axis; ``group_title`` says what the groups are.
+    ``unit`` is the label of the value axis, ``group_title`` that of the groups.
     """
 
     title: str
@@ -200,7 +199,8 @@ class BarFigure:
     def rows(self) -> tuple[tuple[str, ...], ...]:
         """The table: a row for each group, each cell a value with its interval in brackets."""
         return tuple(
-            (group, *(cell(one) for one in row)) for group, row in zip(self.groups, self.estimates, strict=True)
+            (group, *(cell(estimate) for estimate in row))
+            for group, row in zip(self.groups, self.estimates, strict=True)
         )
 
     def to_json(self) -> dict[str, Any]:
@@ -224,7 +224,7 @@ class BarFigure:
             for number, bar in enumerate(self.bars):
                 here = [row[number] for row in self.estimates]
                 x = np.arange(len(self.groups)) + (number - (len(self.bars) - 1) / 2) * width
-                heights = [0.0 if one is None or one.value is None else one.value for one in here]
+                heights = [0.0 if estimate is None or estimate.value is None else estimate.value for estimate in here]
                 axes.bar(
                     x,
                     heights,
@@ -236,10 +236,10 @@ class BarFigure:
                     linewidth=0,
                     zorder=2,
                 )
-                for place, one in zip(x, here, strict=True):
-                    if one is not None and one.low is not None and one.high is not None:
-                        axes.plot([place, place], [one.low, one.high], color=INK, linewidth=1.2, zorder=3)
-                        axes.plot([place, place], [one.low, one.high], "_", color=INK, markersize=5, zorder=3)
+                for place, estimate in zip(x, here, strict=True):
+                    if estimate is not None and estimate.low is not None and estimate.high is not None:
+                        axes.plot([place, place], [estimate.low, estimate.high], color=INK, linewidth=1.2, zorder=3)
+                        axes.plot([place, place], [estimate.low, estimate.high], "_", color=INK, markersize=5, zorder=3)
             axes.set_xticks(np.arange(len(self.groups)), [_short(group) for group in self.groups])
             axes.set_xlabel(self.group_title, color=INK)
             axes.set_ylabel(self.unit, color=INK)

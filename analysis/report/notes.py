@@ -1,4 +1,4 @@
-"""What a reader must know before the numbers: simulation, missing answers, changed files, penalised fits."""
+"""Notes that a reader needs before the numbers: simulation, missing answers, changed files, penalised fits."""
 
 from __future__ import annotations
 
@@ -14,17 +14,17 @@ FEWEST_EXPECTED = 5.0
 FEWEST_FOR_CHOSEN_PAIRS = 5
 
 
-def notes_on(sessions: Sequence[SessionLog], found: Estimate) -> tuple[str, ...]:
-    """Return the notes on paired comparisons, the weightiest first."""
-    return (*on_sessions(sessions), *_on_answers(sessions, found.scores), *_on_fit(found))
+def notes_on(sessions: Sequence[SessionLog], estimate: Estimate) -> tuple[str, ...]:
+    """Return the notes on paired comparisons, the most important first."""
+    return (*on_sessions(sessions), *_on_answers(sessions, estimate.scores), *_on_fit(estimate))
 
 
 def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
-    """Return what must be known of the sessions, whatever was asked in them."""
+    """Return the notes on sessions of any kind."""
     notes = []
     simulated = sum(session.header.simulated for session in sessions)
     if simulated == len(sessions):
-        notes.append("All observers are simulated: these answers say nothing about people.")
+        notes.append("All observers are simulated: these are not answers of people.")
     elif simulated:
         notes.append(
             f"{simulated} of {len(sessions)} sessions {'is' if simulated == 1 else 'are'} simulated, mixed with "
@@ -36,7 +36,7 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
         notes.append(f"{incomplete} {what} not completed; the answers given until then are counted.")
     torn = sum(bool(session.torn_tail) for session in sessions)
     if torn:
-        notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in a line cut short, which is not counted.")
+        notes.append(f"{torn} {'log ends' if torn == 1 else 'logs end'} in an incomplete line, which is not counted.")
     notes += [
         f"The {name} changed between sessions."
         for name in sorted({key for session in sessions for key in session.header.hashes})
@@ -60,10 +60,10 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
     catch = catch_results(sessions)
     if catch.missed:
         who = ", ".join(f"{observer} ({wrong} of {met})" for observer, (wrong, met) in catch.missed.items())
-        notes.append(f"Catch trials with an obvious answer were answered otherwise by {who}.")
+        notes.append(f"Obvious catch trials were missed by {who}.")
     if catch.identical:
         notes.append(
-            f"Of {catch.identical} pairs of one stimulus with itself, the first place was chosen in {catch.first} "
+            f"Of {catch.identical} pairs of a stimulus with itself, the first position was chosen in {catch.first} "
             f"and the second in {catch.second}."
         )
     preferred = preferences(sessions)
@@ -72,22 +72,22 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
     return notes
 
 
-def _on_fit(found: Estimate) -> list[str]:
-    scores, plain = found.scores, found.plain
+def _on_fit(estimate: Estimate) -> list[str]:
+    scores, plain = estimate.scores, estimate.plain
     comparisons = scores.comparisons
     notes = []
-    if found.way == "learnt_prior":
+    if estimate.way == "learnt_prior":
         few = len(comparisons.observers) < FEWEST_FOR_CHOSEN_PAIRS
         notes.append(
             "Pairs were chosen by the answers before them. Scores are therefore the posterior under a normal prior "
-            "whose width is learnt from the answers: a plain fit would make stimuli look further apart than they are. "
+            "whose standard deviation is learnt from the answers: maximum likelihood would overestimate differences. "
             + ("With so few observers, classes, consistency" if few else "Classes, consistency")
-            + " and order effects are not to be read as if pairs had been drawn at random."
+            + " and order effects do not have the properties that they have for pairs drawn at random."
         )
     elif plain.separated:
         why = " ".join(plain.separation.sentences if plain.separation else ())
-        if found.way == "firth":
-            notes.append(f"No finite scores maximise the likelihood, so Firth's penalised fit is shown. {why}")
+        if estimate.way == "firth":
+            notes.append(f"There is no finite estimate: complete separation. Firth's penalised fit is shown. {why}")
         else:
             notes.append(f"The stimuli have no common scale, so there are no scores. {why}")
     if not scores.fit.separated and not scores.fit.converged:
@@ -96,7 +96,7 @@ def _on_fit(found: Estimate) -> list[str]:
     if fewest is not None and scores.fit.df > 0 and fewest < FEWEST_EXPECTED:
         notes.append(
             f"Some pairs have expected counts below {FEWEST_EXPECTED:g} (the smallest is {fewest:.2g}): the goodness "
-            "of fit is a rough guide."
+            "of fit is approximate."
         )
     return notes
 

@@ -1,4 +1,4 @@
-"""The report: one HTML page that needs nothing but itself."""
+"""The report: a self-contained HTML page."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from analysis.classes.multiplicity import Adjust
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Section, Table, write_csv_files
-from analysis.report.estimate import CovarianceWish
+from analysis.report.estimate import CovarianceChoice
 from analysis.report.figures import class_colours
 from analysis.report.report import Report, describe
 from analysis.report.sections.factors import factors_section
@@ -31,30 +31,35 @@ def write_report(
     *,
     alpha: float | None = None,
     adjust: Adjust | None = None,
-    covariance: CovarianceWish | None = None,
+    covariance: CovarianceChoice | None = None,
     rule: Filter | None = None,
     published: Published | None = None,
     thumbnails: Thumbnails | None = None,
     csv_folder: Path | None = None,
 ) -> Report:
-    """Write a self-contained HTML page on one experiment's sessions, and return what it is drawn from.
+    """Write a self-contained HTML page on the sessions of an experiment.
 
     Parameters
     ----------
     sessions
         Sessions of one experiment.
     output
-        The page; written whole or not at all. Its folder is made if need be.
+        The page. Its folder is made if it does not exist.
     alpha, adjust, covariance
-        Level, correction and standard errors of the classes; those of the first session's header where None.
+        Significance level, correction for multiple comparisons, and standard errors of the classes; None takes those of
+        the first session's header.
     rule
-        Whom to leave out; nobody if None. The page says it.
+        Which observers to leave out; nobody if None. The page reports it.
     published
-        For each stimulus, where there is one, a score and class published before, to stand beside.
+        Published score and class by stimulus, to show beside the computed ones.
     thumbnails
-        For each stimulus, where there is one, a small PNG by eye: ``left`` and ``right``, or ``both``.
+        By stimulus, a small PNG for each eye: ``left`` and ``right``, or ``both``.
     csv_folder
-        Where to write each table as CSV; nowhere if None.
+        Folder for each table as CSV; None writes none.
+
+    Returns
+    -------
+    The results on the page.
 
     Raises
     ------
@@ -85,7 +90,7 @@ def _page(report: Report, sections: tuple[Section, ...]) -> str:
         "fixed": fixed,
         "chance": chance,
         "colours": class_colours,
-        # matplotlib escapes the text that it writes.
+        # matplotlib escapes text.
         "drawn": Markup,
     }
     environment.filters.update(filters)
@@ -101,15 +106,15 @@ ADJUSTMENT_NAMES: Mapping[str, str] = {
 
 
 def sections_of(report: Report, published: Published, thumbnails: Thumbnails) -> tuple[Section, ...]:
-    """Return the sections for which there are records."""
+    """Return the sections that have records."""
     pairs = report.pairs
     names = [item.name for item in pairs.scores.items] if pairs else []
-    names += [str(one["name"]) for one in report.header.stimuli if str(one["name"]) not in names]
+    names += [str(stimulus["name"]) for stimulus in report.header.stimuli if str(stimulus["name"]) not in names]
     adjustment = ADJUSTMENT_NAMES[pairs.adjust] if pairs else ""
-    found: list[Section | None] = []
+    sections: list[Section | None] = []
     if pairs is not None:
         agreement = report.observers.concordance if report.observers else None
-        found += [
+        sections += [
             scores_section(pairs, published),
             classes_section(pairs, adjustment),
             counts_section(pairs),
@@ -117,14 +122,14 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
             factors_section(report.factors) if report.factors else None,
         ]
     if report.series is not None:
-        found += series_sections(report.series)
+        sections += series_sections(report.series)
     if report.preferences is not None and report.preferences.by_observer:
-        found.append(preferences_section(report.sessions, report.preferences))
+        sections.append(preferences_section(report.sessions, report.preferences))
     if report.ratings is not None:
-        found.append(ratings_section(report.ratings))
+        sections.append(ratings_section(report.ratings))
     if report.observers is not None:
-        found.append(observers_section(report.observers, report.kept))
-    found += [
+        sections.append(observers_section(report.observers, report.kept))
+    sections += [
         vision_section(report.sessions),
         gallery_section(names, thumbnails),
         clipping_section(report.header, names),
@@ -142,7 +147,7 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
             observers=report.observers is not None,
         ),
     ]
-    return tuple(section for section in found if section is not None)
+    return tuple(section for section in sections if section is not None)
 
 
 def tables_of(sections: tuple[Section, ...]) -> tuple[Table, ...]:

@@ -1,4 +1,4 @@
-"""The works that a Methods paragraph may cite, worded as in docs/references.md."""
+"""The references of the Methods paragraph, as in docs/references.md."""
 
 from __future__ import annotations
 
@@ -93,17 +93,17 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
 
 @dataclass(slots=True)
 class Citations:
-    """Numbers works in the order in which they are first cited."""
+    """Numbers references in the order of their first citation."""
 
     keys: list[str] = field(default_factory=list)
 
     def cite(self, *keys: str) -> str:
-        """Return the numbers of works in square brackets, such as "[1, 2]"."""
+        """Return the numbers of references in square brackets, such as "[1, 2]"."""
         for key in keys:
             if key not in self.keys:
                 self.keys.append(key)
         return f"[{', '.join(str(self.keys.index(key) + 1) for key in keys)}]"
 
     def works(self) -> tuple[str, ...]:
-        """Return the works cited so far, in order."""
+        """Return the references cited so far, in order."""
         return tuple(REFERENCES[key] for key in self.keys)

@@ -1,4 +1,4 @@
-"""Everything that sessions of one experiment say, gathered once: each part present where its records are."""
+"""All results of an experiment, computed once for the page, the terminal and JSON."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from analysis.ratings.preferences import Preferences, preferences
 from analysis.ratings.ratings import RatingSummary, summarise_ratings
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import Header, SessionLog
-from analysis.report.estimate import CovarianceWish
+from analysis.report.estimate import CovarianceChoice
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
 from analysis.report.summary import Summary, summarise
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from rich.console import Console
 
 
-SHUFFLES = 999  # names of stimuli shuffled so often, against strangers: three digits of p
+SHUFFLES = 999  # permutations for the test against unrelated preferences: p to three digits
 KIND_WORDS = {
     "all_pairs": "Paired comparisons",
     "active_pairs": "Paired comparisons",
@@ -40,7 +40,7 @@ KIND_WORDS = {
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Report:
-    """What the page is drawn from; None for each part whose records are missing.
+    """The results on the page; None for each part without records.
 
     Attributes
     ----------
@@ -49,13 +49,13 @@ class Report:
     sessions
         The sessions that were kept.
     kept
-        Whom it was asked to leave out, and who was.
+        The rule by which observers were left out, and who was.
     pairs, factors, observers
-        Of paired comparisons: scores and classes, effects of the stimuli's factors, and a line for each observer.
+        Paired comparisons: scores and classes, effects of the stimuli's factors, and the observer table.
     series, ratings, preferences
-        Of the kinds ``best_of_series``, ``rating`` and ``preference``.
+        Results of blocks of the kinds ``best_of_series``, ``rating`` and ``preference``.
     notes
-        Sentences that a reader must see before the numbers.
+        Sentences that a reader needs before the numbers.
     """
 
     header: Header
@@ -71,24 +71,24 @@ class Report:
 
     @property
     def kinds(self) -> tuple[str, ...]:
-        """What was asked, in words, such as "Paired comparisons"."""
+        """The kinds of tasks, in words, such as "Paired comparisons"."""
         met = dict.fromkeys(trial.kind for session in self.sessions for trial in session.trials)
         return tuple(dict.fromkeys(words for kind, words in KIND_WORDS.items() if kind in met))
 
     @property
     def sentences(self) -> tuple[str, ...]:
-        """Who answered what, a sentence for each part."""
-        told = [part.sentence for part in (self.pairs, self.series) if part is not None]
+        """The numbers of observers and answers, a sentence for each part."""
+        sentences = [part.sentence for part in (self.pairs, self.series) if part is not None]
         if self.preferences is not None:
-            told.append(self.preferences.sentence)
+            sentences.append(self.preferences.sentence)
         if self.ratings is not None:
-            count = sum(one.ratings for scale in self.ratings.scales for one in scale.observers)
-            people = len({one.observer for scale in self.ratings.scales for one in scale.observers})
-            told.append(f"{people} observer{'' if people == 1 else 's'}, {count:,} ratings.")
-        return tuple(told)
+            count = sum(observer.ratings for scale in self.ratings.scales for observer in scale.observers)
+            people = len({observer.observer for scale in self.ratings.scales for observer in scale.observers})
+            sentences.append(f"{people} observer{'' if people == 1 else 's'}, {count:,} ratings.")
+        return tuple(sentences)
 
     def to_json(self) -> dict[str, Any]:
-        """Return all of it as plain values; the scores' keys at the top, as `cyclopean scores --json` has them."""
+        """Return plain values for JSON; the keys of `cyclopean scores --json` are at the top level."""
         parts: dict[str, Any] = {
             "experiment": self.header.experiment,
             "question": self.header.question,
@@ -111,57 +111,62 @@ def describe(
     sessions: Sequence[SessionLog],
     alpha: float | None = None,
     adjust: Adjust | None = None,
-    covariance: CovarianceWish | None = None,
+    covariance: CovarianceChoice | None = None,
     rule: Filter | None = None,
 ) -> Report:
-    """Gather what the sessions of one experiment say.
+    """Compute all results of the sessions of an experiment.
 
     Parameters
     ----------
     sessions
-        Of one experiment.
+        Sessions of one experiment, such as `analysis.records.results.read_results` gives.
     alpha, adjust, covariance
         As `analysis.report.summary.summarise`.
     rule
-        Whom to leave out; nobody if None.
+        Which observers to leave out; nobody if None.
+
+    Returns
+    -------
+    A part for each kind of task that has answers.
 
     Raises
     ------
     ResultsError
-        If the sessions do not belong together, hold no answer, or hold damaged ones; as `analysis.observers.filters`.
+        If the sessions cannot be analysed together, have no answer or a damaged record; as
+        `analysis.observers.filters`.
     """
     refuse_mixtures(sessions)
     kept = keep(sessions, rule or Filter())
-    stayed = kept.sessions
-    kinds = {trial.kind for session in stayed for trial in session.trials}
+    remaining = kept.sessions
+    kinds = {trial.kind for session in remaining for trial in session.trials}
     if not kinds & set(KIND_WORDS):
-        files = ", ".join(str(session.file) for session in stayed[:3])
+        files = ", ".join(str(session.file) for session in remaining[:3])
         what = "the results hold no answer: no comparison, choice, preference or rating"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
-    compared = any(is_comparison(trial) for session in stayed for trial in session.trials)
-    pairs = summarise(stayed, alpha, adjust, covariance) if compared else None
-    series = summarise_series(stayed) if "best_of_series" in kinds else None
-    notes = list(pairs.notes) if pairs else on_sessions(stayed)
+    compared = any(is_comparison(trial) for session in remaining for trial in session.trials)
+    pairs = summarise(remaining, alpha, adjust, covariance) if compared else None
+    series = summarise_series(remaining) if "best_of_series" in kinds else None
+    notes = list(pairs.notes) if pairs else on_sessions(remaining)
     notes += [note for note in series.notes if "simulated" not in note] if series else []
-    preferred = preferences(stayed) if "preference" in kinds else None
-    if preferred is not None:  # it heads the page
+    preferred = preferences(remaining) if "preference" in kinds else None
+    if preferred is not None:  # the sentence is in the head of the page
         notes = [note for note in notes if note != preferred.sentence]
     return Report(
-        header=stayed[0].header,
-        sessions=tuple(stayed),
+        header=remaining[0].header,
+        sessions=tuple(remaining),
         kept=kept,
         pairs=pairs,
         factors=effects_of(pairs) if pairs else None,
-        observers=observers_in_sessions(stayed, shuffles=SHUFFLES) if pairs else None,
+        observers=observers_in_sessions(remaining, shuffles=SHUFFLES) if pairs else None,
         series=series,
-        ratings=summarise_ratings(stayed) if "rating" in kinds else None,
+        ratings=summarise_ratings(remaining) if "rating" in kinds else None,
         preferences=preferred,
         notes=tuple(dict.fromkeys(notes)),
     )
 
 
 def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
-    """Print scores where there are any, a sentence for each part, who was left out, and what must be known."""
+    """Print the scores, a sentence for each part, who was left out, and the notes."""
     from rich.console import Console
     from rich.text import Text
 

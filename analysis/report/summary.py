@@ -1,4 +1,4 @@
-"""What a set of sessions says, gathered once for the page, the terminal and JSON."""
+"""The scores of paired comparisons in an experiment, for the page, the terminal and JSON."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from analysis.errors import ResultsError
 from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
 from analysis.records.session_record import Header, SessionLog
-from analysis.report.estimate import COVARIANCE_WISHES, TWO_SIDED_95, CovarianceWish, Estimate, estimate_scores
+from analysis.report.estimate import COVARIANCE_CHOICES, TWO_SIDED_95, CovarianceChoice, Estimate, estimate_scores
 from analysis.report.notes import notes_on
 from analysis.scaling.scores import Scores
 from documents import Finding
@@ -25,7 +25,7 @@ from documents import Finding
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Summary:
-    """The scores of an experiment and what makes them believable.
+    """The scores of an experiment, with goodness of fit, side bias and response times.
 
     Attributes
     ----------
@@ -36,15 +36,15 @@ class Summary:
     scores
         Items best first, with fit and classes.
     estimate
-        How the scores were found: method, standard errors, intervals, stability of classes.
+        How the scores were estimated: method, standard errors, intervals, stability of classes.
     first_share
         Share (0 to 1) of answers that chose the first position, or None; ``first_share_interval``: Wilson's 95 %.
     response_time_s
         Median response time in seconds.
     fit_p
-        Chance of a deviance this large if the model holds; None where there are no degrees of freedom or no fit.
+        p value of the deviance; None without degrees of freedom or without a fit.
     notes
-        Sentences that a reader must see before the numbers.
+        Sentences that a reader needs before the numbers.
     """
 
     header: Header
@@ -86,18 +86,18 @@ class Summary:
 
     @property
     def sentence(self) -> str:
-        """Who compared what, in one sentence."""
+        """The numbers of observers, comparisons and classes, in a sentence."""
         who = f"{len(self.observers)} {'simulated ' if self.simulated else ''}observer"
         who += "" if len(self.observers) == 1 else "s"
         what = f"{self.trials:,} comparisons of {len(self.scores.items)} stimuli"
         classes = self.scores.classes
-        found = (
+        classes_text = (
             f"; {len(classes.members)} perceptual class{'' if len(classes.members) == 1 else 'es'}" if classes else ""
         )
-        return f"{who}, {what}{found}."
+        return f"{who}, {what}{classes_text}."
 
     def to_json(self) -> dict[str, Any]:
-        """Return the keys of `cyclopean scores --json` and, beside them, those of the experiment."""
+        """Return plain values for JSON: the keys of `cyclopean scores --json`, and those of the experiment."""
         return {
             **self.scores.to_json(),
             "experiment": self.header.experiment,
@@ -132,17 +132,17 @@ def summarise(
     sessions: Sequence[SessionLog],
     alpha: float | None = None,
     adjust: Adjust | None = None,
-    covariance: CovarianceWish | None = None,
+    covariance: CovarianceChoice | None = None,
 ) -> Summary:
-    """Fit, classify and describe the comparisons of one experiment's sessions.
+    """Fit and classify the comparisons of an experiment's sessions.
 
-    ``alpha``, ``adjust`` and ``covariance`` are those of the first session's header where None. If no maximum of
-    the likelihood exists and comparisons link all stimuli, Firth's penalised fit takes its place, and a note says so.
+    ``alpha``, ``adjust`` and ``covariance`` are those of the first session's header where None. In case
+    of complete separation, if comparisons link all stimuli, Firth's penalised fit is used and reported in a note.
 
     Raises
     ------
     ResultsError
-        As `analysis.comparisons.session_comparisons.from_sessions`, or if the header asks for an unknown analysis.
+        As `analysis.comparisons.session_comparisons.from_sessions`, or if an analysis option in the header is unknown.
     """
     comparisons = from_sessions(sessions)
     header = sessions[0].header
@@ -150,23 +150,23 @@ def summarise(
     adjust = _adjustment(header, sessions[0]) if adjust is None else adjust
     covariance = _covariance(header, sessions[0]) if covariance is None else covariance
     chosen = any(trial.kind == "active_pairs" for session in sessions for trial in session.trials)
-    found = estimate_scores(comparisons, alpha=alpha, adjust=adjust, covariance=covariance, chosen=chosen)
-    scores = found.scores
+    estimate = estimate_scores(comparisons, alpha=alpha, adjust=adjust, covariance=covariance, chosen=chosen)
+    scores = estimate.scores
     times = [trial.response_time_s for session in sessions for trial in session.trials if is_comparison(trial)]
     share = comparisons.first_share()
-    noted = int((comparisons.winner_was_first >= 0).sum())
+    positions = int((comparisons.winner_was_first >= 0).sum())
     return Summary(
         header=header,
         sessions=tuple(sessions),
         scores=scores,
         alpha=alpha,
         adjust=adjust,
-        estimate=found,
+        estimate=estimate,
         first_share=share,
-        first_share_interval=None if share is None else wilson_interval(share, noted),
+        first_share_interval=None if share is None else wilson_interval(share, positions),
         response_time_s=median(times),
         fit_p=_fit_p(scores),
-        notes=notes_on(sessions, found),
+        notes=notes_on(sessions, estimate),
     )
 
 
@@ -178,19 +178,19 @@ def _level(header: Header, session: SessionLog) -> float:
 
 
 def _adjustment(header: Header, session: SessionLog) -> Adjust:
-    wish = header.analysis.get("adjust", "holm")
+    choice = header.analysis.get("adjust", "holm")
     for known in ADJUSTMENTS:
-        if wish == known:
+        if choice == known:
             return known
-    raise ResultsError(Finding(f"the header's adjustment is {wish!r}", str(session.file), 1, 1, "give --adjust"))
+    raise ResultsError(Finding(f"the header's adjustment is {choice!r}", str(session.file), 1, 1, "give --adjust"))
 
 
-def _covariance(header: Header, session: SessionLog) -> CovarianceWish:
-    wish = header.analysis.get("covariance", "auto")
-    for known in COVARIANCE_WISHES:
-        if wish == known:
+def _covariance(header: Header, session: SessionLog) -> CovarianceChoice:
+    choice = header.analysis.get("covariance", "auto")
+    for known in COVARIANCE_CHOICES:
+        if choice == known:
             return known
-    what = f"the header's covariance is {wish!r}"
+    what = f"the header's covariance is {choice!r}"
     raise ResultsError(Finding(what, str(session.file), 1, 1, "give --covariance"))
 
 

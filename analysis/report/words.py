@@ -9,7 +9,7 @@ UNITS: Mapping[str, str] = {"_cd_m2": "cd/m²", "_mm": "mm", "_px": "pixels", "_
 
 
 def fixed(value: float | None, digits: int = 4) -> str:
-    """Return a number with fixed digits and a real minus sign; a dash for none, the sign for what has no end."""
+    """Return a number with fixed digits and a real minus sign; a dash for none, ∞ for an infinite number."""
     if value is None or value != value:
         return "–"
     if math.isinf(value):
@@ -19,13 +19,13 @@ def fixed(value: float | None, digits: int = 4) -> str:
 
 
 def chance(p: float | None, digits: int = 3) -> str:
-    """Return a chance for a table: "0.012", or "< 0.001"."""
+    """Return a p value for a table: "0.012", or "< 0.001"."""
     least = 10.0**-digits
     return f"< {least:g}" if p is not None and p < least else fixed(p, digits)
 
 
 def p_words(p: float) -> str:
-    """Return a chance as "p = 0.012" or "p < 0.001"."""
+    """Return a p value as "p = 0.012" or "p < 0.001"."""
     return "p < 0.001" if p < 0.001 else f"p = {p:.3f}"
 
 

@@ -80,7 +80,7 @@ def command(
 
     from analysis.classes.multiplicity import Adjust
     from analysis.observers.filters import Filter
-    from analysis.report.estimate import CovarianceWish
+    from analysis.report.estimate import CovarianceChoice
     from analysis.report.report import print_report
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
@@ -92,7 +92,7 @@ def command(
         rule=Filter(without, most_missed, passed or None, "leave_out" if screened else "keep"),
         alpha=alpha,
         adjust=cast("Adjust | None", adjust),
-        covariance=cast("CovarianceWish | None", covariance),
+        covariance=cast("CovarianceChoice | None", covariance),
         pictures=thumbnails,
         experiment=experiment,
         pdf=pdf,

@@ -17,7 +17,7 @@ from analysis.observers.filters import Filter
 from analysis.observers.screening import check_tests
 from analysis.records.results import read_results
 from analysis.records.session_record import Header
-from analysis.report.estimate import CovarianceWish
+from analysis.report.estimate import CovarianceChoice
 from analysis.report.page import write_report
 from analysis.report.report import Report
 from documents import Finding
@@ -58,7 +58,7 @@ class ReportOptions:
     rule: Filter = field(default_factory=Filter)
     alpha: float | None = None
     adjust: Adjust | None = None
-    covariance: CovarianceWish | None = None
+    covariance: CovarianceChoice | None = None
     pictures: bool = True
     experiment: Path | None = None
     pdf: bool = False

@@ -1,1 +1,1 @@
-"""The parts of the page, a file each: from what was found to tables, figures and words."""
+"""The sections of the page, a file each: results as tables, figures and text."""

@@ -1,4 +1,4 @@
-"""What the stimuli's factors, such as view and exposure, do to the scores."""
+"""Effects of the stimuli's factors, such as view and exposure, on the scores."""
 
 from __future__ import annotations
 
@@ -12,29 +12,29 @@ from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 
 def effects_of(summary: Summary) -> FactorEffects | None:
-    """Return the effects of the factors in the sessions' header; None where none can be told."""
+    """Return the effects of the factors in the sessions' header; None where none can be estimated."""
     items = summary.scores.comparisons.items
-    told = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in summary.header.stimuli}
-    if summary.scores.classes is None or not any(told.get(item) for item in items):
+    factors = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in summary.header.stimuli}
+    if summary.scores.classes is None or not any(factors.get(item) for item in items):
         return None
     try:
-        return factor_effects(summary.scores.comparisons, told)
+        return factor_effects(summary.scores.comparisons, factors)
     except ResultsError:
         return None
 
 
-def factors_section(found: FactorEffects) -> Section:
-    """Return the effects with their tests, and how much of the scores they explain."""
-    blocks: list[Block] = [Paragraph(sentence) for sentence in found.separation]
-    if found.effects:
-        blocks += [_figure(found), *_tests(found)]
-    if found.left_out:
-        told = "; ".join(f"{one.name}: {one.reason}" for one in found.left_out)
-        blocks.append(Paragraph(f"Not in the model: {told}.", small=True))
+def factors_section(effects: FactorEffects) -> Section:
+    """Return the effects with their tests, and the share of the deviance that they explain."""
+    blocks: list[Block] = [Paragraph(sentence) for sentence in effects.separation]
+    if effects.effects:
+        blocks += [_figure(effects), *_tests(effects)]
+    if effects.left_out:
+        left_out = "; ".join(f"{factor.name}: {factor.reason}" for factor in effects.left_out)
+        blocks.append(Paragraph(f"Not in the model: {left_out}.", small=True))
     return Section("factors", "Effects of the stimuli's factors", tuple(blocks))
 
 
-def _figure(found: FactorEffects) -> Figure:
+def _figure(effects: FactorEffects) -> Figure:
     from analysis.factors.drawn_rows import drawn_rows
     from analysis.factors.figure import effects_svg
 
@@ -57,20 +57,20 @@ def _figure(found: FactorEffects) -> Figure:
             row.robust_interval or (None, None),
             row.robust_p,
         )
-        for row in drawn_rows(found)
+        for row in drawn_rows(effects)
     )
     caption = (
         "Effect of each level against its reference (hollow), in nats: one nat multiplies the odds of being preferred "
-        "by 2.7. Thick: the model's 95 % interval; thin: that from the differences between observers. The effect of a "
-        "number is that of its range."
+        "by 2.7. Thick: the model's 95 % interval; thin: the interval clustered by observer. The effect of a numerical "
+        "factor is over its range."
     )
     table = Table("factor_effects", "Effects of the factors", columns, rows)
-    return Figure(effects_svg(found, WIDE_IN), effects_svg(found, NARROW_IN), caption, table)
+    return Figure(effects_svg(effects, WIDE_IN), effects_svg(effects, NARROW_IN), caption, table)
 
 
-def _tests(found: FactorEffects) -> list[Block]:
+def _tests(effects: FactorEffects) -> list[Block]:
     blocks: list[Block] = []
-    if found.tests:
+    if effects.tests:
         columns = (
             Column("Factor", "factor"),
             Column("Likelihood ratio", "statistic", "number", 1),
@@ -80,10 +80,10 @@ def _tests(found: FactorEffects) -> list[Block]:
             Column("p by observers", "robust_p", "p"),
         )
         rows = tuple(
-            (one.name, one.statistic, one.df, one.p, one.robust_statistic, one.robust_p) for one in found.tests
+            (test.name, test.statistic, test.df, test.p, test.robust_statistic, test.robust_p) for test in effects.tests
         )
         blocks.append(Table("factor_tests", "Tests of each factor (type II)", columns, rows))
-    if found.interactions:
+    if effects.interactions:
         crossed = (
             Column("Interaction", "interaction"),
             Column("Likelihood ratio", "statistic", "number", 1),
@@ -93,19 +93,19 @@ def _tests(found: FactorEffects) -> list[Block]:
             Column("Not fitted because", "not_fitted"),
         )
         lines = tuple(
-            (" × ".join(one.names), one.statistic, one.df, one.p, one.p_holm, one.not_fitted)
-            for one in found.interactions
+            (" × ".join(test.names), test.statistic, test.df, test.p, test.p_holm, test.not_fitted)
+            for test in effects.interactions
         )
         blocks.append(Table("factor_interactions", "Interactions of two factors", crossed, lines, folded=True))
-    explained = found.explained
+    explained = effects.explained
     if explained is not None and explained.r_squared is not None and explained.deviance_share is not None:
         words = (
-            f"The factors explain {percent(explained.deviance_share)} of the deviance that free scores do, and "
+            f"The factors explain {percent(explained.deviance_share)} of the deviance that free scores explain, and "
             f"{percent(explained.r_squared)} of the variance of the scores (R² = {fixed(explained.r_squared, 3)})."
         )
         if explained.lack_of_fit is not None and explained.lack_of_fit_p is not None:
             words += (
-                f" What they leave: likelihood ratio {fixed(explained.lack_of_fit, 1)} on {explained.lack_of_fit_df} "
+                f" Lack of fit: likelihood ratio {fixed(explained.lack_of_fit, 1)} on {explained.lack_of_fit_df} "
                 f"degrees of freedom, {p_words(explained.lack_of_fit_p)}."
             )
         blocks.append(Paragraph(words))

@@ -1,4 +1,4 @@
-"""A Methods paragraph, filled with what was actually done, ready to be pasted into a paper."""
+"""The Methods section: paragraphs for a paper that describe what was done."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ from analysis.report.words import counted, fixed, key_words, listed, plain
 
 _DESIGNS = {
     "all_pairs": "compared pairs of {stimuli} stimuli",
-    "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by the answers before them",
-    "best_of_series": "went through series of pictures and chose one of each",
+    "active_pairs": "compared pairs of {stimuli} stimuli that were chosen by earlier answers",
+    "best_of_series": "chose one picture from each series",
     "rating": "rated single stimuli",
     "preference": "chose between the stereo and the flat version of pictures",
 }
@@ -39,7 +39,7 @@ def methods_section(
     factors: bool,
     observers: bool,
 ) -> Section:
-    """Return the paragraphs and their references, and what the sessions' headers say."""
+    """Return the paragraphs, their references, and the records in the sessions' headers."""
     cited = Citations()
     header = sessions[0].header
     paragraphs = [
@@ -65,7 +65,7 @@ def _people(sessions: Sequence[SessionLog], kept: Kept | None) -> str:
         words += "; all of them were simulated" if all_of_them else f"; {len(simulated)} of them were simulated"
     incomplete = sum(not session.complete for session in sessions)
     if incomplete:
-        words += f"; {counted(incomplete, 'session')} ended early, and the answers given until then count"
+        words += f"; {counted(incomplete, 'session')} ended early; the answers until then are included"
     return f"{words}. {left_out_words(kept)}"
 
 
@@ -74,15 +74,17 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
     display = header.display
     panel = display.get("panel") or {}
     words = f"Stimuli were shown on a display described by {display.get('file', 'an unnamed file')}"
-    told = [f"{' × '.join(str(side) for side in panel['resolution_px'])} pixels"] if panel.get("resolution_px") else []
+    panel_facts = (
+        [f"{' × '.join(str(side) for side in panel['resolution_px'])} pixels"] if panel.get("resolution_px") else []
+    )
     if panel.get("pixel_pitch_mm"):
-        told.append(f"{panel['pixel_pitch_mm']:g} mm pitch")
+        panel_facts.append(f"{panel['pixel_pitch_mm']:g} mm pitch")
     if panel.get("refresh_hz"):
-        told.append(f"{panel['refresh_hz']:g} Hz")
+        panel_facts.append(f"{panel['refresh_hz']:g} Hz")
     if panel.get("bits"):
-        told.append(f"{panel['bits']} bits")
-    words += f" ({', '.join(told)})" if told else ""
-    words += f", in the stereo mode {display.get('mode', 'that the record does not name')}"
+        panel_facts.append(f"{panel['bits']} bits")
+    words += f" ({', '.join(panel_facts)})" if panel_facts else ""
+    words += f", in the stereo mode {display.get('mode', 'that was not recorded')}"
     if display.get("glasses"):
         words += f", through {display['glasses']} glasses"
     if display.get("distance_mm"):
@@ -112,8 +114,8 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
         mean = fmean(row.delta_e_00_mean or 0.0 for row in costs)
         worst = max(row.delta_e_00_mean or 0.0 for row in costs)
         words += (
-            f" Clipping to the display's gamut cost ΔE₀₀ {cited.cite('Sharma2005')} {fixed(mean, 3)} per pixel on "
-            f"average over stimuli and eyes, {fixed(worst, 3)} in the worst of them."
+            f" Clipping to the display's gamut caused a mean ΔE₀₀ {cited.cite('Sharma2005')} of {fixed(mean, 3)} per "
+            f"pixel over stimuli and eyes, and of {fixed(worst, 3)} in the worst case."
         )
     renderer = header.presentation.get("renderer")
     if renderer:
@@ -140,14 +142,14 @@ def _design(sessions: Sequence[SessionLog]) -> str:
     if caught.obvious or caught.identical:
         parts.append(
             f"{counted(caught.obvious, 'catch trial')} with an obvious answer and {caught.identical} of a stimulus "
-            "with itself were mixed in, and count in no score."
+            "with itself were included; they are not part of the scores."
         )
     if "practice" in kinds:
-        parts.append("Practice trials came first and do not count.")
+        parts.append("Practice trials came first and were not analysed.")
     breaks = [sum(trial.kind == "break" for trial in session.trials) for session in sessions]
     if any(breaks):
         parts.append(f"There were {counted(median(breaks), 'break')} in a session (median).")
-    parts.append(f"Orders were drawn for each observer from the seed {header.seed}.")
+    parts.append(f"Orders were randomised for each observer (seed {header.seed}).")
     return " ".join(part for part in parts if part)
 
 
@@ -170,52 +172,52 @@ def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
         dict.fromkeys(str(t.data["first_position"]) for ts in compared for t in ts if "first_position" in t.data)
     )
     if any(place.startswith("interval") for place in places):
-        parts.append("The two of a pair were shown one after the other.")
+        parts.append("The two stimuli of a pair were shown one after the other.")
     elif places:
-        parts.append(f"The first stimulus of a pair stood at the {listed(places)}.")
+        parts.append(f"The first stimulus of a pair was at the {listed(places)}.")
     return parts
 
 
 def _pairs(summary: Summary, adjustment: str, cited: Citations) -> str:
-    sure = summary.estimate
+    estimate = summary.estimate
     model = f"the Bradley-Terry model {cited.cite('Bradley1952')}"
     fitted = {
         "ml": f"Scores are those of {model}, fitted by maximum likelihood.",
         "firth": f"Scores are those of {model}, fitted by Firth's penalised likelihood {cited.cite('Firth1993')}, "
-        "since the plain one has no maximum."
-        if sure.way == "firth"
+        "because of complete separation."
+        if estimate.way == "firth"
         else "",
         "learnt_prior": f"Scores are those of {model}: the posterior mode under a normal prior whose standard "
-        f"deviation ({fixed(sure.prior_sd, 2)} nats) was learnt from the answers {cited.cite('MacKay1992')}, since "
-        "pairs were chosen by the answers."
-        if sure.way == "learnt_prior"
+        f"deviation ({fixed(estimate.prior_sd, 2)} nats) was estimated from the answers {cited.cite('MacKay1992')}, "
+        "since pairs were chosen by earlier answers."
+        if estimate.way == "learnt_prior"
         else "",
-    }[sure.way]
+    }[estimate.way]
     parts = [fitted]
     if summary.scores.comparisons.ties:
         parts.append(f"{counted(summary.scores.comparisons.ties, 'tie')} were left out of the scores.")
-    if sure.interval_kind != "model":
+    if estimate.interval_kind != "model":
         parts.append(
             f"95 % intervals are bias-corrected and accelerated bootstrap intervals {cited.cite('Efron1987')} at "
             f"levels widened for few observers {cited.cite('Hesterberg2015')}, from {REPLICATES:,} "
-            "draws of observers."
+            "bootstrap samples of observers."
         )
     else:
         parts.append("95 % intervals follow from the curvature of the likelihood by the delta method.")
     if summary.scores.classes is not None:
         errors = (
-            f"standard errors clustered by observer {cited.cite('White1982', 'Cameron2015')} and Student's law with "
-            f"{sure.df} degrees of freedom"
-            if sure.covariance == "sandwich"
-            else "the model's standard errors, which take all answers for independent"
+            f"standard errors clustered by observer {cited.cite('White1982', 'Cameron2015')} and Student's t with "
+            f"{estimate.df} degrees of freedom"
+            if estimate.covariance == "sandwich"
+            else "the model's standard errors, which treat all answers as independent"
         )
         source = {"holm": ("Holm1979",), "bh": ("Benjamini1995",)}.get(summary.adjust, ())
         correction = f"{adjustment}{' ' + cited.cite(*source) if source else ''}"
         parts.append(
-            f"Two stimuli share a perceptual class where their scores do not differ at level {summary.alpha:g}, by "
+            f"Two stimuli share a perceptual class if their scores do not differ at level {summary.alpha:g}, by "
             f"{errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
         )
-    if summary.fit_p is not None and sure.way == "ml":
+    if summary.fit_p is not None and estimate.way == "ml":
         fit = summary.scores.fit
         parts.append(f"The model's deviance is {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom.")
     if summary.first_share is not None:
@@ -234,16 +236,16 @@ def _others(cited: Citations, *, series: bool, ratings: bool, preferences: bool,
         )
     if series:
         parts.append(
-            f"Choices from series count by their rated similarity, as in {cited.cite('Medina2016')}; intervals are "
-            "percentile intervals from observers drawn anew, at levels widened for few observers "
-            f"{cited.cite('Hesterberg2015')}. The smallest noticeable step is 0.674 standard deviations of one "
-            f"observer's matches {cited.cite('Gescheider1997')}. Tests between series exchange them within observers, "
-            f"with Holm's correction {cited.cite('Holm1979')}; several at once, Friedman's test "
-            f"{cited.cite('Friedman1937')}."
+            f"Choices from series are weighted by their rated similarity, as in {cited.cite('Medina2016')}; intervals "
+            "are percentile intervals by bootstrap over observers, at levels widened for few observers "
+            f"{cited.cite('Hesterberg2015')}. The just noticeable step is 0.674 standard deviations of an "
+            f"observer's matches {cited.cite('Gescheider1997')}. Tests between series are permutation tests within "
+            f"observers, with Holm's correction {cited.cite('Holm1979')}; several series are compared by Friedman's "
+            f"test {cited.cite('Friedman1937')}."
         )
     if preferences:
         parts.append(
-            "Shares for stereo have percentile intervals from observers drawn anew, at levels widened for few "
+            "Shares for stereo have percentile intervals by bootstrap over observers, at levels widened for few "
             f"observers {cited.cite('Hesterberg2015')}; the sign test is over observers."
         )
     if ratings:

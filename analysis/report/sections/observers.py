@@ -1,4 +1,4 @@
-"""The observers: a line for each, who is left out, vision tests, and what people wrote (all of it stays text)."""
+"""The observers: the observer table, who is left out, vision tests, notes and answers to questionnaires."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from analysis.report.words import counted
 
 _COLUMNS = (
     Column("Observer", "observer"),
-    Column("To look at", "flags", "list"),
+    Column("Flags", "flags", "list"),
     Column("Answers", "answers", "number"),
     Column("Ties", "ties", "number"),
     Column("ζ", "consistency_zeta", "number", 2),
@@ -37,22 +37,22 @@ def observers_section(table: ObserverTable, kept: Kept | None) -> Section:
     blocks: list[Block] = [Paragraph(left_out_words(kept))]
     blocks.append(Table("observers", "By observer", columns, rows, folded=len(rows) > 60))
     words = (
-        "ζ is 1 without circular triads; its p is the chance of so few by tossing coins (mid-p). Fit: an observer's "
-        "answers held against the scores of all others, in standard deviations: below zero they fit worse than "
-        f"expected; its p is Holm's over the observers, at level {table.level:g}. Influence: the largest change of a "
-        "strength when the observer is left out, in nats. First: the share of answers for the first position. Time: "
-        "the median. Fast: answers given too fast to have looked. Missed: obvious catch trials. What stands under “to "
-        "look at” is a reason to look, not to leave out."
+        "ζ is 1 without circular triads; its p (mid-p) is of the test against random answers. Fit: deviation of an "
+        "observer's answers from the scores of all others, in standard deviations: below zero they fit worse than "
+        f"expected; its p is adjusted by Holm's method (family-wise error rate {table.level:g}). Influence: the "
+        "largest change of a log score when the observer is left out, in nats. First: the share of answers for the "
+        "first position. Time: median response time. Fast: answers faster than a reaction time. Missed: obvious catch "
+        "trials. A flag is a reason to look at the session, not to leave the observer out."
     )
     blocks.append(Paragraph(words, small=True))
     return Section("observers", "Observers", tuple(blocks))
 
 
 def left_out_words(kept: Kept | None) -> str:
-    """Say who was left out, by which rule and why."""
+    """Return who was left out, by which rule and why, in words."""
     if kept is None or kept.rule.sentence == "No observer left out.":
-        return "Nobody was left out."
-    return f"Asked for: {kept.rule.sentence} {kept.sentence}"
+        return "No observer was left out."
+    return f"Rule: {kept.rule.sentence} {kept.sentence}"
 
 
 def _row(line: ObserverLine) -> tuple[Cell, ...]:
@@ -78,9 +78,9 @@ def _row(line: ObserverLine) -> tuple[Cell, ...]:
 
 
 def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
-    """Return the outcome of every test of vision; None if none was taken."""
-    found = [outcome for session in sessions for outcome in outcomes(session)]
-    if not found:
+    """Return the outcome of every vision test; None if there is none."""
+    taken = [outcome for session in sessions for outcome in outcomes(session)]
+    if not taken:
         return None
     columns = (
         Column("Observer", "observer"),
@@ -93,19 +93,19 @@ def vision_section(sessions: Sequence[SessionLog]) -> Section | None:
     )
     rows = tuple(
         (
-            one.observer,
-            one.test.replace("_", " "),
-            "passed" if one.passed else "failed",
-            one.threshold,
-            one.estimate,
-            one.pass_mark,
-            one.unit,
+            outcome.observer,
+            outcome.test.replace("_", " "),
+            "passed" if outcome.passed else "failed",
+            outcome.threshold,
+            outcome.estimate,
+            outcome.pass_mark,
+            outcome.unit,
         )
-        for one in found
+        for outcome in taken
     )
-    failed = len(dict.fromkeys(one.observer for one in found if not one.passed))
-    words = f"{counted(failed, 'observer')} failed a test." if failed else "Every test that was taken was passed."
-    table = Table("vision", f"{counted(len(found), 'test')} of vision", columns, rows, folded=len(rows) > 20)
+    failed = len(dict.fromkeys(outcome.observer for outcome in taken if not outcome.passed))
+    words = f"{counted(failed, 'observer')} failed a test." if failed else "All tests were passed."
+    table = Table("vision", counted(len(taken), "vision test"), columns, rows, folded=len(rows) > 20)
     return Section("vision", "Vision tests", (Paragraph(words), table))
 
 
@@ -113,9 +113,9 @@ QUESTIONNAIRE = "questionnaire"
 
 
 def people_section(sessions: Sequence[SessionLog]) -> Section | None:
-    """Return notes, and answers to questionnaires; None if there are neither."""
+    """Return notes, and answers to questionnaires; None if there are none."""
     tables = [table for table in (_notes(sessions), _answers(sessions)) if table.rows]
-    return Section("notes", "What people wrote", tuple(tables)) if tables else None
+    return Section("notes", "Notes and answers to questions", tuple(tables)) if tables else None
 
 
 def _notes(sessions: Sequence[SessionLog]) -> Table:

@@ -21,7 +21,7 @@ from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 
 def ratings_section(summary: RatingSummary) -> Section:
-    """Return a figure with its table for each scale, and how observers used it."""
+    """Return a figure with its table for each scale, and the ratings of each observer."""
     blocks: list[Figure | Table] = []
     for scale in summary.scales:
         blocks += [_scores(scale), _raters(scale)]
@@ -40,21 +40,21 @@ def _scores(scale: ScaleSummary) -> Figure:
     )
     rows = tuple(
         (
-            one.stimulus,
-            one.mean,
-            one.interval or (None, None),
-            one.sd,
-            one.z,
-            one.z_interval or (None, None),
-            one.observers,
+            score.stimulus,
+            score.mean,
+            score.interval or (None, None),
+            score.sd,
+            score.z,
+            score.z_interval or (None, None),
+            score.observers,
         )
-        for one in scale.scores
+        for score in scale.scores
     )
     title = f"Mean opinion scores: {scale.scale}"
-    dots = [(one.stimulus, one.mean, *(one.interval or (None, None))) for one in scale.scores]
+    dots = [(score.stimulus, score.mean, *(score.interval or (None, None))) for score in scale.scores]
     drawn = [dots_svg(dots, scale.scale, title, width) for width in (WIDE_IN, NARROW_IN)]
     caption = (
-        f"{title}, each observer's mean counting once, with 95 % intervals by Student's t. z: in standard deviations "
+        f"{title}: means over the observers' means, with 95 % intervals by Student's t. z: in standard deviations "
         "of each observer's own ratings."
     )
     return Figure(drawn[0], drawn[1], caption, Table(f"ratings_{scale.scale}", title, columns, rows))
@@ -71,19 +71,27 @@ def _raters(scale: ScaleSummary) -> Table:
         Column("BT.500", "bt500"),
     )
     rows = tuple(
-        (one.observer, one.ratings, one.mean, one.sd, one.above, one.below, "to look at" if one.flagged else None)
-        for one in scale.observers
+        (
+            observer.observer,
+            observer.ratings,
+            observer.mean,
+            observer.sd,
+            observer.above,
+            observer.below,
+            "flagged" if observer.flagged else None,
+        )
+        for observer in scale.observers
     )
-    title = f"How observers used the scale {scale.scale}; BT.500's rule is information, nobody is left out by it"
+    title = f"Ratings by observer on the scale {scale.scale}; BT.500's rule is information, nobody is left out by it"
     return Table(f"raters_{scale.scale}", title, columns, rows, folded=True)
 
 
 Floats = NDArray[np.float64]
 
 
-def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> Section:
-    """Return how often stereo was preferred: of each picture, altogether, and by each observer."""
-    people = list(found.by_observer)
+def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> Section:
+    """Return how often stereo was preferred: for each picture, in total, and by each observer."""
+    people = list(chosen.by_observer)
     pictures = _pictures(sessions)
     total, count = np.zeros((len(people), len(pictures) + 1)), np.zeros((len(people), len(pictures) + 1))
     for session in sessions:
@@ -95,10 +103,12 @@ def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> S
                     count[row, column] += 1
     names = [*pictures, "all pictures"]
     estimates = [
-        _unanimous(one, by_picture) if one.value in (0.0, 1.0) else one
-        for one, by_picture in zip(means(total, count), count.T, strict=True)
+        _unanimous(estimate, by_picture) if estimate.value in (0.0, 1.0) else estimate
+        for estimate, by_picture in zip(means(total, count), count.T, strict=True)
     ]
-    dots = [(name, one.value, one.low, one.high) for name, one in zip(names, estimates, strict=True)]
+    dots = [
+        (name, estimate.value, estimate.low, estimate.high) for name, estimate in zip(names, estimates, strict=True)
+    ]
     title = "Share of choices for the stereo version"
     table = Table(
         "preferences",
@@ -111,14 +121,14 @@ def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> S
             Column("95 %", "share", "interval", 2),
         ),
         tuple(
-            (name, stereo, of, one.value, (one.low, one.high))
-            for name, one, stereo, of in zip(
+            (name, stereo, of, estimate.value, (estimate.low, estimate.high))
+            for name, estimate, stereo, of in zip(
                 names, estimates, total.sum(axis=0).tolist(), count.sum(axis=0).tolist(), strict=True
             )
         ),
     )
     caption = (
-        f"{title}, with 95 % intervals from observers drawn anew, or Wilson's over the observers where all of them "
+        f"{title}, with 95 % intervals by bootstrap over observers, or Wilson's over the observers where all of them "
         "agree; dashed: no preference."
     )
     drawn = [dots_svg(dots, title.lower(), title, width, reference=0.5) for width in (WIDE_IN, NARROW_IN)]
@@ -126,43 +136,43 @@ def preferences_section(sessions: Sequence[SessionLog], found: Preferences) -> S
         "preferences_by_observer",
         "By observer",
         (Column("Observer", "observer"), Column("Stereo", "stereo", "number"), Column("Flat", "flat", "number")),
-        tuple((name, stereo, flat) for name, (stereo, flat) in found.by_observer.items()),
+        tuple((name, stereo, flat) for name, (stereo, flat) in chosen.by_observer.items()),
         folded=len(people) > 12,
     )
     figure = Figure(drawn[0], drawn[1], caption, table)
-    return Section("preferences", "Stereo or flat", (Paragraph(_words(found)), figure, by_observer))
+    return Section("preferences", "Stereo or flat", (Paragraph(_words(chosen)), figure, by_observer))
 
 
-def _unanimous(one: Estimate, count: Floats) -> Estimate:
-    """Return the estimate with Wilson's interval, each observer counting once: draws of those who agree all agree."""
+def _unanimous(estimate: Estimate, count: Floats) -> Estimate:
+    """Return the estimate with Wilson's interval over observers: bootstrap samples of unanimous answers do not vary."""
     people = int((count > 0).sum())
-    low, high = wilson_interval(float(one.value or 0.0), people)
-    return replace(one, low=max(low, 0.0), high=min(high, 1.0)) if people > 1 else one
+    low, high = wilson_interval(float(estimate.value or 0.0), people)
+    return replace(estimate, low=max(low, 0.0), high=min(high, 1.0)) if people > 1 else estimate
 
 
-def _words(found: Preferences) -> str:
-    """Say what came out, with the sign test over observers."""
-    decided = found.observers_for_stereo + found.observers_for_flat
-    share = found.stereo / (found.stereo + found.flat)
-    words = f"{found.sentence} Stereo has {percent(share, 1)} of the choices."
+def _words(chosen: Preferences) -> str:
+    """Return the shares in words, with the sign test over observers."""
+    decided = chosen.observers_for_stereo + chosen.observers_for_flat
+    share = chosen.stereo / (chosen.stereo + chosen.flat)
+    words = f"{chosen.sentence} Stereo has {percent(share, 1)} of the choices."
     if decided:
-        p = sign_test(found.observers_for_stereo, decided)
+        p = sign_test(chosen.observers_for_stereo, decided)
         words += (
-            f" Sign test over the {fixed(decided, 0)} observers who lean to one side: {p_words(p)} if neither version "
+            f" Sign test over the {fixed(decided, 0)} observers with a preference: {p_words(p)} if neither version "
             "is preferred."
         )
     return words
 
 
 def sign_test(count: int, of: int) -> float:
-    """Return the chance of a split at least as uneven as ``count`` of ``of``, if both sides are as likely."""
+    """Return the two-sided p value of the sign test, ``count`` of ``of`` observers being for one side."""
     from scipy.special import bdtr
 
     return min(1.0, 2 * float(bdtr(min(count, of - count), of, 0.5)))
 
 
 def _pictures(sessions: Sequence[SessionLog]) -> list[str]:
-    """Return what the pictures are called, in the header's order."""
+    """Return the names of the pictures, in the header's order."""
     place = {str(stimulus["name"]): number for number, stimulus in enumerate(sessions[0].header.stimuli)}
     named = {
         _picture(trial.data): place.get(str(trial.data["first"]), len(place))
@@ -174,7 +184,7 @@ def _pictures(sessions: Sequence[SessionLog]) -> list[str]:
 
 
 def _picture(data: Mapping[str, Any]) -> str:
-    """Return what the names of both versions begin with, or both, the stereo one first."""
+    """Return the common beginning of the names of both versions, or both names, stereo first."""
     both = [str(data["first"]), str(data["second"])]
     if data.get("first_view") == "flat":
         both.reverse()

@@ -1,4 +1,4 @@
-"""Paired comparisons: scores, classes, counts, and whether the scores can be believed."""
+"""Paired comparisons: scores, classes, counts, and diagnostics."""
 
 from __future__ import annotations
 
@@ -21,19 +21,19 @@ from documents.pages.drawing import NARROW_IN, WIDE_IN
 
 
 def scores_section(summary: Summary, published: Published) -> Section:
-    """Return the scores: a picture like the thesis's Figure 4.18 [Medina2016], and the table."""
-    sure = summary.estimate
+    """Return the scores: a figure like the thesis's Figure 4.18 [Medina2016], and the table."""
+    estimate = summary.estimate
     interval = (
-        "95 % intervals from observers drawn anew"
-        if sure.interval_kind != "model"
-        else "95 % intervals that take all answers for independent"
+        "95 % intervals by bootstrap over observers"
+        if estimate.interval_kind != "model"
+        else "95 % intervals that treat all answers as independent"
     )
     caption = (
         f"{_method_words(summary)} on a logarithmic scale, best at the top, with {interval}. Colour and number give "
-        "the perceptual class: stimuli that share a class are not told apart."
+        "the perceptual class: stimuli that share a class do not differ significantly."
     )
     figure = Figure(scores_svg(summary, WIDE_IN), scores_svg(summary, NARROW_IN), caption)
-    clustered = "the differences between observers" if sure.covariance == "sandwich" else "the model"
+    clustered = "the sandwich clustered by observer" if estimate.covariance == "sandwich" else "the model"
     explanation = (
         "A score is the stimulus's share of 1: of two stimuli with scores a and b, the first is chosen with "
         f"probability a / (a + b). The standard error is that of the centred log strength, in nats, by {clustered}."
@@ -67,7 +67,7 @@ def _table(summary: Summary, published: Published) -> Table:
         ]
     rows = []
     for item, (low, high) in zip(summary.scores.items, summary.log10_interval.tolist(), strict=True):
-        row: list[Cell] = [item.name, item.label, item.score, item.log10_score, (_told(low), _told(high))]
+        row: list[Cell] = [item.name, item.label, item.score, item.log10_score, (_finite(low), _finite(high))]
         row += [item.se, item.wins, item.comparisons]
         if published:
             row += list(published.get(item.name, (None, None)))
@@ -81,12 +81,12 @@ def classes_section(summary: Summary, adjustment: str) -> Section | None:
     if scores.classes is None:
         return None
     errors = (
-        f"standard errors clustered by observer, Student's law with {summary.estimate.df} degrees of freedom"
+        f"standard errors clustered by observer, Student's t with {summary.estimate.df} degrees of freedom"
         if summary.estimate.covariance == "sandwich"
-        else "the model's standard errors, which take all answers for independent"
+        else "the model's standard errors, which treat all answers as independent"
     )
     caption = (
-        f"Each bar is a class: stimuli on the same bar are not told apart at level {summary.alpha:g} ({adjustment}; "
+        f"Each bar is a class: stimuli on the same bar do not differ at level {summary.alpha:g} ({adjustment}; "
         f"{errors})."
     )
     names = [item.name for item in scores.items]
@@ -94,13 +94,13 @@ def classes_section(summary: Summary, adjustment: str) -> Section | None:
     cells: list[list[Cell]] = [[item.name, item.label] for item in scores.items]
     if stability is not None:
         caption += (
-            " Between the rows: in how many of "
-            f"{stability.replicates - stability.without_fit:,} draws of observers the two share a class."
+            " Between the rows: share of "
+            f"{stability.replicates - stability.without_fit:,} bootstrap samples in which the two share a class."
         )
         place = {name: index for index, name in enumerate(stability.items)}
         columns += [
             Column("Most frequent class", "most_frequent_class", "class"),
-            Column("in draws", "most_frequent_share", "number", 2),
+            Column("its share", "most_frequent_share", "number", 2),
         ]
         columns += [Column(name, f"with {name}", "number", 2) for name in names]
         for row, name in zip(cells, names, strict=True):
@@ -108,15 +108,18 @@ def classes_section(summary: Summary, adjustment: str) -> Section | None:
             row += [stability.labels[own], stability.label_shares[own]]
             row += [float(stability.shared[own, place[other]]) for other in names]
     table = Table(
-        "classes", "Classes, and the share of draws in which two stimuli share one", tuple(columns), _rows(cells)
+        "classes",
+        "Classes, and the share of bootstrap samples in which two stimuli share a class",
+        tuple(columns),
+        _rows(cells),
     )
     figure = Figure(classes_svg(summary, WIDE_IN), classes_svg(summary, NARROW_IN), caption, table)
     words = []
     if stability is not None:
         counts = sorted(stability.class_counts.items(), key=lambda entry: -entry[1])
         total = sum(stability.class_counts.values())
-        told = ", ".join(f"{number} in {percent(times / total)}" for number, times in counts[:4])
-        words.append(Paragraph(f"Number of classes over the draws: {told}.", small=True))
+        frequencies = ", ".join(f"{number} in {percent(times / total)}" for number, times in counts[:4])
+        words.append(Paragraph(f"Number of classes over the bootstrap samples: {frequencies}.", small=True))
     return Section("classes", "Perceptual classes", (figure, *words))
 
 
@@ -124,25 +127,25 @@ def _rows(cells: list[list[Cell]]) -> tuple[tuple[Cell, ...], ...]:
     return tuple(tuple(row) for row in cells)
 
 
-def _told(value: float) -> float | None:
+def _finite(value: float) -> float | None:
     return None if math.isnan(value) else value
 
 
 def fit_words(summary: Summary) -> str:
-    """Say how well one scale fits the answers."""
+    """Return the goodness of fit in words."""
     fit = summary.scores.fit
     if summary.fit_p is None:
         return "Not available."
     p = "< 0.001" if summary.fit_p < 0.001 else f"= {fixed(summary.fit_p, 3)}"
     verdict = (
-        "The answers depart from a single scale: read the scores with care."
+        "The answers are not compatible with a single scale: interpret the scores with care."
         if summary.fit_p < 0.05
-        else "The answers are compatible with one scale."
+        else "The answers are compatible with a single scale."
     )
     return f"Deviance {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom, p {p}. {verdict}"
 
 
-MOST_DRAWN = 40  # stimuli of which every pair still fits a page
+MOST_DRAWN = 40  # stimuli up to which all pairs fit a page
 
 
 def counts_section(summary: Summary) -> Section:
@@ -159,14 +162,14 @@ def counts_section(summary: Summary) -> Section:
         for name, row in zip(names, scores.order, strict=True)
     )
     columns = (Column("Preferred", "preferred"), *(Column(name, f"over {name}", "number") for name in names))
-    table = Table("comparisons", "Who was preferred over whom", columns, numbers)
+    table = Table("comparisons", "Comparison matrix", columns, numbers)
     words = Paragraph(
-        "Each cell counts how often the stimulus of its row was preferred over that of its column; the darker, the "
-        "larger its share of the pair's comparisons.",
+        "Each cell is how often the stimulus of its row was preferred over that of its column; a darker cell is a "
+        "larger share of the pair's comparisons.",
         small=True,
     )
-    matrix = Matrix("Who was preferred over whom", drawn, table, folded=len(names) > MOST_DRAWN)
-    return Section("comparisons", "Who was preferred over whom", (matrix, words))
+    matrix = Matrix("Comparison matrix", drawn, table, folded=len(names) > MOST_DRAWN)
+    return Section("comparisons", "Comparison matrix", (matrix, words))
 
 
 def _matrix_cell(scores: Scores, counts: NDArray[np.float64], row: int, column: int) -> MatrixCell:
@@ -175,14 +178,14 @@ def _matrix_cell(scores: Scores, counts: NDArray[np.float64], row: int, column: 
     if not total:
         return MatrixCell("–", "never compared", "transparent", dark=False)
     share = wins / total
-    # From white (never) to a deep blue-green (always), through evenly darker steps that also read in grey.
+    # From white (never) to a deep blue-green (always), in evenly darker steps that also work in grey.
     red, green, blue = (round(255 + share * (deep - 255)) for deep in (22, 84, 102))
     title = f"{items[row]} over {items[column]}: {wins:g} of {total:g}"
     return MatrixCell(f"{wins:g}", title, f"rgb({red},{green},{blue})", dark=share > 0.55)
 
 
 def belief_section(summary: Summary, agreement: Concordance | None) -> Section:
-    """Return what speaks for and against the scores."""
+    """Return the diagnostics of the scores."""
     comparisons = summary.scores.comparisons
     simulated = " (simulated)" if summary.simulated else ""
     sessions = f"{len(summary.sessions)} session{'' if len(summary.sessions) == 1 else 's'}"
@@ -198,20 +201,20 @@ def belief_section(summary: Summary, agreement: Concordance | None) -> Section:
     caught = catch_results(summary.sessions)
     if caught.obvious:
         missed = sum(wrong for wrong, _ in caught.missed.values())
-        rows.append(("Catch trials", f"{caught.obvious - missed} of {caught.obvious} obvious ones answered right."))
+        rows.append(
+            ("Catch trials", f"{caught.obvious - missed} of {caught.obvious} obvious trials answered correctly.")
+        )
     rows.append(("Response time", f"Median {fixed(summary.response_time_s, 2)} s"))
-    return Section("belief", "Can the scores be believed?", (Facts(tuple(rows)),))
+    return Section("belief", "Diagnostics", (Facts(tuple(rows)),))
 
 
 def agreement_words(agreement: Concordance) -> str:
-    """Say how well observers agree, and how likely that is among strangers or coins."""
+    """Return the agreement between observers and its test, in words."""
     words = f"Kendall's u = {fixed(agreement.u, 3)} between {agreement.observers} observers"
     if agreement.strangers_p is not None:
-        return (
-            f"{words}; between strangers with judgements as firm, so much or more has {p_words(agreement.strangers_p)}."
-        )
+        return f"{words}; test against unrelated preferences: {p_words(agreement.strangers_p)}."
     if agreement.chance is not None:
-        return f"{words}; were each answer the toss of a coin, so much or more has {p_words(agreement.chance.p)}."
+        return f"{words}; test against random answers: {p_words(agreement.chance.p)}."
     return f"{words}."
 
 
@@ -229,7 +232,7 @@ def _sides(summary: Summary) -> list[tuple[str, str]]:
         if effect.factor is not None:
             value, least, most = effect.factor
             words += (
-                f" With the stimuli's differences allowed for, it multiplies the odds by {fixed(value, 2)} "
+                f" In the model with an order effect, this position multiplies the odds by {fixed(value, 2)} "
                 f"({fixed(least, 2)} to {fixed(most, 2)}); likelihood-ratio test {p_words(ordered.order_test.p)}."
             )
     return [("Side or order", words)]
@@ -251,7 +254,7 @@ def _ties(summary: Summary) -> list[tuple[str, str]]:
     if not comparisons.ties:
         return []
     share = comparisons.ties / (comparisons.ties + float(comparisons.count.sum()))
-    words = f"{percent(share, 1)} of the answers prefer neither; the scores leave them out."
+    words = f"{percent(share, 1)} of the answers are ties; the scores leave them out."
     tied = tie_fit(summary)
     if tied is not None and tied.parameters[0].factor is not None:
         value, low, high = tied.parameters[0].factor
@@ -271,7 +274,7 @@ def tie_fit(summary: Summary) -> Fit | None:
 
 
 def first_position(summary: Summary) -> str:
-    """Return what the first position is called."""
+    """Return the name of the first position."""
     for session in summary.sessions:
         for trial in session.trials:
             if "first_position" in trial.data:

@@ -1,4 +1,4 @@
-"""Choices from series: Figures 4.14, 4.15 and 4.16 of the thesis [Medina2016], and what the choices say."""
+"""Choices from series: Figures 4.14, 4.15 and 4.16 of the thesis [Medina2016], steps, tests and agreement."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ def series_sections(summary: SeriesSummary) -> list[Section]:
     choices = _figure(
         score_figure(summary),
         "series_scores",
-        "Each choice counts by its rated similarity. 95 % intervals are from observers drawn anew.",
+        "Choices are weighted by their rated similarity. 95 % intervals are by bootstrap over observers.",
     )
     sections = [Section("series", "Chosen pictures", (choices, _pictures(summary)))]
     ratings: list[Block] = [
         _figure(
             rating_figure(summary, scale),
             f"series_{scale}",
-            "95 % intervals are from observers drawn anew.",
+            "95 % intervals are by bootstrap over observers.",
         )
         for scale in summary.ratings
     ]
     if ratings:
         sections.append(Section("series-ratings", "Ratings of the chosen pictures", tuple(ratings)))
-    sections.append(Section("steps", "Smallest noticeable step", _steps(summary)))
+    sections.append(Section("steps", "Just noticeable step", _steps(summary)))
     tests = [block for block in (*_rating_tests(summary), _choice_tests(summary)) if block is not None]
     if tests:
         sections.append(Section("series-tests", "Do the series differ?", tuple(tests)))
@@ -46,19 +46,19 @@ def _figure(figure: BarFigure, name: str, caption: str) -> Figure:
     rows = []
     for group, estimates in zip(figure.groups, figure.estimates, strict=True):
         cells: list[Cell] = [group]
-        for one in estimates:
-            cells += [_value(one), _interval(one)]
+        for estimate in estimates:
+            cells += [_value(estimate), _interval(estimate)]
         rows.append(tuple(cells))
     table = Table(name, figure.title, tuple(columns), tuple(rows))
     return Figure(figure.svg(WIDE_IN), figure.svg(NARROW_IN), f"{figure.title}. {caption}", table)
 
 
-def _value(one: Estimate | None) -> float | None:
-    return None if one is None else one.value
+def _value(estimate: Estimate | None) -> float | None:
+    return None if estimate is None else estimate.value
 
 
-def _interval(one: Estimate | None) -> tuple[float | None, float | None]:
-    return (None, None) if one is None else (one.low, one.high)
+def _interval(estimate: Estimate | None) -> tuple[float | None, float | None]:
+    return (None, None) if estimate is None else (estimate.low, estimate.high)
 
 
 def _pictures(summary: SeriesSummary) -> Table:
@@ -75,17 +75,17 @@ def _pictures(summary: SeriesSummary) -> Table:
     )
     rows = tuple(
         (
-            one.stimulus,
-            one.series,
-            one.chosen,
-            one.of,
-            one.share.value,
-            (one.share.low, one.share.high),
-            _value(one.score),
-            _interval(one.score),
-            one.dwell_s.value,
+            picture.stimulus,
+            picture.series,
+            picture.chosen,
+            picture.of,
+            picture.share.value,
+            (picture.share.low, picture.share.high),
+            _value(picture.score),
+            _interval(picture.score),
+            picture.dwell_s.value,
         )
-        for one in summary.pictures
+        for picture in summary.pictures
     )
     return Table("series_pictures", f"All {len(rows)} pictures", columns, rows, folded=True)
 
@@ -103,29 +103,29 @@ def _steps(summary: SeriesSummary) -> tuple[Block, ...]:
     )
     rows = tuple(
         (
-            one.kind,
-            one.choices,
-            one.match,
-            one.ratio,
-            one.step,
-            one.step_interval or (None, None),
-            one.fit_p,
-            one.reason or None,
+            step.kind,
+            step.choices,
+            step.match,
+            step.ratio,
+            step.step,
+            step.step_interval or (None, None),
+            step.fit_p,
+            step.reason or None,
         )
-        for one in summary.steps
+        for step in summary.steps
     )
     words = (
-        "The step that is noticed in 75 % of cases, from how far the choices of one observer scatter: choices are "
-        "taken for matches with a normal error on the axis of the series"
+        "The step that is noticed in 75 % of cases, from the standard deviation of an observer's choices, which are "
+        "modelled as matches with a normal error on the axis of the series"
     )
     words += _axis_words(summary.steps) + " A ratio of 2 means that a level must be doubled to be noticed."
-    used = len(columns) if any(one.reason for one in summary.steps) else len(columns) - 1
+    used = len(columns) if any(step.reason for step in summary.steps) else len(columns) - 1
     table = Table("series_steps", "Of one observer", columns[:used], tuple(row[:used] for row in rows))
     return table, Paragraph(words, small=True)
 
 
 def _axis_words(steps: tuple[StepSize, ...]) -> str:
-    return " (the logarithm of the level)." if any(one.axis == "log" for one in steps) else "."
+    return " (the logarithm of the level)." if any(step.axis == "log" for step in steps) else "."
 
 
 def _rating_tests(summary: SeriesSummary) -> list[Block]:
@@ -138,7 +138,7 @@ def _rating_tests(summary: SeriesSummary) -> list[Block]:
         Column("p (Holm)", "p_holm", "p"),
         Column("p (Nemenyi)", "p_nemenyi", "p"),
     )
-    found: list[Block] = []
+    tables: list[Block] = []
     for what, tests in (("kind", summary.kind_tests), ("paint", summary.paint_tests)):
         for scale, test in tests.items():
             by = summary.choices.design.by if what == "kind" else summary.choices.design.across
@@ -146,7 +146,7 @@ def _rating_tests(summary: SeriesSummary) -> list[Block]:
                 f"Friedman's χ² = {fixed(test.statistic, 2)} on {test.df} df, p = {fixed(test.p, 3)}, Kendall's W = "
                 f"{fixed(test.w, 2)}"
                 if test.p is not None
-                else "no observer tells any apart"
+                else "every observer rates all of them equally"
             )
             rows = tuple(
                 (
@@ -161,8 +161,8 @@ def _rating_tests(summary: SeriesSummary) -> list[Block]:
                 for pair in test.pairs
             )
             title = f"Mean {scale} by {by or what}: {whole}"
-            found.append(Table(f"series_tests_{scale}_{what}", title, columns, rows, folded=len(rows) > 6))
-    return found
+            tables.append(Table(f"series_tests_{scale}_{what}", title, columns, rows, folded=len(rows) > 6))
+    return tables
 
 
 def _choice_tests(summary: SeriesSummary) -> Table | None:
@@ -177,10 +177,10 @@ def _choice_tests(summary: SeriesSummary) -> Table | None:
         Column("p (Holm)", "p_holm", "p"),
     )
     rows = tuple(
-        (f"{one.one} − {one.other}", one.shift, one.statistic, one.df, one.p, one.p_holm)
-        for one in summary.choice_tests
+        (f"{test.one} − {test.other}", test.shift, test.statistic, test.df, test.p, test.p_holm)
+        for test in summary.choice_tests
     )
-    title = "Do choices fall on the same levels? p by exchanging the kinds within observers"
+    title = "Do choices have the same levels? Permutation tests within observers"
     return Table("series_choice_tests", title, columns, rows)
 
 
@@ -192,9 +192,12 @@ def _agreement(summary: SeriesSummary) -> Table:
         Column("95 %", "value", "interval", 2),
         Column("p", "p", "p"),
     )
-    found = [("choices", one) for one in summary.agreement.choices]
-    found += [(scale, one) for scale, many in summary.agreement.ratings.items() for one in many]
-    rows = tuple((of, one.name, one.value, (one.low, one.high), one.p) for of, one in found)
+    coefficients = [("choices", coefficient) for coefficient in summary.agreement.choices]
+    coefficients += [(scale, coefficient) for scale, many in summary.agreement.ratings.items() for coefficient in many]
+    rows = tuple(
+        (of, coefficient.name, coefficient.value, (coefficient.low, coefficient.high), coefficient.p)
+        for of, coefficient in coefficients
+    )
     return Table(
         "series_agreement",
         f"Agreement between {summary.agreement.observers} observers over {summary.agreement.series} series",
@@ -206,12 +209,12 @@ def _agreement(summary: SeriesSummary) -> Table:
 def score_figure(summary: SeriesSummary) -> BarFigure:
     """Return the score of each level, a bar for each kind of series: Figure 4.14.
 
-    Where there are no scores, the shares of choices take their place.
+    Without scores, it is the share of choices.
     """
-    scored = any(one.score is not None for one in summary.levels)
+    scored = any(level.score is not None for level in summary.levels)
     plan = summary.choices.design
-    found: dict[tuple[float, str], Estimate | None] = {
-        (one.level, one.kind): one.score if scored else one.share for one in summary.levels
+    by_cell: dict[tuple[float, str], Estimate | None] = {
+        (level.level, level.kind): level.score if scored else level.share for level in summary.levels
     }
     levels = plan.levels()
     return BarFigure(
@@ -220,15 +223,15 @@ def score_figure(summary: SeriesSummary) -> BarFigure:
         "mean score" if scored else "share of choices",
         tuple(f"{level:g}" for level in levels),
         plan.kinds,
-        tuple(tuple(found.get((level, kind)) for kind in plan.kinds) for level in levels),
+        tuple(tuple(by_cell.get((level, kind)) for kind in plan.kinds) for level in levels),
     )
 
 
 def rating_figure(summary: SeriesSummary, scale: str) -> BarFigure:
     """Return the mean rating of each paint, a bar for each kind of series: Figures 4.15 and 4.16.
 
-    The thesis draws ``difficulty`` the other way round: there a low number means hard to discern, here it is as rated,
-    and a high number means hard.
+    The thesis draws ``difficulty`` reversed: there a low number means hard to discern, here it is as rated, and a high
+    number means hard.
 
     Raises
     ------
@@ -240,8 +243,8 @@ def rating_figure(summary: SeriesSummary, scale: str) -> BarFigure:
         remedy = f"one of: {known}" if known else "ask for ratings in the block"
         raise ResultsError(Finding(f"no choice was rated on a scale '{scale}'", remedy=remedy))
     plan = summary.choices.design
-    found: dict[tuple[str | None, str | None], Estimate] = {
-        (one.paint, one.kind): one.mean for one in summary.ratings[scale]
+    by_cell: dict[tuple[str | None, str | None], Estimate] = {
+        (cell.paint, cell.kind): cell.mean for cell in summary.ratings[scale]
     }
     return BarFigure(
         f"Mean {words(scale)} by {words(plan.across or 'series')}",
@@ -249,7 +252,7 @@ def rating_figure(summary: SeriesSummary, scale: str) -> BarFigure:
         f"mean {words(scale)}",
         plan.paints,
         plan.kinds,
-        tuple(tuple(found[paint, kind] for kind in plan.kinds) for paint in plan.paints),
+        tuple(tuple(by_cell[paint, kind] for kind in plan.kinds) for paint in plan.paints),
     )
 
 

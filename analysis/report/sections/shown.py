@@ -1,4 +1,4 @@
-"""What the display showed: pictures as each eye saw them, what it could not show, and how evenly frames came."""
+"""What the display showed: the stimuli for each eye, clipping to the gamut, sessions and frame timing."""
 
 from __future__ import annotations
 
@@ -26,8 +26,8 @@ def gallery_section(names: Sequence[str], thumbnails: Thumbnails) -> Section | N
     if not pictures:
         return None
     words = (
-        "As the display showed them to each eye, made small, with the display's colours brought into sRGB: its white "
-        "is this page's white, and what it could not show is clipped here too."
+        "As the display showed them to each eye, reduced in size and converted to sRGB: the display's white is this "
+        "page's white, and colours outside its gamut are clipped here too."
     )
     return Section(
         "stimuli",
@@ -44,10 +44,10 @@ def _uri(png: bytes) -> str:
 
 
 def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
-    """Return what clipping to the gamut cost each stimulus and eye; None where it was not recorded."""
+    """Return the clipping of each stimulus and eye to the gamut; None where it was not recorded."""
     rows = tuple(
-        (one.stimulus, one.eye, one.percent_any, one.percent_above_full, one.delta_e_00_mean, one.delta_e_00_max)
-        for one in clipping_rows(header, names)
+        (row.stimulus, row.eye, row.percent_any, row.percent_above_full, row.delta_e_00_mean, row.delta_e_00_max)
+        for row in clipping_rows(header, names)
     )
     if not rows:
         return None
@@ -60,15 +60,15 @@ def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
         Column("Largest ΔE₀₀", "delta_e_00_max", "number", 1),
     )
     words = (
-        "Share of each stimulus's pixels that left the display's gamut and were clipped, and the colour difference "
-        "between what was asked for and what was shown, over all its pixels."
+        "Share of each stimulus's pixels outside the display's gamut, which were clipped, and the colour difference "
+        "between requested and shown colours, over all its pixels."
     )
-    table = Table("clipping", "What clipping to the gamut cost", columns, rows, folded=len(rows) > 40)
-    return Section("clipping", "What the display could not show", (table, Paragraph(words, small=True)))
+    table = Table("clipping", "Clipping to the gamut", columns, rows, folded=len(rows) > 40)
+    return Section("clipping", "Clipping to the display's gamut", (table, Paragraph(words, small=True)))
 
 
 def timing_section(sessions: Sequence[SessionLog]) -> Section:
-    """Return how evenly frames came in each session, and what is known of onsets."""
+    """Return frame timing of each session, and how onsets were verified."""
     columns = (
         Column("Observer", "observer"),
         Column("Session", "session"),
@@ -96,22 +96,23 @@ def timing_section(sessions: Sequence[SessionLog]) -> Section:
 
 
 def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
-    """Return what there is to say of the timing of all sessions together."""
+    """Return the timing over all sessions, as terms and values."""
     timing = [session.header.presentation.get("timing") or {} for session in sessions]
-    swaps = [one["swap_intervals"] for one in timing if one.get("swap_intervals")]
+    swaps = [record["swap_intervals"] for record in timing if record.get("swap_intervals")]
     facts = []
     if swaps:
-        medians = [float(one["median_ms"]) for one in swaps]
+        medians = [float(record["median_ms"]) for record in swaps]
+        longest = max(float(record["longest_ms"]) for record in swaps)
+        late, frames = (sum(int(record[key]) for record in swaps) for key in ("missed", "frames"))
         facts.append(
             (
                 "Swap intervals",
-                f"Median {_span(medians, 2)} ms, longest {fixed(max(float(one['longest_ms']) for one in swaps), 2)} "
-                f"ms; {sum(int(one['missed']) for one in swaps)} of {sum(int(one['frames']) for one in swaps)} came "
+                f"Median {_span(medians, 2)} ms, longest {fixed(longest, 2)} ms; {late} of {frames} were "
                 "late (measured on black frames before each session).",
             )
         )
     else:
-        facts.append(("Swap intervals", "Not measured: the sessions had no screen that swaps wait for."))
+        facts.append(("Swap intervals", "Not measured: no screen with vertical synchronisation."))
     scenes = [scene for session in sessions for scene in _timed(session)]
     if scenes:
         missed = [scene for scene in scenes if scene.get("missed_frames")]
@@ -120,17 +121,17 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
             f"{len(missed)} of them missed {counted(frames, 'frame', 'frames')}" if missed else "none missed a frame"
         )
         facts.append(("Timed scenes", f"{len(scenes):,}; {words}."))
-    onsets = dict.fromkeys(str(one.get("verification", "no word on it")) for one in timing)
+    onsets = dict.fromkeys(str(record.get("verification", "not recorded")) for record in timing)
     facts.append(("Onsets", "; ".join(onsets) + "."))
-    compositors = dict.fromkeys(str(one["compositor"]) for one in timing if one.get("compositor"))
+    compositors = dict.fromkeys(str(record["compositor"]) for record in timing if record.get("compositor"))
     if compositors:
         facts.append(("Compositor", "; ".join(compositors)))
     asked_again = sum(answer.attempt > 0 for session in sessions for answer in session.answers)
     if asked_again:
-        facts.append(("Asked again", f"{counted(asked_again, 'trial', 'trials')}; the last answer counts."))
+        facts.append(("Repeated trials", f"{counted(asked_again, 'trial', 'trials')}; the last answer counts."))
     resumed = sum(bool(session.resumptions) for session in sessions)
     if resumed:
-        facts.append(("Resumed", f"{counted(resumed, 'session was', 'sessions were')} interrupted and taken up again."))
+        facts.append(("Resumed", f"{counted(resumed, 'session was', 'sessions were')} interrupted and resumed."))
     return facts
 
 
@@ -156,7 +157,7 @@ def _span(values: Sequence[float], digits: int) -> str:
 
 @dataclass(frozen=True, slots=True)
 class ClippingRow:
-    """A stimulus in one eye: percent of pixels out of gamut, and the clip's cost in ΔE00; None where not recorded."""
+    """A stimulus in one eye: percent of pixels out of gamut, and the ΔE00 due to clipping; None where not recorded."""
 
     stimulus: str
     eye: str

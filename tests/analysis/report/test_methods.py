@@ -42,12 +42,13 @@ def test_every_number_in_brackets_is_a_work_and_every_work_is_cited(
 
 def test_level_correction_errors_and_draws_are_those_that_were_used(sessions: list[SessionLog]) -> None:
     text, works = methods(sessions, alpha=0.01, adjust="holm")
-    for words in ("level 0.01", "Holm's correction", "clustered by observer", "19 degrees of freedom", "1,000 draws"):
+    errors = ("clustered by observer", "19 degrees of freedom", "1,000 bootstrap samples")
+    for words in ("level 0.01", "Holm's correction", *errors):
         assert words in text
     assert any("S. Holm" in work for work in works)
     text, works = methods(sessions, alpha=0.2, adjust="bh", covariance="model")
     assert "level 0.2" in text
-    assert "take all answers for independent" in text
+    assert "treat all answers as independent" in text
     assert not any("S. Holm" in work for work in works)
 
 
@@ -77,7 +78,7 @@ def test_display_question_and_observers_are_told(make_session: Maker) -> None:
         "stereo mode quad-buffered, through shutter glasses, at a distance of 700 mm",
         "(a spectroradiometer), with a white of 11 cd/m² at the eye",
         "Crosstalk between the eyes was cancelled.",
-        "median 8.33 ms, longest 16.70 ms; 2 of 240 came late",
+        "median 8.33 ms, longest 16.70 ms; 2 of 240 were late",
         "verified with a photodiode",
         "Which image is closer to the reference plate?",
         "15 comparisons (median), each pair once",
@@ -94,7 +95,7 @@ def test_a_penalised_fit_and_a_learnt_prior_are_told(make_session: Maker) -> Non
     plain = make_session()
     chosen = replace(plain, answers=tuple(replace(trial, kind="active_pairs") for trial in plain.answers))
     text, _ = methods([chosen])
-    assert "learnt from the answers" in text
+    assert "estimated from the answers" in text
 
 
 def test_works_are_worded_as_in_the_documentation() -> None:

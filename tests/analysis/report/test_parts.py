@@ -111,7 +111,7 @@ def test_whoever_is_left_out_is_named_with_the_rule(sessions: list[SessionLog], 
     assert report.pairs is not None
     assert "07" not in report.pairs.observers
     assert text.count("Left out: 07 (by hand).") == 2  # beside the table of observers, and in Methods
-    assert "Nobody was left out." in Page(render(describe(sessions))).text
+    assert "No observer was left out." in Page(render(describe(sessions))).text
 
 
 def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions, rating: Sessions) -> None:
