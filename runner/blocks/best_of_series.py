@@ -3,20 +3,27 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Generator, Iterator, Mapping
+from collections.abc import Generator, Iterator
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
-from pydantic import Discriminator, Field, PositiveInt, Tag
+from pydantic import Field, PositiveInt
 
-from documents.yaml.load import Strict
-from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Response, Steps, answer, name_faults
+from runner.blocks.block import SECONDS_PER_TRIAL, Block, BlockSpec, Draft, Fault, Response, Steps, answer
 from runner.blocks.field_types import Line
 from runner.blocks.layout import SingleLayout
 from runner.blocks.message import page
 from runner.blocks.orders import spaced
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
-from runner.blocks.series_browsing import series_pictures, series_scene, series_targets
+from runner.blocks.series import (
+    Series,
+    SomeSeries,
+    find_series,
+    series_faults,
+    series_pictures,
+    series_scene,
+    series_targets,
+)
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Browse
@@ -45,15 +52,6 @@ _LEAF = {
 }
 _CHOOSE = {"enter": "choose", "space": "choose", "pad_a": "choose"}
 _SECONDS_PER_PICTURE = 3.0
-
-
-@dataclass(frozen=True, slots=True)
-class Series:
-    """Pictures to leaf through, in order; series of one ``group`` show the same thing."""
-
-    name: str
-    stimuli: tuple[str, ...]
-    group: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -222,39 +220,12 @@ class BestOfSeries(Block):
         )
 
 
-Factor = Annotated[str, Field(min_length=1, max_length=64)]
-Names = Annotated[list[str], Field(min_length=2)]
-
-
-class SeriesBySpec(Strict):
-    """Series that the stimuli's factors make.
-
-    Stimuli that agree in every factor of ``by`` make a series, sorted by the factor ``order``. Series that agree in the
-    first factor of ``by`` are kept apart where that can be avoided.
-    """
-
-    by: Annotated[list[Factor], Field(min_length=1)]
-    order: Factor
-
-
-def _tag(value: Any) -> str:
-    return (
-        "by-factors" if isinstance(value, SeriesBySpec) or (isinstance(value, Mapping) and "by" in value) else "by-name"
-    )
-
-
-SomeSeries = Annotated[
-    Annotated[SeriesBySpec, Tag("by-factors")] | Annotated[dict[Line, Names], Field(min_length=1), Tag("by-name")],
-    Discriminator(_tag),
-]
-
-
 def _spec(scale: Any) -> ScaleSpec:
     return ScaleSpec.model_validate({key: getattr(scale, key) for key in ScaleSpec.model_fields})
 
 
 class BestOfSeriesSpec(BlockSpec):
-    """The observer leafs through each series, chooses a picture, and rates the choice.
+    """The observer browses each series, chooses a picture, and rates the choice.
 
     ``series`` names the pictures of each series in order, or gives the factors that make them. ``question`` stands
     above the picture in place of the experiment's. With ``see_all`` every picture must be seen before one can be
@@ -273,7 +244,7 @@ class BestOfSeriesSpec(BlockSpec):
     def make(self, setting: Setting) -> BestOfSeries:
         """Return the block in the observer's own order."""
         return BestOfSeries(
-            self.series_of(setting.stimuli),
+            find_series(self.series, setting.stimuli),
             self.question or setting.question,
             setting.single_layout(),
             setting.own_seed,
@@ -286,58 +257,7 @@ class BestOfSeriesSpec(BlockSpec):
             reference=setting.reference,
         )
 
-    def series_of(self, stimuli: Stimuli) -> tuple[Series, ...]:
-        """Return the series that the stimuli make."""
-        if not isinstance(self.series, SeriesBySpec):
-            return tuple(Series(name, tuple(names)) for name, names in self.series.items())
-        by, order = self.series.by, self.series.order
-        members: dict[tuple[str | float, ...], list[str]] = {}
-        for name in stimuli.names:
-            factors = stimuli.factors[name]
-            if all(key in factors for key in (*by, order)):
-                members.setdefault(tuple(factors[key] for key in by), []).append(name)
-        return tuple(
-            Series(
-                "-".join(map(_word, values)),
-                tuple(sorted(names, key=lambda name: _sortable(stimuli.factors[name][order]))),
-                _word(values[0]),
-            )
-            for values, names in members.items()
-        )
-
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield wrong stimuli or factors, series of one picture, and scales of one name."""
         yield from scale_faults(self.ratings, "ratings")
-        if not isinstance(self.series, SeriesBySpec):
-            for series, names in self.series.items():
-                yield from name_faults(names, stimuli, "series", series, at_least=2)
-            return
-        known = sorted({key for name in stimuli.names for key in stimuli.factors[name]})
-        places = [(("by", index), key) for index, key in enumerate(self.series.by)] + [(("order",), self.series.order)]
-        for place, key in places:
-            without = [name for name in stimuli.names if key not in stimuli.factors[name]]
-            if without:
-                remedy = f"the stimuli have: {', '.join(known)}" if known else "name the series' stimuli"
-                yield Fault(f"the stimulus '{without[0]}' has no factor '{key}'", ("series", *place), remedy)
-        if all(key in known for _, key in places):
-            yield from self._alike(stimuli, self.series.order)
-
-    def _alike(self, stimuli: Stimuli, order: str) -> Iterator[Fault]:
-        """Yield series that are too short, or of which two pictures have the same place."""
-        for series in self.series_of(stimuli):
-            if len(series.stimuli) < 2:
-                only = f"the series '{series.name}' has only the picture '{series.stimuli[0]}'"
-                yield Fault(only, ("series", "by"), "name fewer factors")
-            for name, other in zip(series.stimuli, series.stimuli[1:], strict=False):
-                if stimuli.factors[name][order] == stimuli.factors[other][order]:
-                    same = f"'{name}' and '{other}' of the series '{series.name}' have the same {order}"
-                    yield Fault(same, ("series", "by"), "name the factor in which they differ")
-
-
-def _word(value: str | float) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
-
-
-def _sortable(value: str | float) -> tuple[bool, float, str]:
-    """Return a key by which numbers come before words."""
-    return (True, 0.0, value) if isinstance(value, str) else (False, float(value), "")
+        yield from series_faults(self.series, stimuli)

@@ -21,7 +21,7 @@ from runner.presenter.pointer import Pointer
 from runner.presenter.scene import Box, Offset, Picture, Scene, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
-from runner.presenter.view_codes import CodesPerEye, CompensatedCodes, MixedCodes, PictureCodes, ViewCodes
+from runner.presenter.view_codes import PictureCodes, view_codes
 from runner.presenter.words import Words
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -86,19 +86,13 @@ class Presenter:
         bits = surface.bits
         dithering = dithering and dithering.on_surface(bits)
         squeeze = self.areas[0].squeeze
-        views: ViewCodes
         if correction is not None and correction.is_none:
             correction = None
         self._by_place = prepare is not None or (correction is not None and correction.depends_on_place)
         if correction is not None and mixture is not None:
             panel_px = correction.gain_map.resolution_px if correction.gain_map else surface.size_px
             prepare = _prepared_by(mode.compensation(models, panel_px, correction))
-        if correction is not None and mixture is None:
-            views = CompensatedCodes(surface.context, models, mode, correction, self._work, dithering, bits)
-        elif mixture is None:
-            views = CodesPerEye(surface.context, models, squeeze, self._work, dithering, bits)
-        else:
-            views = MixedCodes(surface.context, mixture, self._work, dithering, bits)
+        views = view_codes(surface.context, mode, models, mixture, correction, self._work, dithering, bits)
 
         self._pictures = Pictures(
             surface.context, views, load, self._work, picture_budget_bytes, prepare=prepare, decoded=surface.wake

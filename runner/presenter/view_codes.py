@@ -71,6 +71,24 @@ class ViewCodes(Protocol):
         """Free the programs."""
 
 
+def view_codes(
+    context: moderngl.Context,
+    mode: Mode,
+    models: EyeModels,
+    mixture: Mixture | None,
+    correction: Correction | None,
+    work: Work,
+    dithering: Dithering | None,
+    bits: Bits,
+) -> ViewCodes:
+    """Return how ``mode`` makes codes: of both views mixed, per eye with ``correction``, or plainly per eye."""
+    if mixture is not None:
+        return MixedCodes(context, mixture, work, dithering, bits)
+    if correction is not None:
+        return CompensatedCodes(context, models, mode, correction, work, dithering, bits)
+    return CodesPerEye(context, models, mode.areas((2, 2))[0].squeeze, work, dithering, bits)
+
+
 class CodesPerEye:
     """Each eye's view through the display model of that eye, as codes of ``bits``."""
 

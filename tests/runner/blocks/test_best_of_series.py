@@ -12,10 +12,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from documents import InputError
-from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BestOfSeriesSpec, Choice, Series
+from runner.blocks.best_of_series import DIFFICULTY, SIMILARITY, BestOfSeries, BestOfSeriesSpec, Choice
 from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Scale
-from runner.blocks.series_browsing import series_scene, series_targets
+from runner.blocks.series import Series, find_series, series_scene, series_targets
 from runner.blocks.setting import Stimuli
 from runner.blocks.style import Style
 from runner.blocks.tasks import Browse, Rate
@@ -181,20 +181,21 @@ def spec(series: Any, **more: Any) -> BestOfSeriesSpec:
 
 
 def test_series_are_found_by_factors() -> None:
-    found = spec({"by": ["paint", "series"], "order": "exposure_s"}).series_of(FACTORS)
-    assert [(one.name, one.group) for one in found] == [
+    by_factors = spec({"by": ["paint", "series"], "order": "exposure_s"})
+    all_series = find_series(by_factors.series, FACTORS)
+    assert [(series.name, series.group) for series in all_series] == [
         ("GM1-base", "GM1"),
         ("GM1-grey", "GM1"),
         ("HI-base", "HI"),
         ("HI-grey", "HI"),
     ]
-    assert found[1].stimuli == ("GM1-grey-1.3", "GM1-grey-2", "GM1-grey-4")
+    assert all_series[1].stimuli == ("GM1-grey-1.3", "GM1-grey-2", "GM1-grey-4")
     without = replace(FACTORS, reference="GM1-grey-2")
-    assert spec({"by": ["paint", "series"], "order": "exposure_s"}).series_of(without)[1].stimuli == (
+    assert find_series(by_factors.series, without)[1].stimuli == (
         "GM1-grey-1.3",
         "GM1-grey-4",
     )
-    assert not list(spec({"by": ["paint", "series"], "order": "exposure_s"}).faults(FACTORS))
+    assert not list(by_factors.faults(FACTORS))
 
 
 @pytest.mark.parametrize(
