@@ -1,0 +1,70 @@
+"""Every module, function and file that a page names exists, and every link leads somewhere."""
+
+from __future__ import annotations
+
+import importlib
+import re
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[2]
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
+_NAME = re.compile(r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean)(?:\.[A-Za-z_0-9]+)+")
+_FILE = re.compile(
+    r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean|configs|experiments|tests|benchmarks|examples|docs|tools)"
+    r"/[\w./-]*\w"
+)
+_LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
+_NOT_HERE = ("benchmarks/out", "cyclopean/stimuli")  # made by a benchmark, and in the user's cache folder
+_PLACEHOLDER = re.compile(r"[A-Z]{2,}")  # experiments/NAME.yaml
+
+
+def _prose(page: Path) -> str:
+    return re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+
+
+def _exists(name: str) -> bool:
+    """Whether a dotted name is a module, or what hangs on one."""
+    parts = name.split(".")
+    for end in range(len(parts), 0, -1):
+        try:
+            value: object = importlib.import_module(".".join(parts[:end]))
+        except ModuleNotFoundError:
+            continue
+        for part in parts[end:]:
+            if not hasattr(value, part):
+                return False
+            value = getattr(value, part)
+        return True
+    return False
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_names_exist(page: Path) -> None:
+    code = " ".join(re.findall(r"`([^`]+)`", _prose(page)))
+    names = {name for name in _NAME.findall(code) if not name.endswith((".py", ".md", ".yaml", ".json"))}
+    wrong = sorted(name for name in names if not _exists(name))
+    assert not wrong, f"{page.name} names {', '.join(wrong)}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_files_exist(page: Path) -> None:
+    code = " ".join(re.findall(r"`([^`]+)`", _prose(page)))
+    files = {file for file in _FILE.findall(code) if not file.startswith(_NOT_HERE)}
+    wrong = sorted(file for file in files if not ((ROOT / file).exists() or _PLACEHOLDER.search(file)))
+    assert not wrong, f"{page.name} names {', '.join(wrong)}"
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
+def test_links_lead_somewhere(page: Path) -> None:
+    targets = {target for target, _ in _LINK.findall(_prose(page)) if "://" not in target} - {"glossary.md"}
+    wrong = sorted(target for target in targets if not (page.parent / target).exists())
+    assert not wrong, f"{page.name} links to {', '.join(wrong)}"
+
+
+def test_a_wrong_name_is_seen() -> None:
+    assert _exists("devices.display.display_file.read_display")
+    assert _exists("cyclopean.scores")
+    assert not _exists("devices.display.display_file.no_such_function")
+    assert not _exists("devices.no_such_module")
