@@ -8,7 +8,9 @@ The error is the largest difference in θ (nats, mean 0) from a reference refine
 from __future__ import annotations
 
 import importlib
+import subprocess
 import sys
+import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType
@@ -32,6 +34,15 @@ TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10, 1e-12)
 BOOTSTRAP_TOLERANCES = (1e-2, 1e-4, 1e-6, 1e-8, 1e-10)
 OBSERVERS = 30
 BOOTSTRAPS = 1000
+COMMAND = """
+import resource, sys, time
+from runner.cli.main import main
+try:
+    main()
+finally:
+    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    print(time.process_time(), peak, file=sys.stderr)
+"""
 # Medina 2016, Table 4.4.
 PRINTED = np.array([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
 
@@ -42,6 +53,7 @@ def run() -> dict[str, Any]:
         *_single("n = 10", _observers(np.log(PRINTED)).sum(axis=0)),
         *_single("n = 100", _observers(np.random.default_rng(1).normal(0, 0.7, 100)).sum(axis=0)),
         *_sparse(),
+        _scores_command(),
         *_bootstraps(),
     ]
     return {"name": "bradley_terry", "title": TITLE, "rows": rows, "ratios": _ratios()}
@@ -83,9 +95,24 @@ def _sparse() -> Iterator[Row]:
     yield from _peers(case, wins, truth, repeats=3)
 
 
-def _sparse_counts() -> Floats:
-    """Return 20 comparisons of each of 10,000 random pairs of 1000 items, shape (n, n)."""
-    n, pairs = 1000, 10_000
+def _scores_command() -> Row:
+    """Measure the whole command on 2000 items of which 10,000 pairs were compared, processor time of all threads."""
+    wins = _sparse_counts(2000)
+    with tempfile.TemporaryDirectory() as folder:
+        table = Path(folder) / "table.csv"
+        lines = [f"{i},{j},{wins[i, j]:g}" for i, j in zip(*np.nonzero(wins), strict=True)]
+        table.write_text("\n".join(["winner,loser,count", *lines]), encoding="utf-8")
+        done = subprocess.run(
+            [sys.executable, "-c", COMMAND, "scores", str(table)], capture_output=True, text=True, check=True
+        )
+    used, megabytes = map(float, done.stderr.split()[-2:])
+    note = f"with standard errors, classes and table; processor time; at most {megabytes:.0f} MB"
+    return _row("n = 2000, sparse: cyclopean scores", "whole command", used, None, note)
+
+
+def _sparse_counts(n: int = 1000) -> Floats:
+    """Return 20 comparisons of each of 10,000 random pairs of n items, shape (n, n)."""
+    pairs = 10_000
     random = np.random.default_rng(3)
     theta = random.normal(0, 1, n)
     first = random.integers(n, size=pairs)

@@ -17,7 +17,7 @@ from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import Replicates, resample_counts
-from analysis.classes.multiplicity import Adjust, benjamini_hochberg, holm, single_step, two_sided_p
+from analysis.classes.multiplicity import Adjust, corrected, single_step, two_sided_p
 from analysis.scaling.fit import Fit, Method, fit
 from analysis.scaling.laplacian import contrast_variances
 
@@ -127,8 +127,7 @@ def _least_p(absolute_z: Floats, covariance: Floats, adjust: Adjust, df: float |
     ``maxz``."""
     if adjust == "maxz":
         return float(single_step(absolute_z.max(keepdims=True), covariance, df, MAXZ_SAMPLES)[0])
-    raw = two_sided_p(absolute_z, df)
-    return float((holm(raw) if adjust == "holm" else benjamini_hochberg(raw) if adjust == "bh" else raw).min())
+    return float(corrected(two_sided_p(absolute_z, df), adjust).min())
 
 
 def _covariance(by_observer: Floats, fitted: Fit, source: str, seed: int) -> Floats:

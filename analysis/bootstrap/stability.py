@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
-from analysis.classes.multiplicity import ADJUSTMENTS, Adjust, benjamini_hochberg, holm, single_step, two_sided_p
+from analysis.classes.multiplicity import ADJUSTMENTS, Adjust, corrected, single_step, two_sided_p
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from documents import Finding
@@ -169,5 +169,4 @@ def _adjusted(z: Floats, spread: Floats, adjust: Adjust, df: int | None) -> Floa
     if adjust == "maxz":
         rows = [single_step(row, one, df, MAXZ_SAMPLES) for row, one in zip(z, spread, strict=True)]
         return np.array(rows)
-    raw = two_sided_p(z, df)
-    return holm(raw) if adjust == "holm" else benjamini_hochberg(raw) if adjust == "bh" else raw
+    return corrected(two_sided_p(z, df), adjust)

@@ -1,4 +1,4 @@
-"""Perceptual classes: groups of items that the answers do not tell apart, as a compact letter display.
+"""Perceptual classes: groups of items whose differences are not significant, as a compact letter display.
 
 Two items share a class if and only if their difference is not significant. Class 1 holds the best item; an item in
 two classes is labelled such as "3+4", as in the thesis's Table 4.4. The classes are the largest groups of items that
@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import Adjust, adjusted_p
 from analysis.errors import ResultsError
-from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.laplacian import pair_variances
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -40,10 +40,9 @@ class Classes:
         For each item its classes, from 1, the best: "1", or "3+4" for an item in two.
     members
         For each class the indices of its items, class 1 first.
-    z
-        Shape (n, n): (θ_i − θ_j) / se(θ_i − θ_j).
-    p
-        Shape (n, n): two-sided p values after adjustment; 1 on the diagonal.
+    pair_z, pair_p
+        Shape (P,): (θ_i − θ_j) / se(θ_i − θ_j) and two-sided p values after adjustment, of the pairs i < j in the order
+        of ``numpy.triu_indices``.
     alpha, adjust
         Level and adjustment.
     without_spread
@@ -53,11 +52,23 @@ class Classes:
 
     labels: tuple[str, ...]
     members: tuple[tuple[int, ...], ...]
-    z: Floats
-    p: Floats
+    pair_z: Floats
+    pair_p: Floats
     alpha: float
     adjust: Adjust
     without_spread: int
+
+    @property
+    def z(self) -> Floats:
+        """Shape (n, n), antisymmetric: ``pair_z`` of every two items."""
+        upper = _square(self.pair_z, len(self.labels))
+        return upper - upper.T
+
+    @property
+    def p(self) -> Floats:
+        """Shape (n, n), symmetric: ``pair_p`` of every two items; 1 on the diagonal."""
+        upper = _square(self.pair_p, len(self.labels))
+        return upper + upper.T + np.eye(len(self.labels))
 
 
 def best_first(values: Floats) -> tuple[int, ...]:
@@ -101,13 +112,35 @@ def classify(
     check_level(alpha)
     if not np.isfinite(theta).all():
         raise ResultsError(Finding("items without a finite strength have no class", remedy="use the method 'firth'"))
-    difference = theta[:, None] - theta[None, :]
-    error = np.sqrt(contrast_variances(covariance))
-    z = np.divide(difference, error, out=np.zeros_like(difference), where=error > 0)
-    p = adjusted_p(z, covariance, adjust, df)
-    members = numbered(letter_display(p <= alpha), theta)
-    without_spread = int(np.triu((error == 0) & (np.abs(difference) > TIED * np.abs(theta).max(initial=0.0)), 1).sum())
-    return Classes(labelled(members, len(theta)), members, z, p, alpha, adjust, without_spread)
+    n = len(theta)
+    error = pair_variances(covariance)
+    np.sqrt(error, out=error)
+    z = np.empty_like(error)  # first the differences
+    end = 0
+    for item in range(n):
+        start, end = end, end + n - 1 - item
+        np.subtract(theta[item], theta[item + 1 :], out=z[start:end])
+    certain = error == 0
+    without_spread = int((np.abs(z[certain]) > TIED * np.abs(theta).max(initial=0.0)).sum())
+    np.divide(z, error, out=z, where=~certain)
+    z[certain] = 0.0
+    p = adjusted_p(np.abs(z, out=error), covariance, adjust, df)
+    del error
+    members = numbered(letter_display(_differing(p <= alpha, n)), theta)
+    return Classes(labelled(members, n), members, z, p, alpha, adjust, without_spread)
+
+
+def _differing(differs: NDArray[np.bool_], n: int) -> NDArray[np.bool_]:
+    """Return a symmetric matrix (n, n) from pairs i < j."""
+    matrix = np.zeros((n, n), dtype=np.bool_)
+    matrix[np.triu(np.ones((n, n), dtype=np.bool_), 1)] = differs
+    return matrix | matrix.T
+
+
+def _square(pairs: Floats, n: int) -> Floats:
+    matrix = np.zeros((n, n))
+    matrix[np.triu_indices(n, 1)] = pairs
+    return matrix
 
 
 def letter_display(differs: NDArray[np.bool_]) -> Letters:
@@ -124,7 +157,8 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
         If on the way there are more than 2000 sets.
     """
     n = len(differs)
-    alike = [_bits(np.flatnonzero(~row)) for row in np.asarray(differs)]
+    packed = np.packbits(~np.asarray(differs), axis=1, bitorder="little")
+    alike = [int.from_bytes(row.tobytes(), "little") for row in packed]
     columns: list[int] = []  # sets as bits
     for item in np.argsort(differs.sum(axis=0), kind="stable").tolist():  # this order meets the fewest columns
         met = [column & alike[item] for column in columns] or [0]
@@ -149,9 +183,11 @@ def classes_if_few(
 def _largest(groups: list[int]) -> list[int]:
     """Absorb: drop the groups that lie in another one."""
     kept: list[int] = []
+    others: list[int] = []  # what is not in each group kept
     for group in sorted(dict.fromkeys(groups), key=int.bit_count, reverse=True):
-        if all(group & ~other for other in kept):
+        if all(map(group.__and__, others)):
             kept.append(group)
+            others.append(~group)
     return kept
 
 
@@ -181,10 +217,6 @@ def _swept(columns: list[list[int]], n: int) -> Letters:
                 number -= needs[:, index]
         kept[place] = column[stays]
     return tuple(frozenset(column.tolist()) for column in kept if len(column))
-
-
-def _bits(items: NDArray[np.intp]) -> int:
-    return sum(1 << item for item in items.tolist())
 
 
 def _items(column: int) -> list[int]:

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import fit_each
-from analysis.classes.multiplicity import benjamini_hochberg, holm, two_sided_p
+from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.power.plan import Interval, Plan
 from analysis.scaling.fit import Method
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
@@ -62,11 +62,7 @@ class Studies:
         if self.plan.adjust == "maxz":
             return np.asarray(z >= critical_z)
         p = two_sided_p(z, self.plan.degrees_of_freedom(self.observers))
-        if self.plan.adjust == "holm":
-            p = holm(p)
-        elif self.plan.adjust == "bh":
-            p = benjamini_hochberg(p)
-        return np.asarray(p <= self.plan.alpha)
+        return np.asarray(corrected(p, self.plan.adjust) <= self.plan.alpha)
 
 
 def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Studies:

@@ -50,7 +50,7 @@ class Items:
 
     def covariance(self, counts: Counts, weight: Floats, precision: float) -> Floats:
         """Return the pseudo-inverse."""
-        return laplacian.pseudo_inverse(_weights(counts, weight, precision))
+        return laplacian.pseudo_inverse(_weights(counts, weight, precision), overwrite=True)
 
 
 class Columns:

@@ -50,33 +50,38 @@ def solve(weights: Floats, right: Floats, ratio: float | None = None) -> Floats:
     return by_lapack(weights, right)
 
 
-def pseudo_inverse(weights: Floats) -> Floats:
-    """Return the pseudo-inverse of H: the covariance of estimates that sum to zero. Shapes (B, n, n) to (B, n, n)."""
+def pseudo_inverse(weights: Floats, *, overwrite: bool = False) -> Floats:
+    """Return the pseudo-inverse of H: the covariance of estimates that sum to zero. Shapes (B, n, n) to (B, n, n).
+
+    With ``overwrite`` the array of one large graph's ``weights`` is used for the result.
+    """
     batch, n, _ = weights.shape
     if batch == 1 and n >= LARGE_GRAPH and n * _ratio(weights) <= WIDEST_FOR_LAPACK:
-        return np.asarray(_pseudo_inverse_in_place(weights[0])[None])
+        return np.asarray(_pseudo_inverse_in_place(weights[0] if overwrite else weights[0].copy())[None])
     inverse = solve(weights, np.broadcast_to(np.eye(n) - 1 / n, (batch, n, n)))
     return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
 
 
 def _pseudo_inverse_in_place(weights: Floats) -> Floats:
-    """As `pseudo_inverse` for one large graph: by Cholesky's decomposition, with one matrix of memory."""
+    """As `pseudo_inverse` for one large graph: by Cholesky's decomposition, in the memory of ``weights``."""
     from scipy.linalg.lapack import dpotrf, dpotri
 
     n = len(weights)
-    matrix, added = _grounded(weights[None])
+    strength = weights.sum(axis=1)
+    added = float(strength.sum()) / n**2
+    np.subtract(added, weights, out=weights)
+    weights.reshape(-1)[:: n + 1] = strength + added
     inverse: Floats
-    factor, failed = dpotrf(matrix[0].T, lower=1, overwrite_a=1)
+    factor, failed = dpotrf(weights.T, lower=1, overwrite_a=1)
     if failed:
-        inverse = by_lapack(weights[None], (np.eye(n) - 1 / n)[None])[0]
-        return inverse
+        raise np.linalg.LinAlgError("a connected graph's Laplacian is positive definite")
     inverse, _ = dpotri(factor, lower=1, overwrite_c=1)
     for start in range(0, n, BLOCK_ROWS):  # mirror the triangle, block by block
         rows = slice(start, start + BLOCK_ROWS)
         block = np.tril(inverse[rows, rows])
         inverse[rows, rows] = block + np.tril(block, -1).T
         inverse[rows, start + BLOCK_ROWS :] = inverse[start + BLOCK_ROWS :, rows].T
-    inverse -= 1 / (n**2 * float(added[0]))  # what 11ᵀ was given
+    inverse -= 1 / (n**2 * added)  # what 11ᵀ was given
     return inverse
 
 
@@ -90,6 +95,20 @@ def contrast_variances(covariance: Floats) -> Floats:
     both = variance[..., :, None] + variance[..., None, :]
     apart = both - 2 * covariance
     return np.where(apart > ROUNDING * both, apart, 0.0)
+
+
+def pair_variances(covariance: Floats) -> Floats:
+    """Return `contrast_variances` of the pairs i < j, in the order of ``numpy.triu_indices``. Shapes (n, n) to (P,)."""
+    variance = np.diag(covariance)
+    n = len(variance)
+    apart = np.empty(n * (n - 1) // 2)
+    end = 0
+    for item in range(n - 1):
+        start, end = end, end + n - 1 - item
+        both = variance[item] + variance[item + 1 :]
+        own = both - 2 * covariance[item, item + 1 :]
+        apart[start:end] = np.where(own > ROUNDING * both, own, 0.0)
+    return apart
 
 
 def without_rounding(slopes: Floats, answers: Floats) -> Floats:
@@ -111,11 +130,11 @@ def _ratio(weights: Floats) -> float:
 
 def by_lapack(weights: Floats, right: Floats) -> Floats:
     """As `solve`, by LU decomposition of H + c·11ᵀ/n, graph by graph."""
-    return np.asarray(np.linalg.solve(_grounded(weights)[0], right))
+    return np.asarray(np.linalg.solve(_grounded(weights), right))
 
 
-def _grounded(weights: Floats) -> tuple[Floats, Floats]:
-    """Return H + c·11ᵀ, and c for each graph.
+def _grounded(weights: Floats) -> Floats:
+    """Return H + c·11ᵀ.
 
     Any c gives the same solution; c n = mean strength / n makes the added part as large as H, whatever the counts.
     """
@@ -123,9 +142,8 @@ def _grounded(weights: Floats) -> tuple[Floats, Floats]:
     strength = weights.sum(axis=-1)
     matrix: Floats = np.negative(weights, order="C")
     matrix.reshape(-1, n * n)[:, :: n + 1] = strength
-    added: Floats = strength.sum(axis=1) / n**2
-    matrix += added[:, None, None]
-    return matrix, added
+    matrix += (strength.sum(axis=1) / n**2)[:, None, None]
+    return matrix
 
 
 def by_elimination(weights: Floats, right: Floats) -> Floats:

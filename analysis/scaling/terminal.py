@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from analysis.scaling.fit import Parameter
-from analysis.scaling.scores import ItemScore, Scores
+from analysis.scaling.scores import Scores
 from documents.text.words import counted
 
 if TYPE_CHECKING:
@@ -43,21 +43,17 @@ def print_scores(scores: Scores, published: Published | None = None, console: Co
     from rich.text import Text
 
     console = console or Console()
-    thurstone, quasi = scores.fit.model == "thurstone", scores.quasi is not None
     table = Table(box=None, header_style="bold", padding=(0, 1))
     table.add_column("item")
-    headings = ["wins", "of", *(("JOD", "se (JOD)") if thurstone else ("score", "log10", "se (nats)"))]
-    for heading in [*headings, *(["quasi se"] if quasi else [])]:
-        table.add_column(heading, justify="right")
+    heading, numbers = _aligned(scores)
+    table.add_column(heading, no_wrap=True)
     table.add_column("class")
     if published:
         table.add_column("published", justify="right")
         table.add_column("class")
-    for item in scores.items:
+    for item, line in zip(scores.items, numbers, strict=True):
         style = CLASS_STYLES.get((item.label or "").split("+")[0], "")
-        cells = [Text(item.name, overflow="fold"), Text(f"{item.wins:g}"), Text(f"{item.comparisons:g}")]
-        cells += [Text("–" if value is None else f"{value:.4f}") for value in _values(scores, item)]
-        cells.append(Text(item.label or "–", style=style))
+        cells = [Text(item.name, overflow="fold"), Text(line, no_wrap=True), Text(item.label or "–", style=style)]
         if published:
             known = published.get(item.name)
             cells += [Text(f"{known[0]:.4f}"), Text(known[1])] if known else [Text("–"), Text("–")]
@@ -67,12 +63,21 @@ def print_scores(scores: Scores, published: Published | None = None, console: Co
         console.print(Text(line, style="dim"))
 
 
-def _values(scores: Scores, item: ItemScore) -> list[float | None]:
-    thurstone = scores.fit.model == "thurstone"
+def _aligned(scores: Scores) -> tuple[str, list[str]]:
+    """Return the headings of the numbers and each item's numbers, aligned: one cell of the table, quick to print."""
+    thurstone, quasi = scores.fit.model == "thurstone", scores.quasi is not None
     unit = scores.jnd if thurstone else 1.0
-    theta, se, quasi = (None if v is None else v / unit for v in (item.theta, item.se, item.quasi_se))
-    values = [theta, se] if thurstone else [item.score, item.log10_score, se]
-    return [*values, quasi] if scores.quasi is not None else values
+    rows = [["wins", "of", *(("JOD", "se (JOD)") if thurstone else ("score", "log10", "se (nats)"))]]
+    for item in scores.items:
+        theta, se, quasi_se = (None if v is None else v / unit for v in (item.theta, item.se, item.quasi_se))
+        values = [theta, se] if thurstone else [item.score, item.log10_score, se]
+        shown = ["–" if value is None else f"{value:.4f}" for value in [*values, *([quasi_se] if quasi else [])]]
+        rows.append([f"{item.wins:g}", f"{item.comparisons:g}", *shown])
+    if quasi:
+        rows[0].append("quasi se")
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    lines = ["  ".join(text.rjust(width) for text, width in zip(row, widths, strict=True)) for row in rows]
+    return lines[0], lines[1:]
 
 
 def summary_lines(scores: Scores) -> list[str]:

@@ -19,6 +19,8 @@ pytestmark = pytest.mark.stress
 
 ROWS = 10_000_000
 READ = """
+import sys
+from tests.stress.memory import peak_kb
 from analysis.comparisons.table import read_stream
 table = read_stream(sys.stdin.buffer, "standard input")
 print(len(table.items), len(table.observers), table.wins.sum(), peak_kb())

@@ -9,13 +9,15 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
+from analysis.comparisons.comparisons import from_arrays
 from analysis.errors import ResultsError
 from analysis.scaling.conjugate_gradients import SparseItems
-from analysis.scaling.counts import Counts
+from analysis.scaling.counts import Counts, count_pairs
 from analysis.scaling.designs import ITEMS, items_design
-from analysis.scaling.fit import fit, fit_sparse
-from analysis.scaling.laws import probabilities
+from analysis.scaling.fit import ModelMethod, fit, fit_model, fit_sparse
+from analysis.scaling.laws import LAWS, Model, probabilities
 from analysis.scaling.newton import maximise
+from analysis.scaling.penalty import NO_PENALTY, Gaussian
 
 
 def ring_with_chords(n: int, chords: int, seed: int, *, losses: bool = True) -> NDArray[np.float64]:
@@ -82,3 +84,33 @@ def test_separated_items_are_reported_and_not_fitted() -> None:
 def test_counts_that_are_no_counts_are_refused(wins: list[list[float]], what: str) -> None:
     with pytest.raises(ResultsError, match=what):
         fit_sparse(csr_array(np.array(wins, dtype=float)))
+
+
+@pytest.mark.parametrize("method", ["ml", "map"])
+@pytest.mark.parametrize("model", ["bradley-terry", "thurstone", "davidson"])
+def test_every_model_recognises_few_pairs_of_many_items(model: Model, method: ModelMethod) -> None:
+    """Ring and chords, with ties, fitted by conjugate gradients as by dense equations."""
+    random = np.random.default_rng(5)
+    n = 300
+    first = np.r_[np.arange(n), random.integers(n, size=600)]
+    second = (first + np.r_[np.ones(n, dtype=int), random.integers(1, n, size=600)]) % n
+    size = len(first)
+    comparisons = from_arrays(
+        tuple(f"{item}" for item in range(n)),
+        ("",),
+        winner=np.r_[first, second, first],
+        loser=np.r_[second, first, second],
+        observer=np.zeros(3 * size, dtype=np.intp),
+        count=random.integers(1, 9, 3 * size).astype(float),
+        winner_was_first=np.full(3 * size, -1, dtype=np.int8),
+        tie=np.r_[np.zeros(2 * size, dtype=bool), np.ones(size, dtype=bool)],
+    )
+    law = LAWS[model]
+    counts, _ = count_pairs(comparisons, ties=law.parameter is not None)
+    assert isinstance(items_design(counts), SparseItems)
+    penalty = Gaussian.of_sd(2.0) if method == "map" else NO_PENALTY
+    dense = maximise(counts, law, penalty=penalty, design=ITEMS)
+    fitted = fit_model(comparisons, model, method=method)
+    assert fitted.converged
+    assert fitted.theta == pytest.approx(dense.theta[0], abs=1e-10)
+    assert fitted.log_likelihood == pytest.approx(float(dense.log_likelihood[0]), rel=1e-12)

@@ -254,6 +254,17 @@ def test_the_prior_gives_what_the_fast_posterior_gives(comparisons: Comparisons,
     assert fitted.held_by_prior is None
 
 
+@settings(max_examples=10)
+@given(answers_of_all_kinds(), st.floats(0.05, 20))
+def test_the_covariance_under_a_prior_is_one_and_the_same_everywhere(comparisons: Comparisons, prior_sd: float) -> None:
+    """On strengths that sum to zero, without σ²/n of their mean."""
+    fitted = fit_model(comparisons, method="map", prior_sd=prior_sd)
+    known = posterior(comparisons.wins, prior_sd)
+    assert fitted.covariance == pytest.approx(known.covariance, rel=1e-9, abs=1e-14 * prior_sd**2)
+    information = np.linalg.pinv(fit_model(comparisons, method="map", prior_sd=prior_sd).covariance)
+    assert np.abs(information.sum(axis=0)).max() < 1e-9 * np.abs(information).max()
+
+
 def test_a_wide_prior_is_no_prior(pudding: Comparisons) -> None:
     for model in MODELS:
         free, held = fit_model(pudding, model), fit_model(pudding, model, method="map", prior_sd=1e6)

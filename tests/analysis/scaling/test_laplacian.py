@@ -54,6 +54,22 @@ def test_elimination_is_exact_to_rounding_however_far_the_weights_span(weights: 
     assert found - found[0] == pytest.approx(exact, rel=1e-13, abs=1e-13 * span)
 
 
+def test_the_pseudo_inverse_of_a_large_graph_is_that_of_a_small_one() -> None:
+    random = np.random.default_rng(3)
+    upper = np.triu(random.random((600, 600)) < 0.02, 1) * random.uniform(0.1, 10, (600, 600))
+    weights = upper + upper.T
+    weights[np.arange(599), np.arange(1, 600)] = weights[np.arange(1, 600), np.arange(599)] = 1
+    slow = laplacian.by_lapack(weights[None], (np.eye(600) - 1 / 600)[None])[0]
+    kept = weights.copy()
+    large = laplacian.pseudo_inverse(weights[None])[0]
+    assert (weights == kept).all()
+    assert np.abs(large - slow).max() < 1e-12
+    assert (large == large.T).all()
+    assert laplacian.pair_variances(large) == pytest.approx(
+        laplacian.contrast_variances(large)[np.triu_indices(600, 1)], rel=1e-15
+    )
+
+
 def _exact(weights: Floats, right: Floats) -> Floats:
     """Solve with fractions, item 0 held at zero."""
     n = len(weights)
