@@ -9,10 +9,9 @@ from pathlib import Path
 from curves import seconds, write
 
 from devices.characterise.choose import NAMES, PARAMETRIC, characterise
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.characterise.parametric import fit_parametric
-from devices.characterise.plvc_fit import fit_plvc
-from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
-from devices.characterise.table_fit import fit_table
+from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.measurements import Measurements, read_csv
 
 CRT = Path(__file__).parents[2] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"

@@ -19,11 +19,10 @@ import numpy as np
 from curves import write
 from numpy.typing import NDArray
 
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
-from devices.characterise.plvc_fit import fit_plvc
-from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes
-from devices.characterise.table_fit import fit_table
+from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.code_table import curve_table
 from devices.display.knot_table import knot_tables
 from devices.display.model import DisplayModel

@@ -10,9 +10,16 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.camera.camera_model import CameraModel, Form
-from devices.camera.correspondences import Correspondences, pool, uneven
+from devices.camera.correspondences import (
+    Correspondences,
+    check_black,
+    check_determined,
+    check_enough,
+    pool,
+    remarks,
+    uneven,
+)
 from devices.camera.exposure import Exposure
-from devices.camera.fit_checks import check_black, check_determined, check_enough, remarks
 from devices.camera.solve import Loss, design, find_outliers, left_out_xyz, solve, why
 from devices.characterise.figures import Errors, errors_of
 from devices.colour.ciede2000 import delta_e_2000

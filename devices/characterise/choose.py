@@ -26,8 +26,7 @@ from devices.characterise.figures import (
 )
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches, patches
-from devices.characterise.plvc_fit import fit_plvc
-from devices.characterise.table_fit import fit_table
+from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.errors import DeviceError

@@ -188,7 +188,7 @@ def fit_display(
 
     Examples
     --------
-    >>> from devices.characterise.simulated import table_c1_codes, thesis_display
+    >>> from devices.characterise.example_displays import table_c1_codes, thesis_display
     >>> codes = table_c1_codes()
     >>> fit = fit_display(Measurements(codes, thesis_display().xyz(codes)), model="gog")
     >>> fit.eyes["both"].characterisation.chosen.held_out.mean < 0.01

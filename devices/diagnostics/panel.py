@@ -143,6 +143,7 @@ ANGULAR_LUMINANCE = Check(
 _WITHIN_DEG = 30.0
 _ASK = "Read one patch from several angles, and name the readings white@0deg, white@10deg, white@v-10deg, ..."
 _SHARE = 0.10
+_DARK = 1e-9  # straight ahead, a share of the brightest direction's luminance that is no light
 _WAYS = {"": "horizontal", "h": "horizontal", "v": "vertical"}
 
 
@@ -219,7 +220,10 @@ def _curves(measurements: Measurements) -> dict[str, tuple[Floats, Floats, Float
             angles = by_direction.setdefault(_WAYS[own.parts[0]], {})
             angles.setdefault(float(own.parts[1]), []).append(measurements.XYZ[row])
     ahead = [light for angles in by_direction.values() for light in angles.get(0.0, [])]
-    if not ahead or np.mean(ahead, axis=0)[1] <= 0:
+    largest = max(
+        abs(float(light[1])) for angles in by_direction.values() for lights in angles.values() for light in lights
+    )
+    if not ahead or np.mean(ahead, axis=0)[1] <= _DARK * largest:
         return {}
     centre = np.asarray(np.mean(ahead, axis=0))
     curves = {}

@@ -15,8 +15,7 @@ from typing import Any
 from devices.errors import MeasuringError
 from devices.instruments.instrument import Reading
 from devices.patches.arrangement import Place
-from devices.patches.order import Step
-from devices.patches.patch import Patch
+from devices.patches.patch import Patch, Step
 from documents import Finding
 from documents.files.durable_log import DurableLog, LogInUseError
 from documents.files.json_lines import DamagedLineError, read_lines

@@ -1,8 +1,7 @@
 """Patches to show a display and measure: which codes, in which order, and how the instrument stands for each."""
 
 from devices.patches.arrangement import Arrangement, PatchEye, Place
-from devices.patches.order import Step, steps
-from devices.patches.patch import Patch, PatchSet
+from devices.patches.patch import Patch, PatchSet, Step, steps
 from devices.patches.sets import BUILT_IN, find_patches, find_sets
 
 __all__ = [

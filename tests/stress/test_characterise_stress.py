@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from devices.characterise.choose import Characterisation, characterise
-from devices.characterise.simulated import noisy, table_c1_codes, thesis_display
+from devices.characterise.example_displays import noisy, table_c1_codes, thesis_display
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.model import DisplayModel

@@ -1,4 +1,4 @@
-"""The report on a fitted camera: one HTML page that needs nothing but itself."""
+"""The report on a fitted camera: one HTML page that needs nothing but itself, with its figures."""
 
 from __future__ import annotations
 
@@ -9,25 +9,28 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera.fit import CameraFit
+from devices.colour.spaces import xyY_from_XYZ
 from devices.colour.srgb import srgb
+from devices.diagnostics.colours import locus_line
+from devices.diagnostics.diagnosis import Colour, Line, Panel, numbers
 from documents.files.whole_file import write_whole
 from documents.pages.environment import page_environment
 
 _MOST_DECIMALS = 6
 _SWATCH_SHARE = 0.9  # of the page's white, for the brightest patch
+_AXES: tuple[tuple[str, Colour], ...] = (("X", "red"), ("Y", "green"), ("Z", "blue"))
 
 
-def write_page(found: CameraFit, title: str, output: Path, notes: tuple[str, ...] = ()) -> None:
+def write_page(fit: CameraFit, title: str, output: Path, notes: tuple[str, ...] = ()) -> None:
     """Write the page to ``output``, whole or not at all; its folder is made if need be. Raises OSError if it cannot."""
-    page = render(found, title, notes)
+    page = render(fit, title, notes)
     write_whole(output, page)
 
 
-def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
+def render(fit: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
     """Return the page's HTML; text from people is escaped. ``notes`` stand above what the fit itself says."""
     from markupsafe import Markup
 
-    from runner.reports.camera.figures import panels
     from runner.reports.display.figure import panel_svg
     from runner.reports.display.page import short
 
@@ -37,22 +40,22 @@ def render(found: CameraFit, title: str, notes: tuple[str, ...] = ()) -> str:
     drawn = [
         # matplotlib escapes the text that it writes.
         (caption, Markup(panel_svg(panel, f"f{number}", f"{panel.y_label} over {panel.x_label}")))
-        for number, (caption, panel) in enumerate(panels(found), start=1)
+        for number, (caption, panel) in enumerate(panels(fit), start=1)
     ]
-    model, errors = found.model, found.standard_errors
+    model, errors = fit.model, fit.standard_errors
     columns = [model.matrix, *([model.offset_XYZ[:, None]] if model.form == "affine" else [])]
     matrix = np.hstack(columns)
     cells = [[_with_error(float(matrix[i, j]), float(errors[i, j])) for j in range(matrix.shape[1])] for i in range(3)]
     patches = [
-        (number, patch, _swatch(patch.XYZ, found.white_XYZ), _swatch(patch.estimated_XYZ, found.white_XYZ))
-        for number, patch in enumerate(found.patches, start=1)
+        (number, patch, _swatch(patch.XYZ, fit.white_XYZ), _swatch(patch.estimated_XYZ, fit.white_XYZ))
+        for number, patch in enumerate(fit.patches, start=1)
     ]
     return environment.get_template("camera.html.j2").render(
         title=title,
-        found=found,
+        fit=fit,
         model=model,
-        sentence=sentence(found),
-        notes=(*notes, *found.notes),
+        sentence=sentence(fit),
+        notes=(*notes, *fit.notes),
         cells=cells,
         patches=patches,
         drawn=drawn,
@@ -67,20 +70,87 @@ def _with_error(value: float, error: float) -> tuple[str, str | None]:
     return f"{value:.{decimals}f}".replace("-", "−"), f"{error:.{decimals}f}"
 
 
-def sentence(found: CameraFit) -> str:
+def sentence(fit: CameraFit) -> str:
     """Return the outcome in a sentence or two."""
-    count, gone = len(found.patches), len(found.left_out)
-    if found.held_out is None:
-        told = "No patch could be held out, so nothing tells how well others are predicted."
+    count, gone = len(fit.patches), len(fit.left_out)
+    if fit.held_out is None:
+        words = "No patch could be held out, so it is not known how well others are predicted."
     else:
-        told = (
-            f"A patch that the fit has not seen is off by {found.held_out.mean:.2f} ΔE00 on average, "
-            f"{found.held_out.max:.2f} at most."
+        words = (
+            f"A patch that the fit has not seen is off by {fit.held_out.mean:.2f} ΔE00 on average, "
+            f"{fit.held_out.max:.2f} at most."
         )
-    return told + (f" {gone} of {count} patches {'was' if gone == 1 else 'were'} left out." if gone else "")
+    return words + (f" {gone} of {count} patches {'was' if gone == 1 else 'were'} left out." if gone else "")
 
 
 def _swatch(XYZ: NDArray[np.float64], white: NDArray[np.float64]) -> str:
     """Return roughly how a patch looks, as #rrggbb."""
     codes = srgb(_SWATCH_SHARE * XYZ, white)
     return "#" + "".join(f"{round(255 * value):02x}" for value in codes.tolist())
+
+
+def panels(fit: CameraFit) -> tuple[tuple[str, Panel], ...]:
+    """Return each figure with its caption."""
+    return (_agreement(fit), _chromaticities(fit), _zone(fit), _errors(fit))
+
+
+def _used(fit: CameraFit) -> np.ndarray:
+    return np.array([not patch.left_out_reason for patch in fit.patches])
+
+
+def _agreement(fit: CameraFit) -> tuple[str, Panel]:
+    used = _used(fit)
+    measured = np.array([patch.XYZ for patch in fit.patches])[used]
+    estimated = np.array([patch.estimated_XYZ for patch in fit.patches])[used]
+    top = float(max(measured.max(), estimated.max()))
+    lines = [Line("", (0.0, top), (0.0, top), "soft", "dashed")]
+    for axis, (name, colour) in enumerate(_AXES):
+        lines.append(Line(name, numbers(measured[:, axis]), numbers(estimated[:, axis]), colour))
+    return (
+        "Estimated from the photograph over measured; on the dashed line they agree.",
+        Panel("Measured and estimated", "measured (cd/m²)", "estimated (cd/m²)", tuple(lines)),
+    )
+
+
+def _chromaticities(fit: CameraFit) -> tuple[str, Panel]:
+    used = _used(fit)
+    measured = xyY_from_XYZ(np.array([patch.XYZ for patch in fit.patches])[used])
+    estimated = xyY_from_XYZ(np.array([patch.estimated_XYZ for patch in fit.patches])[used])
+    apart = [
+        Line("", (float(one[0]), float(other[0])), (float(one[1]), float(other[1])), "soft", "line")
+        for one, other in zip(measured, estimated, strict=True)
+    ]
+    lines = (
+        locus_line(),
+        *apart,
+        Line("measured", numbers(measured[:, 0]), numbers(measured[:, 1]), "ink"),
+        Line("estimated", numbers(estimated[:, 0]), numbers(estimated[:, 1]), "red"),
+    )
+    return "CIE 1931 2°; a line joins what belongs together.", Panel("Chromaticities", "x", "y", lines, equal=True)
+
+
+def _zone(fit: CameraFit) -> tuple[str, Panel]:
+    used = _used(fit)
+    place = np.arange(1, len(fit.patches) + 1)
+    luminance = np.array([patch.tested_luminance_cd_m2 for patch in fit.patches])
+    lines = [Line("fitted to", numbers(place[used]), numbers(luminance[used]), "ink")]
+    if not used.all():
+        lines.append(Line("left out", numbers(place[~used]), numbers(luminance[~used]), "red"))
+    zone = fit.model.safe_luminance_cd_m2 or ()
+    return (
+        "Luminance of each patch, at the model's exposure. Between the dashed lines an estimate can be trusted "
+        "(thesis Figure 5.8).",
+        Panel("Safe luminance zone", "patch", "luminance (cd/m²)", tuple(lines), levels=tuple(zone)),
+    )
+
+
+def _errors(fit: CameraFit) -> tuple[str, Panel]:
+    rows = [(i, patch) for i, patch in enumerate(fit.patches, start=1) if not patch.left_out_reason]
+    held = [(i, patch.held_out_delta_e) for i, patch in rows if patch.held_out_delta_e is not None]
+    lines = [Line("fitted", tuple(float(i) for i, _ in rows), tuple(patch.delta_e for _, patch in rows), "soft")]
+    if held:
+        lines.append(Line("left out one by one", tuple(float(i) for i, _ in held), tuple(e for _, e in held), "accent"))
+    return (
+        "ΔE00 of each patch: as fitted, and as predicted by the fit to all others.",
+        Panel("Errors", "patch", "ΔE00", tuple(lines)),
+    )

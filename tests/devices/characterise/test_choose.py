@@ -10,8 +10,14 @@ import pytest
 from numpy.typing import ArrayLike
 
 from devices.characterise.choose import NAMES, characterise
+from devices.characterise.example_displays import (
+    THESIS_CURVES,
+    liquid_crystal_XYZ,
+    noisy,
+    table_c1_codes,
+    thesis_display,
+)
 from devices.characterise.figures import inversion_error_codes
-from devices.characterise.simulated import THESIS_CURVES, liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 import yaml
 
+from devices.characterise.example_displays import thesis_display
 from devices.characterise.measured_parts import measured_parts
-from devices.characterise.simulated import thesis_display
 from devices.diagnostics.examine import MeasuredSet, examine
 from devices.measurements import Measurements, PatchEye
 

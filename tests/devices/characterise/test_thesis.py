@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from devices.characterise.simulated import THESIS_CURVES, noisy, table_c1_codes, thesis_display
+from devices.characterise.example_displays import THESIS_CURVES, noisy, table_c1_codes, thesis_display
 from devices.characterise.thesis import ThesisFits, thesis_fits
 from devices.errors import DeviceError
 

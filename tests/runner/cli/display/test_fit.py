@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.characterise.simulated import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.display_file import read_display
