@@ -14,11 +14,14 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import permutations
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pytest
 from sybil import Example, Sybil
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
+
+if TYPE_CHECKING:
+    from runner.protocol.schemas import FileKind
 
 ROOT = Path(__file__).parent
 Prepare = Callable[[Path], dict[str, Any]]
@@ -33,7 +36,7 @@ _EXPERIMENT = {
     "layout": {"arrangement": "vertical", "size_mm": [20, 10]},
     "blocks": [{"kind": "instructions", "text": "Look."}],
 }
-_RIG = {"schema_version": 1, "display": "display.yaml", "mode": "side-by-side", "distance_mm": 700}
+_RIG: dict[str, Any] = {"schema_version": 1, "display": "display.yaml", "mode": "side-by-side", "distance_mm": 700}
 _OBSERVERS = {"schema_version": 1, "kind": "bradley_terry", "stimuli": {"a": {"score": 1}, "b": {"score": 2}}}
 _MODE = {
     "black_XYZ_cd_m2": [0.02, 0.02, 0.03],
@@ -57,7 +60,7 @@ _WHOLE: Mapping[str, Callable[[Any], Any]] = {
     "quad-buffered": lambda part: {**_DISPLAY, "modes": {name: {**_MODE, **mode} for name, mode in part.items()}},
     "panel": lambda part: {**_DISPLAY, **part},
 }
-_STAND_ALONE = ("display", "camera", "regions", "verification", "observers")
+_READABLE = ("display", "rig", "camera", "regions", "verification", "observers")
 _NAMED = re.compile(r"^# (\S+\.(?:yaml|csv))\b")
 
 
@@ -79,18 +82,18 @@ def _fill(data: Any) -> Any:
         return data
     shipped = [read_yaml(file).data for file in sorted(Path("configs/stimuli").glob("*.yaml"))]
     like = next(recipe for recipe in shipped if recipe["kind"] == data["kind"])
-    return {**data, **{key: like[key] for key in left_out}}
+    return {**data, **{key: like[key] for key in left_out if key in like}}
 
 
-def _file_kind(data: Mapping[str, Any]) -> str:
+def _file_kind(data: Mapping[str, Any]) -> FileKind:
     """Return the kind of a whole file, by the key that `documents.yaml.load` recognises it by."""
     from documents.yaml.load import TELLING
     from runner.observers.observer_file import KINDS
 
-    kind = next((TELLING[key] for key in TELLING if key in data), "recipe")
-    if kind == "recipe":
-        return "observers" if data.get("kind") in KINDS else "stimuli"
-    return kind
+    kind = TELLING[next((key for key in TELLING if key in data), "kind")]
+    if kind != "recipe":
+        return kind
+    return "observers" if data.get("kind") in KINDS else "stimuli"
 
 
 def evaluate_yaml(example: Example) -> None:
@@ -98,6 +101,8 @@ def evaluate_yaml(example: Example) -> None:
     from documents.yaml.source import read_yaml
     from runner.check.files import check_file
     from runner.check.report import CheckOptions
+    from runner.presenter.modes.options import ModeOptions
+    from runner.presenter.modes.registry import find_mode
     from runner.protocol.schemas import file_model
 
     file = _write_named(example, "snippet.yaml")
@@ -113,11 +118,17 @@ def evaluate_yaml(example: Example) -> None:
         data = _WHOLE["panel"](data)
     kind = _file_kind(data)
     file_model(kind).model_validate(data)
-    if named or kind in _STAND_ALONE:
-        if not named:
-            file.write_text(json.dumps(data), encoding="utf-8")
-        report = check_file(file, CheckOptions(screen="skip", pictures=False))
-        assert not report.errors, [str(error) for error in report.errors]
+    if not (named or kind in _READABLE or str(data.get("kind")).startswith("sparkle")):
+        return  # it names pictures, or a study, that are not there
+    if not named:
+        file = Path("configs/rigs") / file.name
+        file.write_text(json.dumps(data), encoding="utf-8")
+        if kind == "rig":
+            find_mode(data["mode"], ModeOptions.parse(data.get("mode_options", {})))
+            display = {**_DISPLAY, "modes": {data["mode"]: _MODE}}
+            (file.parent / _RIG["display"]).write_text(json.dumps(display), encoding="utf-8")
+    report = check_file(file, CheckOptions(screen="skip", pictures=False))
+    assert not report.errors, [str(error) for error in report.errors]
 
 
 def evaluate_csv(example: Example) -> None:

@@ -75,6 +75,11 @@ WRONG = {
         "    curve: {kind: gamma, red: {gamma: 2}, green: {gamma: 2}, blue: {gamma: 2}}\n    source: made up\n```\n",
         "primaries",
     ),
+    "an option of no mode": ("```yaml\nmode_options: {swap_eye: true}\n```\n", "swap_eye"),
+    "a shipped plate with an unknown key": (
+        "```yaml\nschema_version: 1\nkind: sparkle_series\nplate: {...}\nlamps: {...}\n```\n",
+        "lamps",
+    ),
     "an unknown column": ("```csv\nwinner,looser\na,b\n```\n", "loser"),
     "a missing name": ("```python\nimport cyclopean\n\ncyclopean.no_such_function()\n```\n", "no_such_function"),
     "another value": ("```python\n>>> 1 + 1\n3\n```\n", "Expected"),
