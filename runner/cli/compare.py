@@ -167,7 +167,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
 
     from devices.camera.camera_file import read_camera
     from devices.camera.exposure import parse_exposure
-    from stimuli.comparison.pictures import Reading
+    from stimuli.comparison.pictures import ReadOptions
     from stimuli.comparison.results import CompareOptions
     from stimuli.spectral.light import Light
 
@@ -175,7 +175,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
     viewing = _viewing(options)
     if (options["sensitivities"] is None) != (options["full_scale"] is None):
         raise click.UsageError("--sensitivities and --full-scale go together")
-    reading = Reading(
+    reading = ReadOptions(
         camera=read_camera(Path(options["camera"])) if options["camera"] else None,
         exposure=parse_exposure(options["exposure"]) if options["exposure"] else None,
         assume_linear=options["linear"],

@@ -31,7 +31,7 @@ _MOST_MISTAKEN = 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class ReadOptions:
     """How files are read: ``camera`` takes camera RGB to XYZ, ``exposure`` is that of pictures whose file has none.
 
     With ``sensitivities`` a spectral picture is taken by the camera's own sensor, whose channels
@@ -48,7 +48,7 @@ class Reading:
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class View:
+class EyeView:
     """The view of one eye: XYZ in cd/m², and where the sensor was full, bool (height, width); None without a sensor."""
 
     xyz: RowFile
@@ -66,7 +66,7 @@ class Picture:
     file: Path
     sha256: str
     holds: Holds
-    views: Mapping[Eye, View]
+    views: Mapping[Eye, EyeView]
     safe_cd_m2: tuple[float, float] | None
     notes: tuple[str, ...]
     steps: tuple[Mapping[str, Any], ...]
@@ -93,7 +93,7 @@ class Picture:
         }
 
 
-def read_picture(path: Path, reading: Reading, given: Holds | None, what: str, done: RowsDone) -> Picture:
+def read_picture(path: Path, reading: ReadOptions, given: Holds | None, what: str, done: RowsDone) -> Picture:
     """Return the picture at ``path``; ``given`` is the kind of its values if the file does not declare it.
 
     ``what`` is the picture's name in messages.
@@ -167,7 +167,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
         done(band.stop, height)
     notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
     step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
-    eye_views: dict[Eye, View] = {eye: View(rows, None) for eye, rows in views.items()}
+    eye_views: dict[Eye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}
     return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,))
 
 
@@ -235,10 +235,10 @@ def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
         rows.write(band.start, np.maximum(xyz, np.float32(0)))
         done(band.stop, height)
     notes = (f"{below} pixels with negative XYZ were set to 0",) if below else ()
-    return Picture(path, digest, holds, {"both": View(rows, None)}, None, notes, image.steps)
+    return Picture(path, digest, holds, {"both": EyeView(rows, None)}, None, notes, image.steps)
 
 
-def _camera_rgb(path: Path, digest: str, reading: Reading, what: str, done: RowsDone) -> Picture:
+def _camera_rgb(path: Path, digest: str, reading: ReadOptions, what: str, done: RowsDone) -> Picture:
     from stimuli.develop.read import read_camera_image
 
     if reading.camera is None:
@@ -251,7 +251,7 @@ def _camera_rgb(path: Path, digest: str, reading: Reading, what: str, done: Rows
     return _developed(path, digest, "camera-rgb", image, reading.camera, what, done)
 
 
-def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDone) -> Picture:
+def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: RowsDone) -> Picture:
     from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
     from stimuli.spectral.picture import read_spectral
 
@@ -261,7 +261,7 @@ def _spectral(path: Path, digest: str, reading: Reading, what: str, done: RowsDo
         notes = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
         rows = RowFile.of(seen.xyz)
         done(rows.shape[0], rows.shape[0])
-        return Picture(path, digest, "spectral", {"both": View(rows, None)}, None, picture.notes + notes, seen.steps)
+        return Picture(path, digest, "spectral", {"both": EyeView(rows, None)}, None, picture.notes + notes, seen.steps)
     if reading.camera is None:
         raise _wrong(
             path,
@@ -308,7 +308,7 @@ def _developed(
     if image.exposure is not None and not camera.tried_at(image.exposure):
         notes.append(f"the camera file was not tested at this exposure, {image.exposure}")
     done(height, height)
-    views: dict[Eye, View] = {"both": View(RowFile.of(developed.xyz), developed.saturated)}
+    views: dict[Eye, EyeView] = {"both": EyeView(RowFile.of(developed.xyz), developed.saturated)}
     return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), developed.steps)
 
 

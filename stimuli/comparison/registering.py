@@ -28,7 +28,7 @@ from stimuli.comparison.displacements import (
     middle,
     sizes_differ,
 )
-from stimuli.comparison.pictures import View
+from stimuli.comparison.pictures import EyeView
 from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
 from stimuli.comparison.results import CompareOptions, Registering
@@ -49,8 +49,8 @@ _ROUNDS = 5
 class EyePair:
     """Both views of one eye on the photograph's grid; ``within`` and the flags are bool (height, width)."""
 
-    photo: View
-    rendering: View
+    photo: EyeView
+    rendering: EyeView
     moved: RowFile
     within: Mask
     saturated: Mask | None
@@ -61,8 +61,8 @@ class EyePair:
 
 
 def register_eye(
-    photo: View,
-    rendering: View,
+    photo: EyeView,
+    rendering: EyeView,
     file: str,
     safe_cd_m2: tuple[float, float] | None,
     regions: RegionsFile,
@@ -107,7 +107,7 @@ def _refuse_outside(placed: PlacedRegions, within: Mask, file: str) -> None:
         raise StimulusError(findings)
 
 
-def _aligned(photo: View, rendering: View, file: str, regions: RegionsFile, options: CompareOptions) -> Alignment:
+def _aligned(photo: EyeView, rendering: EyeView, file: str, regions: RegionsFile, options: CompareOptions) -> Alignment:
     """Return where the rendering, read from ``file``, lies.
 
     Raises
@@ -125,7 +125,7 @@ def _aligned(photo: View, rendering: View, file: str, regions: RegionsFile, opti
 
 
 def _corners(
-    photo: View, rendering: View, regions: RegionsFile, options: CompareOptions
+    photo: EyeView, rendering: EyeView, regions: RegionsFile, options: CompareOptions
 ) -> tuple[Floats, Floats] | None:
     """Return four places or more of both pictures, counted from the middle of a pixel; None where none are needed."""
     corners = options.corners_px
@@ -167,12 +167,12 @@ def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile,
         )
 
 
-def _refuse_turned_charts(photo: View, rendering: View, regions: RegionsFile) -> None:
+def _refuse_turned_charts(photo: EyeView, rendering: EyeView, regions: RegionsFile) -> None:
     """Refuse two pictures of one size that do not fit because a chart lies another way round."""
     if photo.xyz.shape != rendering.xyz.shape:
         return
     charts = place_regions(regions, photo.xyz.shape).charts
-    sides: tuple[tuple[View, Side], ...] = ((photo, "photograph"), (rendering, "rendering"))
+    sides: tuple[tuple[EyeView, Side], ...] = ((photo, "photograph"), (rendering, "rendering"))
     for view, side in sides:
         try:
             check_charts(view.xyz, charts, side, view.saturated, regions.file)

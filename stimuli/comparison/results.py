@@ -12,7 +12,7 @@ from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
 from stimuli.comparison.depth import DisparityPair
 from stimuli.comparison.luminance import LuminanceMode
-from stimuli.comparison.pictures import Eye, Holds, Picture, Reading
+from stimuli.comparison.pictures import Eye, Holds, Picture, ReadOptions
 from stimuli.comparison.regions import PlacedRegions
 from stimuli.comparison.regions_file import RegionsFile, WhiteName
 from stimuli.comparison.rows import Floats, RowFile, ScaledRows
@@ -82,7 +82,7 @@ class CompareOptions:
         Take the place of the regions file's white, its luminance mode and its limit of ΔE00.
     """
 
-    reading: Reading = field(default_factory=Reading)
+    reading: ReadOptions = field(default_factory=ReadOptions)
     photo_holds: Holds | None = None
     rendering_holds: Holds | None = None
     viewing: Viewing | None = None

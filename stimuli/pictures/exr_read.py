@@ -20,7 +20,7 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 
 
 @dataclass(frozen=True, slots=True)
-class Reading:
+class ExrPicture:
     """A picture, the views it was made of (left then right, or one), and how many pixels were clipped at 0.
 
     ``centre`` is true if the file has a view of neither eye, used or not.
@@ -106,7 +106,7 @@ def read_exr_counted(
     white_luminance_cd_m2: float | None = None,
     negative: Negative = "refuse",
     region: Region | None = None,
-) -> Reading:
+) -> ExrPicture:
     """Return what `read_exr` returns, with the views used and the pixels clipped."""
     path = Path(path)
     views = read_views(path, region)
@@ -127,7 +127,7 @@ def read_exr_counted(
     ]
     images = [xyz for xyz, _ in converted]
     clipped = sum(pixels for _, pixels in converted)
-    return Reading(StereoImage(images[0], images[-1]), names, clipped, _middle(views) is not None)
+    return ExrPicture(StereoImage(images[0], images[-1]), names, clipped, _middle(views) is not None)
 
 
 def _middle(names: Collection[str]) -> str | None:
