@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
+from documents.text.json_values import json_fields
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture
 from stimuli.align.registration import refine_within
@@ -56,7 +57,7 @@ class Spread:
 
     def to_json(self) -> dict[str, float]:
         """Return the numbers by name."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return json_fields(self)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

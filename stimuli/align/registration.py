@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from documents.text.json_values import json_fields
 from stimuli.align.phase import LEAST_AGREEMENT, Peak, agreement, correlation, find_peak, hann
 from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
 from stimuli.align.subpixel import MARGIN_PX, MOST_PIXELS, Fit, refine
@@ -50,15 +51,7 @@ class Registration:
 
     def to_json(self) -> Mapping[str, Any]:
         """Return the numbers by name, for a manifest."""
-        values: dict[str, Any] = {
-            "shift_px": list(self.shift_px),
-            "standard_error_px": list(self.standard_error_px),
-            "correlation": self.correlation,
-            "peak_height": self.peak_height,
-            "false_alarm": self.false_alarm,
-            "rival_share": self.rival_share,
-        }
-        return values if self.homography is None else values | {"homography": [list(row) for row in self.homography]}
+        return {name: value for name, value in json_fields(self).items() if value is not None}
 
 
 def register(

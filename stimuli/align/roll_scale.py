@@ -15,6 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.text.json_values import json_fields
+
 Floats = NDArray[np.float64]
 
 LEAST_BLOCKS = 8
@@ -52,7 +54,7 @@ class RollScale:
 
     def to_json(self) -> Mapping[str, Any]:
         """Return the numbers by name, for a manifest."""
-        return {name: getattr(self, name) for name in self.__dataclass_fields__}
+        return json_fields(self)
 
 
 def fit_roll_scale(places_px: Floats, vertical_px: Floats, size_px: tuple[int, int]) -> RollScale | None:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
+from documents.text.json_values import json_fields
 from stimuli.align.disparity import Viewing
 from stimuli.align.homography import common_part, mapped, warp
 from stimuli.align.planes import light_plane, same_size
@@ -43,9 +44,7 @@ class Keystone:
 
     def to_json(self) -> Mapping[str, Any]:
         """Return the disparities by name, for a manifest."""
-        names = ("vertical_px", "horizontal_px", "vertical_arcmin", "horizontal_arcmin")
-        values = {name: getattr(self, name) for name in names}
-        return {name: list(corners) for name, corners in values.items() if corners is not None}
+        return {name: corners for name, corners in json_fields(self).items() if corners is not None}
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from documents.text.json_values import json_fields
 from stimuli.align.homography import mapped, warp
 from stimuli.comparison.rows import Floats, Mask, RowFile, RowsDone
 
@@ -42,10 +43,9 @@ class Alignment:
 
     def to_json(self) -> dict[str, Any]:
         """Return the numbers by name."""
-        values = {name: getattr(self, name) for name in self.__dataclass_fields__ if name != "matrix"}
-        for name in ("shift_px", "shift_se_px"):
-            values[name] = None if values[name] is None else list(values[name])
-        return {**values, "photo_to_rendering": self.matrix.tolist()}
+        values = json_fields(self)
+        matrix = values.pop("matrix")
+        return {**values, "photo_to_rendering": matrix.tolist()}
 
     def sentences(self) -> list[str]:
         """Return sentences on how the rendering lies."""

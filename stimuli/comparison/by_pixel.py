@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from documents.text.json_values import json_fields
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions import Region
 from stimuli.comparison.rows import Floats32, Mask, Rows, RowsDone, bands
@@ -37,7 +38,7 @@ class DifferenceSummary:
 
     def to_json(self) -> dict[str, float]:
         """Return the numbers by name."""
-        return asdict(self)
+        return json_fields(self)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -6,6 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from documents.text.json_values import json_fields
 from stimuli.comparison.by_pixel import DifferenceSummary
 from stimuli.comparison.table import RegionTable
 from stimuli.comparison.verdict import Limits, Outcome, Reason, decimals
@@ -64,7 +65,7 @@ class SparklePair:
 
     def to_json(self) -> dict[str, float | str | None]:
         """Return the numbers by name, None for what is not known."""
-        values = {name: getattr(self, name) for name in (*self.__dataclass_fields__, "relative", "relative_se", "z")}
+        values = json_fields(self) | {"relative": self.relative, "relative_se": self.relative_se, "z": self.z}
         return {n: v if isinstance(v, str) or (v is not None and math.isfinite(v)) else None for n, v in values.items()}
 
 

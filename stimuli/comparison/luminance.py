@@ -7,12 +7,13 @@ square of what is left, and R² about the line of equality, 1 − Σ(photo − f
 from __future__ import annotations
 
 import math
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from documents.text.json_values import json_fields
 from stimuli.errors import StimulusError
 
 LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]
@@ -42,7 +43,7 @@ class LuminanceFactor:
 
     def to_json(self) -> dict[str, float | None]:
         """Return the numbers by name."""
-        return asdict(self)
+        return json_fields(self)
 
     def of(self, mode: Literal["mean_ratio", "least_squares"]) -> float:
         """Return one of the two."""

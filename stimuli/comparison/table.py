@@ -7,7 +7,7 @@ rendering was multiplied with ``scaled_by``, which is 1 where luminances are com
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 
 from devices.colour.ciede2000 import delta_e_2000, delta_e_2000_parts
 from devices.colour.spaces import xyY_from_XYZ, xyz_to_lab
+from documents.text.json_values import json_fields
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
 from stimuli.comparison.regions import Kind, Region
@@ -103,7 +104,7 @@ class RegionTable:
 
     def to_json(self) -> dict[str, Any]:
         """Return the table as plain JSON."""
-        return asdict(self) | {"mean_delta_e": self.mean_delta_e}
+        return json_fields(self) | {"mean_delta_e": self.mean_delta_e}
 
 
 def region_table(

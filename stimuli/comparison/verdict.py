@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from documents import Finding
+from documents.text.json_values import json_fields
 from stimuli.errors import StimulusError
 
 Outcome = Literal["passes", "fails", "cannot say", "noted"]
@@ -46,13 +47,13 @@ class Limits:
     stands_out_z: float = 3.0
 
     def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
+        for name, value in json_fields(self).items():
             if not 0 < value < float("inf"):
                 raise StimulusError(Finding(f"the limit '{name}' is {value}", remedy="a finite number above 0"))
 
     def to_json(self) -> dict[str, float]:
         """Return the limits by name."""
-        return asdict(self)
+        return json_fields(self)
 
 
 @dataclass(frozen=True, slots=True)

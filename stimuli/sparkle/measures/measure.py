@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from documents.text.json_values import json_fields
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Floats, Luminance
 from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, Threshold, find_peaks
@@ -229,14 +230,7 @@ class SharedSparkles:
 
     def to_json(self) -> dict[str, object]:
         """Return the numbers for a manifest."""
-        return {
-            "left": self.left,
-            "right": self.right,
-            "both": self.both,
-            "by_chance": self.by_chance,
-            "share": self.share.to_json(),
-            "tolerance_px": self.tolerance_px,
-        }
+        return json_fields(self) | {"share": self.share.to_json()}
 
 
 def shared_sparkles(
