@@ -14,7 +14,7 @@ from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import permutations
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, cast
 
 import pytest
 from sybil import Example, Sybil
@@ -91,9 +91,9 @@ def _file_kind(data: Mapping[str, Any]) -> FileKind:
     from runner.observers.observer_file import KINDS
 
     kind = TELLING[next((key for key in TELLING if key in data), "kind")]
-    if kind != "recipe":
-        return kind
-    return "observers" if data.get("kind") in KINDS else "stimuli"
+    if kind == "recipe":
+        return "observers" if data.get("kind") in KINDS else "stimuli"
+    return cast("FileKind", kind)
 
 
 def evaluate_yaml(example: Example) -> None:
