@@ -40,6 +40,8 @@ HARD_GAMMA = 2.9
 ENTRIES = (256, 1024, 4096)
 
 CLOSED_FORM = """
+#define Light float
+#define Lights vec3
 uniform float gamma;
 float code_of_light(int channel, float light) {
     return pow(light, 1.0 / gamma);
@@ -85,7 +87,7 @@ def variants() -> list[Variant]:
 def in_turn(work: dict[str, Callable[[], object]], rounds: int = 9) -> dict[str, float]:
     """Return each work's median time in seconds.
 
-    All of them are timed once a round, so that none has a quieter machine, in an order drawn anew, so that none always
+    All of them are timed once a round, so that none has a quieter machine, in a new random order, so that none always
     follows the same other, and each directly after a run of its own, so that none finds the caches as another left
     them.
     """

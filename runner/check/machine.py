@@ -142,7 +142,7 @@ def check_results(report: CheckReport, experiment: str, results: Path) -> None:
 
 
 def _is_running(folder: Path) -> bool:
-    """Return whether a process holds the session's lock; a lock's file that was left over holds nothing."""
+    """Return whether a process holds the session's lock; a lock's file alone locks nothing."""
     file = folder / ".lock"
     if not file.exists():
         return False

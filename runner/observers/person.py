@@ -43,7 +43,7 @@ class Person:
         the field or scale was first shown, with the onset as its time if it was made before that.
         """
         self.point(bool(ask.targets), self._by_mouse)
-        if not self._goes_on(ask.task):
+        if not self._continues(ask.task):
             self._since_s = onset_s
         self._task = ask.task
         try:
@@ -61,7 +61,7 @@ class Person:
         finally:
             self.point(False, False)
 
-    def _goes_on(self, task: Task) -> bool:
+    def _continues(self, task: Task) -> bool:
         """Return whether ``task`` is the one that was answered last, and that answer did not end it."""
         before, (_, meaning) = self._task, self._last
         if isinstance(task, Write) and isinstance(before, Write):

@@ -1,4 +1,4 @@
-"""The plainest answers: what a preview gives, and what others fall back to."""
+"""The simplest answers: those of a preview, and the fallback of other observers."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def key_for(ask: Ask, meaning: str) -> str:
 
 
 def plain_key(ask: Ask) -> str:
-    """Return a press that gets on: the first of two, the last of a series, the middle of a scale, what is right."""
+    """Return a press that continues: the first of two, the last of a series, the middle of a scale, what is right."""
     return key_for(ask, _meaning(ask))
 
 
@@ -49,7 +49,7 @@ def _meaning(ask: Ask) -> str:
 
 
 def _next_character(task: Write) -> str:
-    """Return what gets nearer to the example: its next character, or rubbing out what is none of it."""
+    """Return what gets nearer to the example: its next character, or erasing what is not part of it."""
     if not task.example.startswith(task.typed):
         return "erase"
     return f"text {task.example[len(task.typed) :][:1] or '1'}"

@@ -27,7 +27,7 @@ class Replay:
 
     @classmethod
     def of(cls, log: SessionLog) -> Replay:
-        """Return an observer who does again what ``log`` holds."""
+        """Return an observer who repeats what ``log`` holds."""
         script: list[Press] = []
         for answer, at_once in _in_order(log):
             script += [*(_ASK_AGAIN if at_once else ()), *answer.events]

@@ -37,7 +37,7 @@ class BufferPlan:
 
 @dataclass(frozen=True, slots=True)
 class Plan:
-    """One frame: what to draw where, all of it worked out; ``square`` is the photodiode's, white or black.
+    """One frame: what to draw where, computed in advance; ``square`` is the photodiode's, white or black.
 
     It holds for as long as the pictures that it copies are held, the surface keeps its place, and its areas are so.
     """
@@ -97,7 +97,7 @@ class Drawing:
             yield partial(self.painter.fill, place=area.sync_line, codes=BLUE)
 
     def _covered(self, areas: Sequence[EyeArea], scene: Scene, pictures: Mapping[Picture, PictureCodes]) -> bool:
-        """Whether pictures will cover every pixel of a buffer, so that clearing it would be work for nothing."""
+        """Whether pictures will cover every pixel of a buffer, so that it need not be cleared."""
         covered_px = 0.0
         for area in areas:
             shown = (

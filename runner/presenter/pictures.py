@@ -111,7 +111,7 @@ class Pictures:
         self._views.release()
 
     def _finish(self, key: PictureKey) -> PictureCodes:
-        """Make the codes of ``key`` to the end, from wherever they are."""
+        """Finish the codes of ``key``, from the band that is reached."""
         if self._making is not None and self._making[0] == key:
             making = self._making[1]
             self._making = None
@@ -166,7 +166,7 @@ class Decoder:
         return next(done, None)
 
     def take(self, key: PictureKey) -> StereoImage:
-        """Return the picture, decoded here and now if its turn had not come.
+        """Return the picture; it is decoded now if its turn had not come.
 
         Raises
         ------
@@ -177,7 +177,7 @@ class Decoder:
         return self._decode(key) if pending is None or pending.cancel() else pending.result()
 
     def close(self) -> None:
-        """Give up what waits, and wait for what is under way."""
+        """Cancel what waits, and wait for the decoding in progress."""
         if self._thread is not None:
             self._thread.shutdown(wait=True, cancel_futures=True)
         self._pending.clear()

@@ -36,12 +36,28 @@ _EYES: Mapping[Buffer, Eye | None] = MappingProxyType(
 class Presenter:
     """Shows scenes on ``surface`` in ``mode``, each eye through its display model.
 
-    ``load`` returns the picture of a stimulus by name; it is called once per picture for as long as the
-    picture's codes stay within ``picture_budget_bytes``. With ``dithering`` a picture's codes keep the mean light
-    between two codes. Codes have the surface's ``bits``. With ``correction``, crosstalk is cancelled and the panel
-    evened out, in the pass or, where the mode mixes both views into one picture, as the picture is decoded; words and
-    marks stay as they are. ``prepare`` changes a picture for the place at which it is shown, an offset from the middle
-    of the eyes' views. Where a picture's codes depend on its place, they are made for each place.
+    Codes have the surface's ``bits``. Where a picture's codes depend on its place, they are made for each place.
+
+    Parameters
+    ----------
+    surface
+        What is drawn to; it stays open when the presenter is closed.
+    mode
+        Stereo mode, as `find_mode` gives it.
+    models
+        Display model of each eye, in that mode.
+    load
+        Returns the picture of a stimulus by name, in absolute XYZ. It is called once per picture for as long as the
+        picture's codes stay within the budget, after the first scene from a thread of its own.
+    picture_budget_bytes
+        Bytes of codes that may be kept on the graphics card beside those that are needed now.
+    dithering
+        How codes keep the mean light between two codes; rounded if None.
+    correction
+        Crosstalk to cancel and gain map to even out, in the pass or, where the mode mixes both views into one picture,
+        as the picture is decoded. Words and marks stay as they are.
+    prepare
+        Changes a picture for the place at which it is shown, an offset in pixels from the middle of the eyes' views.
 
     Raises
     ------
@@ -112,7 +128,7 @@ class Presenter:
         self._onset_s = self._swapped_s = 0.0
         surface.on_damage = self.redraw
         surface.on_move = self._moved
-        surface.on_wake = self._go_on
+        surface.on_wake = self._make_next_band
         surface.on_point = self._pointed
         surface.on_frame = self._alternate if self._turns > 1 else None
 
@@ -239,7 +255,7 @@ class Presenter:
             if isinstance(item, Text | Box):
                 self._words.coverage(item)
 
-    def _go_on(self) -> None:
+    def _make_next_band(self) -> None:
         """Make a band of a picture ready that was decoded meanwhile, and come back if there are more."""
         current = self._keys(self._scene) if self._scene else ()
         if self._pictures.step(keep=(*current, *self._upcoming)):

@@ -58,7 +58,7 @@ def _rounded(shares: NDArray[np.float64], bits: Bits) -> Codes:
 
 
 def squeezed(coverage: NDArray[np.uint8], squeeze: tuple[int, int]) -> NDArray[np.uint8]:
-    """Return the mean coverage of each box of ``squeeze`` pixels, across and down; beyond the edge there is none."""
+    """Return the mean coverage of each box of ``squeeze`` pixels, across and down; beyond the edge it is 0."""
     across, down = squeeze
     height, width = coverage.shape
     padded = np.pad(coverage, ((0, -height % down), (0, -width % across))).astype(np.float64)

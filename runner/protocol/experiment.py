@@ -139,16 +139,35 @@ def check_observer(observer: str) -> str:
     return observer
 
 
-def read_experiment(file: Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Experiment:
-    """Read the experiment ``file`` and everything it names; ``mode`` replaces the rig's stereo mode.
+def read_experiment(file: str | Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Experiment:
+    """Read an experiment file and everything it names: rig, display and recipe.
 
-    ``allow_uncharacterised`` is `devices.display.rig_file.read_rig`'s.
+    Parameters
+    ----------
+    file
+        Experiment file.
+    mode
+        Stereo mode in place of the rig's.
+    allow_uncharacterised
+        Whether to use another mode's characterisation if the mode has none, as `devices.display.rig_file.read_rig`.
+
+    Returns
+    -------
+    Experiment
+        What the files say, checked, with the blocks as observer 01 meets them.
 
     Raises
     ------
     InputError
-        With every fault found, in the experiment and in the files it names.
+        With every fault of the experiment and of the files that it names.
+
+    Examples
+    --------
+    >>> design = read_experiment("experiments/dynamic_range.yaml")
+    >>> design.spec.name, len(design.stimulus_names), sum(block.trials for block in design.example_blocks)
+    ('dynamic_range', 10, 45)
     """
+    file = Path(file)
     spec, source = load_document(file, ExperimentSpec, "experiment")
     findings: list[Finding] = []
     rig: Rig | None = None

@@ -94,7 +94,7 @@ def preview(
     runner.errors.SessionError: configs/displays/asus_vg248qe.yaml: the display was not characterised in the mode
     'side by side' (did you mean 'side-by-side'? ...)
     """
-    design = read_experiment(Path(experiment), mode, allow_uncharacterised=allow_uncharacterised)
+    design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     check_observer(observer)
     stimuli = build_stimuli(design, progress)
     folder = Path(folder)

@@ -1,4 +1,4 @@
-"""Time in a session: a clock for the record that nobody can set back, and the pace of timed scenes."""
+"""Time in a session: a clock for the record that cannot be set back, and the pace of timed scenes."""
 
 from __future__ import annotations
 

@@ -63,7 +63,7 @@ def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
 
 
 def software() -> dict[str, str]:
-    """Return the versions of the program and of what it stands on."""
+    """Return the versions of the program and of the libraries it uses."""
     versions = {name: importlib.metadata.version(name) for name in _NOTABLE}
     versions["python"] = platform.python_version()
     versions["system"] = platform.platform()

@@ -49,7 +49,7 @@ class PictureSource:
         self.add(blocks)
 
     def add(self, blocks: Sequence[Block]) -> None:
-        """Know the pictures that ``blocks`` make, too."""
+        """Add the pictures that ``blocks`` make."""
         for block in blocks:
             self._made.update(block.pictures)
 

@@ -132,7 +132,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     if options.replay and (options.resume or options.simulate):
         raise SessionError("a session cannot be replayed and also resumed or simulated: give only one of these options")
     check_observer(observer)
-    design = read_experiment(Path(experiment), options.mode, allow_uncharacterised=options.allow_uncharacterised)
+    design = read_experiment(experiment, options.mode, allow_uncharacterised=options.allow_uncharacterised)
     law = _law(options.simulate, design) if options.simulate else None
     recording = read_recording(Path(options.replay)) if options.replay else None
     results = Path(options.results)
@@ -260,7 +260,7 @@ def simulate(
     codes = [f"{number:02d}" for number in range(1, observers + 1)] if isinstance(observers, int) else list(observers)
     for code in codes:
         check_observer(code)
-    design = read_experiment(Path(experiment), mode, allow_uncharacterised=allow_uncharacterised)
+    design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     law = _law(observer_file, design)
     stimuli = build_stimuli(design, progress)
     folders = []

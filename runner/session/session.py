@@ -34,7 +34,7 @@ class Left(Exception):
 
 @dataclass(slots=True)
 class _RunState:
-    """A way through blocks: what of it is still answered from the log, and what was done since the last record."""
+    """The state of a run: the answers still taken from the log, and what was done since the last record."""
 
     past: deque[Trial] = field(default_factory=deque)
     past_events: deque[tuple[str, float]] = field(default_factory=deque)
@@ -50,7 +50,7 @@ class _RunState:
 
 @dataclass(slots=True)
 class Session:
-    """One observer's way through the blocks.
+    """One observer's run through the blocks.
 
     ``clip_costs`` gives, per stimulus, what the trial's record states of the gamut clip; ``stamps`` stand in every
     trial's record; ``logged`` are the first attempts that an interrupted session already holds, ``pending`` the places
@@ -211,7 +211,7 @@ class Session:
                 return
 
     def _take_note(self) -> None:
-        """Let a note be typed; Escape gives it up."""
+        """Let a note be typed; Escape cancels it."""
         page = typed("A note on the session", self.style, name="note", required=False)
         response: Response | None = None
         while True:
@@ -286,5 +286,5 @@ _CIRCUMSTANCES = ("clipping", "timed", "interruptions")
 
 
 def _identity(trial: Trial) -> tuple[Any, ...]:
-    """Return what a replay must find again."""
+    """Return what a replay must reproduce."""
     return trial.block, trial.trial, trial.kind, {k: v for k, v in trial.data.items() if k not in _CIRCUMSTANCES}

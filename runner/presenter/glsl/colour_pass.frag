@@ -1,5 +1,5 @@
-// Absolute XYZ to device codes: linear = M⁻¹ (XYZ - black), clip, the inverse of each channel's tone curve.
-// The NumPy twin is devices.code_table.table_codes. Where the signal is squeezed, the XYZ of a box of pixels is averaged
+// Absolute XYZ to device codes: linear = M⁻¹ (XYZ - black), clip, the inverse of each channel's tone curve. The NumPy
+// twin is devices.display.code_table.table_codes. Where the signal is squeezed, the XYZ of a box of pixels is averaged
 // first: light adds up, codes do not.
 //
 // The matrix is applied in 64 bits. A saturated colour leaves one channel with the small difference of large

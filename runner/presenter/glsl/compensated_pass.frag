@@ -1,6 +1,6 @@
 // The absolute XYZ of both views to the device codes of one eye: what leaks from the other eye is taken off, the panel
-// is evened out, and codes follow as in colour_pass.frag. The NumPy twins are devices.crosstalk_cancel.cancel_crosstalk
-// and devices.gain_map.GainMap.
+// is evened out, and codes follow as in colour_pass.frag. The NumPy twins are
+// devices.compensation.crosstalk_cancel.cancel_crosstalk and devices.compensation.gain_map.GainMap.
 //
 // In 64 bits up to the codes, as colour_pass.frag: what remains of a dark channel after the leak is taken off is again
 // the small difference of larger terms. Where the signal is squeezed, XYZ is averaged before anything else: an eye's

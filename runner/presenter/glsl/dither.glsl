@@ -1,6 +1,6 @@
 // Each channel's linear light to one of the two codes around it, the upper where the mask is below
 // p = (light - y_k) / (y_(k+1) - y_k), so that the mean light of a mask period is the light asked for.
-// In place of encode.glsl. The NumPy twin is devices.dither.tabled_dither_codes.
+// In place of encode.glsl. The NumPy twin is devices.compensation.dither.tabled_dither_codes.
 
 uniform dvec3 lift;
 uniform dvec3 scale;              // 1 / (1 - lift)

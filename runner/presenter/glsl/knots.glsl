@@ -1,6 +1,6 @@
-// The inverse tone curve of a table of codes and light, piece by piece, in place of table_fourth_root.glsl. Which piece,
-// and where in it, is found in 64 bits, because a curve may be nearly flat. The NumPy twin is
-// devices.knot_table.knot_codes.
+// The inverse tone curve of a table of codes and light, piece by piece, in place of table_fourth_root.glsl. Which
+// piece, and where in it, is found in 64 bits, because a curve may be nearly flat. The NumPy twin is
+// devices.display.knot_table.knot_codes.
 
 #define Light double
 #define Lights dvec3

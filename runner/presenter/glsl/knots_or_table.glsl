@@ -1,4 +1,5 @@
-// Each channel by the one of knots.glsl and table_fourth_root.glsl that its curve has: two eyes' channels in one picture.
+// Each channel by the one of knots.glsl and table_fourth_root.glsl that its curve has: two eyes' channels in one
+// picture.
 
 uniform ivec3 by_knots;
 

@@ -1,5 +1,5 @@
 // The absolute XYZ of both views to the codes of one picture: linear = left · (XYZ - black) + right · (XYZ - black).
-// In 64 bits, as colour_pass.frag. The NumPy twin is runner.presenter.modes.mixture.Mixture.code.
+// In 64 bits, as colour_pass.frag. The NumPy twin is devices.compensation.mixture.Mixture.code.
 
 uniform sampler2D left_XYZ;       // float32 or float16, cd/m², top row first
 uniform sampler2D right_XYZ;

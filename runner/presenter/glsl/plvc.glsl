@@ -1,6 +1,6 @@
 // Light in units of the primaries to the linear light of channels that do not add up: Newton's method, in 64 bits, for
-// each pixel. The NumPy twin is devices.plvc.Plvc.newton. What follows calls it in place of encode.glsl or dither.glsl,
-// which it calls in turn.
+// each pixel. The NumPy twin is devices.display.plvc.Plvc.newton. What follows calls it in place of encode.glsl or
+// dither.glsl, which it calls in turn.
 
 uniform dvec3 plvc_powers[30];    // by eye (own, other), channel and power of the root of light, 0 to 4
 uniform dvec3 plvc_mixtures[20];  // by eye: red and green, red and blue, green and blue, all, then middle levels

@@ -1,5 +1,5 @@
 // Which pixels are this eye's: those whose weave.x · column + weave.y · row + weave.z is even, from the top left.
-// All of them where weave is zero. The NumPy twin is runner.presenter.modes.weave.Weave.mask.
+// All of them where weave is zero. The NumPy twin is runner.presenter.modes.mode.Weave.mask.
 
 uniform ivec3 weave;
 uniform int height_px;            // of the framebuffer: OpenGL counts rows from below

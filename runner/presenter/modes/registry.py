@@ -56,12 +56,30 @@ MODES: Mapping[str, Callable[[], Mode]] = MappingProxyType(
 
 
 def find_mode(name: str, options: ModeOptions | None = None) -> Mode:
-    """Return the mode called ``name``, adjusted by ``options``.
+    """Return a stereo mode by its name.
+
+    Parameters
+    ----------
+    name
+        One of `MODES`, such as ``side-by-side``.
+    options
+        How the mode is adjusted to the rig; not at all if None.
+
+    Returns
+    -------
+    Mode
+        The mode; it defines which pixels each eye sees.
 
     Raises
     ------
     PresentationError
         If there is no such mode, with the nearest name; or if it cannot be adjusted so.
+
+    Examples
+    --------
+    >>> left, right = find_mode("side-by-side").areas((1920, 1080))
+    >>> left.rectangle.width, right.rectangle.left
+    (960, 960)
     """
     if name not in MODES:
         remedy = did_you_mean(name, MODES)

@@ -31,7 +31,7 @@ def _function_address(name: str) -> int:
 
 
 def _leave_thread() -> None:
-    """Let go of EGL's context in this thread, which moderngl leaves current; until then no window can make its own."""
+    """Release EGL's context in this thread, which moderngl leaves current; until then no window can make its own."""
     ctypes.CDLL(_LIBRARY).eglReleaseThread()
 
 

@@ -47,13 +47,13 @@ class GlfwSession:
         return names.get(glfw.get_platform(), "unknown")
 
     def why(self) -> str:
-        """Return what glfw has complained of since the last time, and forget it."""
+        """Return glfw's error messages since the last call, and forget them."""
         words = "; ".join(dict.fromkeys(self.complaints)) or "glfw gives no reason"
         self.complaints.clear()
         return words
 
     def close(self) -> None:
-        """Destroy every window and give glfw back."""
+        """Destroy every window and terminate glfw."""
         self.signals.close()
         glfw.terminate()
         glfw.set_error_callback(self._callback_before)  # type: ignore[arg-type] # None clears it
@@ -92,7 +92,7 @@ class SignalWake:
             signal.signal(signal.SIGINT, self._interrupt)
 
     def heard(self, call: Callable[P, object], *args: P.args, **kwargs: P.kwargs) -> None:
-        """Call into the window library, which may call back; Ctrl-C meanwhile is heard once it has returned."""
+        """Call into the window library, which may call back; Ctrl-C meanwhile is handled once it has returned."""
         self._inside = True
         try:
             call(*args, **kwargs)

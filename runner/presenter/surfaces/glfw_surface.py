@@ -267,7 +267,7 @@ class GlfwSurface:
                 self.on_point()
 
     def _listen(self, window: Any) -> None:
-        """Hear what is done at ``window``."""
+        """Queue what is done at ``window``."""
         self._input.listen(window)
         glfw.set_window_refresh_callback(window, self._on_refresh)
 

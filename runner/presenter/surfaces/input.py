@@ -30,14 +30,14 @@ class Input:
         self._cursor_px: tuple[float, float] | None = None
 
     def listen(self, window: Any) -> None:
-        """Hear what is done at ``window``, but for the mouse's motion."""
+        """Queue what is done at ``window``, but for the mouse's motion."""
         glfw.set_key_callback(window, self._on_key)
         glfw.set_char_callback(window, self.on_character)
         glfw.set_scroll_callback(window, self._on_wheel)
         glfw.set_mouse_button_callback(window, self._on_button)
 
     def listen_to_motion(self, window: Any) -> None:
-        """Hear the mouse's motion over ``window``, which must be one only."""
+        """Follow the mouse's motion over ``window``, which must be one only."""
         glfw.set_cursor_pos_callback(window, self._on_motion)
         glfw.set_cursor_enter_callback(window, self._on_enter)
 

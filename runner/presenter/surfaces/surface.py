@@ -115,7 +115,7 @@ class Surface(Protocol):
         """Return the presses that wait, without sleeping."""
 
     def close(self) -> None:
-        """Give everything back; nothing may be asked of it afterwards."""
+        """Free everything; it cannot be used afterwards."""
 
     def __enter__(self) -> Self:
         """Return itself."""
@@ -136,18 +136,39 @@ def open_surface(
     windows: int = 1,
     bits: Bits = 8,
 ) -> Surface:
-    """Open a surface of ``size_px``: ``egl`` (offscreen), ``null`` (a window without a screen) or ``window``.
+    """Open what scenes are drawn to: a window, or a framebuffer without one.
 
-    ``stereo`` asks for a right back buffer; whether there is one, the surface's ``stereo`` says. ``windowed`` keeps
-    a window from filling the screen. Two ``windows`` are one for each eye, and two offscreen pictures with ``egl``.
-    ``bits`` asks for codes of 8 bits a channel or 10; where there are not 10, the codes have 8, and ``facts`` says so
-    in ``bits`` and a remark.
+    Parameters
+    ----------
+    backend
+        ``egl`` (offscreen), ``null`` (a window without a screen) or ``window``.
+    size_px
+        Width and height in pixels.
+    stereo
+        Whether to ask for a right back buffer; the surface's ``stereo`` is whether there is one.
+    windowed
+        Whether to keep a window from filling the screen.
+    windows
+        1, or 2 for one window for each eye; with ``egl``, two offscreen pictures.
+    bits
+        Bits of a channel's codes to ask for, 8 or 10. Where there are not 10, codes have 8, and ``facts`` has a remark.
+
+    Returns
+    -------
+    Surface
+        A context manager, whose OpenGL context is current until it is closed.
 
     Raises
     ------
     PresentationError
         If there is no such backend, ``bits`` is neither 8 nor 10, or this machine cannot open it: with what to
         install or use instead.
+
+    Examples
+    --------
+    >>> with open_surface("egl", (640, 480)) as surface:
+    ...     print(surface.size_px, surface.facts.bits)
+    (640, 480) 8
     """
     if backend not in BACKENDS:
         remedy = did_you_mean(backend, BACKENDS)
