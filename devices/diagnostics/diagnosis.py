@@ -87,9 +87,57 @@ class Diagnosis:
     output: str = ""
     subject: str = ""
 
+    @property
+    def verdict(self) -> Literal["passed", "failed", "no_limit", "open"]:
+        """The outcome: ``no_limit`` is a number without a limit, ``open`` a check that could not be made."""
+        if self.passed is not None:
+            return "passed" if self.passed else "failed"
+        return "no_limit" if self.value is not None else "open"
+
     def to_json(self) -> dict[str, Any]:
         """Return the diagnosis as JSON values; what is no number in a figure or table is null."""
         return {name: _finite(value) for name, value in asdict(self).items()}
+
+
+@dataclass(frozen=True, slots=True)
+class Verdicts:
+    """A display judged: the title, the checks, and in ``notes`` what was assumed in reading the files."""
+
+    title: str
+    diagnoses: tuple[Diagnosis, ...]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def passed(self) -> int:
+        """How many checks passed."""
+        return sum(diagnosis.passed is True for diagnosis in self.diagnoses)
+
+    @property
+    def failed(self) -> int:
+        """How many checks failed."""
+        return sum(diagnosis.passed is False for diagnosis in self.diagnoses)
+
+    @property
+    def sentence(self) -> str:
+        """The outcome, in a sentence."""
+        judged = self.passed + self.failed
+        if not judged:
+            return "Nothing could be judged by these readings."
+        unjudged = sum(diagnosis.verdict == "open" for diagnosis in self.diagnoses)
+        rest = f" {unjudged} could not be judged." if unjudged else ""
+        if not self.failed:
+            return f"All {judged} checks that could be made passed.{rest}"
+        return f"{self.failed} of {judged} checks failed.{rest}"
+
+    def to_json(self) -> dict[str, Any]:
+        """Return everything as JSON values."""
+        return {
+            "title": self.title,
+            "passed": self.passed,
+            "failed": self.failed,
+            "notes": list(self.notes),
+            "diagnoses": [diagnosis.to_json() for diagnosis in self.diagnoses],
+        }
 
 
 @dataclass(frozen=True, slots=True)

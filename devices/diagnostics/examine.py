@@ -8,13 +8,13 @@ from pathlib import Path
 
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
-from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.diagnosis import Diagnosis, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, plain, primaries, tagged, untagged
 from devices.diagnostics.stability import drift, repeatability, warm_up
-from devices.display.display_file import EyeModels
+from devices.display.display_file import EyeModels, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.read import read_measurements
@@ -77,6 +77,63 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
     if findings:
         raise DeviceError(findings)
     return sets
+
+
+def judge_display(
+    files: Sequence[Path],
+    *,
+    display: Path | None = None,
+    mode: str | None = None,
+    without_glasses: Path | None = None,
+    codes: str | None = None,
+) -> Verdicts:
+    """Judge a display by its measurements.
+
+    Parameters
+    ----------
+    files
+        Files of measurements, as `devices.measurements.read.read_measurements` reads them.
+    display
+        The display file to compare the readings with.
+    mode
+        The stereo mode in it; None takes that of the readings, or the only one.
+    without_glasses
+        Readings of the same patches without glasses.
+    codes
+        The range of the codes of CSV files that do not name it, such as ``0..255``.
+
+    Returns
+    -------
+    Verdicts
+        Each check passed, failed, or what would have to be read for it.
+
+    Raises
+    ------
+    InputError
+        With what is wrong with every file, or if the mode is not known.
+    """
+    sets = read_sets(files, codes)
+    bare = read_sets([without_glasses], codes)[0] if without_glasses is not None else None
+    models = _models(display, mode, sets) if display is not None else None
+    diagnoses = examine(sets, models=models, without_glasses=bare)
+    every = [*sets, *([bare] if bare is not None else [])]
+    notes = [f"{measured.label}: {words}" for measured in every for words in measured.measurements.assumptions]
+    return Verdicts(", ".join(measured.label for measured in sets), diagnoses, tuple(notes))
+
+
+def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> EyeModels:
+    display = read_display(file)
+    if mode is None:
+        named = {measured.measurements.mode for measured in sets if measured.measurements.mode}
+        if len(named) == 1:
+            mode = named.pop()
+        elif len(display.modes) == 1:
+            mode = next(iter(display.modes))
+        else:
+            what = "the file has several modes, and the readings do not name theirs"
+            remedy = f"name one with --mode: {', '.join(sorted(display.modes))}"
+            raise DeviceError(Finding(what, str(file), remedy=remedy))
+    return display.models(mode)
 
 
 def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:

@@ -24,24 +24,15 @@ def command(file: str, display_file: str, mode: str, eye: str, target: str, full
     not rounded. Colours outside the gamut become the nearest codes channel by channel; their number is printed on
     the error stream.
     """
-    import csv
     import sys
     from pathlib import Path
     from typing import cast
 
+    from devices.display.colour_table import Kind, convert_colours
     from devices.display.display_file import Eye, read_display
-    from runner.cli.display.colour_table import COLUMNS, Kind, read_colours
 
     model = read_display(Path(display_file)).models(mode).eye(cast(Eye, eye))
-    table = read_colours(file, "code" if target == "xyz" else "xyz", full)
-    if target == "code":
-        outside = model.clipping(table.values).any_channel
-        if outside:
-            click.echo(f"cyclopean: {outside} of {len(table.values)} colours lie outside the gamut", err=True)
-        found = model.code(table.values) * full
-    else:
-        found = model.xyz(table.values)
-    writer = csv.writer(sys.stdout, lineterminator="\n")
-    writer.writerow([*table.others, *COLUMNS[cast(Kind, target)]])
-    for carried, row in zip(table.rows, found, strict=True):
-        writer.writerow([*carried, *(f"{value:.10g}" for value in row)])
+    table = convert_colours(sys.stdin.buffer if file == "-" else file, model, cast(Kind, target), full)
+    if table.outside:
+        click.echo(f"cyclopean: {table.outside} of {len(table.values)} colours lie outside the gamut", err=True)
+    table.write(sys.stdout)

@@ -15,13 +15,13 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.diagnostics.diagnosis import Line, Panel
+from devices.diagnostics.diagnosis import Line, Panel, Verdicts
 from devices.diagnostics.examine import MeasuredSet, examine
 from devices.errors import DeviceError
 from devices.measurements import write_csv
 from runner.cli.main import group
 from runner.reports.display.figure import panel_svg
-from runner.reports.display.page import Verdicts, render, short, typeset
+from runner.reports.display.page import render, short, typeset
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings
 
 CHROMIUM = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
