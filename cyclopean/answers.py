@@ -15,7 +15,8 @@ if TYPE_CHECKING:
     from analysis.classes.multiplicity import Adjust
     from analysis.comparisons.comparisons import Comparisons
     from analysis.observers.table import ObserverTable
-    from analysis.scaling.fit import Method
+    from analysis.scaling.fit import CovarianceKind, ModelMethod
+    from analysis.scaling.laws import Model
     from analysis.scaling.scores import Scores
     from runner.reports.power import PowerStudy
 
@@ -66,7 +67,16 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     return pd.json_normalize(rows)
 
 
-def scores(answers: Answers, *, alpha: float = 0.05, adjust: Adjust = "holm", method: Method = "ml") -> Result[Scores]:
+def scores(
+    answers: Answers,
+    *,
+    model: Model = "bradley-terry",
+    method: ModelMethod = "ml",
+    alpha: float = 0.05,
+    adjust: Adjust = "holm",
+    order_effect: bool = False,
+    covariance: CovarianceKind = "model",
+) -> Result[Scores]:
     """Fit scores and perceptual classes to paired comparisons.
 
     Parameters
@@ -74,18 +84,25 @@ def scores(answers: Answers, *, alpha: float = 0.05, adjust: Adjust = "holm", me
     answers
         A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
         and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``.
-    alpha
-        Significance level for a difference between two items.
-    adjust
-        Correction for multiple comparisons.
+    model
+        ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
-        ``ml``, maximum likelihood, or ``firth``, Firth's penalty, which stays finite for items that always win.
+        ``ml``, maximum likelihood; ``firth``, Firth's penalty, or ``map``, a Gaussian prior, which stay finite for
+        items that always win.
+    alpha
+        Significance level of a difference between two items.
+    adjust
+        Correction for multiple comparisons: ``holm``, ``bh``, ``maxz`` or ``none``.
+    order_effect
+        Whether to fit the advantage of the item shown first.
+    covariance
+        Standard errors from the ``model``, or clustered by observer (``sandwich``).
 
     Returns
     -------
     Result
         A row for each item, best first: wins, comparisons, log score ``theta`` in nats with its standard error ``se``,
-        ``score`` (they sum to 1), ``log10_score`` and ``class``.
+        ``score`` (they sum to 1), ``log10_score``, ``class``, and ``jnd``: ``theta`` in just noticeable differences.
 
     Raises
     ------
@@ -103,9 +120,22 @@ def scores(answers: Answers, *, alpha: float = 0.05, adjust: Adjust = "holm", me
     """
     from analysis.scaling.scores import score
 
-    result = score(comparisons(answers), alpha=alpha, adjust=adjust, method=method)
-    rows = [item.to_json() for item in result.items]
-    return Result(result, rows, f"Bradley-Terry scores of {len(rows)} items, best first")
+    result = score(
+        comparisons(answers),
+        model,
+        method=method,
+        alpha=alpha,
+        adjust=adjust,
+        order_effect=order_effect,
+        covariance=covariance,
+    )
+    rows = result.to_json()["items"]
+    fit = result.fit
+    if fit.separation:
+        title = f"No finite estimate: complete separation of {len(rows)} items; try method='firth'"
+    else:
+        title = f"Scores of {len(rows)} items by {model}, method {method}, best first"
+    return Result(result, rows, title)
 
 
 def observers(answers: Answers) -> Result[ObserverTable]:

@@ -88,6 +88,23 @@ def test_scores_are_those_of_the_command_whatever_the_answers_come_as(
         assert dict(zip(frame["name"], frame["score"], strict=True)) == pytest.approx(expected, rel=1e-12)
 
 
+def test_separation_is_in_the_title() -> None:
+    answers = pd.DataFrame({"winner": ["a", "a"], "loser": ["b", "b"]})
+    result = cyclopean.scores(answers)
+    assert repr(result) == "<No finite estimate: complete separation of 2 items; try method='firth'>"
+    assert result.to_frame()["score"].isna().all()
+    assert cyclopean.scores(answers, method="firth").to_frame()["score"].sum() == pytest.approx(1)
+
+
+def test_options_reach_the_fit() -> None:
+    answers = pd.DataFrame(
+        {"winner": list("abacbc"), "loser": list("bacacb"), "count": [9, 4, 8, 3, 7, 5], "observer": list("112233")}
+    )
+    by_jod = cyclopean.scores(answers, model="thurstone", covariance="sandwich", adjust="bh", alpha=0.1)
+    assert (by_jod.value.fit.model, by_jod.value.fit.covariance_kind) == ("thurstone", "sandwich")
+    assert "jod" in by_jod.to_frame()
+
+
 def test_comparisons_of_trials_are_those_of_the_sessions(results: Path) -> None:
     from cyclopean.answers import comparisons
 
