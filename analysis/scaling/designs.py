@@ -45,12 +45,11 @@ class Items:
 
     def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
         """Return s, which sums to zero."""
-        ratio = None if precision else laplacian.pair_span(weight)
-        return laplacian.solve(_weights(counts, weight, precision), right, ratio)
+        return laplacian.solve(counts.matrix(weight), right, precision, laplacian.pair_span(weight))
 
     def covariance(self, counts: Counts, weight: Floats, precision: float) -> Floats:
         """Return the pseudo-inverse."""
-        return laplacian.pseudo_inverse(_weights(counts, weight, precision), overwrite=True)
+        return laplacian.pseudo_inverse(counts.matrix(weight), precision, overwrite=True)
 
 
 class Columns:
@@ -93,15 +92,6 @@ def items_design(counts: Counts) -> Design:
     from analysis.scaling.conjugate_gradients import SparseItems
 
     return SparseItems(counts)
-
-
-def _weights(counts: Counts, weight: Floats, precision: float) -> Floats:
-    weights = counts.matrix(weight)
-    if precision:
-        n = counts.n
-        weights += precision / n
-        weights[:, np.arange(n), np.arange(n)] = 0.0
-    return weights
 
 
 def _solved(matrix: Floats, right: Floats) -> Floats:

@@ -26,8 +26,8 @@ ROUNDING = 64 * float(np.finfo(np.float64).eps)
 SLOPE_ROUNDING = 1e-12
 
 
-def solve(weights: Floats, right: Floats, ratio: float | None = None) -> Floats:
-    """Return s with H s = ``right`` and Σs = 0.
+def solve(weights: Floats, right: Floats, precision: float = 0.0, ratio: float | None = None) -> Floats:
+    """Return s with (H + precision) s = ``right`` and Σs = 0.
 
     Parameters
     ----------
@@ -35,8 +35,10 @@ def solve(weights: Floats, right: Floats, ratio: float | None = None) -> Floats:
         Shape (B, n, n): symmetric, at least zero, the graph connected; the diagonal is zero.
     right
         Shape (B, n, m); each column sums to zero.
+    precision
+        At least zero. On vectors that sum to zero it is the same as precision/n more weight for every pair.
     ratio
-        Of the largest to the smallest positive weight, where it is known.
+        Of the largest to the smallest positive weight without it, where that is known.
 
     Returns
     -------
@@ -44,25 +46,30 @@ def solve(weights: Floats, right: Floats, ratio: float | None = None) -> Floats:
     """
     batch, n, _ = weights.shape
     if n <= SMALL_GRAPH and batch >= LARGE_BATCH:
-        return by_elimination(weights, right)
-    if n * (_ratio(weights) if ratio is None else ratio) > WIDEST_FOR_LAPACK:
-        return by_elimination(weights, right)
-    return by_lapack(weights, right)
+        return by_elimination(weights + precision / n if precision else weights, right)
+    if precision and weights.any():
+        ratio = float(weights.max()) * n / precision
+    elif ratio is None:
+        ratio = _ratio(weights)
+    if n * ratio > WIDEST_FOR_LAPACK:
+        return by_elimination(weights + precision / n if precision else weights, right)
+    return by_lapack(weights, right, precision)
 
 
-def pseudo_inverse(weights: Floats, *, overwrite: bool = False) -> Floats:
-    """Return the pseudo-inverse of H: the covariance of estimates that sum to zero. Shapes (B, n, n) to (B, n, n).
+def pseudo_inverse(weights: Floats, precision: float = 0.0, *, overwrite: bool = False) -> Floats:
+    """Return the inverse of H + precision on vectors that sum to zero. Shapes (B, n, n) to (B, n, n).
 
-    With ``overwrite`` the array of one large graph's ``weights`` is used for the result.
+    It is the covariance of estimates that sum to zero; without a precision, H's pseudo-inverse. With ``overwrite`` the
+    array of one large graph's ``weights`` is used for the result.
     """
     batch, n, _ = weights.shape
     if batch == 1 and n >= LARGE_GRAPH and n * _ratio(weights) <= WIDEST_FOR_LAPACK:
-        return np.asarray(_pseudo_inverse_in_place(weights[0] if overwrite else weights[0].copy())[None])
-    inverse = solve(weights, np.broadcast_to(np.eye(n) - 1 / n, (batch, n, n)))
+        return np.asarray(_pseudo_inverse_in_place(weights[0] if overwrite else weights[0].copy(), precision)[None])
+    inverse = solve(weights, np.broadcast_to(np.eye(n) - 1 / n, (batch, n, n)), precision)
     return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
 
 
-def _pseudo_inverse_in_place(weights: Floats) -> Floats:
+def _pseudo_inverse_in_place(weights: Floats, precision: float) -> Floats:
     """As `pseudo_inverse` for one large graph: by Cholesky's decomposition, in the memory of ``weights``."""
     from scipy.linalg.lapack import dpotrf, dpotri
 
@@ -70,7 +77,7 @@ def _pseudo_inverse_in_place(weights: Floats) -> Floats:
     strength = weights.sum(axis=1)
     added = float(strength.sum()) / n**2
     np.subtract(added, weights, out=weights)
-    weights.reshape(-1)[:: n + 1] = strength + added
+    weights.reshape(-1)[:: n + 1] = strength + added + precision
     inverse: Floats
     factor, failed = dpotrf(weights.T, lower=1, overwrite_a=1)
     if failed:
@@ -81,7 +88,7 @@ def _pseudo_inverse_in_place(weights: Floats) -> Floats:
         block = np.tril(inverse[rows, rows])
         inverse[rows, rows] = block + np.tril(block, -1).T
         inverse[rows, start + BLOCK_ROWS :] = inverse[start + BLOCK_ROWS :, rows].T
-    inverse -= 1 / (n**2 * added)  # what 11ᵀ was given
+    inverse -= 1 / (n * (n * added + precision))  # what 11ᵀ was given
     return inverse
 
 
@@ -128,20 +135,20 @@ def _ratio(weights: Floats) -> float:
     return float(weights.max() / weights.min(where=weights > 0, initial=np.inf))
 
 
-def by_lapack(weights: Floats, right: Floats) -> Floats:
-    """As `solve`, by LU decomposition of H + c·11ᵀ/n, graph by graph."""
-    return np.asarray(np.linalg.solve(_grounded(weights), right))
+def by_lapack(weights: Floats, right: Floats, precision: float = 0.0) -> Floats:
+    """As `solve`, by LU decomposition of H + precision + c·11ᵀ/n, graph by graph."""
+    return np.asarray(np.linalg.solve(_grounded(weights, precision), right))
 
 
-def _grounded(weights: Floats) -> Floats:
-    """Return H + c·11ᵀ.
+def _grounded(weights: Floats, precision: float) -> Floats:
+    """Return H + precision + c·11ᵀ.
 
     Any c gives the same solution; c n = mean strength / n makes the added part as large as H, whatever the counts.
     """
     n = weights.shape[-1]
     strength = weights.sum(axis=-1)
     matrix: Floats = np.negative(weights, order="C")
-    matrix.reshape(-1, n * n)[:, :: n + 1] = strength
+    matrix.reshape(-1, n * n)[:, :: n + 1] = strength + precision
     matrix += (strength.sum(axis=1) / n**2)[:, None, None]
     return matrix
 

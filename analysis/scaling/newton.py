@@ -27,6 +27,7 @@ Flags = NDArray[np.bool_]
 
 MOST_HALVINGS = 60
 MOST_DENSE_ITEMS = 5000
+_NO_PENALTY: Floats = np.zeros(1)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -49,23 +50,33 @@ class Point:
         return Point(self.theta.T[:, replicates].T, self.k[replicates], self.order[replicates])
 
 
-@dataclass(frozen=True, slots=True, eq=False)
 class _State:
     """A point with its differences ``d`` and log likelihoods ``terms`` (B, m), and the penalty's ``added`` (B,)."""
 
-    point: Point
-    d: Floats
-    terms: Floats
-    added: Floats
+    __slots__ = ("_slopes", "added", "d", "point", "terms")
+
+    def __init__(self, point: Point, d: Floats, terms: Floats) -> None:
+        self.point, self.d, self.terms = point, d, terms
+        self.added: Floats = _NO_PENALTY
+        self._slopes: Slopes | None = None
 
     @classmethod
     def at(cls, counts: Counts, law: Law, penalty: Penalty, point: Point) -> _State:
         d = counts.differences(point.theta, point.order)
-        return cls(point, d, law.log_likelihood(counts, d, point.k), penalty.value(counts, point.theta, d))
+        state = cls(point, d, law.log_likelihood(counts, d, point.k))
+        state.added = penalty.value(counts, point.theta, lambda: state.slopes(counts, law))
+        return state
+
+    def slopes(self, counts: Counts, law: Law) -> Slopes:
+        """Return the slopes of the plain likelihood, computed once."""
+        if self._slopes is None:
+            self._slopes = law.slopes(counts, self.d, self.point.k)
+        return self._slopes
 
     def select(self, replicates: Flags) -> _State:
-        d, terms = self.d.T[:, replicates].T, self.terms.T[:, replicates].T
-        return _State(self.point.select(replicates), d, terms, self.added[replicates])
+        state = _State(self.point.select(replicates), *(part.T[:, replicates].T for part in (self.d, self.terms)))
+        state.added = self.added[replicates]
+        return state
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -196,8 +207,7 @@ def _iterated(counts: Counts, law: Law, penalty: Penalty, design: Design, theta:
 
 def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _State) -> Point:
     point = state.point
-    counts = penalty.counts(counts, state.d)
-    slopes = law.slopes(counts, state.d, point.k)
+    slopes = penalty.slopes(counts, state.d, state.slopes(counts, law))
     bordered = bool(law.parameter) or counts.ordered
     weight = slopes.dd
     exact = bordered or counts.n * pair_span(weight) > WIDEST_FOR_PLAIN_SUMS

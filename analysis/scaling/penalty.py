@@ -14,6 +14,7 @@ either way.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -22,7 +23,7 @@ from numpy.typing import NDArray
 
 from analysis.scaling import laplacian
 from analysis.scaling.counts import Counts
-from analysis.scaling.laws import LOGISTIC
+from analysis.scaling.laws import Slopes
 
 Floats = NDArray[np.float64]
 
@@ -40,11 +41,11 @@ class Penalty(Protocol):
         """Newton steps after which a fit stops without having converged."""
         ...
 
-    def counts(self, counts: Counts, d: Floats) -> Counts:
-        """Return the counts whose plain likelihood has the penalised one's slope at differences ``d`` (B, m)."""
+    def slopes(self, counts: Counts, d: Floats, slopes: Slopes) -> Slopes:
+        """Return the slopes of the penalised likelihood from those of the plain one at differences ``d`` (B, m)."""
         ...
 
-    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+    def value(self, counts: Counts, theta: Floats, slopes: Callable[[], Slopes]) -> Floats:
         """Return what is added to the log likelihood at ``theta`` (B, n), shape (B,), up to a constant."""
         ...
 
@@ -68,11 +69,11 @@ class NoPenalty:
     precision: float = 0.0
     most_iterations: int = 200
 
-    def counts(self, counts: Counts, d: Floats) -> Counts:
-        """Return the counts as they are."""
-        return counts
+    def slopes(self, counts: Counts, d: Floats, slopes: Slopes) -> Slopes:
+        """Return the slopes as they are."""
+        return slopes
 
-    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+    def value(self, counts: Counts, theta: Floats, slopes: Callable[[], Slopes]) -> Floats:
         """Return 0."""
         return np.zeros(len(theta))
 
@@ -82,7 +83,8 @@ class NoPenalty:
 
     def has_settled(self, size: Floats, last_size: Floats) -> NDArray[np.bool_]:
         """Newton's steps shrink fast: those that do not are rounding."""
-        return np.asarray((size <= 1e-10) | ((size <= 1e-6) & (size > last_size / 2)))
+        small = size <= 1e-6
+        return np.asarray((size <= 1e-10) | (small & (size > last_size / 2))) if small.any() else small
 
 
 @dataclass(frozen=True, slots=True)
@@ -94,7 +96,7 @@ class Gaussian(NoPenalty):
         """Return the prior with standard deviation ``prior_sd``, above zero."""
         return cls(prior_sd**-2)
 
-    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+    def value(self, counts: Counts, theta: Floats, slopes: Callable[[], Slopes]) -> Floats:
         """Return −Σ θ² / (2 σ²)."""
         return np.asarray(-(theta**2).sum(axis=1) * (self.precision / 2))
 
@@ -105,16 +107,18 @@ class Firth(NoPenalty):
 
     most_iterations: int = 1000
 
-    def counts(self, counts: Counts, d: Floats) -> Counts:
-        """Return the counts with half the leverage of each pair added on both sides."""
-        weight = LOGISTIC.slopes(counts, d, 0.0).dd
+    def slopes(self, counts: Counts, d: Floats, slopes: Slopes) -> Slopes:
+        """Return the slopes with half the leverage of each pair as further wins on both sides."""
+        weight = slopes.dd
         spread = laplacian.contrast_variances(laplacian.pseudo_inverse(counts.matrix(weight)))
-        half = weight * spread[:, counts.first, counts.second] / 2
-        return Counts(counts.n, counts.first, counts.second, counts.won + half, counts.lost + half, counts.tied)
+        leverage = weight * spread[:, counts.first, counts.second]
+        total = counts.total
+        more = np.divide(leverage * weight, total, out=np.zeros_like(weight), where=total > 0)
+        return Slopes(slopes.d - leverage / 2 * np.tanh(d / 2), weight + more)
 
-    def value(self, counts: Counts, theta: Floats, d: Floats) -> Floats:
+    def value(self, counts: Counts, theta: Floats, slopes: Callable[[], Slopes]) -> Floats:
         """Return ½ log det H, the determinant taken on the vectors that sum to zero."""
-        weights = counts.matrix(LOGISTIC.slopes(counts, d, 0.0).dd)
+        weights = counts.matrix(slopes().dd)
         information: Floats = np.negative(weights, order="C")
         n = counts.n
         information.reshape(-1, n * n)[:, :: n + 1] = weights.sum(axis=2)
