@@ -92,10 +92,16 @@ def build_report(
     force: bool = False,
     verify: bool = False,
 ) -> BuildReport:
-    """Build the stimuli of a recipe for a ``rig``, or for pixels of ``pixel_pitch_mm``, and report what they are.
+    """Build the stimuli of a recipe, and report on each of them.
 
     Parameters
     ----------
+    recipe_path
+        The recipe: see `read_recipe`.
+    rig
+        The rig that will show the pictures: its pixels, its range and its viewing distance.
+    pixel_pitch_mm
+        The pixel pitch of the display, where there is no ``rig``.
     output
         A new or empty folder, to which pictures, manifest and a contact sheet are copied.
     progress
@@ -103,12 +109,30 @@ def build_report(
     jobs, force, verify
         See `build_set`.
 
+    Returns
+    -------
+    BuildReport
+        The built set, and of each stimulus its size, statistics, notes and, with a ``rig``, its saturated pixels.
+
     Raises
     ------
     InputError
         If the recipe or a picture is wrong, ``output`` is taken or lies in the cache, or a file cannot be written.
     ValueError
         Unless either ``rig`` or ``pixel_pitch_mm`` is given.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from stimuli.pictures.exr_write import write_exr
+    >>> from stimuli.pictures.stereo_image import StereoImage
+    >>> with TemporaryDirectory() as folder:
+    ...     write_exr(Path(folder, "plate.exr"), StereoImage.flat(np.full((4, 6, 3), 5.0, np.float32)))
+    ...     recipe = Path(folder, "recipe.yaml")
+    ...     _ = recipe.write_text("{schema_version: 1, kind: pictures, stimuli: [{name: plate, file: plate.exr}]}")
+    ...     report = build_report(recipe, pixel_pitch_mm=0.2768)
+    >>> report.stimuli[0].name, report.stimuli[0].size_px
+    ('plate', (6, 4))
     """
     if (rig is None) == (pixel_pitch_mm is None):
         raise ValueError("give rig, or pixel_pitch_mm")

@@ -55,11 +55,34 @@ def compare_regions(
     safe_luminance_cd_m2: tuple[float, float] | None = None,
     rows_done: RowsDone | None = None,
 ) -> ComparedRegions:
-    """Return the differences between the ``placed`` regions of two pictures in XYZ, (height, width, 3).
+    """Return the differences between the regions of two pictures.
 
-    Without ``white_XYZ``, (3,), the white is that of `choose_white`. ``scaled_by`` takes the place of the factor that
-    the regions file lets undo, where it is known from more than these two pictures. ``safe_luminance_cd_m2`` is the
-    camera's for this exposure. The pictures need not be of one size where the regions were placed in each.
+    Parameters
+    ----------
+    photo, rendering
+        XYZ in cd/m², (height, width, 3): arrays, or anything whose rows can be sliced. Their sizes may differ where the
+        regions were placed in each.
+    placed
+        The regions at their places: see `place_regions`.
+    regions
+        The file that they come from.
+    white_XYZ
+        The white of CIELAB, (3,); without it, that of `choose_white`.
+    display_white_cd_m2
+        The luminance of the display's white, which `choose_white` may take.
+    scaled_by
+        The luminance factor to undo, in place of that of these regions, where it is known from more pictures.
+    photo_saturated, rendering_saturated
+        Where a sensor was full, bool (height, width) or (height, width, 3).
+    safe_luminance_cd_m2
+        The zone of luminance that the camera was tested in at this exposure.
+    rows_done
+        Called with how many rows of how many are done.
+
+    Returns
+    -------
+    ComparedRegions
+        The table of thesis Tables 5.2 to 5.5, and notes.
 
     Raises
     ------

@@ -28,7 +28,27 @@ from stimuli.comparison.verdict import Limits, Outcome, Reason, Verdict, decided
 
 
 def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
-    """Return the verdict on one pair."""
+    """Return the verdict on one pair of pictures.
+
+    Parameters
+    ----------
+    evidence
+        The measurements: regions, maps of ΔE00, sparkle, registration, disparity; what was not measured is None.
+    limits
+        The limits that the rendering must keep.
+
+    Returns
+    -------
+    Verdict
+        ``decision`` ("validated", "not validated" or "cannot say") with every reason, failures first.
+
+    Examples
+    --------
+    >>> from stimuli.comparison.evidence import SparklePair
+    >>> density = SparklePair("density", photo=1000.0, photo_se=20.0, rendering=1300.0, rendering_se=25.0)
+    >>> judge(Evidence(sparkle=(density,))).decision
+    'not validated'
+    """
     limits = limits or Limits()
     reasons = [
         *colour_reasons(evidence, limits),

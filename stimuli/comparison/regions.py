@@ -70,15 +70,35 @@ class PlacedRegions:
 
 
 def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = None) -> PlacedRegions:
-    """Return the regions at their places in a photograph of shape (height, width, ...) and in its rendering.
+    """Return the regions of a file at their places in a photograph and in its rendering.
 
-    Without the ``rendering``'s shape the two lie on one grid, and outlines that are given for the rendering alone are
-    not used. With it, a region without such an outline has the photograph's numbers there.
+    Parameters
+    ----------
+    regions
+        The file: see `read_regions`.
+    photo
+        The shape of the photograph, (height, width, ...).
+    rendering
+        The shape of the rendering. Without it the two lie on one grid, and outlines that are given for the rendering
+        alone are not used. With it, a region without such an outline has the photograph's numbers there.
+
+    Returns
+    -------
+    PlacedRegions
+        Outlines in pixels, of areas and of charts whose colours are known.
 
     Raises
     ------
     StimulusError
         For every region that reaches out of its picture, crosses itself, or has another's name.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from stimuli.comparison.regions_file import read_regions
+    >>> placed = place_regions(read_regions(Path("configs/regions/plate.yaml")), (200, 300, 3))
+    >>> [(region.name, region.photo_px[2].tolist()) for region in placed.regions]
+    [('plate', [294.0, 196.0])]
     """
     placer = _Placer(regions, photo, rendering)
     placed = [area for number, spec in enumerate(regions.spec.regions) for area in placer.areas(number, spec)]

@@ -58,22 +58,33 @@ class _Blur:
 
 
 class SeenPicture:
-    """A picture as the eye resolves it; a `Rows` of XYZ like the picture itself.
+    """A picture as the eye resolves it at a distance; its rows are read by slicing, like those of an array.
 
     Cells of the wide Gaussians are filled when it is made, in one pass over the picture.
+
+    Parameters
+    ----------
+    picture
+        XYZ in cd/m², (height, width, 3): an array, or anything whose rows can be sliced.
+    pixels_per_degree
+        The pixels in a degree of visual angle.
+    white_XYZ
+        The white that makes greys grey, (3,); its luminance does not matter.
+
+    Raises
+    ------
+    StimulusError
+        If the pixels per degree or the white's components are not finite numbers above 0, or the former beyond 100,000.
+
+    Examples
+    --------
+    >>> checks = np.indices((32, 32)).sum(axis=0)[..., None] % 2 * np.full(3, 100.0)
+    >>> seen = SeenPicture(checks, pixels_per_degree=500, white_XYZ=[95.047, 100.0, 108.883])
+    >>> np.round(seen[16:17][0, 16]).tolist()             # fine black and white checks are seen as grey
+    [50.0, 50.0, 50.0]
     """
 
     def __init__(self, picture: Rows, pixels_per_degree: float, white_XYZ: ArrayLike) -> None:
-        """Take a ``picture`` in XYZ, shape (height, width, 3), seen at so many pixels per degree of visual angle.
-
-        ``white_XYZ``, shape (3,), is the white that makes greys grey; its luminance does not matter.
-
-        Raises
-        ------
-        StimulusError
-            If the pixels per degree or the white's components are not finite numbers above 0, or the former beyond
-            100,000.
-        """
         white = np.asarray(white_XYZ, dtype=np.float64)
         if white.shape != (3,) or not (np.all(np.isfinite(white)) and np.all(white > 0)):
             raise StimulusError(f"a white needs three finite numbers above 0, not {white.tolist()}")

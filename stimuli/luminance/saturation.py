@@ -115,6 +115,16 @@ def tone_mapping(
     ------
     StimulusError
         If the picture holds no light, or reference or limit is not a number that can be.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display.rig_file import read_rig
+    >>> rig = read_rig(Path("configs/rigs/asus_vg248qe_3dvision.yaml"))
+    >>> image = StereoImage.flat(np.full((4, 6, 3), 5.0, np.float32))
+    >>> mapping = tone_mapping(image, reference_cd_m2=10.0, models=rig.models)
+    >>> mapping.factor, float(mapping.apply(image).left.max())
+    (2.0, 10.0)
     """
     most = max_luminance_cd_m2(image)
     asked = factor_to(most, reference_cd_m2)

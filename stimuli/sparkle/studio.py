@@ -191,9 +191,21 @@ def sparkle_map(
 
 
 def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, flakes: Flakes) -> Light:
-    """Return the light of base and flakes under all lamps as it reaches ``left``, ``right`` or ``center``.
+    """Return the light of base and flakes under all lamps as it reaches one viewpoint.
 
-    A lamp without light is left out, and a plate without flakes has no map of them.
+    Parameters
+    ----------
+    plate, lamps, camera
+        The scene. A lamp without light is left out, and a plate without flakes has no map of them.
+    eye
+        ``left``, ``right`` or ``center``.
+    flakes
+        The flakes of the plate: see `scatter_flakes`.
+
+    Returns
+    -------
+    Light
+        Luminance in cd/m² and colour at each camera pixel, from which XYZ and spectral bands follow.
 
     Raises
     ------

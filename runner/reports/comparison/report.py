@@ -96,7 +96,7 @@ def report_comparison(
     progress: Callable[[str, int, int], None] | None = None,
     settings: Mapping[str, Any] | None = None,
 ) -> ComparisonReport:
-    """Compare a photograph with its rendering, and write what is asked for: a page, and an experiment.
+    """Compare a photograph with its rendering, and write a page and an experiment where they are asked for.
 
     Parameters
     ----------
@@ -105,7 +105,16 @@ def report_comparison(
     page
         The HTML page to write, whole or not at all; its folder is made if need be.
     experiment
-        The name of an experiment that shows both pictures to observers on the ``rig``; it is written below ``root``.
+        The name of an experiment that shows both pictures to observers on the ``rig``.
+    rig
+        The rig of the experiment.
+    root
+        The folder below which the experiment, its recipe and its pictures are written.
+
+    Returns
+    -------
+    ComparisonReport
+        The comparison, and the places of the files.
 
     Raises
     ------
