@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stimuli.comparison.results import CompareOptions, Viewing
+    from stimuli.comparison.results import CompareOptions, ViewingConditions
 
 _MOST_PX = 1e9
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
@@ -169,7 +169,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
     from devices.camera.exposure import parse_exposure
     from stimuli.comparison.pictures import ReadOptions
     from stimuli.comparison.results import CompareOptions
-    from stimuli.spectral.light import Light
+    from stimuli.spectral.light import Illumination
 
     corners_px = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     viewing = _viewing(options)
@@ -181,7 +181,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
         assume_linear=options["linear"],
         sensitivities=Path(options["sensitivities"]) if options["sensitivities"] else None,
         full_scale_cd_m2=options["full_scale"],
-        light=Light(options["illuminant"], options["illuminant_luminance"]),
+        light=Illumination(options["illuminant"], options["illuminant_luminance"]),
         quantity=options["quantity"],
     )
     return CompareOptions(
@@ -198,10 +198,10 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
     )
 
 
-def _viewing(options: dict[str, Any]) -> Viewing | None:
+def _viewing(options: dict[str, Any]) -> ViewingConditions | None:
     from pathlib import Path
 
-    from stimuli.comparison.results import Viewing
+    from stimuli.comparison.results import ViewingConditions
 
     display, rig, distance_mm = options["display"], options["rig"], options["distance_mm"]
     if display and rig:
@@ -211,5 +211,5 @@ def _viewing(options: dict[str, Any]) -> Viewing | None:
     if distance_mm is not None and not (display or rig):
         raise click.UsageError("--distance-mm needs --display or --rig: how large is a pixel?")
     if rig:
-        return Viewing.on_rig(Path(rig), distance_mm)
-    return Viewing.on_display(Path(display), distance_mm) if display else None
+        return ViewingConditions.on_rig(Path(rig), distance_mm)
+    return ViewingConditions.on_display(Path(display), distance_mm) if display else None

@@ -29,7 +29,7 @@ _EXPOSED = ("expose", "exposure")
 _PACKAGES = ("cyclopean", "numpy", "scipy", "OpenImageIO", "rawpy")
 
 
-class Workshop:
+class UnfinishedSet:
     """The folder in which a set is being built: a picture and its entry for each key, until all are there.
 
     Its name begins with a dot: it is no set. It outlives a killed build, and the next build resumes there.
@@ -42,43 +42,43 @@ class Workshop:
         """Return where the picture of ``key`` lies."""
         return self.folder / f"{key}.exr"
 
-    def keep(self, key: str, entry: Entry) -> None:
+    def record(self, key: str, entry: Entry) -> None:
         """Record that the picture of ``key`` is whole; the record appears after the picture, whole or not at all."""
         draft = self.folder / f"{key}.part"
         draft.write_text(json.dumps(entry, allow_nan=False), encoding="utf-8")
-        draft.replace(self._entry(key))
+        draft.replace(self._entry_file(key))
 
-    def kept(self, keys: Collection[str]) -> dict[str, Entry]:
+    def recorded(self, keys: Collection[str]) -> dict[str, Entry]:
         """Return the entries of those ``keys`` whose picture lies here as it was made."""
         hashes = known_hashes(self.folder)
         entries = {}
         for key in keys:
             try:
-                entry = json.loads(self._entry(key).read_text(encoding="utf-8"))
+                entry = json.loads(self._entry_file(key).read_text(encoding="utf-8"))
                 if hashes.sha256(self.picture(key)) == entry["sha256"]:
                     entries[key] = entry
             except (OSError, ValueError, KeyError, TypeError):
                 continue
         return entries
 
-    def forget(self, keys: Collection[str]) -> None:
+    def remove(self, keys: Collection[str]) -> None:
         """Remove the pictures of ``keys``, and the folder if nothing else is in it."""
         for key in keys:
             self.picture(key).unlink(missing_ok=True)
-            self._entry(key).unlink(missing_ok=True)
+            self._entry_file(key).unlink(missing_ok=True)
         for left in (*self.folder.glob(".*.exr"), *self.folder.glob("*.part")):
             left.unlink(missing_ok=True)
         if self.folder.is_dir() and not any(self.folder.iterdir()):
             self.folder.rmdir()
 
-    def take(self, key: str, picture: Path, entry: Entry) -> None:
+    def link(self, key: str, picture: Path, entry: Entry) -> None:
         """Bring in a picture from another set: the same file under another name, where the file system has that."""
         here = self.picture(key)
         here.unlink(missing_ok=True)
         link_or_copy(picture, here)
-        self.keep(key, entry)
+        self.record(key, entry)
 
-    def _entry(self, key: str) -> Path:
+    def _entry_file(self, key: str) -> Path:
         return self.folder / f"{key}.json"
 
 
@@ -109,7 +109,7 @@ def pictures_of_sets(cache: Path, keys: Collection[str]) -> Iterator[tuple[str, 
 
 
 class Builder:
-    """Makes what is not there yet of the pictures of ``recipe``, in a workshop beside ``folder``."""
+    """Makes the missing pictures of ``recipe``, in a folder for the unfinished set beside ``folder``."""
 
     def __init__(
         self, recipe: RecipeKind, context: BuildContext, folder: Path, progress: Progress | None, force: bool
@@ -120,7 +120,7 @@ class Builder:
         self._keys = {name: key for task in self._tasks for name, key in task.items()}
         self._folder, self._progress, self._force = folder, progress, force
         self._threshold = recipe.sparkles.threshold() if recipe.sparkles else None
-        self.workshop = Workshop(folder.with_name(f".{folder.name}"))
+        self.unfinished = UnfinishedSet(folder.with_name(f".{folder.name}"))
         self._entries: dict[str, Entry] = {}
         # Of an earlier build that was killed.
         self._left: frozenset[str] = frozenset()
@@ -129,10 +129,10 @@ class Builder:
         self._stop = threading.Event()
 
     def build(self, jobs: int) -> list[Entry]:
-        """Return the set's entries, in the recipe's order, once all their pictures lie in the workshop."""
+        """Return the set's entries, in the recipe's order, once all their pictures are in the unfinished set."""
         if self._force:
-            shutil.rmtree(self.workshop.folder, ignore_errors=True)
-        self.workshop.folder.mkdir(exist_ok=True)
+            shutil.rmtree(self.unfinished.folder, ignore_errors=True)
+        self.unfinished.folder.mkdir(exist_ok=True)
         try:
             if not self._force:
                 self._reuse()
@@ -143,7 +143,7 @@ class Builder:
             else:
                 self._make_in_threads(missing, jobs)
         except InputError:
-            self.workshop.forget(set(self._keys.values()) - self._left)
+            self.unfinished.remove(set(self._keys.values()) - self._left)
             raise
         if self._progress is not None:
             self._progress("done", len(self._keys), len(self._keys))
@@ -151,10 +151,10 @@ class Builder:
 
     def _reuse(self) -> None:
         wanted = set(self._keys.values())
-        self._entries = self.workshop.kept(wanted)
+        self._entries = self.unfinished.recorded(wanted)
         self._left = frozenset(self._entries)
         for key, picture, entry in pictures_of_sets(self._folder.parent, wanted - self._left):
-            self.workshop.take(key, picture, entry)
+            self.unfinished.link(key, picture, entry)
             self._entries[key] = entry
 
     def _missing(self) -> list[frozenset[str]]:
@@ -169,7 +169,7 @@ class Builder:
     def _make(self, names: frozenset[str]) -> None:
         for made in self._recipe.make(self._context, self._report, names):
             key = self._keys[made.name]
-            entry = _write(made, key, self.workshop, self._threshold)
+            entry = _write(made, key, self.unfinished, self._threshold)
             with self._turn:
                 self._entries[key] = entry
                 self.made += 1
@@ -205,17 +205,17 @@ class Builder:
         return {"name": name, "file": f"{name}.exr", "factors": factors, **entry}
 
 
-def _write(made: MadePicture, key: str, workshop: Workshop, threshold: Threshold | None) -> Entry:
-    write_exr(workshop.picture(key), made.image)
+def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Threshold | None) -> Entry:
+    write_exr(unfinished.picture(key), made.image)
     entry = {
         "key": key,
-        "sha256": sha256_of_file(workshop.picture(key)),
+        "sha256": sha256_of_file(unfinished.picture(key)),
         "flat": made.image.is_flat,
         "size_px": [made.image.width_px, made.image.height_px],
         "statistics": _statistics(made, threshold),
         "steps": [dict(step) for step in made.steps],
     }
-    workshop.keep(key, entry)
+    unfinished.record(key, entry)
     return entry
 
 
@@ -239,14 +239,14 @@ def _of_stimulus(finding: Finding, name: str) -> Finding:
     return replace(finding, message=f"the stimulus '{name}': {finding.message}")
 
 
-def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, workshop: Workshop) -> None:
+def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, unfinished: UnfinishedSet) -> None:
     """Let the set appear in ``folder``, in one step, in place of what may be broken there."""
     draft, old = folder.with_name(f".{folder.name}-new"), folder.with_name(f".{folder.name}-old")
     for left in (draft, old):
         shutil.rmtree(left, ignore_errors=True)
     draft.mkdir()
     for entry in entries:
-        link_or_copy(workshop.picture(entry["key"]), draft / entry["file"])
+        link_or_copy(unfinished.picture(entry["key"]), draft / entry["file"])
     manifest = {
         "schema_version": 2,
         **resolved,
@@ -260,7 +260,7 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, wor
         folder.rename(old)
     draft.rename(folder)
     shutil.rmtree(old, ignore_errors=True)
-    shutil.rmtree(workshop.folder)
+    shutil.rmtree(unfinished.folder)
 
 
 def _versions() -> dict[str, str]:

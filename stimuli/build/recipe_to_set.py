@@ -114,7 +114,7 @@ def build_set(
             if built is None:
                 builder = Builder(recipe, context, folder, progress, force)
                 entries = builder.build(jobs)
-                publish(entries, resolved, folder, builder.workshop)
+                publish(entries, resolved, folder, builder.unfinished)
                 built = read_stimulus_set(folder, recipe_path)
                 if built is None:
                     raise StimulusError(Finding("the stimuli were written but read back otherwise", str(folder)))

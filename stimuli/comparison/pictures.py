@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from devices.camera.camera_model import CameraModel
     from devices.camera.exposure import Exposure
     from stimuli.pictures.exr_read import ColourSpace
-    from stimuli.spectral.light import Light
+    from stimuli.spectral.light import Illumination
     from stimuli.spectral.picture import Quantity
 
 Holds = Literal["xyz", "rec709", "camera-rgb", "spectral"]
@@ -43,7 +43,7 @@ class ReadOptions:
     assume_linear: bool = False
     sensitivities: Path | None = None
     full_scale_cd_m2: float | None = None
-    light: Light | None = None
+    light: Illumination | None = None
     quantity: Quantity | None = None
 
 

@@ -24,7 +24,7 @@ Registering = Literal["auto", "none", "corners"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Viewing:
+class ViewingConditions:
     """How the pictures are seen: their pixels per degree of visual angle, and the white of the display.
 
     One pixel of a picture is one of the display. ``display_white_XYZ``, (3,), in cd/m², is None where it is not known,
@@ -37,7 +37,7 @@ class Viewing:
     distance_mm: float | None = None
 
     @classmethod
-    def on_rig(cls, rig_file: Path, distance_mm: float | None = None) -> Viewing:
+    def on_rig(cls, rig_file: Path, distance_mm: float | None = None) -> ViewingConditions:
         """Return how pictures are seen on a rig, from its own distance if none is given. Raises InputError."""
         from devices.display.rig_file import read_rig
 
@@ -46,7 +46,7 @@ class Viewing:
         return cls._of([rig.models], rig.display.panel.pixel_pitch_mm, distance_mm)
 
     @classmethod
-    def on_display(cls, display_file: Path, distance_mm: float) -> Viewing:
+    def on_display(cls, display_file: Path, distance_mm: float) -> ViewingConditions:
         """Return how pictures are seen on a display from a distance. Raises InputError."""
         from devices.display.display_file import read_display
 
@@ -54,7 +54,7 @@ class Viewing:
         return cls._of(list(display.modes.values()), display.panel.pixel_pitch_mm, distance_mm)
 
     @classmethod
-    def _of(cls, modes: list[Any], pixel_pitch_mm: float, distance_mm: float) -> Viewing:
+    def _of(cls, modes: list[Any], pixel_pitch_mm: float, distance_mm: float) -> ViewingConditions:
         from devices.display.viewing import pixels_per_degree
 
         whites = [model.white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
@@ -85,7 +85,7 @@ class CompareOptions:
     reading: ReadOptions = field(default_factory=ReadOptions)
     photo_holds: Holds | None = None
     rendering_holds: Holds | None = None
-    viewing: Viewing | None = None
+    viewing: ViewingConditions | None = None
     register: Registering = "auto"
     corners_px: tuple[Floats, Floats] | None = None
     white: WhiteName | None = None

@@ -48,7 +48,7 @@ class DevelopSpec(Strict):
 
 
 class SpectralSpec(Strict):
-    """Quantity and light of spectral pictures: see `stimuli.spectral.light.Light`."""
+    """Quantity and light of spectral pictures: see `stimuli.spectral.light.Illumination`."""
 
     quantity: Literal["radiance", "reflectance"] | None = None
     illuminant: str | None = None
@@ -170,13 +170,13 @@ class PhotographsRecipe(FilesRecipe):
 
     def source(self, stimulus: int, folder: Path) -> Source:
         """Return the reader of a stimulus's views."""
-        from stimuli.recipes.view_sources import OneFile, ViewFiles
+        from stimuli.recipes.view_sources import FilePerView, MultiViewFile
 
         spec = self.stimuli[stimulus]
         if spec.file is not None:
-            return OneFile(folder / spec.file, spec.file, spec.flat_eye)
+            return MultiViewFile(folder / spec.file, spec.file, spec.flat_eye)
         paths = {view: folder / file for view, file in spec.files.items()}
-        return ViewFiles(paths, self._reader(spec, folder), spec.flat_eye)
+        return FilePerView(paths, self._reader(spec, folder), spec.flat_eye)
 
     def _reader(self, spec: PhotographSpec, folder: Path) -> ViewReader:
         from stimuli.recipes.view_sources import exr_reader, photograph_reader, spectral_reader

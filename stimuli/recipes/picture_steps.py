@@ -34,7 +34,7 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, View, XYZImage
 from stimuli.recipes.build_context import DisplaySetup, Step
 from stimuli.recipes.steps_spec import CropSpec, LuminanceSpec, ResampleSpec, StepsSpec
 from stimuli.recipes.values import SeriesSpec
-from stimuli.recipes.view_sources import Read, Source
+from stimuli.recipes.view_sources import Source, StoredPicture
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -67,7 +67,7 @@ class Prepared:
         self._source, self._steps, self._flat_eye = source, steps, flat_eye
         self._pixel_pitch_mm, self._setup = pixel_pitch_mm, setup
         self._pair: _Pair | None = None
-        self._parallel: Read | None = None
+        self._parallel: StoredPicture | None = None
         self._done: dict[View | None, tuple[StereoImage, tuple[Step, ...]]] = {}
 
     def picture(self, view: View | None) -> tuple[StereoImage, tuple[Step, ...]]:
@@ -111,7 +111,7 @@ class Prepared:
             raise StimulusError.of(message, "write flat_eye: left, or right")
         return StereoImage.flat(image.eye(self._flat_eye)), (*steps, {"step": "flat", "view": self._flat_eye})
 
-    def _as_parallel(self) -> Read:
+    def _as_parallel(self) -> StoredPicture:
         """Return the pair as parallel cameras would have taken it."""
         read, toe_in = self._source.stereo(), self._steps.toe_in
         if toe_in is None:
@@ -122,7 +122,7 @@ class Prepared:
             image.left, image.right, toe_in.toe_in_deg, focal, viewing=self._viewing(image.width_px)
         )
         # The centre view was not turned with them.
-        return Read(turned.stereo, (*read.steps, *turned.steps), False)
+        return StoredPicture(turned.stereo, (*read.steps, *turned.steps), False)
 
     def _align(self) -> _Pair:
         spec = self._steps.align

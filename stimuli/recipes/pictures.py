@@ -248,9 +248,9 @@ class PicturesRecipe(FilesRecipe):
 
     def source(self, stimulus: int, folder: Path) -> Source:
         """Return the reader of a stimulus's views."""
-        from stimuli.recipes.view_sources import OneFile
+        from stimuli.recipes.view_sources import MultiViewFile
 
         spec = self.stimuli[stimulus]
-        return OneFile(
+        return MultiViewFile(
             folder / spec.file, spec.file, spec.flat_eye, spec.colour_space, spec.white_luminance_cd_m2, spec.negative
         )

@@ -19,7 +19,7 @@ from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
 
 
 @dataclass(frozen=True, eq=False, slots=True)
-class Read:
+class StoredPicture:
     """A picture as it was read; ``centre`` is true if there is a centre view; a flat picture is then that view."""
 
     image: StereoImage
@@ -30,18 +30,18 @@ class Read:
 class Source(Protocol):
     """A reader of a stimulus's views."""
 
-    def stored(self) -> Read:
+    def stored(self) -> StoredPicture:
         """Read the picture as it is stored."""
 
-    def stereo(self) -> Read:
+    def stereo(self) -> StoredPicture:
         """Read left and right."""
 
-    def flat(self) -> Read:
+    def flat(self) -> StoredPicture:
         """Read the centre view, or the eye that stands for it."""
 
 
 @dataclass(frozen=True, slots=True)
-class OneFile:
+class MultiViewFile:
     """An OpenEXR file of one view or several, in XYZ or any RGB that it declares."""
 
     path: Path
@@ -51,22 +51,22 @@ class OneFile:
     white_luminance_cd_m2: float | None = None
     negative: Negative = "refuse"
 
-    def stored(self) -> Read:
+    def stored(self) -> StoredPicture:
         """Read the picture as it is stored."""
         return self._read(flat=False)
 
-    def stereo(self) -> Read:
+    def stereo(self) -> StoredPicture:
         """Read left and right."""
         read = self._read(flat=False)
         if read.image.is_flat:
             raise StimulusError.at(self.path, "the picture has one view", "stereo needs the views left and right")
         return read
 
-    def flat(self) -> Read:
+    def flat(self) -> StoredPicture:
         """Read the centre view, or the eye that stands for it."""
         return self._read(flat=True)
 
-    def _read(self, *, flat: bool) -> Read:
+    def _read(self, *, flat: bool) -> StoredPicture:
         reading = read_exr_counted(
             self.path,
             self.colour_space,
@@ -85,7 +85,7 @@ class OneFile:
             "views": list(reading.views),
             "clipped_pixels": reading.clipped_pixels,
         }
-        return Read(reading.image, (step,), reading.centre)
+        return StoredPicture(reading.image, (step,), reading.centre)
 
 
 class ViewReader(Protocol):
@@ -126,13 +126,13 @@ def _photograph(
 
 def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZImage, tuple[Step, ...]]:
     from stimuli.spectral.convert import spectral_to_xyz
-    from stimuli.spectral.light import Light
+    from stimuli.spectral.light import Illumination
     from stimuli.spectral.picture import read_spectral
 
     illuminant = spectral.illuminant
     if illuminant is not None and illuminant.lower().endswith(".csv"):
         illuminant = str(folder / illuminant)
-    light = Light(illuminant, spectral.white_luminance_cd_m2, spectral.scale)
+    light = Illumination(illuminant, spectral.white_luminance_cd_m2, spectral.scale)
     observed = spectral_to_xyz(read_spectral(path, spectral.quantity), light, negative=spectral.negative)
     # The recipe's own name of the file, not an absolute path.
     steps = tuple(
@@ -147,23 +147,23 @@ def exr_reader(path: Path) -> tuple[XYZImage, tuple[Step, ...]]:
         message = "this is no OpenEXR picture, and the recipe names no camera"
         remedy = "name the file that `cyclopean camera fit` wrote as 'camera:' in the recipe"
         raise StimulusError.at(path, message, remedy)
-    read = OneFile(path, path.name).flat()
+    read = MultiViewFile(path, path.name).flat()
     return read.image.left, read.steps
 
 
 @dataclass(frozen=True, slots=True)
-class ViewFiles:
+class FilePerView:
     """A file for each view: ``paths`` by view, left, right or center."""
 
     paths: Mapping[str, Path]
     reader: ViewReader
     flat_eye: Eye | None = None
 
-    def stored(self) -> Read:
+    def stored(self) -> StoredPicture:
         """Read left and right where both are there, else the flat view."""
         return self.stereo() if {"left", "right"} <= self.paths.keys() else self.flat()
 
-    def stereo(self) -> Read:
+    def stereo(self) -> StoredPicture:
         """Read left and right."""
         left, left_steps = self._view("left")
         right, right_steps = self._view("right")
@@ -180,13 +180,13 @@ class ViewFiles:
             *({**step, "view": "left"} for step in left_steps),
             *({**step, "view": "right"} for step in right_steps),
         ]
-        return Read(StereoImage(left, right), tuple(steps), "center" in self.paths)
+        return StoredPicture(StereoImage(left, right), tuple(steps), "center" in self.paths)
 
-    def flat(self) -> Read:
+    def flat(self) -> StoredPicture:
         """Read the centre view, or the eye that stands for it."""
         view = "center" if "center" in self.paths else str(self.flat_eye)
         xyz, steps = self._view(view)
-        return Read(StereoImage.flat(xyz), tuple({**step, "view": view} for step in steps), view == "center")
+        return StoredPicture(StereoImage.flat(xyz), tuple({**step, "view": view} for step in steps), view == "center")
 
     def _view(self, view: str) -> tuple[XYZImage, tuple[Step, ...]]:
         path = self.paths[view]

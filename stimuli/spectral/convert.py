@@ -24,7 +24,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.spectral.curves import read_sensitivities
-from stimuli.spectral.light import LEAST, MOST, Light, observer_weights, spectral_step, weighted
+from stimuli.spectral.light import LEAST, MOST, Illumination, observer_weights, spectral_step, weighted
 from stimuli.spectral.picture import Quantity, SpectralPicture, read_spectral
 
 
@@ -39,7 +39,7 @@ class Observed:
 
 
 def spectral_to_xyz(
-    picture: SpectralPicture, light: Light | None = None, *, negative: Literal["clip", "refuse"] = "refuse"
+    picture: SpectralPicture, light: Illumination | None = None, *, negative: Literal["clip", "refuse"] = "refuse"
 ) -> Observed:
     """Return the absolute XYZ of a spectral picture by CIE 1931 2°.
 
@@ -65,7 +65,7 @@ def spectral_to_xyz(
     StimulusError
         If the light does not go with the picture, a value is NaN or infinite, or XYZ is negative and refused.
     """
-    light = light or Light()
+    light = light or Illumination()
     waves = picture.wavelengths_nm
     weights = observer_weights(waves) * light.per_band(picture)[:, None]
     xyz = weighted(picture, weights)
@@ -90,7 +90,7 @@ def spectral_to_camera(
     picture: SpectralPicture,
     sensitivities: Path,
     full_scale_luminance_cd_m2: float,
-    light: Light | None = None,
+    light: Illumination | None = None,
     *,
     exposure: Exposure | None = None,
 ) -> CameraImage:
@@ -110,7 +110,7 @@ def spectral_to_camera(
     if not LEAST <= full_scale_luminance_cd_m2 <= MOST:
         message = f"full scale is at {full_scale_luminance_cd_m2:g} cd/m²"
         raise StimulusError.of(message, f"{LEAST:g} to {MOST:g} is what it can be")
-    light = light or Light()
+    light = light or Illumination()
     waves = picture.wavelengths_nm
     # As wide as half the way to either neighbour, and to the only one at the ends.
     seen = read_sensitivities(sensitivities, waves) * np.gradient(waves)[:, None]
@@ -167,7 +167,7 @@ class SpectralReport:
 def convert_spectral(
     file: Path,
     output: Path,
-    light: Light | None = None,
+    light: Illumination | None = None,
     *,
     quantity: Quantity | None = None,
     camera: VirtualCamera | None = None,

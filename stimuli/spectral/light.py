@@ -19,7 +19,7 @@ LEAST, MOST = 1e-30, 1e30
 
 
 @dataclass(frozen=True, slots=True)
-class Light:
+class Illumination:
     """What turns a picture's values into radiance in W/(sr m² nm).
 
     Radiance is multiplied by ``scale`` where the file has another unit. Reflectance needs an ``illuminant`` (a CIE
@@ -91,7 +91,7 @@ def weighted(picture: SpectralPicture, weights: Floats) -> NDArray[np.float32]:
     return out
 
 
-def spectral_step(name: str, picture: SpectralPicture, light: Light) -> dict[str, Any]:
+def spectral_step(name: str, picture: SpectralPicture, light: Illumination) -> dict[str, Any]:
     """Return the step with the file, its bands and its light."""
     from documents.files.hashes import sha256_of_file
 

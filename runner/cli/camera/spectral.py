@@ -68,7 +68,7 @@ def command(
 
     from devices.camera.exposure import parse_exposure
     from stimuli.spectral.convert import VirtualCamera, convert_spectral
-    from stimuli.spectral.light import Light
+    from stimuli.spectral.light import Illumination
     from stimuli.spectral.picture import Quantity
 
     if (sensitivities is None) != (full_scale is None):
@@ -81,7 +81,7 @@ def command(
     report = convert_spectral(
         Path(file),
         Path(output),
-        Light(illuminant, white, scale),
+        Illumination(illuminant, white, scale),
         quantity=cast("Quantity | None", quantity),
         camera=camera,
         negative=cast(Literal["refuse", "clip"], negative),

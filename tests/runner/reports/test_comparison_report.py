@@ -8,13 +8,13 @@ import pytest
 
 from documents import InputError
 from runner.reports.comparison.report import report_comparison
-from stimuli.comparison.results import CompareOptions, Viewing
+from stimuli.comparison.results import CompareOptions, ViewingConditions
 from tests.stimuli.comparison.scenes import PLATE, RIG, spots, written
 
 
 def test_a_page_and_an_experiment_are_written_where_they_are_asked_for(tmp_path: Path) -> None:
     photo = written(tmp_path / "photo.exr", spots())
-    options = CompareOptions(viewing=Viewing.on_rig(RIG))
+    options = CompareOptions(viewing=ViewingConditions.on_rig(RIG))
     page = tmp_path / "out" / "page.html"
     report = report_comparison(
         photo, photo, PLATE, options, page=page, experiment="plate", rig=RIG, root=tmp_path / "study"

@@ -12,7 +12,7 @@ from stimuli.errors import StimulusError
 from stimuli.spectral import picture as pictures
 from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
 from stimuli.spectral.curves import read_illuminant, read_sensitivities
-from stimuli.spectral.light import Light
+from stimuli.spectral.light import Illumination
 from stimuli.spectral.picture import read_spectral
 
 WAVES = np.arange(400.0, 710.0, 10.0)
@@ -102,9 +102,9 @@ def test_a_curve_without_an_end_is_read_so_far(tmp_path: Path) -> None:
 @pytest.mark.parametrize("number", [1e-300, 1e300, float("nan"), float("inf"), 0.0, -1.0])
 def test_absurd_numbers_are_refused(tmp_path: Path, number: float) -> None:
     with pytest.raises(StimulusError, match="'scale' is"):
-        Light(scale=number)
+        Illumination(scale=number)
     with pytest.raises(StimulusError, match="'white_luminance_cd_m2' is"):
-        Light("D65", number)
+        Illumination("D65", number)
     sensor = tmp_path / "s.csv"
     sensor.write_text(HEAD + "400,1,1,1\n700,1,1,1\n", encoding="utf-8")
     with pytest.raises(StimulusError, match="full scale is at"):

@@ -14,7 +14,7 @@ from devices.measurements.spectra import xyz_from_spectra
 from stimuli.errors import StimulusError
 from stimuli.spectral import picture as picture_module
 from stimuli.spectral.convert import spectral_to_camera, spectral_to_xyz
-from stimuli.spectral.light import Light
+from stimuli.spectral.light import Illumination
 from stimuli.spectral.picture import Quantity, read_spectral
 from tests.stimuli.spectral.pictures import WAVES, bumps, save_envi, save_exr
 
@@ -95,11 +95,11 @@ def test_envi_in_micrometres_with_bad_bands_and_a_scale(tmp_path: Path) -> None:
     picture = read_spectral(save_envi(tmp_path / "a.hdr", codes, waves, **told))
     assert picture.quantity == "reflectance"
     assert picture.notes == ("2 bands marked bad in the header were left out",)
-    found = spectral_to_xyz(picture, Light("E", 100.0)).xyz
+    found = spectral_to_xyz(picture, Illumination("E", 100.0)).xyz
     plain = codes[..., np.delete(np.arange(81), 40)] / 10000
     save_exr(tmp_path / "b.exr", plain, np.delete(WAVES, 40), "T.{},0nm")
     np.testing.assert_allclose(
-        found, spectral_to_xyz(read_spectral(tmp_path / "b.exr"), Light("E", 100.0)).xyz, rtol=1e-5
+        found, spectral_to_xyz(read_spectral(tmp_path / "b.exr"), Illumination("E", 100.0)).xyz, rtol=1e-5
     )
 
 
@@ -109,7 +109,7 @@ def test_reflectance_in_a_light(tmp_path: Path, name: str) -> None:
     reflectance = np.ones((2, 3, len(WAVES)))
     reflectance[1] = 0.18
     picture = read_spectral(save_exr(tmp_path / "a.exr", reflectance, form="T.{},0nm"))
-    xyz = spectral_to_xyz(picture, Light(name, 80.0)).xyz
+    xyz = spectral_to_xyz(picture, Illumination(name, 80.0)).xyz
     np.testing.assert_allclose(xyz[0, :, 1], 80.0, rtol=1e-6)
     np.testing.assert_allclose(xyz[1], 0.18 * xyz[0], rtol=1e-6)
     white = colour.CCS_ILLUMINANTS["CIE 1931 2 Degree Standard Observer"][name]
@@ -119,10 +119,10 @@ def test_reflectance_in_a_light(tmp_path: Path, name: str) -> None:
 def test_an_illuminant_of_a_file_is_irradiance(tmp_path: Path) -> None:
     (tmp_path / "light.csv").write_text("wavelength_nm,value\n360,0.01\n830,0.01\n", encoding="utf-8")
     picture = read_spectral(save_exr(tmp_path / "a.exr", np.ones((2, 3, 81)), form="{}nm"), "reflectance")
-    found = spectral_to_xyz(picture, Light(str(tmp_path / "light.csv"))).xyz
+    found = spectral_to_xyz(picture, Illumination(str(tmp_path / "light.csv"))).xyz
     truth = xyz_from_spectra(np.full((1, 81), 0.01 / np.pi), WAVES)
     np.testing.assert_allclose(found[0, 0], truth[0], rtol=1e-6)
-    double = spectral_to_xyz(picture, Light(str(tmp_path / "light.csv"), scale=2.0)).xyz
+    double = spectral_to_xyz(picture, Illumination(str(tmp_path / "light.csv"), scale=2.0)).xyz
     np.testing.assert_allclose(double, 2 * found, rtol=1e-6)
 
 
@@ -174,7 +174,9 @@ def test_the_camera_sees_light_on_reflectance(tmp_path: Path) -> None:
     other = read_spectral(save_exr(tmp_path / "s.exr", direct))
     curves = sensor(tmp_path / "s.csv")
     np.testing.assert_allclose(
-        spectral_to_camera(one, curves, 1e6, Light("A")).rgb, spectral_to_camera(other, curves, 1e6).rgb, rtol=1e-5
+        spectral_to_camera(one, curves, 1e6, Illumination("A")).rgb,
+        spectral_to_camera(other, curves, 1e6).rgb,
+        rtol=1e-5,
     )
 
 
@@ -283,13 +285,13 @@ def test_envi_files_that_are_none_are_refused(tmp_path: Path) -> None:
 def test_the_light_and_the_picture_go_together(tmp_path: Path) -> None:
     radiance = read_spectral(save_exr(tmp_path / "s.exr", LIGHT))
     with pytest.raises(StimulusError, match="has its light in it"):
-        spectral_to_xyz(radiance, Light("D65"))
+        spectral_to_xyz(radiance, Illumination("D65"))
     reflectance = read_spectral(save_exr(tmp_path / "t.exr", LIGHT, form="T.{},0nm"))
     with pytest.raises(StimulusError, match="no illuminant 'D99'"):
-        spectral_to_xyz(reflectance, Light("D99"))
+        spectral_to_xyz(reflectance, Illumination("D99"))
     for white, scale in ((None, 0.0), (None, np.nan), (-1.0, 1.0)):
         with pytest.raises(StimulusError, match="above 0"):
-            Light(None, white, scale)
+            Illumination(None, white, scale)
     with pytest.raises(StimulusError, match="full scale is at 0"):
         spectral_to_camera(radiance, sensor(tmp_path / "s.csv"), 0.0)
 
