@@ -7,6 +7,7 @@ from .pictures import build as build
 from .pictures import compare as compare
 from .pictures import delta_e as delta_e
 from .pictures import display as display
+from .pictures import fit_display as fit_display
 from .pictures import read_picture as read_picture
 from .pictures import write_picture as write_picture
 from .result import Result as Result

@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from cyclopean.result import Result
 
 if TYPE_CHECKING:
+    from devices.characterise.display_fit import DisplayFit
     from devices.display.display_file import Display
     from stimuli.build.stimulus_set import StimulusSet
     from stimuli.comparison.results import Comparison
@@ -60,6 +61,42 @@ def display(path: str | Path) -> Result[Display]:
     ]
     across, down = read.panel.resolution_px
     return Result(read, rows, f"Display {Path(path).name}: {across} x {down} px, modes {', '.join(sorted(read.modes))}")
+
+
+def fit_display(measurements: str | Path, mode: str | None = None, *, codes: str | None = None) -> Result[DisplayFit]:
+    """Fit display models to measurements through the glasses, and choose the one that predicts held-out readings best.
+
+    Parameters
+    ----------
+    measurements
+        A table of codes and XYZ: CSV, an ArgyllCMS ``.ti3``, a Psychtoolbox ``.mat``, or the log of a measurement.
+    mode
+        The stereo mode that was measured; None takes the readings' own.
+    codes
+        The range of the codes of a CSV table that does not name it, such as ``0..255``.
+
+    Returns
+    -------
+    Result
+        A row for each eye and model with its held-out errors in ΔE00; ``chosen`` marks the one taken.
+        ``value.write(file)`` puts the mode into a display file.
+
+    Raises
+    ------
+    InputError
+        If the file cannot be read, the readings cannot be those of a display, or no model predicts them.
+    """
+    from devices.characterise.display_fit import fit_display as fit
+    from devices.measurements.read import read_measurements
+
+    fitted = fit(read_measurements(Path(measurements), codes), mode=mode, file=measurements)
+    rows = [
+        {"eye": eye, "chosen": candidate is own.characterisation.chosen, **candidate.to_json()}
+        for eye, own in fitted.eyes.items()
+        for candidate in own.characterisation.candidates
+    ]
+    chosen = ", ".join(f"{eye}: {own.characterisation.chosen.name}" for eye, own in fitted.eyes.items())
+    return Result(fitted, rows, f"Display fitted to {Path(measurements).name}; {chosen}")
 
 
 def read_picture(path: str | Path) -> StereoImage:

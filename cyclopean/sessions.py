@@ -74,7 +74,14 @@ def preview(experiment: str | Path, folder: str | Path, *, observer: str = "01")
     return write_screens(experiment, folder, observer)
 
 
-def simulate(experiment: str | Path, observers_file: str | Path, folder: str | Path, *, observers: int = 30) -> Path:
+def simulate(
+    experiment: str | Path,
+    observers_file: str | Path,
+    folder: str | Path,
+    *,
+    observers: int = 30,
+    seed: int | None = None,
+) -> Path:
     """Run an experiment with simulated observers, without a window.
 
     Parameters
@@ -87,6 +94,8 @@ def simulate(experiment: str | Path, observers_file: str | Path, folder: str | P
         Where the sessions are written.
     observers
         How many observers; their codes are 01, 02 and so on.
+    seed
+        Random seed of the answers; that of the experiment if None.
 
     Returns
     -------
@@ -100,5 +109,5 @@ def simulate(experiment: str | Path, observers_file: str | Path, folder: str | P
     """
     from runner.session.run import simulate as run_simulated
 
-    run_simulated(experiment, observers_file, observers, results=folder)
+    run_simulated(experiment, observers_file, observers, results=folder, seed=seed)
     return Path(folder)

@@ -172,6 +172,21 @@ def test_a_display_has_a_row_for_each_mode_and_eye() -> None:
     assert "<table" in shown._repr_html_()
 
 
+def test_a_display_is_fitted_to_a_table(tmp_path: Path) -> None:
+    from devices.characterise.example_displays import table_c1_codes, thesis_display
+
+    codes = table_c1_codes()
+    table = pd.DataFrame(np.hstack([codes * 255, thesis_display().xyz(codes)]), columns=list("RGBXYZ"))
+    table.to_csv(tmp_path / "readings.csv", index=False)
+    fitted = cyclopean.fit_display(tmp_path / "readings.csv", "flat", codes="0..255")
+    frame = fitted.to_frame()
+    assert frame["chosen"].sum() == 1
+    assert frame.loc[frame["chosen"], "held_out_delta_e_2000.mean"].item() < 0.1
+    panel = cyclopean.display(ROOT / "configs/displays/asus_vg248qe.yaml").value.panel
+    fitted.value.write(tmp_path / "display.yaml", panel)
+    assert cyclopean.display(tmp_path / "display.yaml").to_frame()["mode"].unique().tolist() == ["flat"]
+
+
 def test_faults_of_a_file_are_rows(tmp_path: Path) -> None:
     (tmp_path / "display.yaml").write_text("schema_version: 1\nmodes: {}\npanel: {resolution: [1, 2]}\n")
     frame = cyclopean.check(tmp_path / "display.yaml").to_frame()
