@@ -88,6 +88,20 @@ def export_dataset(
         If there is no session, logs are damaged or contradict each other, or ``folder`` has other files.
     OSError
         If it cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from runner.session.run import simulate
+    >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+    >>> with TemporaryDirectory() as place:
+    ...     results, dataset = Path(place) / "results", Path(place) / "bids"
+    ...     simulated = simulate(experiment, observers, 1, results=results)
+    ...     exported = export_dataset([results], dataset)
+    ...     sorted(file.name for file in dataset.iterdir())[:3]
+    ['CHANGES', 'README', 'dataset_description.json']
+    >>> exported.sessions, exported.trials, dict(exported.tasks)
+    (1, 46, {'dynamicrange': 'dynamic_range'})
     """
     folder = folder.resolve()
     check_replaceable(folder)

@@ -147,10 +147,27 @@ def simulate_power(
     workers: int | None = None,
     done: Done | None = None,
 ) -> Power:
-    """Simulate ``replicates`` studies with each number of ``observers``.
+    """Simulate studies with each number of ``observers``.
 
-    The numbers depend on the plan and the seed alone: not on ``scheduler`` or ``workers`` (see
-    `analysis.power.compute.compute`), and for one number of observers not on which others are asked for.
+    The results depend on the plan and the seed alone: not on ``scheduler`` or ``workers`` (see
+    `analysis.power.compute.compute`), nor on which other numbers of observers are simulated.
+
+    Parameters
+    ----------
+    plan
+        The design, the assumed scores, and the tests.
+    observers
+        Numbers of observers to simulate.
+    replicates
+        Number of simulated studies for each number of observers.
+    seed
+        Random seed.
+    scheduler, workers, done
+        As for `analysis.power.compute.compute`.
+
+    Returns
+    -------
+    The power with each number of observers, with Monte-Carlo standard errors.
 
     Raises
     ------
@@ -158,6 +175,15 @@ def simulate_power(
         If the plan or a number is out of range, or no study of some size has a fit.
     ComputeError
         As `analysis.power.compute.compute`.
+
+    Examples
+    --------
+    >>> from analysis.power.plan import differing_pairs
+    >>> theta = np.array([1.0, 0.0, -1.0])
+    >>> plan = Plan(("a", "b", "c"), theta, times=np.ones(3, dtype=int), differs=differing_pairs(theta))
+    >>> power = simulate_power(plan, [10, 40], replicates=200, workers=1)
+    >>> power.pair_names[1], bool((power.separates[1] > power.separates[0]).all())
+    (('a', 'c'), True)
     """
     check(plan)
     sizes = sorted(set(observers))

@@ -106,12 +106,23 @@ def study_power(
     progress
         Called with how many blocks of work are done, and how many there are.
 
+    Returns
+    -------
+    The number of observers needed, with the power of each number tried.
+
     Raises
     ------
     InputError
         If a file is wrong, the experiment compares no pairs of a fixed number, or an option is out of range.
     ComputeError
         As `analysis.power.compute.compute`.
+
+    Examples
+    --------
+    >>> options = PowerOptions(observers=(10, 40), replicates=100, workers=1)
+    >>> study = study_power(Path("experiments/dynamic_range.yaml"), options)
+    >>> study.needed.observers, study.needed.power.separates.shape
+    (None, (2, 45))
     """
     design = read_experiment(experiment)
     pairs = pair_design(design)

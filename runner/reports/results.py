@@ -1,4 +1,4 @@
-"""The report on results: read, described, written with pictures of the stimuli, and printed to PDF."""
+"""The report on results: read them, compute the results, write the page with pictures, and print it to PDF."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class ReportOptions:
     Attributes
     ----------
     rule
-        Whom to leave out; nobody by default.
+        Which observers to leave out; nobody by default.
     alpha, adjust, covariance
         Level, correction and standard errors of the classes; None takes those of the experiment.
     pictures
@@ -52,7 +52,7 @@ class ReportOptions:
     pdf
         Whether to print the page to PDF too, beside it.
     csv_folder
-        Where to write each table as CSV; nowhere if None.
+        Folder for each table as CSV; None writes none.
     """
 
     rule: Filter = field(default_factory=Filter)
@@ -93,18 +93,33 @@ def report_results(
     output
         The page; None writes ``report.html`` into the first folder.
     options
-        Whom to leave out, how to test, what to write beside the page.
+        Which observers to leave out, how to test, what to write beside the page.
     progress
-        Called with what is being done, how much of it is done, and of how much.
+        Called with what is being done, how much is done, and how much there is.
+
+    Returns
+    -------
+    The results, and the files that were written.
 
     Raises
     ------
     InputError
-        If results are missing, damaged or of different experiments, or an option names what is not there.
+        If results are missing, damaged or of different experiments, or an option names something unknown.
     SessionError
         If the page cannot be printed to PDF.
     OSError
         If the page or a table cannot be written.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from runner.session.run import simulate
+    >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+    >>> with TemporaryDirectory() as folder:
+    ...     simulated = simulate(experiment, observers, 2, results=folder)
+    ...     written = report_results([Path(folder)], options=ReportOptions(pictures=False))
+    >>> written.report.sentences[0].split(";")[0], written.page.name
+    ('2 simulated observers, 90 comparisons of 10 stimuli', 'report.html')
     """
     sessions = read_results(*results)
     first = results[0]
@@ -130,7 +145,7 @@ def report_results(
 def stimulus_pictures(
     header: Header, experiment: Path | None, progress: Callable[[str, int, int], None]
 ) -> dict[str, dict[str, bytes]]:
-    """Return small pictures of the stimuli of a session; none where they are not at hand.
+    """Return small pictures of the stimuli of a session; none if they are not in the cache.
 
     Raises
     ------
@@ -153,14 +168,14 @@ def stimulus_pictures(
 def find_browser() -> str | None:
     """Return a browser of the Chromium family; None if there is none."""
     for name in BROWSERS:
-        found = shutil.which(name)
-        if found:
-            return found
+        path = shutil.which(name)
+        if path:
+            return path
     return next((place for place in OUTSIDE_PATH if Path(place).is_file()), None)
 
 
 def print_pdf(page: Path, pdf: Path) -> None:
-    """Print ``page`` to ``pdf``, which appears whole or not at all.
+    """Print ``page`` to ``pdf``, which is written whole or not at all.
 
     Raises
     ------
@@ -170,7 +185,7 @@ def print_pdf(page: Path, pdf: Path) -> None:
     browser = find_browser()
     if browser is None:
         remedy = "install Chromium or Chrome, or open the page in any browser and print it to a file"
-        raise SessionError(Finding("no browser was found that could print the page", str(page), remedy=remedy))
+        raise SessionError(Finding("there is no browser that could print the page", str(page), remedy=remedy))
     with tempfile.TemporaryDirectory(prefix="cyclopean-print-") as folder:
         printed = Path(folder) / "page.pdf"
         command = [browser, *QUIET, "--no-pdf-header-footer", f"--user-data-dir={folder}/profile"]
