@@ -15,7 +15,7 @@ _FILE = re.compile(
     r"\b(?:documents|devices|stimuli|analysis|runner|cyclopean|configs|experiments|tests|benchmarks|examples|docs|tools)"
     r"/[\w./-]*\w"
 )
-_LINK = re.compile(r"\]\(([^)#\s]+)(#[^)\s]*)?\)")
+_LINK = re.compile(r"\]\(([^)#\s]*)(#[^)\s]*)?\)")
 _NOT_HERE = ("benchmarks/out", "cyclopean/stimuli")  # made by a benchmark, and in the user's cache folder
 _PLACEHOLDER = re.compile(r"[A-Z]{2,}")  # experiments/NAME.yaml
 
@@ -56,11 +56,22 @@ def test_files_exist(page: Path) -> None:
     assert not wrong, f"{page.name} names {', '.join(wrong)}"
 
 
+def _anchors(page: Path) -> set[str]:
+    """Return the anchors of the page's headings, as GitHub makes them."""
+    headings = re.findall(r"^#+ (.*)$", _prose(page), flags=re.MULTILINE)
+    return {re.sub(r"[^\w\- ]", "", heading.lower()).strip().replace(" ", "-") for heading in headings}
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_links_lead_somewhere(page: Path) -> None:
-    targets = {target for target, _ in _LINK.findall(_prose(page)) if "://" not in target}
-    wrong = sorted(target for target in targets if not (page.parent / target).exists())
-    assert not wrong, f"{page.name} links to {', '.join(wrong)}"
+    wrong = []
+    for target, anchor in set(_LINK.findall(_prose(page))):
+        if "://" in target:
+            continue
+        file = page.parent / target if target else page
+        if not file.exists() or (anchor and anchor[1:] not in _anchors(file)):
+            wrong.append(target + anchor)
+    assert not wrong, f"{page.name} links to {', '.join(sorted(wrong))}"
 
 
 def test_a_wrong_name_is_seen() -> None:
