@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from analysis.classes.multiplicity import Adjust
     from analysis.comparisons.comparisons import Comparisons
     from analysis.observers.table import ObserverTable
-    from analysis.scaling.fit import CovarianceKind, ModelMethod
     from analysis.scaling.laws import Model
+    from analysis.scaling.result import CovarianceKind, ModelMethod
     from analysis.scaling.scores import Scores
     from runner.reports.power import PowerStudy
 

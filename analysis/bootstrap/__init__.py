@@ -1,1 +1,1 @@
-"""Observers drawn anew: what scores and classes would have been with other observers of the same kind."""
+"""The bootstrap over observers: scores and classes that other observers of the same kind would have given."""

@@ -1,8 +1,8 @@
-"""Studies whose truth is known: how often intervals hold it, and how often tests find what is not there.
+"""Studies whose truth is known: how often intervals contain it, and how often tests report a false difference.
 
 Observers are alike, or each has strengths of their own, normal about the common ones. The truth that intervals are to
-hold is then what the fit would give with endless observers: the strengths fitted to the mean probabilities, which lie
-closer together than the common strengths.
+contain is then what the fit would give with endless observers: the strengths fitted to the mean probabilities, which
+lie closer together than the common strengths.
 """
 
 from __future__ import annotations
@@ -18,8 +18,9 @@ from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import Adjust, corrected, single_step, two_sided_p
-from analysis.scaling.fit import Fit, Method, fit
+from analysis.scaling.fit import fit
 from analysis.scaling.laplacian import contrast_variances
+from analysis.scaling.result import Fit, Method
 
 Floats = NDArray[np.float64]
 MAXZ_SAMPLES = 10_000
@@ -59,7 +60,7 @@ class Design:
 class Coverage:
     """How one kind of interval did: shares of all intervals (0 to 1), and their mean width.
 
-    ``covered`` held the truth; ``worst`` is the least of that among the k values; ``too_high`` and ``too_low`` lay
+    ``covered`` contained the truth; ``worst`` is the least of that among the k values; ``too_high`` and ``too_low`` lay
     wholly above or below it. ``standard_error`` is that of ``covered``, between studies. ``width`` is a median.
     """
 
@@ -83,21 +84,21 @@ def coverage(
     level: float = 0.95,
     seed: int = 2016,
 ) -> list[Coverage]:
-    """Simulate studies and count how often each kind of interval of each quantity holds the truth.
+    """Simulate studies and count how often each kind of interval of each quantity contains the truth.
 
     A study that is separated is fitted by Firth's, as the report does.
     """
     truth = design.truth()
-    held: dict[tuple[Name, Kind], list[Floats]] = {}
+    ends_by_kind: dict[tuple[Name, Kind], list[Floats]] = {}
     for number, by_observer in enumerate(design.studies(studies, seed)):
         drawn = _drawn(by_observer, replicates, seed + number)
         for quantity in quantities:
             value = Quantity.of_items(quantity, len(truth)).values(truth)
             for kind in kinds:
-                found = intervals(drawn, quantity, kind=kind, level=level)
-                ends = np.stack([found.low > value, found.high < value, found.high - found.low])
-                held.setdefault((quantity, kind), []).append(ends)
-    return [_summary(quantity, kind, np.array(ends)) for (quantity, kind), ends in held.items()]
+                interval = intervals(drawn, quantity, kind=kind, level=level)
+                ends = np.stack([interval.low > value, interval.high < value, interval.high - interval.low])
+                ends_by_kind.setdefault((quantity, kind), []).append(ends)
+    return [_summary(quantity, kind, np.array(ends)) for (quantity, kind), ends in ends_by_kind.items()]
 
 
 def family_error(
@@ -106,7 +107,7 @@ def family_error(
     """Return the share of studies with any significant pair, for each adjustment and covariance.
 
     With strengths that are all equal, that is the family-wise error. The covariance is ``model``, ``sandwich`` (tested
-    by Student's law, observers − 1 degrees of freedom), ``sandwich, normal law``, or ``bootstrap`` (that of 1000
+    by the t distribution, observers − 1 degrees of freedom), ``sandwich, normal law``, or ``bootstrap`` (that of 1000
     replicates, Student's law).
     """
     hits = dict.fromkeys(adjustments, 0)
@@ -155,13 +156,13 @@ def _fitted(by_observer: Floats) -> Fit:
 
 def _summary(quantity: Name, kind: Kind, ends: Floats) -> Coverage:
     above, below, width = ends[:, 0], ends[:, 1], ends[:, 2]
-    held = 1 - above - below
+    covered = 1 - above - below
     return Coverage(
         quantity=quantity,
         kind=kind,
-        covered=float(held.mean()),
-        standard_error=float(held.mean(axis=1).std(ddof=1) / np.sqrt(len(held))),
-        worst=float(held.mean(axis=0).min()),
+        covered=float(covered.mean()),
+        standard_error=float(covered.mean(axis=1).std(ddof=1) / np.sqrt(len(covered))),
+        worst=float(covered.mean(axis=0).min()),
         too_high=float(above.mean()),
         too_low=float(below.mean()),
         width=float(np.median(width)),

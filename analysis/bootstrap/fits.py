@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.scaling.counts import Counts
-from analysis.scaling.fit import Method
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY
+from analysis.scaling.result import Method
 from analysis.scaling.separation import are_connected
 
 Floats = NDArray[np.float64]

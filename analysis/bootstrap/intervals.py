@@ -7,10 +7,10 @@
 | ``expanded`` | percentiles, at levels widened for few observers |
 | ``percentile`` | percentiles of the replicates |
 | ``studentised`` | percentiles of t in the replicates, times the sandwich standard error |
-| ``sandwich`` | Student's t with S − 1 degrees of freedom, times the sandwich standard error |
+| ``sandwich`` | the t distribution with S − 1 degrees of freedom, times the sandwich standard error |
 | ``model`` | normal quantile times the model's standard error, which takes all answers for independent |
 
-`analysis.bootstrap.coverage` measures how often each holds the truth; docs/uncertainty.md has the figures.
+`analysis.bootstrap.coverage` measures how often each contains the truth; docs/uncertainty.md has the figures.
 
 Where all answers together are separated, observers agree without exception about some item, in every draw. Each
 interval then reaches at least as far as the ``model``'s.
@@ -47,7 +47,7 @@ class Intervals:
     Attributes
     ----------
     quantity, kind, level
-        Of what, which of `KINDS`, and the chance to hold the truth, such as 0.95.
+        Of what, which of `KINDS`, and the chance to contain the truth, such as 0.95.
     names
         For each value the name of its item, or the names of its two items.
     estimate, low, high

@@ -1,7 +1,7 @@
 """The observer bootstrap [Efron1993]: observers drawn with replacement, all their answers with them.
 
-Answers of one observer hang together; answers of two do not. So observers are drawn, not answers. All replicates'
-counts come from one product of matrices and are fitted in blocks, so that memory stays bounded.
+Answers of one observer depend on each other; answers of two do not. So observers are drawn, not answers. The counts of
+all replicates come from one product of matrices and are fitted in blocks, so that memory stays bounded.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from analysis.bootstrap.fits import Fits, fit_each
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.scaling.fit import Fit, Method, fit
+from analysis.scaling.fit import fit
+from analysis.scaling.result import Fit, Method
 from analysis.scaling.separation import are_connected
 from documents import Finding
 
@@ -85,13 +86,13 @@ def resample(
     Parameters
     ----------
     replicates
-        At least 1; 1000 hold the ends of a 95 % interval to about 3 % of its width.
+        At least 1; 1000 fix the ends of a 95 % interval to about 3 % of its width.
     seed
         The same seed gives the same draws, whatever ``block_numbers``.
     method
         ``ml`` or ``firth``. With ``ml``, replicates that are separated are fitted by Firth's.
     block_numbers
-        Replicates are fitted together while their counts hold at most so many numbers.
+        Replicates are fitted together while their counts are at most so many numbers.
 
     Raises
     ------
@@ -161,7 +162,7 @@ def counts_by_observer(comparisons: Comparisons) -> tuple[Floats, tuple[str, ...
     if len(comparisons.observers) < 2:
         who = "one observer" if comparisons.observers and comparisons.observers[0] else "no observer named"
         remedy = "add the column 'observer' with two or more observers, or use the model's standard errors"
-        raise ResultsError(Finding(f"there is {who}: observers cannot be drawn anew", remedy=remedy))
+        raise ResultsError(Finding(f"there is {who}: there is nobody to draw", remedy=remedy))
     order = sorted(range(len(comparisons.observers)), key=lambda index: comparisons.observers[index])
     return comparisons.wins_by_observer()[order], tuple(comparisons.observers[index] for index in order)
 

@@ -37,7 +37,7 @@ class Stability:
     labels, label_shares
         For each item its most frequent label, such as "3+4", and the share of replicates that gave it.
     class_counts
-        How many replicates found how many classes.
+        How many replicates gave how many classes.
     replicates, separated, without_fit
         How many replicates there were, how many of these were fitted by Firth's, and how many are left out of all
         shares because comparisons linked too few items.
@@ -80,7 +80,7 @@ def class_stability(
     adjust: Adjust = "holm",
     covariance: Covariance = "model",
 ) -> Stability:
-    """Find the classes of each replicate anew, as `analysis.classes.classes.classify` does.
+    """Find the classes of each replicate, as `analysis.classes.classes.classify` does.
 
     Parameters
     ----------

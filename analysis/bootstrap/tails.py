@@ -38,12 +38,12 @@ def _order_statistic(values: Floats, place: Floats, without: int, beyond: float)
     count, columns = values.shape
     if not count:
         return np.full(columns, beyond)
-    held = np.clip(place, 1, count) - 1
-    below = np.minimum(held.astype(np.intp), count - 1)
+    within = np.clip(place, 1, count) - 1
+    below = np.minimum(within.astype(np.intp), count - 1)
     above = np.minimum(below + 1, count - 1)
     column = np.arange(columns)
     low, high = values[below, column], values[above, column]
-    share = held - below
+    share = within - below
     apart = np.subtract(high, low, out=np.zeros(columns), where=low < high)  # ends may be infinite
     ends = low + np.multiply(share, apart, out=np.zeros(columns), where=share > 0)
     outside = place < 1 if beyond < 0 else place > count

@@ -1,6 +1,6 @@
 """Perceptual classes: groups of items whose differences are not significant, as a compact letter display.
 
-Two items share a class if and only if their difference is not significant. Class 1 holds the best item; an item in
+Two items share a class if and only if their difference is not significant. Class 1 has the best item; an item in
 two classes is labelled such as "3+4", as in the thesis's Table 4.4. The classes are the largest groups of items that
 are all alike, found by insert-and-absorb [Piepho2004], item by item rather than pair by pair: there are then never more
 groups than in the end. A sweep takes out every class, and every membership, that no pair needs.
@@ -194,7 +194,7 @@ def _largest(groups: list[int]) -> list[int]:
 def _swept(columns: list[list[int]], n: int) -> Letters:
     """Drop columns that no pair needs, the smallest first, then single memberships that no pair needs.
 
-    ``shared`` counts for any two items the columns that hold both: what is in two is not needed in one of them.
+    ``shared`` counts for any two items the columns with both: what is in two is not needed in one of them.
     """
     kept = [np.array(column) for column in sorted(columns, key=lambda column: (len(column), column))]
     shared = np.zeros((n, n), dtype=np.int32)

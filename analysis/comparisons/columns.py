@@ -22,7 +22,7 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
     Raises
     ------
     ResultsError
-        If the header is empty, a column is unknown, repeated or missing, or ties are told in two ways.
+        If the header is empty, a column is unknown, repeated or missing, or ties are given in two ways.
     """
     names = [field.strip() for field in header]
     if not any(names):
@@ -44,14 +44,14 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
         ]
     if "outcome" in names and "ties" in names:
         place = column_of(names.index("ties"), line)
-        findings.append(Finding("both 'outcome' and 'ties' tell of ties", file, 1, place, "keep one of the two"))
+        findings.append(Finding("both 'outcome' and 'ties' give ties", file, 1, place, "keep one of the two"))
     if findings:
         raise ResultsError(findings)
     return {name: field for field, name in enumerate(names)}
 
 
 def column_of(field: int, line: str) -> int:
-    """Return where ``field`` (from 0) starts in ``line``, counted from 1; 1 if it cannot be found."""
+    """Return where ``field`` (from 0) starts in ``line``, counted from 1; 1 if there is no such field."""
     quoted, passed = False, 0
     if field == 0:
         return 1

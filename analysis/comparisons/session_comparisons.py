@@ -46,7 +46,7 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
         files = ", ".join(str(session.file) for session in sessions[:3])
         why = f": {'the one answer prefers' if ties == 1 else f'all {ties} answers prefer'} neither" if ties else ""
         raise ResultsError(
-            Finding(f"the results hold no paired comparison{why}", files, remedy="answer some trials first")
+            Finding(f"the results have no paired comparison{why}", files, remedy="answer some trials first")
         )
     return from_answers(answers, names)
 

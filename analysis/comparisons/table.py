@@ -2,7 +2,7 @@
 
 Lines are read in blocks, and like answers are counted together as they come, so that a table of any length takes the
 memory of its kinds of answers: winner, loser, observer, which was first, and whether it was a tie. What a block of
-lines means is worked out column by column; only a block with a fault in it is gone through line by line, to name the
+lines means is computed column by column; only a block with a fault in it is read line by line, to name the
 place.
 """
 
@@ -10,19 +10,20 @@ from __future__ import annotations
 
 import csv
 import io
-from collections.abc import Iterable, Iterator
+import math
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import islice
 from pathlib import Path
 from typing import BinaryIO
 
-from analysis.comparisons.columns import read_header
+from analysis.comparisons.columns import OUTCOMES, REQUIRED, Columns, column_of, read_header
 from analysis.comparisons.comparisons import Comparisons
-from analysis.comparisons.faults import MOST_FINDINGS, find_faults
 from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
 
 BLOCK_ROWS = 1 << 15
+MOST_FINDINGS = 20
 
 
 class _Lines:
@@ -107,7 +108,7 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
                 rows.extend(islice(reader, BLOCK_ROWS))
             finally:
                 if rows and not tally.add(rows):
-                    findings += find_faults(source.kept, columns, file, begin, len(rows))
+                    findings += _find_faults(source.kept, columns, file, begin, len(rows))
             if not rows:
                 break
     except csv.Error as error:
@@ -118,5 +119,75 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
     comparisons = tally.comparisons() if tally else None
     if comparisons is None:
         remedy = "add one line for each comparison, such as 'a,b'"
-        raise ResultsError(Finding("the table holds no comparison", file, max(reader.line_num, 1), 1, remedy))
+        raise ResultsError(Finding("the table has no comparison", file, max(reader.line_num, 1), 1, remedy))
     return comparisons
+
+
+def _find_faults(lines: Sequence[str], columns: Columns, file: str, begin: int, rows: int) -> list[Finding]:
+    """Return a finding for each faulty line, up to twenty.
+
+    Parameters
+    ----------
+    lines
+        Lines of the file, of which the first ``rows`` rows of CSV are read.
+    begin
+        How many lines of the file stand before them.
+    """
+    findings: list[Finding] = []
+    last = ""
+
+    def remembered() -> Iterator[str]:
+        nonlocal last
+        for line in lines:
+            last = line
+            yield line
+
+    reader = csv.reader(remembered(), strict=True)
+    for _ in range(rows):
+        row = next(reader)
+        if not any(field.strip() for field in row):
+            continue
+        fault = _fault(row, columns)
+        if fault:
+            field, message, remedy = fault
+            findings.append(Finding(message, file, begin + reader.line_num, column_of(field, last), remedy))
+            if len(findings) == MOST_FINDINGS:
+                break
+    return findings
+
+
+def _fault(row: Sequence[str], columns: Columns) -> tuple[int, str, str] | None:
+    """Return the field that is wrong, what is wrong with it, and the remedy; None if nothing is."""
+    if len(row) != len(columns):
+        field = min(len(row), len(columns)) if len(row) > len(columns) else max(len(row) - 1, 0)
+        return (
+            field,
+            f"the line has {len(row)} fields",
+            f"the header has {len(columns)}; quote a name with a comma",
+        )
+    value = {name: row[field].strip() for name, field in columns.items()}
+    for name in REQUIRED:
+        if not value[name]:
+            return columns[name], f"the {name} is empty", "name the item"
+    winner, loser = value["winner"], value["loser"]
+    if winner == loser:
+        return columns["loser"], f"'{winner}' is compared with itself", "compare two different items"
+    for name, what in (("count", "the count is"), ("ties", "the number of ties is")):
+        if name in value and not _is_count(value[name]):
+            return columns[name], f"{what} '{value[name]}'", "write a finite number, zero or above"
+    first = value.get("first")
+    if first and first not in (winner, loser):
+        return columns["first"], f"'{first}' was first but is not in the pair", f"write '{winner}' or '{loser}'"
+    outcome = value.get("outcome")
+    if outcome and outcome not in OUTCOMES:
+        return columns["outcome"], f"the outcome is '{outcome}'", f"write one of: {', '.join(OUTCOMES)}"
+    return None
+
+
+def _is_count(text: str) -> bool:
+    """Say whether ``text`` is a finite number, zero or above."""
+    try:
+        count = float(text)
+    except ValueError:
+        return False
+    return math.isfinite(count) and count >= 0 and "_" not in text

@@ -16,9 +16,9 @@ from documents import Finding
 Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
-NO_ITEM = NOT_TOLD = -1
+NO_ITEM = UNKNOWN = -1
 MOST_PENDING = 1 << 20
-SIDES = 3  # not told, loser first, winner first
+SIDES = 3  # unknown, loser first, winner first
 
 
 class _Names(dict[str, int]):
@@ -106,13 +106,13 @@ class Tally:
     def _sides(self, texts: Sequence[str] | None, winner: Indices, loser: Indices) -> Indices | None:
         """Return 1 where the winner was first, 0 where the loser was, -1 where nobody says; None if another was."""
         if texts is None:
-            return np.full(len(winner), NOT_TOLD)
+            return np.full(len(winner), UNKNOWN)
         numbers = list(map(self._items.get, texts))
         if None in numbers:
             numbers = [self._items.get(text.strip(), len(self._items)) for text in texts]
         first = np.array(numbers, dtype=np.int64)
-        side = np.where(first == winner, 1, np.where(first == loser, 0, NOT_TOLD))
-        return None if ((side == NOT_TOLD) & (first != NOT_TOLD)).any() else side
+        side = np.where(first == winner, 1, np.where(first == loser, 0, UNKNOWN))
+        return None if ((side == UNKNOWN) & (first != UNKNOWN)).any() else side
 
     def _observers(self, texts: Sequence[str] | None, counted: NDArray[np.bool_]) -> Indices:
         """Return each line's observer; one who gave no answer that counts is not numbered."""
@@ -163,5 +163,5 @@ def _ties(texts: Sequence[str] | None, rows: int) -> Indices | None:
     if texts is None:
         return np.zeros(rows, dtype=np.int64)
     meaning = {"": 0, "win": 0, "tie": 1}
-    found = np.array([meaning.get(text.strip(), -1) for text in texts])
-    return None if (found < 0).any() else found
+    outcomes = np.array([meaning.get(text.strip(), -1) for text in texts])
+    return None if (outcomes < 0).any() else outcomes

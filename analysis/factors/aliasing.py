@@ -1,7 +1,7 @@
-"""Which factors the comparisons can tell apart: those whose columns add to the span of the ones before.
+"""Which factors the comparisons can distinguish: those whose columns add to the span of the ones before.
 
 Only differences within compared pairs are seen. Columns are therefore centred within each group of items that
-comparisons link; what remains is as much as the pairs tell.
+comparisons link; what remains is all that the pairs determine.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ def choose_terms(terms: Sequence[Term], groups: Groups) -> tuple[list[Term], lis
 
 
 def rank_gained(before: Sequence[Term], term: Term, groups: Groups) -> int:
-    """Return how many of ``term``'s columns the pairs can tell from those of the terms before it."""
+    """Return how many of ``term``'s columns the pairs can distinguish from those of the terms before it."""
     columns = _within(term.columns, groups)
     scale = np.sqrt((term.columns**2).sum(axis=0))
     columns = columns / np.where(scale > 0, scale, 1.0)
@@ -76,8 +76,8 @@ def _reason(kept: Sequence[Term], term: Term, gained: int, groups: Groups) -> st
 
 def _sentence(some: Sequence[Term], term: Term, gained: int) -> str:
     if not some:
-        return f"the comparisons tell {gained} of its {term.width} differences only"
+        return f"the comparisons determine only {gained} of its {term.width} differences"
     names = " and ".join(f"'{name}'" for other in some for name in other.names)
     if not gained:
-        return f"it is aliased: {names} already {'tells' if len(some) == 1 else 'tell'} all that it could"
-    return f"it is partly aliased with {names}: {gained} of its {term.width} differences can be told"
+        return f"it is aliased: {names} already {'explains' if len(some) == 1 else 'explain'} all that it could"
+    return f"it is partly aliased with {names}: {gained} of its {term.width} differences can be estimated"

@@ -6,22 +6,27 @@ from collections.abc import Mapping, Sequence
 from typing import Any, get_args
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.factors.aliasing import choose_terms
-from analysis.factors.estimates import effects, estimates
 from analysis.factors.explained import explain
-from analysis.factors.fit import fit_terms
-from analysis.factors.likelihood_ratio import factor_tests, interaction_tests
-from analysis.factors.result import FactorEffects, FactorMethod
+from analysis.factors.fit import TermsFit, fit_terms
+from analysis.factors.likelihood_ratio import NO_SPREAD, factor_tests, interaction_tests, robust_wald
+from analysis.factors.result import Effect, FactorEffects, FactorMethod, effect
 from analysis.factors.separation import separated_effects
-from analysis.factors.terms import Coding, main_term
-from analysis.factors.values import Value, Wishes, read_factors
-from analysis.scaling.counts import count_pairs
+from analysis.factors.terms import Coding, Term, main_term
+from analysis.factors.values import FactorOptions, Value, read_factors
+from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.fit import DEFAULT_PRIOR_SD
+from analysis.scaling.laws import LOGISTIC
+from analysis.scaling.newton import Point
+from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import compared_groups
 from documents import Finding
+
+Floats = NDArray[np.float64]
 
 
 def factor_effects(
@@ -66,13 +71,13 @@ def factor_effects(
     _check(comparisons, coding, method, prior_sd)
     items = comparisons.items
     counts, answers = count_pairs(comparisons)
-    read, left_out = read_factors(items, factors, Wishes(use, categorical, log, references))
+    read, left_out = read_factors(items, factors, FactorOptions(use, categorical, log, references))
     groups = compared_groups(comparisons.wins)
     terms, aliased = choose_terms([main_term(factor, coding) for factor in read], groups)
     left_out += aliased
     if not terms:
         why = "; ".join(f"'{one.name}': {one.reason}" for one in left_out) or "the stimuli have none"
-        raise ResultsError(Finding(f"there is no factor whose effect could be told: {why}", remedy="use another"))
+        raise ResultsError(Finding(f"there is no factor whose effect could be estimated: {why}", remedy="use another"))
     names = [term.names[0] for term in terms]
     kept = [factor for factor in read if factor.name in names]
     prior = prior_sd if method == "map" else None
@@ -91,11 +96,11 @@ def factor_effects(
     if runaway and prior is None:
         return _unfitted(shared, runaway)
     fit = fit_terms(counts, terms, prior)
-    estimate, covariance, sandwich, robust = estimates(counts, answers, terms, fit, observers)
+    estimate, covariance, sandwich, robust = _estimates(counts, answers, terms, fit, observers)
     tested = method == "ml" and fit.converged
     return FactorEffects(
         **shared,
-        effects=effects(terms, estimate, covariance, sandwich, observers),
+        effects=_effects(terms, estimate, covariance, sandwich, observers),
         joint_covariance=covariance,
         sandwich_covariance=sandwich,
         tests=factor_tests(counts, terms, fit, robust) if tested else (),
@@ -136,3 +141,62 @@ def _check(comparisons: Comparisons, coding: str, method: str, prior_sd: float) 
         raise ResultsError(Finding(f"the prior's standard deviation is {prior_sd:g}", remedy="give one above zero"))
     if len(comparisons.items) < 2 or not comparisons.count.any():
         raise ResultsError(Finding("no two items were compared with an outcome", remedy="compare two items at least"))
+
+
+def _estimates(
+    counts: Counts, answers: Answers, terms: Sequence[Term], fit: TermsFit, observers: int
+) -> tuple[Floats, Floats, Floats | None, list[tuple[float, float] | None]]:
+    """Return all effects, their covariance by the model and by observers, and Wald's robust test of each term."""
+    columns = np.hstack([term.columns for term in terms])
+    centred = columns - columns.mean(axis=0)
+    basis = fit.basis
+    # centred = basis @ triangle, and θ = basis @ γ = centred @ β.
+    to_beta = np.linalg.inv(basis.T @ centred)
+    beta = to_beta @ fit.gamma
+    beta_covariance = to_beta @ fit.inverse @ to_beta.T
+    contrasts = _block_diagonal([term.contrasts for term in terms])
+    covariance = contrasts @ beta_covariance @ contrasts.T
+    none: list[tuple[float, float] | None] = [None] * len(terms)
+    if observers < 2:
+        return contrasts @ beta, covariance, None, none
+    nothing = np.zeros((1, 1))
+    slopes = observer_slopes(counts, answers, LOGISTIC, Point(fit.theta[None], nothing, nothing))
+    half = slopes @ basis @ fit.inverse @ to_beta.T
+    beta_sandwich = half.T @ half * (observers / (observers - 1))
+    starts = np.cumsum([0, *(term.width for term in terms)])
+    se = np.sqrt(np.diag(beta_covariance))
+    robust = []
+    for term, start in zip(terms, starts, strict=False):
+        own = np.arange(start, start + term.width)
+        robust.append(robust_wald(beta[own], beta_sandwich[np.ix_(own, own)], se[own], observers))
+    return contrasts @ beta, covariance, contrasts @ beta_sandwich @ contrasts.T, robust
+
+
+def _effects(
+    terms: Sequence[Term], estimate: Floats, covariance: Floats, sandwich: Floats | None, observers: int
+) -> tuple[Effect, ...]:
+    """Return the effects, term by term, with their intervals."""
+    named = [(term, label) for term in terms for label in term.labels]
+    se = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+    robust_se = None if sandwich is None else np.sqrt(np.maximum(np.diag(sandwich), 0.0))
+    return tuple(
+        effect(
+            term.names[0],
+            label,
+            term.reference,
+            float(estimate[place]),
+            float(se[place]),
+            float(robust_se[place]) if robust_se is not None and robust_se[place] > NO_SPREAD * se[place] else None,
+            observers,
+        )
+        for place, (term, label) in enumerate(named)
+    )
+
+
+def _block_diagonal(blocks: Sequence[Floats]) -> Floats:
+    whole = np.zeros((sum(len(block) for block in blocks), sum(block.shape[1] for block in blocks)))
+    row = column = 0
+    for block in blocks:
+        whole[row : row + len(block), column : column + block.shape[1]] = block
+        row, column = row + len(block), column + block.shape[1]
+    return whole

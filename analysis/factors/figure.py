@@ -1,32 +1,109 @@
-"""The effects of the factors with their intervals, as SVG to be put into a page."""
+"""The figure of the factors' effects, as SVG for a page, and its rows, which are those of the table beside it."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
 
 from analysis.errors import ResultsError
-from analysis.factors.drawn_rows import DrawnRow, drawn_rows
-from analysis.factors.result import FactorEffects
+from analysis.factors.result import Effect, FactorEffects
+from analysis.factors.values import Factor
 from documents import Finding
 from documents.pages.drawing import FAINT, INK, drawing, svg_of
 
 EFFECT, LONGEST_NAME = "#165466", 34
 
 
-def effects_svg(found: FactorEffects, width_in: float = 6.5) -> str:
+@dataclass(frozen=True, slots=True)
+class DrawnRow:
+    """One row: an effect in nats with both intervals; the effect of a number is that of its range among the items.
+
+    Attributes
+    ----------
+    factor, level
+        Its factor, and the level or the range, such as "0.125 to 1".
+    is_reference
+        Whether it is the level that the others are compared with; its estimate is 0 and it has no intervals.
+    estimate, interval, robust_interval
+        In nats; an interval is None where there is none.
+    p, robust_p
+        As in `analysis.factors.result.Effect`.
+    """
+
+    factor: str
+    level: str
+    is_reference: bool
+    estimate: float
+    interval: tuple[float, float] | None
+    robust_interval: tuple[float, float] | None
+    p: float | None
+    robust_p: float | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON, also a row of a table."""
+        return {
+            "factor": self.factor,
+            "level": self.level,
+            "is_reference": self.is_reference,
+            "estimate": self.estimate,
+            **_ends("low", "high", self.interval),
+            "p": self.p,
+            **_ends("robust_low", "robust_high", self.robust_interval),
+            "robust_p": self.robust_p,
+        }
+
+
+def drawn_rows(effects: FactorEffects) -> tuple[DrawnRow, ...]:
+    """Return the rows, factor by factor; none where there is no finite maximum."""
+    return tuple(row for factor in effects.factors for row in _of_factor(factor, effects))
+
+
+def _of_factor(factor: Factor, effects: FactorEffects) -> Iterator[DrawnRow]:
+    mine = [effect for effect in effects.effects if effect.factor == factor.name]
+    if mine and mine[0].reference is not None:
+        yield DrawnRow(factor.name, mine[0].reference, True, 0.0, None, None, None, None)
+    for effect in mine:
+        yield _row(effect, *_reach(factor, effect))
+
+
+def _reach(factor: Factor, effect: Effect) -> tuple[str, float]:
+    """Return what the row is called and what its effect in nats is multiplied by."""
+    if factor.kind == "categorical":
+        return effect.level, 1.0
+    low, high = min(map(float, factor.values)), max(map(float, factor.values))
+    ends = (2**low, 2**high) if factor.kind == "log2" else (low, high)
+    return f"{ends[0]:.3g} to {ends[1]:.3g}", high - low
+
+
+def _row(effect: Effect, level: str, reach: float) -> DrawnRow:
+    robust = None
+    if effect.robust_low is not None and effect.robust_high is not None:
+        robust = effect.robust_low * reach, effect.robust_high * reach
+    interval = effect.low * reach, effect.high * reach
+    estimate = effect.estimate * reach
+    return DrawnRow(effect.factor, level, False, estimate, interval, robust, effect.p, effect.robust_p)
+
+
+def _ends(low: str, high: str, interval: tuple[float, float] | None) -> dict[str, float | None]:
+    ends = interval or (None, None)
+    return {low: ends[0], high: ends[1]}
+
+
+def effects_svg(effects: FactorEffects, width_in: float = 6.5) -> str:
     """Return an ``<svg>`` element: effects in nats, a row per level, factor by factor.
 
     The thick bar is the model's 95 % interval, the thin line with ends the one by observers. A reference level is a
-    hollow circle at 0. The numbers are those of `analysis.factors.drawn_rows.drawn_rows`.
+    hollow circle at 0. The numbers are those of `drawn_rows`.
 
     Raises
     ------
     ResultsError
         If there are no effects to draw.
     """
-    rows = drawn_rows(found)
+    rows = drawn_rows(effects)
     if not rows:
-        why = " ".join(found.separation) or "there are none"
+        why = " ".join(effects.separation) or "there are none"
         raise ResultsError(Finding(f"there are no finite effects to draw: {why}", remedy="fit with a prior (map)"))
     places = _places(rows)
     height_in = 0.75 + 0.31 * (max(places) + 1)
@@ -49,7 +126,7 @@ def effects_svg(found: FactorEffects, width_in: float = 6.5) -> str:
         axes.tick_params(axis="x", colors=INK)
         axes.spines[["top", "right", "left"]].set_visible(False)
         axes.spines["bottom"].set_color(INK)
-        count = len(found.factors)
+        count = len(effects.factors)
         return svg_of(figure, f"Effects of {count} factor{'s' if count > 1 else ''} with 95 % intervals")
 
 

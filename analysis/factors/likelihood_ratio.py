@@ -2,7 +2,8 @@
 
 An interaction is tested against the model of all factors without interactions, one at a time. Beside each test of a
 factor stands Wald's with the sandwich covariance by observer, which needs no independence within an observer: with G
-observers and r effects, W (G − r) / (r (G − 1)) is held against F with r and G − r degrees of freedom.
+observers and r effects, W (G − r) / (r (G − 1)) is compared with the F distribution of r and G − r degrees of
+freedom.
 """
 
 from __future__ import annotations
@@ -104,13 +105,13 @@ def chance(value: float, df: int) -> float:
 def factor_tests(
     counts: Counts, terms: Sequence[Term], full: TermsFit, robust: Sequence[tuple[float, float] | None]
 ) -> tuple[FactorTest, ...]:
-    """Test each factor of the fit ``full``; ``robust`` holds Wald's F and p of each."""
+    """Test each factor of the fit ``full``; ``robust`` are Wald's F and p of each."""
     tests = []
     for place, (term, wald) in enumerate(zip(terms, robust, strict=True)):
         others = [other for other in terms if other is not terms[place]]
         lost = statistic(full, fit_terms(counts, others))
-        told = wald or (None, None)
-        tests.append(FactorTest(term.names[0], lost, term.width, chance(lost, term.width), *told))
+        robust_test = wald or (None, None)
+        tests.append(FactorTest(term.names[0], lost, term.width, chance(lost, term.width), *robust_test))
     return tuple(tests)
 
 
@@ -164,7 +165,7 @@ def _interaction(
         return InteractionTest(names, None, None, None, None, empty)
     added = interaction_term(*pair)
     if rank_gained(terms, added, groups) < added.width:
-        return InteractionTest(names, None, None, None, None, "the factors already tell all or part of it")
+        return InteractionTest(names, None, None, None, None, "the factors already explain all or part of it")
     whole = [*terms, added]
     if is_separated(counts, whole):
         why = "with it the answers are fitted ever better without end: it has no finite maximum"

@@ -51,7 +51,7 @@ class Factor:
 
 
 @dataclass(frozen=True, slots=True)
-class Wishes:
+class FactorOptions:
     """How factors are to be read: ``use`` these, in this order; ``categorical`` numbers; logarithms; references."""
 
     use: Sequence[str] | None = None
@@ -61,7 +61,7 @@ class Wishes:
 
 
 def read_factors(
-    items: Sequence[str], told: Mapping[str, Mapping[str, Any]], wishes: Wishes
+    items: Sequence[str], factors: Mapping[str, Mapping[str, Any]], options: FactorOptions
 ) -> tuple[list[Factor], list[LeftOut]]:
     """Return the factors that vary among ``items``, in order, and those that do not or are not known of every item.
 
@@ -70,48 +70,48 @@ def read_factors(
     Raises
     ------
     ResultsError
-        If an item has no factors, a wish names no factor or no level, or a number is not finite, or not above zero
+        If an item has no factors, an option names no factor or no level, or a number is not finite, or not above zero
         where its logarithm is asked for.
     """
     for item in items:
-        if item not in told:
+        if item not in factors:
             what = f"there are no factors of '{item}'"
             raise ResultsError(Finding(what, remedy="give every compared item its factors, at least an empty mapping"))
-    known = tuple(dict.fromkeys(name for item in items for name in told[item]))
-    references = wishes.references or {}
-    for name in (*(wishes.use or ()), *wishes.categorical, *wishes.log, *references):
+    known = tuple(dict.fromkeys(name for item in items for name in factors[item]))
+    references = options.references or {}
+    for name in (*(options.use or ()), *options.categorical, *options.log, *references):
         if name not in known:
             remedy = "expected one of: " + ", ".join(known) if known else "the stimuli have no factors"
             raise ResultsError(Finding(f"there is no factor '{name}'", remedy=remedy))
-    for name in wishes.log:
-        if name in wishes.categorical or name in references:
+    for name in options.log:
+        if name in options.categorical or name in references:
             what = f"the factor '{name}' cannot be both levels and a logarithm"
             raise ResultsError(Finding(what, remedy="name it once"))
-    found, left_out = [], []
-    for name in dict.fromkeys(wishes.use) if wishes.use is not None else known:
-        values = [told[item].get(name) for item in items]
+    varying, left_out = [], []
+    for name in dict.fromkeys(options.use) if options.use is not None else known:
+        values = [factors[item].get(name) for item in items]
         unknown = [item for item, value in zip(items, values, strict=True) if value is None]
         if unknown:
             more = f" and {len(unknown) - 1} more" if len(unknown) > 1 else ""
             left_out.append(LeftOut(name, f"it is not known of '{unknown[0]}'{more}"))
             continue
-        factor = _read(name, values, name in wishes.categorical, name in wishes.log, references.get(name))
+        factor = _read(name, values, name in options.categorical, name in options.log, references.get(name))
         if _is_constant(factor):
             left_out.append(LeftOut(name, f"it is {_text(values[0])} for every stimulus"))
-        elif wishes.use is None and len(factor.levels) == len(items) > 2:
+        elif options.use is None and len(factor.levels) == len(items) > 2:
             left_out.append(LeftOut(name, "every stimulus has a level of its own: it names them and explains nothing"))
         else:
-            found.append(factor)
-    return found, left_out
+            varying.append(factor)
+    return varying, left_out
 
 
 def session_factors(sessions: Sequence[SessionLog]) -> dict[str, dict[str, Value]]:
-    """Return the factors of each stimulus, by name, as the headers of ``sessions`` tell them.
+    """Return the factors of each stimulus, by name, as the headers of ``sessions`` give them.
 
     Raises
     ------
     ResultsError
-        If two sessions tell different factors of one stimulus.
+        If two sessions give different factors of one stimulus.
     """
     factors: dict[str, dict[str, Value]] = {}
     source: dict[str, SessionLog] = {}
@@ -119,7 +119,7 @@ def session_factors(sessions: Sequence[SessionLog]) -> dict[str, dict[str, Value
         for stimulus in session.header.stimuli:
             name, mine = str(stimulus["name"]), dict(stimulus.get("factors") or {})
             if factors.setdefault(name, mine) != mine:
-                what = f"this session and {source[name].file} tell different factors of '{name}'"
+                what = f"this session and {source[name].file} give different factors of '{name}'"
                 raise ResultsError(Finding(what, str(session.file), 1, 1, "analyse them separately"))
             source.setdefault(name, session)
     return factors

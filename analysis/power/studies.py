@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from analysis.bootstrap.fits import fit_each
 from analysis.classes.multiplicity import corrected, two_sided_p
 from analysis.power.plan import Interval, Plan
-from analysis.scaling.fit import Method
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
 from analysis.scaling.laws import probabilities
+from analysis.scaling.result import Method
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]

@@ -6,9 +6,7 @@ replicates of a bootstrap, and `fit_sparse` a sparse one; all by `analysis.scali
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal, get_args
+from typing import TYPE_CHECKING, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,258 +14,20 @@ from numpy.typing import NDArray
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts, count_pairs
-from analysis.scaling.goodness import Goodness, goodness_of_fit
 from analysis.scaling.laws import LAWS, LOGISTIC, MODELS, Law, Model
 from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
+from analysis.scaling.result import BatchFit, CovarianceKind, Fit, Method, ModelMethod, OrderTest, Parameter
 from analysis.scaling.sandwich import sandwich
-from analysis.scaling.separation import (
-    Groups,
-    Separation,
-    are_connected,
-    compared_groups,
-    find_separation,
-    separated_items,
-    strong_groups,
-)
+from analysis.scaling.separation import Separation, are_connected, compared_groups, find_separation, strong_groups
 from documents import Finding
 
 if TYPE_CHECKING:
     from scipy.sparse import csr_array
 
-    from analysis.scaling.quasi import QuasiVariances
-
 Floats = NDArray[np.float64]
-Method = Literal["ml", "firth"]
-ModelMethod = Literal["ml", "firth", "map"]
-CovarianceKind = Literal["model", "sandwich"]
-
 DEFAULT_PRIOR_SD = 2.0
-TWO_SIDED_95 = 1.959963984540054
 SMALL = 64
-
-
-@dataclass(frozen=True, slots=True)
-class Parameter:
-    """One parameter of a fitted law beside the strengths.
-
-    Attributes
-    ----------
-    name
-        ``nu`` or ``eta`` (ties), or ``order`` (what being shown first adds).
-    estimate, se
-        On the scale on which it was fitted: log ν, log η, or δ, in the units of the strengths.
-    is_factor
-        Whether exp(estimate) is a factor of odds; not for an order effect in Thurstone's law, which has no odds.
-    """
-
-    name: str
-    estimate: float
-    se: float
-    is_factor: bool = True
-
-    @property
-    def low(self) -> float:
-        """Lower end of the 95 % interval, estimate − 1.96 se."""
-        return self.estimate - TWO_SIDED_95 * self.se
-
-    @property
-    def high(self) -> float:
-        """Upper end of the 95 % interval, estimate + 1.96 se."""
-        return self.estimate + TWO_SIDED_95 * self.se
-
-    @property
-    def factor(self) -> tuple[float, float, float] | None:
-        """ν, η, or what being shown first multiplies the odds by, with the ends of its interval; None without odds.
-
-        η is never below 1, and an end too large to write is infinite.
-        """
-        if not self.is_factor:
-            return None
-        with np.errstate(over="ignore"):
-            value, low, high = (float(np.exp(number)) for number in (self.estimate, self.low, self.high))
-        return value, max(low, 1.0) if self.name == "eta" else low, high
-
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON."""
-        values: dict[str, Any] = {"name": self.name, "estimate": self.estimate, "se": self.se}
-        values |= {"low": self.low, "high": self.high}
-        if self.factor is not None:
-            ends = (number if math.isfinite(number) else None for number in self.factor)
-            values |= dict(zip(("factor", "factor_low", "factor_high"), ends, strict=True))
-        return values
-
-
-@dataclass(frozen=True, slots=True)
-class OrderTest:
-    """Likelihood-ratio test of no order effect: twice the gain in log likelihood, χ² with one degree of freedom."""
-
-    statistic: float
-    p: float
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Fit:
-    """Strengths of ``n`` items under a model, and whether they can be trusted.
-
-    Attributes
-    ----------
-    model, method, covariance_kind, prior_sd
-        What was asked for; ``prior_sd`` in the units of the strengths, None unless ``method`` is ``map``.
-    counts
-        The counts of each pair that it was fitted to.
-    theta
-        Shape (n,): strengths with mean 0, in nats; for ``thurstone`` in standard deviations of a difference. NaN
-        where there is no maximum.
-    joint_covariance
-        Shape (n + f, n + f): of ``theta``, on vectors that sum to zero, and then of ``parameters``.
-    parameters
-        The f parameters beside the strengths: the tie parameter, then the order effect.
-    log_likelihood
-        Σ W log p, without binomial coefficients.
-    order_test
-        None unless an order effect was fitted by maximum likelihood.
-    converged, iterations
-        Whether the last step was below the tolerance; Newton steps taken.
-    separation
-        Why there is no finite maximum; None if the fit is sound.
-    held_by_prior
-        Why there would be no finite maximum without the prior; None where the answers keep all strengths finite.
-        The strengths of groups that were never compared then differ by 0 ± σ √(1/k + 1/l) on average over their k and
-        l items: what the prior says, and nothing else.
-    ties_left_out
-        How many ties the model has no place for.
-    """
-
-    model: Model
-    method: ModelMethod
-    covariance_kind: CovarianceKind
-    prior_sd: float | None
-    counts: Counts
-    theta: Floats
-    joint_covariance: Floats
-    parameters: tuple[Parameter, ...]
-    log_likelihood: float
-    order_test: OrderTest | None
-    converged: bool
-    iterations: int
-    separation: Separation | None
-    held_by_prior: Separation | None = None
-    ties_left_out: float = 0.0
-
-    @property
-    def covariance(self) -> Floats:
-        """Shape (n, n): of ``theta``, on vectors that sum to zero, as `analysis.scaling.penalty` says."""
-        n = self.counts.n
-        return self.joint_covariance[:n, :n]
-
-    @property
-    def se(self) -> Floats:
-        """Shape (n,): standard errors of ``theta``."""
-        return np.asarray(np.sqrt(np.maximum(np.diag(self.covariance), 0)))
-
-    @property
-    def log10_score(self) -> Floats:
-        """Shape (n,): decimal logarithm of ``score``."""
-        with np.errstate(invalid="ignore"):  # of items that are separated, inf − inf
-            return np.asarray((self.theta - np.logaddexp.reduce(self.theta)) / np.log(10))
-
-    @property
-    def score(self) -> Floats:
-        """Shape (n,): softmax of ``theta``, which sums to 1."""
-        with np.errstate(invalid="ignore"):
-            return np.asarray(np.exp(self.theta - np.logaddexp.reduce(self.theta)))
-
-    @property
-    def log_posterior(self) -> float:
-        """The log likelihood less Σ θ² / (2 σ²); the log likelihood where there is no prior."""
-        if self.prior_sd is None:
-            return self.log_likelihood
-        return self.log_likelihood - float((self.theta**2).sum()) / (2 * self.prior_sd**2)
-
-    @property
-    def separated(self) -> Groups:
-        """Groups of item indices, best first, between which no finite strength exists; empty if the fit is sound."""
-        return self.separation.groups if self.separation else ()
-
-    @property
-    def separated_items(self) -> tuple[int, ...]:
-        """Indices of the items outside the largest group; all where no group is the largest; none if sound."""
-        return separated_items(self.separated)
-
-    @property
-    def goodness(self) -> Goodness | None:
-        """How well the law fits; None where there is no maximum."""
-        if self.separation is not None or not np.isfinite(self.theta).all():
-            return None
-        law = LAWS[self.model]
-        values = {parameter.name: parameter.estimate for parameter in self.parameters}
-        difference = self.counts.differences(self.theta[None], values.get("order", 0.0))
-        chances = law.probabilities(difference, values.get(law.parameter or "", 0.0))
-        further = len(self.joint_covariance) - self.counts.n
-        return goodness_of_fit(self.counts, chances, self.counts.n - 1 + further, ties=law.parameter is not None)
-
-    @property
-    def deviance(self) -> float:
-        """2 Σ O log(O / E) over the answers to the pairs that were compared; NaN where there is no maximum."""
-        goodness = self.goodness
-        return goodness.deviance if goodness else float("nan")
-
-    @property
-    def df(self) -> int:
-        """Free numbers of the answers less the parameters of the law."""
-        outcomes = 1 if LAWS[self.model].parameter is None else 2
-        compared = int(np.count_nonzero(self.counts.total if outcomes == 2 else self.counts.won + self.counts.lost))
-        return compared * outcomes - (self.counts.n - 1) - (len(self.joint_covariance) - self.counts.n)
-
-    def quasi_variances(self) -> QuasiVariances:
-        """Return one variance for each item, such that any two sum to about that of the items' difference.
-
-        Raises
-        ------
-        ResultsError
-            As `analysis.scaling.quasi.quasi_variances`.
-        """
-        from analysis.scaling.quasi import quasi_variances
-
-        return quasi_variances(self.covariance)
-
-    def to_json(self) -> dict[str, Any]:
-        """Return how the fit was made and how good it is, as plain values; not the strengths."""
-        goodness, test = self.goodness, self.order_test
-        sound = self.separation is None
-        return {
-            "model": self.model,
-            "method": self.method,
-            "prior_sd": self.prior_sd,
-            "covariance": self.covariance_kind,
-            "log_likelihood": self.log_likelihood if sound else None,
-            "log_posterior": self.log_posterior if sound and self.method == "map" else None,
-            "deviance": goodness.deviance if goodness else None,
-            "df": self.df,
-            "goodness_of_fit": goodness.to_json() if goodness else None,
-            "parameters": [parameter.to_json() for parameter in self.parameters],
-            "order_test": {"statistic": test.statistic, "p": test.p} if test else None,
-            "held_by_prior": list(self.held_by_prior.sentences) if self.held_by_prior else [],
-            "ties_left_out": self.ties_left_out,
-            "converged": self.converged,
-            "iterations": self.iterations,
-        }
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class BatchFit:
-    """Strengths of ``n`` items in each of B replicates, by Bradley and Terry's law, without their covariance.
-
-    ``theta`` has the shape (B, n), each row with mean 0, and NaN where ``separated``; ``log_likelihood``,
-    ``converged``, ``iterations`` and ``separated`` have the shape (B,).
-    """
-
-    theta: Floats
-    log_likelihood: Floats
-    converged: NDArray[np.bool_]
-    iterations: NDArray[np.intp]
-    separated: NDArray[np.bool_]
 
 
 def fit(wins: Floats, *, method: Method = "ml", most_iterations: int | None = None) -> Fit:
@@ -556,6 +316,6 @@ def _check_entries(shape: tuple[int, ...], entries: Floats, diagonal: Floats | N
         expected = "(n, n)" if dimensions == 2 else "(B, n, n)"
         raise ResultsError(Finding(f"the counts have the shape {shape}", remedy=f"give {expected} with n at least 2"))
     if not (np.isfinite(entries).all() and (entries >= 0).all()):
-        raise ResultsError(Finding("the counts hold a negative or infinite number or NaN", remedy="count again"))
+        raise ResultsError(Finding("the counts contain a negative or infinite number or NaN", remedy="count again"))
     if diagonal.any():
         raise ResultsError(Finding("the diagonal of the counts is not zero", remedy="compare different items"))

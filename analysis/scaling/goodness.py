@@ -1,4 +1,4 @@
-"""How well a law fits: deviance and Pearson's statistic against what the answers would be if nothing bound them."""
+"""How well a law fits: deviance and Pearson's statistic against what the answers would be without a law."""
 
 from __future__ import annotations
 

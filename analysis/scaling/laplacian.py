@@ -1,7 +1,7 @@
 """Solve with the Laplacian of a weighted graph, H = diag(Σw) − w, on vectors that sum to zero.
 
 The information matrix of the Bradley-Terry model is such a Laplacian. Where the weights span few orders of magnitude
-LAPACK solves (H + 11ᵀ/n) s = g. Where they span many, H holds differences that double precision has already lost, so
+LAPACK solves (H + 11ᵀ/n) s = g. Where they span many, H contains differences that double precision has already lost, so
 the items are eliminated one by one as Grassmann, Taksar and Heyman do [Grassmann1985]: the pivots are then sums of
 weights, nothing positive is ever subtracted, and even a link 10²⁰ times weaker than the rest keeps its digits. For
 many small graphs elimination is also the faster way, since each of its steps serves them all.

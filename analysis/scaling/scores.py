@@ -11,8 +11,9 @@ import numpy as np
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fit import DEFAULT_PRIOR_SD, CovarianceKind, Fit, ModelMethod, fit_model
+from analysis.scaling.fit import DEFAULT_PRIOR_SD, fit_model
 from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.result import CovarianceKind, Fit, ModelMethod
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances

@@ -163,7 +163,7 @@ def find_separation(counts: Counts, items: Sequence[str], *, ties: bool, prior: 
                 return None
             return Separation(groups, (_drawing_apart(groups, items, ""), *explain(groups, wins, items)))
     if not won.any() and not lost.any():
-        return _together(counts.n, "Every answer is a tie: nothing tells the items apart.")
+        return _together(counts.n, "Every answer is a tie: nothing distinguishes the items.")
     if counts.ordered and not (won.any() and lost.any()):
         place = "first" if won.any() else "second"
         return _together(counts.n, f"The item shown {place} won every comparison that was decided.")
@@ -172,7 +172,7 @@ def find_separation(counts: Counts, items: Sequence[str], *, ties: bool, prior: 
     if counts.ordered and not prior and _order_follows_items(counts):
         return Separation(
             tuple((item,) for item in range(counts.n)),
-            ("Each pair was only shown in one order, so that order and strength cannot be told apart.",),
+            ("Each pair was only shown in one order, so that order and strength cannot be distinguished.",),
         )
     direction = recession(counts, np.empty((counts.n, 0)) if prior else _one_each(counts.n), ties=ties)
     if direction is None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from analysis.scaling.fit import Parameter
+from analysis.scaling.result import Parameter
 from analysis.scaling.scores import Scores
 from documents.text.words import counted
 

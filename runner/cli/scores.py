@@ -73,8 +73,9 @@ def command(
 
     from analysis.classes.multiplicity import Adjust
     from analysis.comparisons.table import read_stream, read_table
-    from analysis.scaling.fit import DEFAULT_PRIOR_SD, CovarianceKind, ModelMethod
+    from analysis.scaling.fit import DEFAULT_PRIOR_SD
     from analysis.scaling.laws import Model
+    from analysis.scaling.result import CovarianceKind, ModelMethod
     from analysis.scaling.scores import score
     from analysis.scaling.terminal import print_scores, problem_lines
 

@@ -35,8 +35,7 @@ def factors_section(effects: FactorEffects) -> Section:
 
 
 def _figure(effects: FactorEffects) -> Figure:
-    from analysis.factors.drawn_rows import drawn_rows
-    from analysis.factors.figure import effects_svg
+    from analysis.factors.figure import drawn_rows, effects_svg
 
     columns = (
         Column("Factor", "factor"),

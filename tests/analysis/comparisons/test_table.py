@@ -10,8 +10,7 @@ from hypothesis import strategies as st
 
 from analysis.comparisons import table as comparison_table
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
-from analysis.comparisons.faults import MOST_FINDINGS
-from analysis.comparisons.table import parse_table, read_table
+from analysis.comparisons.table import MOST_FINDINGS, parse_table, read_table
 from analysis.errors import ResultsError
 
 
@@ -136,15 +135,15 @@ def test_a_byte_order_mark_and_windows_line_ends_do_not_matter(tmp_path: Path) -
         ("winner,loser,first\na,b,c\n", "t.csv:2:5: 'c' was first but is not in the pair (write 'a' or 'b')"),
         (
             "winner,loser\na,b,c\n",
-            "t.csv:2:5: the line has 3 fields (the header has 2; quote a name that holds a comma)",
+            "t.csv:2:5: the line has 3 fields (the header has 2; quote a name with a comma)",
         ),
         (
             "winner,loser\na\n",
-            "t.csv:2:1: the line has 1 fields (the header has 2; quote a name that holds a comma)",
+            "t.csv:2:1: the line has 1 fields (the header has 2; quote a name with a comma)",
         ),
         (
             "winner,loser\n",
-            "t.csv:1:1: the table holds no comparison (add one line for each comparison, such as 'a,b')",
+            "t.csv:1:1: the table has no comparison (add one line for each comparison, such as 'a,b')",
         ),
         (
             "winner,loser,outcome\na,b,draw\n",
@@ -156,7 +155,7 @@ def test_a_byte_order_mark_and_windows_line_ends_do_not_matter(tmp_path: Path) -
         ),
         (
             "winner,loser,ties,outcome\na,b,1,tie\n",
-            "t.csv:1:14: both 'outcome' and 'ties' tell of ties (keep one of the two)",
+            "t.csv:1:14: both 'outcome' and 'ties' give ties (keep one of the two)",
         ),
         (
             'winner,loser\n"a\nb",c\n\nd,d\n',

@@ -10,7 +10,7 @@ from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.terms import empty_cell, interaction_term, main_term
-from analysis.factors.values import Factor, Wishes, read_factors, session_factors
+from analysis.factors.values import Factor, FactorOptions, read_factors, session_factors
 from analysis.records.session_record import SessionLog
 
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -40,8 +40,8 @@ def test_factors_that_cannot_be_told_are_named_with_the_reason(grid: Factors, dr
         "glasses": "it is shutter for every stimulus",
         "luminance_cd_m2": "it is 26.5 for every stimulus",
         "label": "every stimulus has a level of its own: it names them and explains nothing",
-        "hue": "it is aliased: 'paint' already tells all that it could",
-        "brightness": "it is aliased: 'exposure_s' already tells all that it could",
+        "hue": "it is aliased: 'paint' already explains all that it could",
+        "brightness": "it is aliased: 'exposure_s' already explains all that it could",
         "flakes": "it is not known of 'grey-flat-0.125' and 10 more",
     }
 
@@ -50,11 +50,11 @@ def test_nested_and_joint_factors_are_partly_or_wholly_aliased(grid: Factors, dr
     answers = draw(dict.fromkeys(grid, 0.0))
     both = {name: {**one, "batch": f"{one['paint']}{one['view']}"} for name, one in grid.items()}
     assert reasons(both, answers) == {
-        "batch": "it is partly aliased with 'paint' and 'view': 2 of its 5 differences can be told"
+        "batch": "it is partly aliased with 'paint' and 'view': 2 of its 5 differences can be estimated"
     }
     assert reasons(both, answers, use=("batch", "view", "paint")) == {
-        "view": "it is aliased: 'batch' already tells all that it could",
-        "paint": "it is aliased: 'batch' already tells all that it could",
+        "view": "it is aliased: 'batch' already explains all that it could",
+        "paint": "it is aliased: 'batch' already explains all that it could",
     }
 
 
@@ -95,23 +95,23 @@ def test_numbers_and_words_are_told_apart() -> None:
         "a": {"exposure_s": 1, "on": True, "mixed": 1.0, "text": "1"},
         "b": {"exposure_s": 0.5, "on": False, "mixed": "one", "text": "0.5"},
     }
-    factors, _ = read_factors(["a", "b"], told, Wishes())
+    factors, _ = read_factors(["a", "b"], told, FactorOptions())
     assert [(one.name, one.kind, one.levels) for one in factors] == [
         ("exposure_s", "numeric", ()),
         ("on", "categorical", ("yes", "no")),
         ("mixed", "categorical", ("1", "one")),
         ("text", "categorical", ("1", "0.5")),
     ]
-    as_levels, _ = read_factors(["a", "b"], told, Wishes(use=("exposure_s",), categorical=("exposure_s",)))
+    as_levels, _ = read_factors(["a", "b"], told, FactorOptions(use=("exposure_s",), categorical=("exposure_s",)))
     assert as_levels[0].levels == ("0.5", "1")
-    by_reference, _ = read_factors(["a", "b"], told, Wishes(use=("exposure_s",), references={"exposure_s": 1}))
+    by_reference, _ = read_factors(["a", "b"], told, FactorOptions(use=("exposure_s",), references={"exposure_s": 1}))
     assert by_reference[0].levels == ("1", "0.5")
 
 
 @pytest.mark.parametrize(("value", "log"), [(float("nan"), ()), (float("inf"), ()), (0.0, ("x",)), (-1.0, ("x",))])
 def test_unfit_numbers_are_told(value: float, log: tuple[str, ...]) -> None:
     with pytest.raises(ResultsError, match="the factor 'x' is"):
-        read_factors(["a", "b"], {"a": {"x": 1.0}, "b": {"x": value}}, Wishes(log=log))
+        read_factors(["a", "b"], {"a": {"x": 1.0}, "b": {"x": value}}, FactorOptions(log=log))
 
 
 def test_columns_say_what_their_effects_mean() -> None:

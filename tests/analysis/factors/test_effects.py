@@ -285,7 +285,7 @@ def test_json_has_no_nan(grid: Factors, draw: Drawer) -> None:
         ({"references": {"view": "mono"}}, "no level 'mono'"),
         ({"log": ("view",)}, "'view' is no number"),
         ({"log": ("exposure_s",), "categorical": ("exposure_s",)}, "cannot be both"),
-        ({"use": ()}, "no factor whose effect could be told"),
+        ({"use": ()}, "no factor whose effect could be estimated"),
     ],
 )
 def test_wrong_wishes_are_told(wish: dict[str, object], message: str, grid: Factors, draw: Drawer) -> None:

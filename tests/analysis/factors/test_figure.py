@@ -6,9 +6,8 @@ from xml.etree import ElementTree
 import pytest
 
 from analysis.comparisons.comparisons import Comparisons
-from analysis.factors.drawn_rows import drawn_rows
 from analysis.factors.effects import factor_effects
-from analysis.factors.figure import effects_svg
+from analysis.factors.figure import drawn_rows, effects_svg
 
 Factors = Mapping[str, Mapping[str, str | float]]
 Drawer = Callable[..., Comparisons]

@@ -65,7 +65,7 @@ def test_image_and_view_as_the_recipe_has_them(thesis: tuple[Comparisons, Factor
     answers, factors = thesis
     found = factor_effects(answers, factors, references={"view": "flat", "image": "3.2"})
     assert [one.name for one in found.left_out] == ["exposure_s", "luminance_scale", "tone_mapped"]
-    assert all("'image' already tells" in one.reason for one in found.left_out)
+    assert all("'image' already explains" in one.reason for one in found.left_out)
     image, view = found.tests
     assert (image.name, image.df, view.name, view.df) == ("image", 4, "view", 1)
     assert view.statistic > image.statistic

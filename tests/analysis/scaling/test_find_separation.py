@@ -11,9 +11,10 @@ from hypothesis import strategies as st
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.scaling.counts import count_pairs
-from analysis.scaling.fit import Model, ModelMethod, fit_model
+from analysis.scaling.fit import Model, fit_model
 from analysis.scaling.laws import Davidson
 from analysis.scaling.newton import maximise
+from analysis.scaling.result import ModelMethod
 from analysis.scaling.separation import find_separation, strong_groups
 
 NAMES = "abcd"
@@ -118,7 +119,7 @@ def test_ties_and_nothing_else_say_so() -> None:
     for method in METHODS:
         fitted = fit_model(only, "rao-kupper", method=method)
         assert fitted.separation is not None
-        assert fitted.separation.sentences == ("Every answer is a tie: nothing tells the items apart.",)
+        assert fitted.separation.sentences == ("Every answer is a tie: nothing distinguishes the items.",)
 
 
 def test_a_place_that_always_wins_says_so() -> None:
@@ -135,4 +136,4 @@ def test_an_order_that_follows_the_items_says_so() -> None:
     answers += [Answer("c", "b", first="b")]
     fitted = fit_model(from_answers(answers), order_effect=True)
     assert fitted.separation is not None
-    assert "cannot be told apart" in fitted.separation.sentences[0]
+    assert "cannot be distinguished" in fitted.separation.sentences[0]
