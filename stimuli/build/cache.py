@@ -1,4 +1,4 @@
-"""The cache of stimulus sets: where it lies, which sets are in it, and what killed builds left there."""
+"""The cache of stimulus sets: its folder, the sets in it, and the leftovers of killed builds."""
 
 from __future__ import annotations
 

@@ -183,7 +183,7 @@ def _notes(steps: list[Mapping[str, Any]]) -> list[str]:
 
 
 def _check_output(folder: Path) -> None:
-    """Refuse a folder that holds anything, or lies in the cache, which is tidied up."""
+    """Refuse a folder that holds anything, or lies in the cache, from which files are removed."""
     try:
         taken = folder.exists() and (not folder.is_dir() or any(folder.iterdir()))
         in_cache = folder.resolve().is_relative_to(cache_folder().resolve())

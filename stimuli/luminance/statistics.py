@@ -1,4 +1,4 @@
-"""What a picture's light is like, per eye: the columns of Table 4.3, dynamic range and contrast."""
+"""Statistics of a picture's light, per eye: the columns of Table 4.3, dynamic range and contrast."""
 
 from __future__ import annotations
 

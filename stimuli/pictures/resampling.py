@@ -23,7 +23,7 @@ Filter = Literal["area", "linear", "cubic"]
 Floats = NDArray[np.float64]
 MAX_PIXELS = 16384  # along one axis; no display has more
 MAX_AREA_PX = 100_000_000  # more than `stimuli.pictures.exr_views` reads
-# Of a display's pixel; what is smaller is a slip of the pen, and its weights fill the memory.
+# Of a display's pixel; a smaller picture is a mistake, and its weights fill the memory.
 _LEAST_PIXELS = 0.01
 _DEGREE = {"linear": 1, "cubic": 3}
 # Rows of the new picture made at a time, so that a large picture is never in memory as float64.

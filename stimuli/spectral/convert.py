@@ -109,7 +109,7 @@ def spectral_to_camera(
         raise StimulusError.of(f"full scale is at {full_scale_luminance_cd_m2} cd/m²", "give a luminance above 0")
     if not LEAST <= full_scale_luminance_cd_m2 <= MOST:
         message = f"full scale is at {full_scale_luminance_cd_m2:g} cd/m²"
-        raise StimulusError.of(message, f"{LEAST:g} to {MOST:g} is what it can be")
+        raise StimulusError.of(message, f"give {LEAST:g} to {MOST:g}")
     light = light or Illumination()
     waves = picture.wavelengths_nm
     # As wide as half the way to either neighbour, and to the only one at the ends.

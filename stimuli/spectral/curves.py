@@ -1,4 +1,4 @@
-"""Curves over wavelength: the spectrum of a light, and what the colours of a sensor see."""
+"""Curves over wavelength: the spectrum of a light, and the sensitivities of a sensor."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _MOST = 1e30
 
 
 def read_sensitivities(path: Path, wavelengths_nm: Floats) -> Floats:
-    """Return what a sensor's red, green and blue photosites see at ``wavelengths_nm``, shape (n, 3), in any one unit.
+    """Return the sensitivities of a sensor's red, green and blue photosites at ``wavelengths_nm``, (n, 3), in any unit.
 
     The CSV file at ``path`` has the columns wavelength_nm, red, green, blue: signal per radiance and nm. Between its
     rows it is interpolated, beyond them it is 0. StimulusError if it does not cover 400..700 nm or a channel sees

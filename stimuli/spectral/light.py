@@ -20,7 +20,7 @@ LEAST, MOST = 1e-30, 1e30
 
 @dataclass(frozen=True, slots=True)
 class Illumination:
-    """What turns a picture's values into radiance in W/(sr m² nm).
+    """The illumination that turns a picture's values into radiance in W/(sr m² nm).
 
     Radiance is multiplied by ``scale`` where the file has another unit. Reflectance needs an ``illuminant`` (a CIE
     name, or a CSV file); a perfect diffuser in it has ``white_luminance_cd_m2``, or, where that is None, radiates
@@ -36,7 +36,7 @@ class Illumination:
             if value is not None and not (np.isfinite(value) and value > 0):
                 raise StimulusError.of(f"'{name}' is {value}", "give a number above 0")
             if value is not None and not LEAST <= value <= MOST:
-                raise StimulusError.of(f"'{name}' is {value:g}", f"{LEAST:g} to {MOST:g} is what it can be")
+                raise StimulusError.of(f"'{name}' is {value:g}", f"give {LEAST:g} to {MOST:g}")
 
     def per_band(self, picture: SpectralPicture) -> Floats:
         """Return the radiance that the value 1 stands for in each band, shape (bands,).

@@ -1,4 +1,4 @@
-"""`cyclopean stimuli`: build the pictures of a recipe, and look at what was built; its commands load one at a time."""
+"""`cyclopean stimuli`: build the pictures of a recipe, and list what is in the cache."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from runner.cli.main import LazyGroup
 COMMANDS = {
     "build": "Build the pictures of a recipe, or take them from the cache.",
     "list": "List the stimulus sets in the cache.",
-    "clean": "Remove what killed builds left in the cache.",
+    "clean": "Remove leftovers of killed builds from the cache.",
 }
 
 

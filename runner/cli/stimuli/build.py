@@ -1,4 +1,4 @@
-"""`cyclopean stimuli build`: from a recipe to pictures in absolute XYZ, and a manifest of what was done."""
+"""`cyclopean stimuli build`: from a recipe to pictures in absolute XYZ, and a manifest of all steps."""
 
 from __future__ import annotations
 
@@ -39,7 +39,8 @@ def command(
 ) -> None:
     """Build the pictures of a recipe, or take them from the cache.
 
-    Pictures are made once and kept in the cache; of a recipe that was changed, those that the change concerns are made.
+    Pictures are made once and kept in the cache; after a change of the recipe, only the pictures that it concerns are
+    made again.
     A build that was stopped is resumed. Wrong input is reported with its file and reason, and leaves the cache as it
     was.
 

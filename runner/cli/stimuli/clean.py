@@ -1,11 +1,11 @@
-"""`cyclopean stimuli clean`: remove from the cache what killed builds left."""
+"""`cyclopean stimuli clean`: remove leftovers of killed builds from the cache."""
 
 from __future__ import annotations
 
 import click
 
 
-@click.command(name="clean", short_help="Remove what killed builds left in the cache.")
+@click.command(name="clean", short_help="Remove leftovers of killed builds from the cache.")
 @click.option(
     "--hours",
     type=click.FloatRange(0),
@@ -15,7 +15,7 @@ import click
 )
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(hours: float, as_json: bool) -> None:
-    """Remove from the cache what killed builds left.
+    """Remove leftovers of killed builds from the cache.
 
     The next build of the same recipe would have resumed there. Finished sets stay, and so do those being built now.
     """

@@ -1,4 +1,4 @@
-"""From a comparison to an experiment: the two pictures before observers, so that people judge what numbers did."""
+"""From a comparison to an experiment that shows the two pictures to observers."""
 
 from __future__ import annotations
 
@@ -161,7 +161,7 @@ def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -
 
 
 def _layout(size_px: tuple[int, int], view_px: tuple[int, int], pitch_mm: float) -> tuple[str, tuple[float, float]]:
-    """Return how two pictures stand in an eye's view, and each one's aperture: what shows most of them."""
+    """Return the arrangement of two pictures in an eye's view that shows most of them, and the size of each in mm."""
     from runner.blocks.style import Style
 
     words_mm = 2 * Style(view_px).px(_QUESTION_UNITS) * pitch_mm

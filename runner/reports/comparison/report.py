@@ -37,7 +37,7 @@ _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "note
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ComparisonReport:
-    """A ``comparison`` and what was written of it: the ``page``, and the files of an ``experiment``, none if empty."""
+    """A ``comparison``, the ``page`` on it, and the files of an ``experiment`` if one was written."""
 
     comparison: Comparison
     page: Path | None
@@ -69,7 +69,7 @@ class ComparisonReport:
 
 @dataclass(frozen=True, slots=True)
 class _Drawings:
-    """What the page shows of one eye: figures by name, names of profiles, and both pictures as data URLs.
+    """The contents of the page for one eye: figures by name, names of profiles, and both pictures as data URLs.
 
     ``white_cd_m2`` is the luminance that the pictures show as white, which has the colour of the display's white if
     ``white_is_display``, else that of CIELAB's.
