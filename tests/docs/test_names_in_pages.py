@@ -1,4 +1,4 @@
-"""Every module, function and file that a page names exists, and every link leads somewhere."""
+"""Every module, function and file that a page or a docstring names exists, and every link leads somewhere."""
 
 from __future__ import annotations
 
@@ -33,19 +33,32 @@ def _exists(name: str) -> bool:
         except ModuleNotFoundError:
             continue
         for part in parts[end:]:
-            if not hasattr(value, part):
+            fields = getattr(value, "__annotations__", {})
+            if not hasattr(value, part) and part not in fields:
                 return False
-            value = getattr(value, part)
+            value = getattr(value, part, None)
         return True
     return False
 
 
+def _wrong_names(text: str) -> list[str]:
+    """Return the dotted names between backticks that do not exist."""
+    code = " ".join(re.findall(r"`([^`\n]+)`", text))
+    names = {name for name in _NAME.findall(code) if not name.endswith((".py", ".md", ".yaml", ".json"))}
+    return sorted(name for name in names if not _exists(name))
+
+
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
 def test_names_exist(page: Path) -> None:
-    code = " ".join(re.findall(r"`([^`]+)`", _prose(page)))
-    names = {name for name in _NAME.findall(code) if not name.endswith((".py", ".md", ".yaml", ".json"))}
-    wrong = sorted(name for name in names if not _exists(name))
+    wrong = _wrong_names(_prose(page))
     assert not wrong, f"{page.name} names {', '.join(wrong)}"
+
+
+@pytest.mark.parametrize("package", ["documents", "devices", "stimuli", "analysis", "runner", "cyclopean"])
+def test_names_in_docstrings_and_comments_exist(package: str) -> None:
+    files = sorted((ROOT / package).rglob("*.py"))
+    wrong = {str(file.relative_to(ROOT)): _wrong_names(file.read_text(encoding="utf-8")) for file in files}
+    assert not any(wrong.values()), {file: names for file, names in wrong.items() if names}
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: str(page.relative_to(ROOT)))
@@ -79,3 +92,4 @@ def test_a_wrong_name_is_seen() -> None:
     assert _exists("cyclopean.scores")
     assert not _exists("devices.display.display_file.no_such_function")
     assert not _exists("devices.no_such_module")
+    assert _wrong_names("`devices.no_such_module.at_all` and `devices.display`") == ["devices.no_such_module.at_all"]
