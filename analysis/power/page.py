@@ -32,7 +32,7 @@ COVARIANCE_NAMES = {"model": "the model's", "sandwich": "sandwich, by observer, 
 
 
 def chances_svg(needed: Needed) -> str:
-    """Return an ``<svg>``: the chance that each pair separates. Pairs that matter are dark, the hardest is marked."""
+    """Return an ``<svg>``: the power for each pair. Pairs that matter are dark, the hardest is marked."""
     power = needed.power
 
     def draw(axes: Axes) -> None:
@@ -52,9 +52,9 @@ def chances_svg(needed: Needed) -> str:
             f"{short(first)} and {short(second)}",
         )
         axes.axhline(100 * needed.target, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
-        axes.set(ylabel="chance to separate (%)", ylim=(-2, 102))
+        axes.set(ylabel="power (%)", ylim=(-2, 102))
 
-    return _svg(draw, "chances", "Chance that each pair of stimuli separates, against the number of observers")
+    return _svg(draw, "chances", "Power for each pair of stimuli, against the number of observers")
 
 
 def classes_svg(needed: Needed) -> str:
@@ -68,7 +68,11 @@ def classes_svg(needed: Needed) -> str:
         _with_error(axes, power.observers, *whole, SECOND, "all pairs as they should be")
         axes.set(ylabel="%", ylim=(-2, 102))
 
-    return _svg(draw, "classes", "Share of pairs and chance of all classes as they should be, against observers")
+    return _svg(
+        draw,
+        "classes",
+        "Share of correct pairs and probability of exact classes, against the number of observers",
+    )
 
 
 def widths_svg(needed: Needed) -> str:

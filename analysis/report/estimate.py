@@ -23,7 +23,7 @@ from analysis.scaling.separation import compared_groups
 Floats = NDArray[np.float64]
 CovarianceChoice = Literal["auto", "model", "sandwich"]
 COVARIANCE_CHOICES: tuple[CovarianceChoice, ...] = get_args(CovarianceChoice)
-Way = Literal["ml", "firth", "learnt_prior"]
+ScoreMethod = Literal["ml", "firth", "learnt_prior"]
 FEWEST_FOR_SANDWICH = 10
 # Above these numbers of items, a thousand bootstrap samples, or their classes, take too long. Standard errors clustered
 # by observer give no simple order: the classes of hundreds of items are then too many to list.
@@ -41,7 +41,7 @@ class Estimate:
         Items best first; standard errors and classes by ``covariance``.
     plain
         The fit by maximum likelihood.
-    way
+    method
         ``ml``; ``firth`` in case of complete separation; ``learnt_prior`` if pairs were chosen by the answers.
     prior_sd
         Standard deviation of the learnt prior, in nats; None without a prior.
@@ -56,7 +56,7 @@ class Estimate:
 
     scores: Scores
     plain: Fit
-    way: Way
+    method: ScoreMethod
     prior_sd: float | None
     covariance: Covariance
     df: int | None
@@ -89,7 +89,7 @@ def estimate_scores(
     """
     scores = score(comparisons, alpha=alpha, adjust=adjust)
     plain, prior_sd = scores.fit, None
-    way: Way = "ml"
+    method: ScoreMethod = "ml"
     linked = len(compared_groups(comparisons.wins)) == 1
     if chosen and linked:
         scores, prior_sd = _under_prior(comparisons, alpha, adjust)
@@ -97,28 +97,28 @@ def estimate_scores(
         ordered = limits[list(scores.order)]
         return Estimate(scores, plain, "learnt_prior", prior_sd, "model", None, ordered, "model", None)
     if plain.separated and linked:
-        scores, way = score(comparisons, alpha=alpha, adjust=adjust, method="firth"), "firth"
+        scores, method = score(comparisons, alpha=alpha, adjust=adjust, method="firth"), "firth"
     fitted = bool(np.isfinite(scores.fit.theta).all())
-    replicates = _resampled(comparisons, way) if fitted and draw else None
+    replicates = _resampled(comparisons, method) if fitted and draw else None
     limits = delta_interval(scores.fit.score, scores.fit.log10_score, scores.fit.covariance)
     if replicates is not None:
         ends = intervals(replicates, "log10_score")
         limits = np.stack([ends.low, ends.high], axis=1)
-    used, df = _covariance(covariance, comparisons, way, fitted)
+    used, df = _covariance(covariance, comparisons, method, fitted)
     if df is not None:
         scores = _with_sandwich(scores, alpha, adjust, df)
     stable = None
     if replicates is not None and len(comparisons.items) <= MOST_ITEMS_CLASSED:
         stable = class_stability(replicates, alpha=alpha, adjust=adjust, covariance=used)
     kind = cast("Literal['expanded-bca', 'model']", DEFAULT if replicates is not None else "model")
-    return Estimate(scores, plain, way, prior_sd, used, df, limits[list(scores.order)], kind, stable)
+    return Estimate(scores, plain, method, prior_sd, used, df, limits[list(scores.order)], kind, stable)
 
 
 def _covariance(
-    choice: CovarianceChoice, comparisons: Comparisons, way: Way, fitted: bool
+    choice: CovarianceChoice, comparisons: Comparisons, method: ScoreMethod, fitted: bool
 ) -> tuple[Covariance, int | None]:
     people = len(comparisons.observers)
-    if not fitted or way != "ml" or people < 2 or choice == "model":
+    if not fitted or method != "ml" or people < 2 or choice == "model":
         return "model", None
     enough = people >= FEWEST_FOR_SANDWICH and len(comparisons.items) <= MOST_ITEMS_FOR_SANDWICH
     if choice == "sandwich" or enough:
@@ -126,10 +126,10 @@ def _covariance(
     return "model", None
 
 
-def _resampled(comparisons: Comparisons, way: Way) -> Replicates | None:
+def _resampled(comparisons: Comparisons, method: ScoreMethod) -> Replicates | None:
     if len(comparisons.observers) < 2 or len(comparisons.items) > MOST_ITEMS_DRAWN:
         return None
-    return resample(comparisons, method="firth" if way == "firth" else "ml")
+    return resample(comparisons, method="firth" if method == "firth" else "ml")
 
 
 def _with_sandwich(scores: Scores, alpha: float, adjust: Adjust, df: int) -> Scores:

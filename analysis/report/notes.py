@@ -76,7 +76,7 @@ def _on_fit(estimate: Estimate) -> list[str]:
     scores, plain = estimate.scores, estimate.plain
     comparisons = scores.comparisons
     notes = []
-    if estimate.way == "learnt_prior":
+    if estimate.method == "learnt_prior":
         few = len(comparisons.observers) < FEWEST_FOR_CHOSEN_PAIRS
         notes.append(
             "Pairs were chosen by the answers before them. Scores are therefore the posterior under a normal prior "
@@ -86,7 +86,7 @@ def _on_fit(estimate: Estimate) -> list[str]:
         )
     elif plain.separated:
         why = " ".join(plain.separation.sentences if plain.separation else ())
-        if estimate.way == "firth":
+        if estimate.method == "firth":
             notes.append(f"There is no finite estimate: complete separation. Firth's penalised fit is shown. {why}")
         else:
             notes.append(f"The stimuli have no common scale, so there are no scores. {why}")

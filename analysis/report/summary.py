@@ -112,7 +112,7 @@ class Summary:
             "preferences": preferences(self.sessions).to_json(),
             "alpha": self.alpha,
             "adjust": self.adjust,
-            "method": self.estimate.way,
+            "method": self.estimate.method,
             "covariance": self.estimate.covariance,
             "intervals": {
                 "kind": self.estimate.interval_kind,

@@ -30,7 +30,7 @@ def false_differences(observer_sd: float, covariance: Covariance, seed: int) -> 
                 answers.append(Answer(names[pair[0]], names[pair[1]], 1.0, str(observer), names[one], False))
         comparisons = from_answers(answers, names)
         found = estimate_scores(comparisons, alpha=0.05, adjust="holm", covariance=covariance, draw=False)
-        if found.way == "ml" and found.scores.classes is not None:
+        if found.method == "ml" and found.scores.classes is not None:
             studies += 1
             wrong += len(found.scores.classes.members) > 1
     return wrong / STUDIES

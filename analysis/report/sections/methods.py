@@ -185,14 +185,14 @@ def _pairs(summary: Summary, adjustment: str, cited: Citations) -> str:
         "ml": f"Scores are those of {model}, fitted by maximum likelihood.",
         "firth": f"Scores are those of {model}, fitted by Firth's penalised likelihood {cited.cite('Firth1993')}, "
         "because of complete separation."
-        if estimate.way == "firth"
+        if estimate.method == "firth"
         else "",
         "learnt_prior": f"Scores are those of {model}: the posterior mode under a normal prior whose standard "
         f"deviation ({fixed(estimate.prior_sd, 2)} nats) was estimated from the answers {cited.cite('MacKay1992')}, "
         "since pairs were chosen by earlier answers."
-        if estimate.way == "learnt_prior"
+        if estimate.method == "learnt_prior"
         else "",
-    }[estimate.way]
+    }[estimate.method]
     parts = [fitted]
     if summary.scores.comparisons.ties:
         parts.append(f"{counted(summary.scores.comparisons.ties, 'tie')} were left out of the scores.")
@@ -217,7 +217,7 @@ def _pairs(summary: Summary, adjustment: str, cited: Citations) -> str:
             f"Two stimuli share a perceptual class if their scores do not differ at level {summary.alpha:g}, by "
             f"{errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
         )
-    if summary.fit_p is not None and estimate.way == "ml":
+    if summary.fit_p is not None and estimate.method == "ml":
         fit = summary.scores.fit
         parts.append(f"The model's deviance is {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom.")
     if summary.first_share is not None:

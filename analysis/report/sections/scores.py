@@ -47,7 +47,7 @@ def _method_words(summary: Summary) -> str:
         "ml": "Bradley-Terry scores",
         "firth": "Bradley-Terry scores (Firth's penalised fit)",
         "learnt_prior": "Bradley-Terry scores (posterior under a prior learnt from the answers)",
-    }[summary.estimate.way]
+    }[summary.estimate.method]
 
 
 def _table(summary: Summary, published: Published) -> Table:
@@ -241,7 +241,7 @@ def _sides(summary: Summary) -> list[tuple[str, str]]:
 
 def order_fit(summary: Summary) -> Fit | None:
     """Return the fit with an order effect; None where it cannot be fitted."""
-    if summary.estimate.way != "ml" or summary.estimate.plain.separated:
+    if summary.estimate.method != "ml" or summary.estimate.plain.separated:
         return None
     try:
         found = fit_model(summary.scores.comparisons, order_effect=True, covariance=summary.estimate.covariance)

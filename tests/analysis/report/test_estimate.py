@@ -32,7 +32,7 @@ def test_ten_observers_are_enough_for_errors_clustered_by_observer(
     make_session: Maker, observers: int, expected: str
 ) -> None:
     found = summarise(many(make_session, observers), covariance="auto").estimate
-    assert found.way == "ml"
+    assert found.method == "ml"
     assert found.covariance == expected
     assert found.df == (observers - 1 if expected == "sandwich" else None)
 
@@ -95,7 +95,7 @@ def test_pairs_chosen_by_the_answers_are_scored_under_the_learnt_prior(make_sess
     summary = summarise([chosen])
     expected = learnt_posterior(from_sessions([chosen]).wins)
     order = list(summary.scores.order)
-    assert summary.estimate.way == "learnt_prior"
+    assert summary.estimate.method == "learnt_prior"
     assert summary.estimate.prior_sd == expected.prior_sd
     centred = expected.theta - expected.theta.mean()
     assert [item.theta for item in summary.scores.items] == pytest.approx(centred[order].tolist())
