@@ -216,6 +216,19 @@ def test_separation_in_a_model_of_ties_is_explained_with_status_1(call: Call) ->
     assert "--method map" in done.stderr
 
 
+def test_quasi_variances_are_one_number_per_item_on_request(call: Call) -> None:
+    told = told_by(call, "--quasi-variances")
+    quasi = told["quasi_variances"]
+    assert set(quasi["by_item"]) == {"a", "b", "c"}
+    assert quasi["converged"] is True
+    low, high = quasi["worst_relative_errors"]
+    assert low == pytest.approx(0, abs=1e-9)  # three items: three differences, three numbers
+    assert high == pytest.approx(0, abs=1e-9)
+    shown = call(["scores", "-", "--quasi-variances"], TIES)
+    assert "quasi se" in shown.stdout
+    assert "quasi" not in call(["scores", "-"], TIES).stdout
+
+
 def test_ties_that_the_plain_fit_leaves_out_are_told(call: Call) -> None:
     done = call(["scores", "-"], TIES)
     assert done.returncode == 0
