@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import os
 import re
-import shutil
-import tempfile
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -20,6 +17,7 @@ from analysis.bids.sources import Source
 from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.files.whole_file import whole_folder
 from documents.text.words import counted
 
 BIDS_VERSION = "1.10.0"
@@ -178,25 +176,6 @@ def _is_export(folder: Path) -> bool:
 @contextmanager
 def replacing(folder: Path) -> Iterator[Path]:
     """Yield a new folder beside ``folder`` that replaces it on success, and is removed otherwise."""
-    folder.parent.mkdir(parents=True, exist_ok=True)
-    part = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".part", dir=folder.parent))
-    try:
+    with whole_folder(folder, replace=True) as part:
         yield part
-        mask = os.umask(0)
-        os.umask(mask)
-        part.chmod(0o777 & ~mask)
         check_replaceable(folder)
-        if folder.exists():
-            before = Path(tempfile.mkdtemp(prefix=f".{folder.name}.", suffix=".before", dir=folder.parent))
-            os.replace(folder, before)  # onto an empty folder
-            try:
-                os.replace(part, folder)
-            except BaseException:
-                os.replace(before, folder)
-                raise
-            shutil.rmtree(before, ignore_errors=True)
-        else:
-            os.replace(part, folder)
-    except BaseException:
-        shutil.rmtree(part, ignore_errors=True)
-        raise

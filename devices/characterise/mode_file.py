@@ -13,6 +13,7 @@ from devices.characterise.yaml_keys import set_keys
 from devices.display.display_file import EYES, PanelSpec, read_display
 from devices.errors import DeviceError
 from documents import Finding, InputError
+from documents.files.whole_file import whole_file
 from documents.yaml.source import YamlSource, parse_yaml, read_yaml
 
 CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "source")
@@ -142,21 +143,18 @@ def _follows(path: Path, mode: str) -> list[str]:
 def _put(path: Path, text: str) -> None:
     """Put ``text`` in place of the file, whole or not at all, if it reads as a display file."""
     target = path.resolve()  # a link stays one
-    draft = target.with_name(target.name + ".part")
     try:
-        draft.write_bytes(text.encode("utf-8"))
-        if target.exists():
-            shutil.copymode(target, draft)
-        try:
-            read_display(draft)
-        except InputError as error:
-            found = [Finding(f"the file would not be right: {f.message}", str(path)) for f in error.findings]
-            raise DeviceError(found) from error
-        draft.replace(target)
+        with whole_file(target, make_folder=False) as draft:
+            draft.write_bytes(text.encode("utf-8"))
+            if target.exists():
+                shutil.copymode(target, draft)
+            try:
+                read_display(draft)
+            except InputError as error:
+                wrong = [Finding(f"the file would not be right: {f.message}", str(path)) for f in error.findings]
+                raise DeviceError(wrong) from error
     except OSError as error:
         raise DeviceError(Finding(f"the file cannot be written: {error.strerror}", str(path))) from error
-    finally:
-        draft.unlink(missing_ok=True)
 
 
 def _refusal(message: str, source: YamlSource, *key: str, remedy: str) -> DeviceError:

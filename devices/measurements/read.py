@@ -71,7 +71,7 @@ def write_measurements(session: Session, file: Path) -> None:
     """
     table = measurements_of(session)
     try:
-        with whole_file(file) as draft:
+        with whole_file(file, make_folder=False) as draft:
             if file.suffix.lower() == ".ti3":
                 from devices.measurements.ti3 import write_ti3
 

@@ -1,27 +1,34 @@
-"""Files that appear with all their content or not at all."""
+"""Files and folders that appear with all their content or not at all."""
 
 from __future__ import annotations
 
+import errno
+import os
 import secrets
+import shutil
+import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
 
 @contextmanager
-def whole_file(path: Path, *, keep_suffix: bool = False) -> Iterator[Path]:
+def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = True) -> Iterator[Path]:
     """Yield the name of a draft beside ``path`` for the body to write; at the end it takes the place of ``path``.
 
     Who reads ``path`` meanwhile finds what was there before, and two who write at once do not mix. If the body raises,
-    ``path`` stays as it was. The folder is made if need be. The draft is named ``.NAME.TOKEN.part``; with
-    ``keep_suffix`` the suffix of ``path`` follows, for writers that choose the format by it.
+    ``path`` stays as it was. The folder is made if need be, unless ``make_folder`` is false. The draft is named
+    ``.NAME.TOKEN.part``; with ``keep_suffix`` the suffix of ``path`` follows, for writers that choose the format by it.
 
     Raises
     ------
     OSError
-        If the draft cannot be put in place of ``path``.
+        If there is no folder, or the draft cannot be put in place of ``path``.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
+    if make_folder:
+        path.parent.mkdir(parents=True, exist_ok=True)
+    elif not path.parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path.parent))
     suffix = path.suffix if keep_suffix else ""
     draft = path.with_name(f".{path.name[:80]}.{secrets.token_hex(4)}.part{suffix}")
     try:
@@ -31,7 +38,7 @@ def whole_file(path: Path, *, keep_suffix: bool = False) -> Iterator[Path]:
         draft.unlink(missing_ok=True)
 
 
-def write_whole(path: Path, text: str) -> None:
+def write_whole(path: Path, text: str, *, make_folder: bool = True) -> None:
     """Write ``text`` to ``path`` in UTF-8, its line ends as they are, whole or not at all.
 
     Raises
@@ -47,5 +54,41 @@ def write_whole(path: Path, text: str) -> None:
     ...     Path(folder, "page.html").read_text(encoding="utf-8")
     '<p>ΔE00'
     """
-    with whole_file(path) as draft:
+    with whole_file(path, make_folder=make_folder) as draft:
         draft.write_bytes(text.encode("utf-8"))
+
+
+@contextmanager
+def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
+    """Yield a draft folder beside ``path`` for the body to fill; at the end it takes the place of ``path``.
+
+    If the body raises, ``path`` stays as it was and the draft is removed. The folder above is made if need be. A folder
+    at ``path`` must be empty, or goes with all its content if ``replace`` is true.
+
+    Raises
+    ------
+    OSError
+        If the draft cannot be put in place of ``path``.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent))
+    try:
+        yield draft
+        mask = os.umask(0)
+        os.umask(mask)
+        draft.chmod(0o777 & ~mask)
+        if replace and path.exists():
+            before = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".before", dir=path.parent))
+            os.replace(path, before)  # onto an empty folder
+            try:
+                os.replace(draft, path)
+            except BaseException:
+                os.replace(before, path)
+                raise
+            shutil.rmtree(before, ignore_errors=True)
+        else:
+            if path.exists():
+                path.rmdir()
+            os.replace(draft, path)
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)

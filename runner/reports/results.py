@@ -21,6 +21,7 @@ from analysis.report.estimate import CovarianceChoice
 from analysis.report.page import write_report
 from analysis.report.report import Report
 from documents import Finding
+from documents.files.whole_file import whole_file
 from runner.errors import SessionError
 from runner.reports.thumbnails import find_shown, thumbnails
 
@@ -198,9 +199,8 @@ def print_pdf(page: Path, pdf: Path) -> None:
             raise _failed(browser, page) from error
         if not printed.is_file():
             raise _failed(browser, page)
-        draft = pdf.with_name(f"{pdf.name}.part")
-        shutil.copyfile(printed, draft)
-        draft.replace(pdf)
+        with whole_file(pdf, make_folder=False) as draft:
+            shutil.copyfile(printed, draft)
 
 
 def _failed(browser: str, page: Path) -> SessionError:

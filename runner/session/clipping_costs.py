@@ -9,8 +9,6 @@ from __future__ import annotations
 
 import contextlib
 import json
-import os
-import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -23,6 +21,7 @@ from devices.compensation.compensate import Compensation, Correction
 from devices.compensation.eye_costs import eye_clip_costs
 from devices.compensation.mixture import Mixture
 from documents.files.hashes import sha256_of_json
+from documents.files.whole_file import write_whole
 from runner.protocol.experiment import Experiment
 from runner.session.header import hashes
 from stimuli.build.cache import cache_folder
@@ -192,20 +191,10 @@ class CostCache:
         kept = {"depends_on": depends_on, "cost": cost, "sha256": sha256_of_json(cost)}
         text = json.dumps(kept, indent=1, allow_nan=False) + "\n"
         file = self._file(depends_on)
-        part: Path | None = None
         try:
-            self._folder.mkdir(parents=True, exist_ok=True)
             self._tidy()
-            descriptor, name = tempfile.mkstemp(_PART, f".{file.stem}-", self._folder)
-            part = Path(name)
-            with open(descriptor, "w", encoding="utf-8") as stream:
-                stream.write(text)
-            part.chmod(0o644)  # others who share the cache may read it
-            os.replace(part, file)
+            write_whole(file, text)
         except OSError:
-            if part is not None:
-                with contextlib.suppress(OSError):
-                    part.unlink(missing_ok=True)
             return False
         return True
 

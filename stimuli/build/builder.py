@@ -15,6 +15,7 @@ from typing import Any
 
 from documents import Finding, InputError
 from documents.files.hashes import sha256_of_file
+from documents.files.whole_file import write_whole
 from stimuli.build.stimulus_set import MANIFEST, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
@@ -44,9 +45,7 @@ class UnfinishedSet:
 
     def record(self, key: str, entry: Entry) -> None:
         """Record that the picture of ``key`` is whole; the record appears after the picture, whole or not at all."""
-        draft = self.folder / f"{key}.part"
-        draft.write_text(json.dumps(entry, allow_nan=False), encoding="utf-8")
-        draft.replace(self._entry_file(key))
+        write_whole(self._entry_file(key), json.dumps(entry, allow_nan=False))
 
     def recorded(self, keys: Collection[str]) -> dict[str, Entry]:
         """Return the entries of those ``keys`` whose picture lies here as it was made."""

@@ -5,7 +5,6 @@ from __future__ import annotations
 import contextlib
 import json
 import shutil
-import tempfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +18,7 @@ from devices.colour.white_points import white_point
 from devices.display.rig_file import Rig
 from documents import Finding, InputError
 from documents.files.hashes import sha256_of_json
-from documents.files.whole_file import write_whole
+from documents.files.whole_file import whole_folder, write_whole
 from stimuli.build.cache import cache_folder
 from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet
@@ -242,21 +241,13 @@ def copy_set(
         If it cannot be written.
     """
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        draft = Path(tempfile.mkdtemp(prefix=f".{folder.name}-", dir=folder.parent))
-        try:
+        with whole_folder(folder) as draft:
             for done, name in enumerate(made.names):
                 report(done, len(made.names))
                 shutil.copyfile(made.path(name), draft / made.path(name).name)
             (draft / MANIFEST).write_text(_manifest(made, saturated), encoding="utf-8")
             contact_sheet(made).save(draft / SHEET)
             report(len(made.names), len(made.names))
-            draft.chmod(0o755)
-            if folder.exists():
-                folder.rmdir()
-            draft.rename(folder)
-        finally:
-            shutil.rmtree(draft, ignore_errors=True)
     except OSError as error:
         raise InputError(Finding(f"the set cannot be copied: {error.strerror or error}", str(folder))) from error
 

@@ -17,7 +17,7 @@ from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_write import write_whole
+from stimuli.pictures.exr_write import write_pixels
 from stimuli.pictures.picture_input import opened, reason
 
 if TYPE_CHECKING:
@@ -195,4 +195,4 @@ def write_camera_exr(path: Path, image: CameraImage) -> None:
         spec.attribute(EXPOSURE_ATTRIBUTE, json.dumps(numbers))
         spec.attribute("ExposureTime", numbers[0])
         spec.attribute("FNumber", numbers[1])
-    write_whole(path, spec, np.concatenate([image.rgb, image.saturated.astype(np.float32)], axis=-1))
+    write_pixels(path, spec, np.concatenate([image.rgb, image.saturated.astype(np.float32)], axis=-1))

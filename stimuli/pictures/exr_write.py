@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import os
-import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
+from documents.files.whole_file import whole_file
 from documents.text.words import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage
@@ -70,14 +69,14 @@ def write_exr(path: Path, image: StereoImage) -> None:
     spec.attribute("multiView", f"string[{len(views)}]", (first, *others))
     spec.attribute("chromaticities", "float[8]", _XYZ_CHROMATICITIES)
     spec.attribute("whiteLuminance", 1.0)
-    write_whole(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))
+    write_pixels(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))
 
 
 # OpenImageIO writes the time of day into a file that has none; equal pictures must make equal files.
 _NO_TIME = "0000:00:00 00:00:00"
 
 
-def write_whole(path: Path, spec: OpenImageIO.ImageSpec, pixels: NDArray[np.float32]) -> None:
+def write_pixels(path: Path, spec: OpenImageIO.ImageSpec, pixels: NDArray[np.float32]) -> None:
     """Write ``pixels`` (height, width, channels) to ``path`` by ``spec``, zipped and without a time.
 
     A file that is there already stays as it was until the new one is complete.
@@ -92,23 +91,15 @@ def write_whole(path: Path, spec: OpenImageIO.ImageSpec, pixels: NDArray[np.floa
     spec.attribute("compression", "zip")
     spec.attribute("DateTime", _NO_TIME)
     try:
-        descriptor, temporary = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=".exr", dir=path.parent)
-        os.close(descriptor)
+        with whole_file(path, keep_suffix=True, make_folder=False) as draft:
+            output = oiio.ImageOutput.create(str(draft))
+            if output is None:
+                raise _wrong(path, oiio.geterror().strip())
+            written = output.open(str(draft), spec) and output.write_image(pixels)
+            if not (output.close() and written):
+                raise _wrong(path, output.geterror().strip())
     except OSError as error:
         raise _wrong(path, error.strerror) from error
-    try:
-        output = oiio.ImageOutput.create(temporary)
-        if output is None:
-            raise _wrong(path, oiio.geterror().strip())
-        written = output.open(temporary, spec) and output.write_image(pixels)
-        if not (output.close() and written):
-            raise _wrong(path, output.geterror().strip())
-        os.chmod(temporary, 0o644)
-        os.replace(temporary, path)
-    except OSError as error:
-        raise _wrong(path, error.strerror) from error
-    finally:
-        Path(temporary).unlink(missing_ok=True)
 
 
 def _wrong(path: Path, reason: str | None) -> StimulusError:

@@ -67,7 +67,7 @@ def command(
     result = show_plan(plan, each_s, dialogue(show, unattended=True, quiet=False), on_shown)
     if output is not None:
         try:
-            write_whole(output, result.table)
+            write_whole(output, result.table, make_folder=False)
         except OSError as error:
             raise WorkError(f"{output} cannot be written: {error.strerror}") from error
     if as_json:

@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
-import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import numpy as np
 
 from documents import Finding, InputError
+from documents.files.whole_file import whole_folder
 from documents.text.words import visible
 from stimuli.comparison.results import Comparison
 from stimuli.comparison.rows import Rows
@@ -70,22 +69,19 @@ def write_experiment(comparison: Comparison, name: str, rig_file: Path, root: Pa
     places = _places(name, root)
     for place in places.values():
         place.parent.mkdir(parents=True, exist_ok=True)
-    draft = Path(tempfile.mkdtemp(prefix=f".{name}-", dir=places["pictures"].parent))
     made: list[Path] = []
     try:
-        for picture in PICTURES:
-            write_exr(draft / f"{picture}.exr", _image(comparison, picture))
-        draft.chmod(0o755)
-        texts = {"recipe": _recipe(comparison, name), "experiment": _experiment(comparison, name, rig_file, root)}
-        for what, text in texts.items():
-            with places[what].open("x", encoding="utf-8") as file:
-                made.append(places[what])
-                file.write(text)
-        draft.replace(places["pictures"])
+        with whole_folder(places["pictures"]) as draft:
+            for picture in PICTURES:
+                write_exr(draft / f"{picture}.exr", _image(comparison, picture))
+            texts = {"recipe": _recipe(comparison, name), "experiment": _experiment(comparison, name, rig_file, root)}
+            for what, text in texts.items():
+                with places[what].open("x", encoding="utf-8") as file:
+                    made.append(places[what])
+                    file.write(text)
     except BaseException:
         for file_made in made:
             file_made.unlink(missing_ok=True)
-        shutil.rmtree(draft, ignore_errors=True)
         raise
     return places["experiment"], places["recipe"], *(places["pictures"] / f"{picture}.exr" for picture in PICTURES)
 
