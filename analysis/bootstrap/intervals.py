@@ -99,6 +99,24 @@ def intervals(
 ) -> Intervals:
     """Return an interval for each item's ``quantity``, or for each pair's ``difference`` (pairs i < j in order).
 
+    Parameters
+    ----------
+    replicates
+        Draws of observers, as `resample` returns them.
+    quantity
+        What the interval is of: ``theta``, ``score``, ``log10_score``, or the ``difference`` of each pair.
+    kind
+        The kind of interval; the default holds its coverage for few observers.
+    level
+        The coverage, between 0 and 1.
+    block_numbers
+        Replicates are sorted together while they are at most so many numbers.
+
+    Returns
+    -------
+    Intervals
+        Names, lower and upper ends.
+
     Raises
     ------
     ResultsError

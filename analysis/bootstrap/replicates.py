@@ -94,10 +94,26 @@ def resample(
     block_numbers
         Replicates are fitted together while their counts are at most so many numbers.
 
+    Returns
+    -------
+    Replicates
+        The strengths of each draw.
+
     Raises
     ------
     ResultsError
         If there are fewer than two observers, or all answers together have no fit by ``method``.
+
+    Examples
+    --------
+    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> answers = [
+    ...     Answer(*pair, observer=str(observer))
+    ...     for observer in range(6)
+    ...     for pair in ("ab", "ab", "ba", "bc", "bc", "cb", "ac", "ac", "ca")
+    ... ]
+    >>> resample(from_answers(answers), replicates=20).theta.shape
+    (20, 3)
     """
     by_observer, observers = counts_by_observer(comparisons)
     return resample_counts(

@@ -88,6 +88,11 @@ def class_stability(
         ``model`` takes a replicate's answers for independent; ``sandwich`` only its observers, with Student's law for
         observers − 1 degrees of freedom.
 
+    Returns
+    -------
+    Stability
+        How often items share a class, and each item's most frequent label.
+
     Raises
     ------
     ResultsError

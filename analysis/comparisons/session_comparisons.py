@@ -29,6 +29,16 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
 
     Answers that prefer neither stimulus stand apart, as ties; catch trials are left out.
 
+    Parameters
+    ----------
+    sessions
+        Sessions of one experiment, as `read_results` returns them.
+
+    Returns
+    -------
+    Comparisons
+        Who was preferred over whom, by which observer.
+
     Raises
     ------
     ResultsError

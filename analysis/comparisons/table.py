@@ -45,10 +45,30 @@ class _Lines:
 def read_table(path: str | Path) -> Comparisons:
     """Read the comparisons in the CSV file at ``path`` (UTF-8, with or without a byte-order mark).
 
+    Parameters
+    ----------
+    path
+        A CSV table with the columns ``winner`` and ``loser`` and, if there are any, ``count``, ``observer``, ``first``,
+        and ``outcome`` or ``ties``.
+
+    Returns
+    -------
+    Comparisons
+        Who was preferred over whom, by which observer.
+
     Raises
     ------
     ResultsError
         As `parse_table`, or if the file cannot be read.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "table.csv")
+    ...     _ = file.write_text("winner,loser,count\\na,b,3\\nb,a,1\\n")
+    ...     read_table(file).wins.tolist()
+    [[0.0, 3.0], [1.0, 0.0]]
     """
     path = Path(path)
     try:

@@ -62,6 +62,11 @@ def factor_effects(
     prior_sd
         Standard deviation of that prior, in nats.
 
+    Returns
+    -------
+    FactorEffects
+        The effect of each level or number with its standard error, and likelihood-ratio tests of each factor.
+
     Raises
     ------
     ResultsError

@@ -81,6 +81,18 @@ class Kept:
 def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     """Return the sessions of the observers that ``rule`` keeps; an observer is kept or left out with all sessions.
 
+    Parameters
+    ----------
+    sessions
+        Sessions of one experiment.
+    rule
+        Whom to leave out.
+
+    Returns
+    -------
+    Kept
+        The sessions that are kept, and a sentence on those left out.
+
     Raises
     ------
     ResultsError

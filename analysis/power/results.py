@@ -217,6 +217,20 @@ class Needed:
 def observers_needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target: float = TARGET) -> Needed:
     """Return the fewest observers with which ``pairs``, by name, separate with the power ``target``.
 
+    Parameters
+    ----------
+    power
+        What `simulate_power` returned.
+    pairs
+        The pairs that matter, by the items' names; none stands for all pairs that should differ.
+    target
+        The power wanted, between 0 and 1.
+
+    Returns
+    -------
+    Needed
+        The number of observers, with a sentence on it.
+
     Raises
     ------
     ResultsError

@@ -134,6 +134,16 @@ class RatingSummary:
 def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
     """Summarise the ratings of one experiment's sessions, each trial's last attempt.
 
+    Parameters
+    ----------
+    sessions
+        Sessions of one experiment.
+
+    Returns
+    -------
+    RatingSummary
+        For each scale, the ratings by stimulus with their means and intervals.
+
     Raises
     ------
     ResultsError

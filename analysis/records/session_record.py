@@ -209,6 +209,11 @@ def read_session(file: Path) -> SessionLog:
     file
         A ``session.jsonl``.
 
+    Returns
+    -------
+    SessionLog
+        Header, trials, notes and marks.
+
     Raises
     ------
     ResultsError

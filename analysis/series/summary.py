@@ -140,6 +140,11 @@ def summarise_series(
     weight
         The rating scale that weights choices in the scores.
 
+    Returns
+    -------
+    SeriesSummary
+        Scores, means and tests for each series.
+
     Raises
     ------
     ResultsError

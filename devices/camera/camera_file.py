@@ -101,10 +101,26 @@ class CameraSpec(Strict):
 def read_camera(path: str | os.PathLike[str]) -> CameraModel:
     """Read the camera file at ``path``.
 
+    Parameters
+    ----------
+    path
+        A camera file, such as ``configs/cameras/nikon_d800.yaml``.
+
+    Returns
+    -------
+    CameraModel
+        The camera: linear RGB to XYZ in cd/m², at its exposure.
+
     Raises
     ------
     InputError
         With file, line, column and remedy of what is wrong with it.
+
+    Examples
+    --------
+    >>> camera = read_camera("configs/cameras/nikon_d800.yaml")
+    >>> camera.form
+    'linear'
     """
     spec, source = load_document(Path(path), CameraSpec, "camera")
     try:

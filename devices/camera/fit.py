@@ -137,6 +137,26 @@ def fit_camera(
     the brightest colour measured. The safe luminance zone is the range of luminances fitted to (thesis Figure 5.8), or
     that stand, at the model's exposure, for the signals fitted to.
 
+    Parameters
+    ----------
+    colours
+        The camera's RGB and the instrument's XYZ of the same patches.
+    form
+        ``linear``, or ``affine`` with an offset.
+    loss
+        What is least: squared errors of ``xyz``, or ΔE00.
+    black_rgb
+        The camera's signal without light, shape (3,); subtracted first.
+    exposure
+        The exposure of the model; None takes the least of the colours'.
+    name, source
+        The camera's name, and where the numbers come from, for its file.
+
+    Returns
+    -------
+    CameraFit
+        The model, its errors by patch, and the patches left out.
+
     Raises
     ------
     DeviceError

@@ -46,10 +46,25 @@ def delta_e_2000(lab1: ArrayLike, lab2: ArrayLike) -> Floats:
 
     kL = kC = kH = 1. Symmetric in its arguments; a NaN in a colour gives NaN.
 
+    Parameters
+    ----------
+    lab1, lab2
+        CIELAB colours, shape (..., 3), broadcast together.
+
+    Returns
+    -------
+    ndarray
+        ΔE00, shape (...).
+
     Raises
     ------
     DeviceError
         If a colour has not three numbers.
+
+    Examples
+    --------
+    >>> float(delta_e_2000([50.0, 2.6772, -79.7751], [50.0, 0.0, -82.7485]).round(4))
+    2.0425
     """
     first, second, shape = _pairs(lab1, lab2)
     out = np.empty(len(first))

@@ -90,10 +90,27 @@ def bradford_matrix(from_white_XYZ: ArrayLike, to_white_XYZ: ArrayLike) -> Float
 def xyz_to_lab(xyz: ArrayLike, white_xyz: ArrayLike) -> Floats:
     """Return CIELAB, shape (..., 3), for XYZ, shape (..., 3), against ``white_xyz``, shape (3,), in the same unit.
 
+    Parameters
+    ----------
+    xyz
+        XYZ, shape (..., 3).
+    white_xyz
+        XYZ of the white, shape (3,), in the same unit.
+
+    Returns
+    -------
+    ndarray
+        L*, a*, b*, shape (..., 3).
+
     Raises
     ------
     DeviceError
         If a component of the white is not a finite number above 0.
+
+    Examples
+    --------
+    >>> xyz_to_lab([47.5, 50.0, 54.5], [95.0, 100.0, 109.0]).round(2).tolist()
+    [76.07, 0.0, 0.0]
     """
     share = np.asarray(xyz, dtype=np.float64) / _white(white_xyz)
     bent = np.cbrt(share)

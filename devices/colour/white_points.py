@@ -26,10 +26,27 @@ WHITE_POINTS_XYZ: Mapping[str, tuple[float, float, float]] = MappingProxyType(
 def white_point(name: str, luminance_cd_m2: float) -> NDArray[np.float64]:
     """Return the XYZ, shape (3,), of a white by name (``WHITE_POINTS_XYZ``), at a luminance in cd/m².
 
+    Parameters
+    ----------
+    name
+        A key of ``WHITE_POINTS_XYZ``, such as ``d65``.
+    luminance_cd_m2
+        Its luminance, above 0.
+
+    Returns
+    -------
+    ndarray
+        XYZ in cd/m², shape (3,).
+
     Raises
     ------
     DeviceError
         If there is no such white, or the luminance is not a finite number above 0.
+
+    Examples
+    --------
+    >>> white_point("d65", 100.0).round(2).tolist()
+    [95.05, 100.0, 108.88]
     """
     if name not in WHITE_POINTS_XYZ:
         raise DeviceError(f"there is no white '{name}'; expected one of: {', '.join(WHITE_POINTS_XYZ)}")

@@ -84,6 +84,18 @@ def fit_crosstalk(
     Each eye's black is its reading of black on black, or ``black_XYZ_cd_m2[eye]``, shape (3,); give zeros if black has
     been subtracted already. Equal readings are averaged.
 
+    Parameters
+    ----------
+    readings
+        Readings through each lens, with the colour of either eye's picture.
+    black_XYZ_cd_m2
+        Each eye's black, shape (3,); None takes the readings of black on black.
+
+    Returns
+    -------
+    CrosstalkFit
+        The two matrices, and for each eye what they leave unexplained.
+
     Raises
     ------
     DeviceError

@@ -189,10 +189,26 @@ class Display:
 def read_display(path: Path) -> Display:
     """Read the display file at ``path``.
 
+    Parameters
+    ----------
+    path
+        A display file, such as ``configs/displays/asus_vg248qe.yaml``.
+
+    Returns
+    -------
+    Display
+        The panel, and a display model for each stereo mode and eye.
+
     Raises
     ------
     InputError
         With every fault's file, line, column and remedy.
+
+    Examples
+    --------
+    >>> display = read_display(Path("configs/displays/asus_vg248qe.yaml"))
+    >>> sorted(display.modes), display.panel.resolution_px
+    (['quad-buffered', 'side-by-side'], (1920, 1080))
     """
     spec, source = load_document(path, DisplaySpec, "display")
     display = Display(str(path), spec.panel, {}, {})

@@ -89,11 +89,31 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
     With ``allow_uncharacterised``, a mode that was not characterised borrows the measurements of the display file's
     first mode; the rig says so.
 
+    Parameters
+    ----------
+    path
+        A rig file, such as ``configs/rigs/asus_vg248qe_3dvision.yaml``.
+    mode
+        The stereo mode; None takes the file's own.
+    allow_uncharacterised
+        Whether a mode that was not characterised may use the first mode's measurements.
+
+    Returns
+    -------
+    Rig
+        The display, the stereo mode, and where the observer sits.
+
     Raises
     ------
     InputError
         If the rig, its display file or its verification record is wrong or missing, or the display was not
         characterised in the mode.
+
+    Examples
+    --------
+    >>> rig = read_rig(Path("configs/rigs/asus_vg248qe_3dvision.yaml"))
+    >>> rig.mode, rig.distance_mm
+    ('side-by-side', 700.0)
     """
     spec, source = load_document(path, RigSpec, "rig")
 

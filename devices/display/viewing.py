@@ -21,10 +21,27 @@ CYCLES_PER_DEGREE = 60.0
 def visual_angle_deg(size_mm: ArrayLike, distance_mm: float) -> Floats:
     """Return the angle that ``size_mm`` (any shape), seen square on, subtends at ``distance_mm`` (Expression 2.11).
 
+    Parameters
+    ----------
+    size_mm
+        The size on the screen, any shape.
+    distance_mm
+        The viewing distance, above 0.
+
+    Returns
+    -------
+    ndarray
+        The angle in degrees, of the shape of ``size_mm``.
+
     Raises
     ------
     DeviceError
         If the distance is not a finite number above 0.
+
+    Examples
+    --------
+    >>> float(visual_angle_deg(150.0, 700.0).round(2))
+    12.23
     """
     _refuse_not_positive("distance_mm", distance_mm)
     size = np.asarray(size_mm, dtype=np.float64)
@@ -61,10 +78,27 @@ def nyquist_resolution(angle_deg: ArrayLike) -> Floats:
 def pixels_per_degree(pixel_pitch_mm: float, distance_mm: float) -> float:
     """Return how many pixels lie in the degree straight ahead of the observer.
 
+    Parameters
+    ----------
+    pixel_pitch_mm
+        The distance from pixel to pixel, above 0.
+    distance_mm
+        The viewing distance, above 0.
+
+    Returns
+    -------
+    float
+        Pixels per degree of visual angle.
+
     Raises
     ------
     DeviceError
         If the pitch or the distance is not a finite number above 0.
+
+    Examples
+    --------
+    >>> round(pixels_per_degree(0.2768, 700.0), 1)
+    44.1
     """
     return float(size_mm(1.0, distance_mm)) / _refuse_not_positive("pixel_pitch_mm", pixel_pitch_mm)
 
@@ -100,10 +134,31 @@ def disparity_arcmin(
     screen, and so does the angle, negative in front of it. It is the difference of the vergence angles towards the
     screen and towards the point, on the midline; at parallax equal to the eyes' distance the point is at infinity.
 
+    Parameters
+    ----------
+    disparity_px
+        The right eye's position minus the left eye's, any shape.
+    pixel_pitch_mm
+        The distance from pixel to pixel, above 0.
+    distance_mm
+        The viewing distance, above 0.
+    interpupillary_distance_mm
+        The distance between the eyes, above 0.
+
+    Returns
+    -------
+    ndarray
+        Minutes of arc, of the shape of ``disparity_px``.
+
     Raises
     ------
     DeviceError
         If the pitch, the distance or the eyes' distance is not a finite number above 0.
+
+    Examples
+    --------
+    >>> disparity_arcmin([-1.0, 0.0, 1.0], 0.2768, 700.0).round(2).tolist()
+    [-1.36, 0.0, 1.36]
     """
     _refuse_not_positive("distance_mm", distance_mm)
     eyes = _refuse_not_positive("interpupillary_distance_mm", interpupillary_distance_mm)

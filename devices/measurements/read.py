@@ -37,6 +37,15 @@ def read_measurements(path: str | Path, code_range: str | None = None) -> Measur
     ------
     InputError
         With file, line, column and remedy of what is wrong.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "readings.csv")
+    ...     _ = file.write_text("R,G,B,X,Y,Z\\n0,0,0,0.1,0.1,0.1\\n255,255,255,95,100,109\\n")
+    ...     read_measurements(file, "0..255").codes.tolist()
+    [[0.0, 0.0, 0.0], [1.0, 1.0, 1.0]]
     """
     path = Path(path)
     ending = path.suffix.lower()

@@ -41,6 +41,13 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
 def write_whole(path: Path, text: str, *, make_folder: bool = True) -> None:
     """Write ``text`` to ``path`` in UTF-8, its line ends as they are, whole or not at all.
 
+    Parameters
+    ----------
+    path
+        The file.
+    text
+        Its whole content.
+
     Raises
     ------
     OSError

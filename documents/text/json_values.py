@@ -16,6 +16,11 @@ def json_fields(result: Any) -> dict[str, Any]:
         An instance of a dataclass. A field that is another one becomes what its ``to_json`` returns, or its fields;
         tuples become lists.
 
+    Returns
+    -------
+    dict
+        The values by the names of the fields.
+
     Examples
     --------
     >>> from dataclasses import dataclass

@@ -15,6 +15,18 @@ _BIDIRECTIONAL = frozenset("\u061c\u200e\u200f\u202a\u202b\u202c\u202d\u202e\u20
 def counted(count: float, one: str, many: str) -> str:
     """Return ``count`` and its noun: ``one`` where it is 1, else ``many``.
 
+    Parameters
+    ----------
+    count
+        How many.
+    one, many
+        The words after the number: for 1, and for any other.
+
+    Returns
+    -------
+    str
+        The number with its words.
+
     Examples
     --------
     >>> counted(1, "answer is", "answers are"), counted(3, "answer is", "answers are")
@@ -41,6 +53,20 @@ def nearest(word: str, known: Iterable[str], *, cutoff: float = 0.6) -> str | No
 
 def did_you_mean(word: str, known: Iterable[str], otherwise: str | None = None) -> str:
     """Return the remedy for an unknown ``word``: the nearest of ``known``, else ``otherwise``, else all of them.
+
+    Parameters
+    ----------
+    word
+        What was written.
+    known
+        The words that are allowed.
+    otherwise
+        The remedy where none is near; None lists all of ``known``.
+
+    Returns
+    -------
+    str
+        The remedy.
 
     Examples
     --------

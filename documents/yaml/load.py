@@ -70,11 +70,36 @@ def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> t
 
     Returns the model and its source, so that later checks can still name lines.
 
+    Parameters
+    ----------
+    path
+        The file to read.
+    model
+        The pydantic model that its keys must satisfy.
+    kind
+        The kind of file that is wanted; None takes any.
+
+    Returns
+    -------
+    tuple
+        The model and its source, so that later checks can still name lines.
+
     Raises
     ------
     InputError
         With one finding per fault: file, line, column, key, value and the nearest valid spelling. A file of another
         kind is told as that alone.
+
+    Examples
+    --------
+    >>> class Note(Strict):
+    ...     text: str
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "note.yaml")
+    ...     _ = file.write_text("text: bright")
+    ...     load_document(file, Note)[0].text
+    'bright'
     """
     source = read_yaml(path)
     try:

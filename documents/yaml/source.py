@@ -236,10 +236,25 @@ def parse_yaml(text: str, file: str) -> YamlSource:
 def read_yaml(path: Path) -> YamlSource:
     """Read and parse the YAML file at ``path`` (UTF-8, at most 1 MB).
 
+    Parameters
+    ----------
+    path
+        The file: UTF-8, at most 1 MB.
+
+    Returns
+    -------
+    YamlSource
+        Its ``data``, with the line and column of each value.
+
     Raises
     ------
     InputError
         If the file is missing, unreadable, too large, not UTF-8 or not valid YAML.
+
+    Examples
+    --------
+    >>> read_yaml(Path("configs/rigs/asus_vg248qe_3dvision.yaml")).data["distance_mm"]
+    700
     """
     file = str(path)
     try:

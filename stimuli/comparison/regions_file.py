@@ -140,10 +140,25 @@ class RegionsFile:
 def read_regions(path: Path) -> RegionsFile:
     """Read the regions file at ``path``.
 
+    Parameters
+    ----------
+    path
+        A regions file, such as ``configs/regions/plate.yaml``.
+
+    Returns
+    -------
+    RegionsFile
+        The regions, the white and the limits.
+
     Raises
     ------
     InputError
         With every fault and its place.
+
+    Examples
+    --------
+    >>> read_regions(Path("configs/regions/plate.yaml")).limits.delta_e
+    1.4
     """
     spec, source = load_document(path, RegionsSpec, "regions")
     areas = 0

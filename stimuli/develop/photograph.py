@@ -118,6 +118,24 @@ def develop_photographs(
     One photograph goes into the file ``output``, unless that is a folder or ``into_folder`` asks for one; several go
     into a folder, which is made. One that cannot be developed is reported, and the others are written.
 
+    Parameters
+    ----------
+    photos
+        Raw photographs.
+    output
+        An OpenEXR file, or a folder.
+    options
+        The camera, the demosaicing, and what is done with light that the camera cannot measure.
+    into_folder
+        Whether ``output`` is a folder even for one photograph.
+    progress
+        Called with how many photographs are done, and how many there are.
+
+    Returns
+    -------
+    DevelopReport
+        What was written, and what could not be developed.
+
     Raises
     ------
     InputError
