@@ -240,28 +240,30 @@ def _judge_eye(
         del delta_e
     alignment = pair.alignment
     evidence = Evidence(
-        table,
-        plain,
-        seen,
-        tuple(numbers for area in sparkle for numbers in area.pairs),
-        RegistrationEvidence(alignment.residual_px, alignment.shift_px, alignment.shift_se_px, alignment.rotation_deg),
+        regions=table,
+        per_pixel=plain,
+        seen=seen,
+        sparkle=tuple(pair for area in sparkle for pair in area.pairs),
+        registration=RegistrationEvidence(
+            alignment.residual_px, alignment.shift_px, alignment.shift_se_px, alignment.rotation_deg
+        ),
         seen_regions=by_region,
         other_flakes=other_flakes,
     )
     notes += alignment.remarks()
     return EyeComparison(
-        photo,
-        rendering,
-        alignment,
-        table,
-        plain,
-        plain_overview,
-        seen,
-        seen_overview,
-        sparkle,
-        judge(evidence, limits),
-        tuple(notes),
-        placed,
+        photo=photo,
+        rendering=rendering,
+        alignment=alignment,
+        table=table,
+        per_pixel=plain,
+        per_pixel_overview=plain_overview,
+        seen=seen,
+        seen_overview=seen_overview,
+        sparkle=sparkle,
+        verdict=judge(evidence, limits),
+        notes=tuple(notes),
+        regions=placed,
     )
 
 
