@@ -18,7 +18,14 @@ from stimuli.comparison.regions_file import RegionsFile, WhiteName
 from stimuli.comparison.rows import Floats, RowFile, ScaledRows
 from stimuli.comparison.sparkles import SparkleArea
 from stimuli.comparison.table import RegionTable
-from stimuli.comparison.verdict import Verdict
+from stimuli.comparison.verdict import (
+    Outcome,
+    Verdict,
+    decision_sentence,
+    outcome_lines,
+    passing_heading,
+    passing_lines,
+)
 
 Registering = Literal["auto", "none", "corners"]
 
@@ -165,6 +172,24 @@ class Comparison:
 
     def __repr__(self) -> str:
         return f"<Comparison of {self.photo.file.name} and {self.rendering.file.name}: {self.verdict.decision}>"
+
+    def lines(self) -> list[str]:
+        """Return the verdict in lines: its sentence, its reasons with a mark each, what passes, and notes."""
+        verdict = self.verdict
+        lines = [decision_sentence(verdict)]
+        marks: tuple[tuple[Outcome, str], ...] = (("fails", "✗"), ("cannot say", "?"), ("noted", "·"))
+        lines += [f"  {mark} {line}" for outcome, mark in marks for line in outcome_lines(verdict, outcome)]
+        passing = passing_lines(verdict)
+        if passing:
+            lines += [passing_heading(verdict), *(f"  ✓ {line}" for line in passing)]
+        notes: dict[str, list[str]] = {}
+        for eye, result in self.eyes.items():
+            for note in result.notes:
+                notes.setdefault(note, []).append("" if eye == "both" else f"{eye} eye: ")
+        lines += [f"Note: {eyes[0] if len(eyes) == 1 else ''}{note}." for note, eyes in notes.items()]
+        for picture in (self.photo, self.rendering):
+            lines += [f"Note: {picture.file}: {note}." for note in picture.notes]
+        return lines
 
     def to_json(self) -> dict[str, Any]:
         """Return everything as JSON values; None for what is no finite number."""

@@ -29,8 +29,7 @@ from runner.reports.comparison.figures import (
 )
 from stimuli.comparison.compare import compare_pictures
 from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
-from stimuli.comparison.verdict import Outcome
-from stimuli.comparison.wording import decision_sentence, outcome_lines, passing_heading, passing_lines, summary
+from stimuli.comparison.verdict import Outcome, decision_sentence, outcome_lines, passing_heading, passing_lines
 
 _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "noted": "noted"}
 
@@ -59,7 +58,7 @@ class ComparisonReport:
 
     def lines(self) -> list[str]:
         """Return the lines that a terminal shows."""
-        lines = summary(self.comparison)
+        lines = self.comparison.lines()
         if self.experiment:
             lines.append(f"Experiment: {', '.join(map(str, self.experiment))}")
         if self.page is not None:

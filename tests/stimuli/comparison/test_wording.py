@@ -4,8 +4,18 @@ from __future__ import annotations
 
 import pytest
 
-from stimuli.comparison.verdict import Limits, Outcome, Reason, Verdict, decimals, together
-from stimuli.comparison.wording import decision_sentence, outcome_lines, passing_heading, passing_lines
+from stimuli.comparison.verdict import (
+    Limits,
+    Outcome,
+    Reason,
+    Verdict,
+    decimals,
+    decision_sentence,
+    outcome_lines,
+    passing_heading,
+    passing_lines,
+    together,
+)
 
 
 def verdict(*reasons: Reason) -> Verdict:
