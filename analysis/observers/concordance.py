@@ -108,8 +108,8 @@ def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance
         balance[place] += verdict
         pairs_each.append(int(compared.sum()) // 2)
     above = np.triu_indices(n, 1)
-    met, k, lead = answered[above], decided[above], balance[above]
-    shared = int((met * (met - 1)).sum()) // 2
+    answered_pairs, k, lead = answered[above], decided[above], balance[above]
+    shared = int((answered_pairs * (answered_pairs - 1)).sum()) // 2
     if not shared:
         return None
     split = (k**2 - lead**2) // 4

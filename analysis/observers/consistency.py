@@ -117,9 +117,9 @@ def _test(verdict: Verdicts, compared: Flags, circular: float, triads: int) -> T
 
 def _enumerated(verdict: Verdicts, compared: Flags, circular: float) -> Tail:
     first, second = np.nonzero(np.triu(verdict))
-    ways = np.arange(2 ** len(first))
-    sign = (2 * ((ways[:, None] >> np.arange(len(first))) & 1) - 1).astype(np.int8)
-    tossed = np.zeros((len(ways), *verdict.shape), dtype=np.int8)
+    outcomes = np.arange(2 ** len(first))
+    sign = (2 * ((outcomes[:, None] >> np.arange(len(first))) & 1) - 1).astype(np.int8)
+    tossed = np.zeros((len(outcomes), *verdict.shape), dtype=np.int8)
     tossed[:, first, second] = sign
     tossed[:, second, first] = -sign
     counts = circular_triads(tossed, compared)
@@ -168,9 +168,9 @@ def verdicts(comparisons: Comparisons) -> Iterator[tuple[NDArray[np.intp], Verdi
     """
     tied = comparisons.tied
     for person in range(len(comparisons.observers)):
-        mine, mine_tied = comparisons.observer == person, tied.observer == person
-        winner, loser, count = comparisons.winner[mine], comparisons.loser[mine], comparisons.count[mine]
-        low, high = tied.one[mine_tied], tied.other[mine_tied]
+        own, own_tied = comparisons.observer == person, tied.observer == person
+        winner, loser, count = comparisons.winner[own], comparisons.loser[own], comparisons.count[own]
+        low, high = tied.one[own_tied], tied.other[own_tied]
         items, places = np.unique(np.concatenate([winner, loser, low, high]), return_inverse=True)
         size = len(items)
         row, column, tied_row, tied_column = np.split(places, np.cumsum([len(winner), len(loser), len(low)]))

@@ -101,10 +101,10 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
         own = by_observer[start : start + block]
         rest = wins - own
         fitted = fit_each(rest, "firth").theta
-        sound = np.isfinite(fitted).all(axis=1) & own.any(axis=(1, 2))
-        theta[start : start + block][sound] = fitted[sound]
-        if sound.any():
-            parts[start : start + block][sound] = _parts(own[sound], rest[sound], fitted[sound])
+        usable_fit = np.isfinite(fitted).all(axis=1) & own.any(axis=(1, 2))
+        theta[start : start + block][usable_fit] = fitted[usable_fit]
+        if usable_fit.any():
+            parts[start : start + block][usable_fit] = _parts(own[usable_fit], rest[usable_fit], fitted[usable_fit])
     usable = np.isfinite(parts).all(axis=1) & (parts[:, 2] > 0) & np.isfinite(together).all()
     deviation, expected, variance, third = parts[usable].T
     p = lower_tail(deviation, variance, third)

@@ -132,8 +132,8 @@ def _linked(plan: Plan) -> int:
 
     first, second = plan.pairs
     n = len(plan.theta)
-    met = plan.times > 0
-    graph = coo_array((plan.times[met], (first[met], second[met])), shape=(n, n)).tocsr()
+    compared = plan.times > 0
+    graph = coo_array((plan.times[compared], (first[compared], second[compared])), shape=(n, n)).tocsr()
     count, _ = connected_components(graph, directed=False)
     return int(count)
 

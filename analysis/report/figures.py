@@ -15,6 +15,7 @@ from analysis.report.summary import Summary
 from analysis.report.words import percent
 from analysis.series.observer_means import Estimate
 from documents.pages.drawing import DEEP, FAINT, INK, drawing, rows_only, short, svg_of
+from documents.text.json_values import json_fields
 
 MOST_NAMED = 5
 
@@ -205,14 +206,7 @@ class BarFigure:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "title": self.title,
-            "group_title": self.group_title,
-            "unit": self.unit,
-            "groups": list(self.groups),
-            "bars": list(self.bars),
-            "estimates": [[None if one is None else one.to_json() for one in row] for row in self.estimates],
-        }
+        return json_fields(self)
 
     def svg(self, width_in: float) -> str:
         """Return an ``<svg>`` element, ``width_in`` inches wide.

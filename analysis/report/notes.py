@@ -59,7 +59,7 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
         )
     catch = catch_results(sessions)
     if catch.missed:
-        who = ", ".join(f"{observer} ({wrong} of {met})" for observer, (wrong, met) in catch.missed.items())
+        who = ", ".join(f"{observer} ({wrong} of {answered})" for observer, (wrong, answered) in catch.missed.items())
         notes.append(f"Obvious catch trials were missed by {who}.")
     if catch.identical:
         notes.append(

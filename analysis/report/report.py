@@ -72,8 +72,8 @@ class Report:
     @property
     def kinds(self) -> tuple[str, ...]:
         """The kinds of tasks, in words, such as "Paired comparisons"."""
-        met = dict.fromkeys(trial.kind for session in self.sessions for trial in session.trials)
-        return tuple(dict.fromkeys(words for kind, words in KIND_WORDS.items() if kind in met))
+        kinds = dict.fromkeys(trial.kind for session in self.sessions for trial in session.trials)
+        return tuple(dict.fromkeys(words for kind, words in KIND_WORDS.items() if kind in kinds))
 
     @property
     def sentences(self) -> tuple[str, ...]:

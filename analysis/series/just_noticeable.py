@@ -272,11 +272,11 @@ def interval(matches: Matches, fitted: tuple[float, float, float], length: float
 
     middle, reach = float(np.log(within)), float(np.log(2))
     limits: list[float | None] = []
-    for way, bound in ((-1, np.log(_NARROWEST * length)), (1, np.log(_WIDEST * length))):
-        inner, outer = middle, middle + way * reach
-        while (outer - bound) * way < 0 and short(outer) < 0:
-            inner, outer = outer, outer + way * reach
-        if (outer - bound) * way >= 0:
+    for direction, bound in ((-1, np.log(_NARROWEST * length)), (1, np.log(_WIDEST * length))):
+        inner, outer = middle, middle + direction * reach
+        while (outer - bound) * direction < 0 and short(outer) < 0:
+            inner, outer = outer, outer + direction * reach
+        if (outer - bound) * direction >= 0:
             limits.append(None)
             continue
         limits.append(float(np.exp(brentq(short, min(inner, outer), max(inner, outer), xtol=1e-3))))

@@ -131,8 +131,8 @@ def cochran(rows: Floats) -> tuple[float | None, float | None]:
     sums = np.zeros((draws, k))
     for row in varying:
         sums += random.permuted(np.broadcast_to(row, (draws, k)), axis=1)
-    drawn = (k - 1) * (sums**2).sum(axis=1) / within
-    return statistic, float((1 + (drawn >= statistic - 1e-9 * max(1.0, statistic)).sum()) / (1 + draws))
+    permuted = (k - 1) * (sums**2).sum(axis=1) / within
+    return statistic, float((1 + (permuted >= statistic - 1e-9 * max(1.0, statistic)).sum()) / (1 + draws))
 
 
 def nemenyi_p(ratings: Floats) -> Floats:

@@ -160,8 +160,8 @@ def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
         return []
     times: Counter[int] = Counter()
     for trials in compared:
-        met = Counter(frozenset((str(t.data.get("first")), str(t.data.get("second")))) for t in trials)
-        times.update(met.values())
+        counts = Counter(frozenset((str(t.data.get("first")), str(t.data.get("second")))) for t in trials)
+        times.update(counts.values())
     parts = [f"A session has {counted(median(len(trials) for trials in compared), 'comparison')} (median)"]
     parts[0] += (
         f", each pair {'once' if times.most_common(1)[0][0] == 1 else f'{times.most_common(1)[0][0]} times'}."

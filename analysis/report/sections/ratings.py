@@ -52,12 +52,12 @@ def _scores(scale: ScaleSummary) -> Figure:
     )
     title = f"Mean opinion scores: {scale.scale}"
     dots = [(score.stimulus, score.mean, *(score.interval or (None, None))) for score in scale.scores]
-    drawn = [dots_svg(dots, scale.scale, title, width) for width in (WIDE_IN, NARROW_IN)]
+    images = [dots_svg(dots, scale.scale, title, width) for width in (WIDE_IN, NARROW_IN)]
     caption = (
         f"{title}: means over the observers' means, with 95 % intervals by Student's t. z: in standard deviations "
         "of each observer's own ratings."
     )
-    return Figure(drawn[0], drawn[1], caption, Table(f"ratings_{scale.scale}", title, columns, rows))
+    return Figure(images[0], images[1], caption, Table(f"ratings_{scale.scale}", title, columns, rows))
 
 
 def _raters(scale: ScaleSummary) -> Table:
@@ -131,7 +131,7 @@ def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> 
         f"{title}, with 95 % intervals by bootstrap over observers, or Wilson's over the observers where all of them "
         "agree; dashed: no preference."
     )
-    drawn = [dots_svg(dots, title.lower(), title, width, reference=0.5) for width in (WIDE_IN, NARROW_IN)]
+    images = [dots_svg(dots, title.lower(), title, width, reference=0.5) for width in (WIDE_IN, NARROW_IN)]
     by_observer = Table(
         "preferences_by_observer",
         "By observer",
@@ -139,7 +139,7 @@ def preferences_section(sessions: Sequence[SessionLog], chosen: Preferences) -> 
         tuple((name, stereo, flat) for name, (stereo, flat) in chosen.by_observer.items()),
         folded=len(people) > 12,
     )
-    figure = Figure(drawn[0], drawn[1], caption, table)
+    figure = Figure(images[0], images[1], caption, table)
     return Section("preferences", "Stereo or flat", (Paragraph(_words(chosen)), figure, by_observer))
 
 

@@ -154,7 +154,7 @@ def counts_section(summary: Summary) -> Section:
     scores = summary.scores
     wins = scores.comparisons.wins
     names = [scores.comparisons.items[index] for index in scores.order]
-    drawn = tuple(
+    shown = tuple(
         (name, tuple(None if row == column else _matrix_cell(scores, wins, row, column) for column in scores.order))
         for name, row in zip(names, scores.order, strict=True)
     )
@@ -169,7 +169,7 @@ def counts_section(summary: Summary) -> Section:
         "larger share of the pair's comparisons.",
         small=True,
     )
-    matrix = Matrix("Comparison matrix", drawn, table, folded=len(names) > MOST_DRAWN)
+    matrix = Matrix("Comparison matrix", shown, table, folded=len(names) > MOST_DRAWN)
     return Section("comparisons", "Comparison matrix", (matrix, words))
 
 
@@ -244,10 +244,10 @@ def order_fit(summary: Summary) -> Fit | None:
     if summary.estimate.method != "ml" or summary.estimate.plain.separated:
         return None
     try:
-        found = fit_model(summary.scores.comparisons, order_effect=True, covariance=summary.estimate.covariance)
+        fitted = fit_model(summary.scores.comparisons, order_effect=True, covariance=summary.estimate.covariance)
     except ResultsError:
         return None
-    return found if found.separation is None else None
+    return fitted if fitted.separation is None else None
 
 
 def _ties(summary: Summary) -> list[tuple[str, str]]:
@@ -268,10 +268,10 @@ def tie_fit(summary: Summary) -> Fit | None:
     if not summary.scores.comparisons.ties:
         return None
     try:
-        found = fit_model(summary.scores.comparisons, "davidson", covariance=summary.estimate.covariance)
+        fitted = fit_model(summary.scores.comparisons, "davidson", covariance=summary.estimate.covariance)
     except ResultsError:
         return None
-    return found if found.separation is None else None
+    return fitted if fitted.separation is None else None
 
 
 def first_position(summary: Summary) -> str:
