@@ -191,7 +191,7 @@ def _reason(pair: SparklePair, limits: Limits) -> Reason:
 def _outcome(pair: SparklePair, limits: Limits) -> tuple[Outcome, str]:
     relative, z, most = pair.relative, pair.z, limits.sparkle_relative
     if math.isnan(pair.photo) and math.isnan(pair.rendering):
-        return "noted", "neither has what it is measured on"
+        return "noted", "neither picture has sparkles to measure it on"
     if pair.photo == pair.rendering:
         return "passes", "equal"
     if math.isnan(z) or math.isnan(relative):

@@ -31,7 +31,7 @@ from stimuli.comparison.displacements import (
 from stimuli.comparison.pictures import EyeView
 from stimuli.comparison.regions import PlacedRegions, corner_pairs, place_regions
 from stimuli.comparison.regions_file import RegionsFile
-from stimuli.comparison.results import CompareOptions, Registering
+from stimuli.comparison.results import CompareOptions, RegistrationMode
 from stimuli.comparison.rows import Floats, Mask, RowFile
 from stimuli.errors import StimulusError
 
@@ -143,7 +143,7 @@ def _corners(
     return None if corners is None else (corners[0] - 0.5, corners[1] - 0.5)
 
 
-def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile, register: Registering) -> None:
+def _refuse_bad_alignment(alignment: Alignment, file: str, regions: RegionsFile, register: RegistrationMode) -> None:
     if abs(alignment.rotation_deg) > MOST_TURN_DEG:
         raise StimulusError(
             Finding(
@@ -184,7 +184,7 @@ def _refuse_turned_charts(photo: EyeView, rendering: EyeView, regions: RegionsFi
 
 
 def align(
-    photo: RowFile, rendering: RowFile, register: Registering, corners: tuple[Floats, Floats] | None = None
+    photo: RowFile, rendering: RowFile, register: RegistrationMode, corners: tuple[Floats, Floats] | None = None
 ) -> Alignment:
     """Return where ``rendering`` lies; ``corners`` are four places (4, 2) of either, for ``register`` "corners".
 

@@ -27,7 +27,7 @@ from stimuli.comparison.verdict import (
     passing_lines,
 )
 
-Registering = Literal["auto", "none", "corners"]
+RegistrationMode = Literal["auto", "none", "corners"]
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -93,7 +93,7 @@ class CompareOptions:
     photo_holds: Holds | None = None
     rendering_holds: Holds | None = None
     viewing: ViewingConditions | None = None
-    register: Registering = "auto"
+    register: RegistrationMode = "auto"
     corners_px: tuple[Floats, Floats] | None = None
     white: WhiteName | None = None
     white_luminance_cd_m2: float | None = None
