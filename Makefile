@@ -53,7 +53,7 @@ check: env
 
 bench: test-tools
 	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'
-	@for file in $(filter-out benchmarks/curves.py,$(wildcard benchmarks/*.py)); do \
+	@for file in $(filter-out benchmarks/curves.py benchmarks/simulated_studies.py,$(wildcard benchmarks/*.py)); do \
 		echo "$$file"; $(BIN)/python $$file || exit 1; done
 
 bench-psychopy: test-tools

@@ -20,8 +20,8 @@ from scipy import stats
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, write
+from simulated_studies import Design
 
-from analysis.bootstrap.coverage import Design
 from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import ADJUSTMENTS

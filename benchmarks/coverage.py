@@ -1,9 +1,9 @@
-"""How often intervals hold the truth and tests find what is not there, by simulation, with the time each kind takes.
+"""How often intervals contain the truth and tests report a false difference, and the time that each kind takes.
 
     python benchmarks/coverage.py [STUDIES]
 
 Time is for all values of one study with 1000 replicates; the draws, which the kinds share, are counted in each. The
-error is the distance of the share of 95 % intervals that hold the truth from 0.95.
+error is the distance of the share of 95 % intervals that contain the truth from 0.95.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, write
+from simulated_studies import Coverage, Design, coverage, family_error
 
-from analysis.bootstrap.coverage import Coverage, Design, coverage, family_error
 from analysis.bootstrap.intervals import KINDS, Kind, intervals
 from analysis.bootstrap.quantities import NAMES
 from analysis.bootstrap.replicates import resample_counts

@@ -10,7 +10,7 @@
 | ``sandwich`` | the t distribution with S − 1 degrees of freedom, times the sandwich standard error |
 | ``model`` | normal quantile times the model's standard error, which takes all answers for independent |
 
-`analysis.bootstrap.coverage` measures how often each contains the truth; docs/uncertainty.md has the figures.
+``benchmarks/coverage.py`` measures how often each contains the truth; docs/uncertainty.md has the figures.
 
 Where all answers together are separated, observers agree without exception about some item, in every draw. Each
 interval then reaches at least as far as the ``model``'s.
@@ -95,7 +95,6 @@ def intervals(
     *,
     kind: Kind = DEFAULT,
     level: float = 0.95,
-    block_numbers: int = BLOCK_NUMBERS,
 ) -> Intervals:
     """Return an interval for each item's ``quantity``, or for each pair's ``difference`` (pairs i < j in order).
 
@@ -128,7 +127,7 @@ def intervals(
         raise ResultsError(Finding(f"the level is {level:g}", remedy="give one between 0 and 1, such as 0.95"))
     whole = Quantity.of_items(quantity, len(replicates.items))
     rows = len(replicates.theta) * (len(replicates.observers) if kind == "studentised" else 1)
-    parts = list(whole.parts(block_numbers // rows))
+    parts = list(whole.parts(BLOCK_NUMBERS // rows))
     ends = [_ends(replicates, part, kind, (1 - level) / 2) for part in parts]
     least, most = whole.limits
     pairs = zip(whole.first.tolist(), whole.second.tolist(), strict=True)

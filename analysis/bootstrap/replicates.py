@@ -79,7 +79,6 @@ def resample(
     replicates: int = REPLICATES,
     seed: int = SEED,
     method: Method = "ml",
-    block_numbers: int = BLOCK_NUMBERS,
 ) -> Replicates:
     """Draw the observers of ``comparisons`` with replacement, ``replicates`` times, and fit each draw.
 
@@ -88,11 +87,9 @@ def resample(
     replicates
         At least 1; 1000 fix the ends of a 95 % interval to about 3 % of its width.
     seed
-        The same seed gives the same draws, whatever ``block_numbers``.
+        The same seed gives the same draws.
     method
         ``ml`` or ``firth``. With ``ml``, replicates that are separated are fitted by Firth's.
-    block_numbers
-        Replicates are fitted together while their counts are at most so many numbers.
 
     Returns
     -------
@@ -123,7 +120,6 @@ def resample(
         replicates=replicates,
         seed=seed,
         method=method,
-        block_numbers=block_numbers,
     )
 
 
@@ -135,7 +131,6 @@ def resample_counts(
     replicates: int = REPLICATES,
     seed: int = SEED,
     method: Method = "ml",
-    block_numbers: int = BLOCK_NUMBERS,
 ) -> Replicates:
     """As `resample`, from each observer's counts, shape (S, n, n), S at least 2."""
     if replicates < 1:
@@ -148,8 +143,8 @@ def resample_counts(
         )
     people = len(observers)
     weights = draw_observers(people, replicates, seed)
-    each = [fit_each(wins, method) for wins in blocks(by_observer, weights, block_numbers)]
-    others = [fit_each(wins, method) for wins in blocks(by_observer, 1 - np.eye(people), block_numbers)]
+    each = [fit_each(wins, method) for wins in blocks(by_observer, weights)]
+    others = [fit_each(wins, method) for wins in blocks(by_observer, 1 - np.eye(people))]
     drawn, left_out = _joined(each), _joined(others)
     return Replicates(
         items=tuple(items),
@@ -189,10 +184,10 @@ def draw_observers(people: int, replicates: int, seed: int) -> Floats:
     return random.multinomial(people, np.full(people, 1 / people), replicates).astype(np.float64)
 
 
-def blocks(by_observer: Floats, weights: Floats, block_numbers: int = BLOCK_NUMBERS) -> Iterator[Floats]:
-    """Yield the counts of the replicates, shape (block, n, n), a block of at most ``block_numbers`` numbers a time."""
+def blocks(by_observer: Floats, weights: Floats) -> Iterator[Floats]:
+    """Yield the counts of the replicates, shape (block, n, n), at most ``BLOCK_NUMBERS`` numbers at a time."""
     people, n, _ = by_observer.shape
-    size = max(1, block_numbers // n**2)
+    size = max(1, BLOCK_NUMBERS // n**2)
     flat = by_observer.reshape(people, n * n)
     for start in range(0, len(weights), size):
         yield (weights[start : start + size] @ flat).reshape(-1, n, n)

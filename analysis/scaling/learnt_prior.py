@@ -58,7 +58,7 @@ class Posterior:
         return self.theta[:, None] - self.theta[None, :], contrast_variances(self.covariance)
 
 
-def posterior(wins: Floats, prior_sd: float, start: Floats | None = None) -> Posterior:
+def posterior(wins: Floats, prior_sd: float) -> Posterior:
     """Return the posterior of the strengths.
 
     Parameters
@@ -67,10 +67,8 @@ def posterior(wins: Floats, prior_sd: float, start: Floats | None = None) -> Pos
         Shape (n, n): ``wins[i, j]`` is how often item i was preferred over item j; any counts, also none.
     prior_sd
         σ in nats, above zero.
-    start
-        Shape (n,): where to begin, such as the mode before the last few answers.
     """
-    return _posterior(Counts.from_wins(wins[None]), prior_sd, start)
+    return _posterior(Counts.from_wins(wins[None]), prior_sd, None)
 
 
 def learnt_posterior(wins: Floats, before: Posterior | None = None, most_steps: int = 500) -> Posterior:

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
-from analysis.scaling.fit import MODELS, Model, fit_model
-from analysis.scaling.laws import Davidson, RaoKupper
+from analysis.scaling.fit import fit_model
+from analysis.scaling.laws import MODELS, Davidson, Model, RaoKupper
 from analysis.scaling.scores import score
 from tests.stress.memory import peak_kb
 

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.bootstrap.coverage import Design, coverage, family_error
 from analysis.bootstrap.intervals import DEFAULT, KINDS, intervals
 from analysis.bootstrap.quantities import NAMES
 from analysis.bootstrap.replicates import resample_counts
 from analysis.bootstrap.stability import class_stability
+from benchmarks.simulated_studies import Design, coverage, family_error
 
 Floats = NDArray[np.float64]
 
@@ -49,7 +49,7 @@ def test_a_hundred_items_fit_into_bounded_memory() -> None:
     program = """
 import numpy as np
 from tests.stress.memory import forget_peak, peak_kb
-from analysis.bootstrap.coverage import Design
+from benchmarks.simulated_studies import Design
 from analysis.bootstrap.intervals import intervals
 (counts,) = Design(np.random.default_rng(1).normal(0, 0.7, 100), 30).studies(1, 1)
 names = [str(place) for place in range(100)]

@@ -118,10 +118,13 @@ def test_the_default_lets_few_separated_draws_count(study: Study) -> None:
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("quantity", NAMES)
-def test_what_must_hold_of_every_interval(study: Study, kind: Kind, quantity: Name) -> None:
+def test_what_must_hold_of_every_interval(
+    study: Study, kind: Kind, quantity: Name, monkeypatch: pytest.MonkeyPatch
+) -> None:
     found = resample(study(STRENGTHS, observers=20), replicates=300)
     narrow, wide = (intervals(found, quantity, kind=kind, level=level) for level in (0.5, 0.95))
-    blocks = intervals(found, quantity, kind=kind, block_numbers=1)
+    monkeypatch.setattr("analysis.bootstrap.intervals.BLOCK_NUMBERS", 1)
+    blocks = intervals(found, quantity, kind=kind)
     assert (wide.low <= narrow.low).all()
     assert (narrow.low < narrow.high).all()
     assert (narrow.high <= wide.high).all()

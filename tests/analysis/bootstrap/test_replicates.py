@@ -53,9 +53,12 @@ def test_the_left_out_are_the_fits_to_the_other_observers(study: Study) -> None:
     assert found.left_out.theta == pytest.approx(np.array(one_by_one(comparisons, 1 - np.eye(12))), abs=1e-9)
 
 
-def test_blocks_change_nothing_and_a_seed_gives_the_same_again(study: Study) -> None:
+def test_blocks_change_nothing_and_a_seed_gives_the_same_again(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     comparisons = study(STRENGTHS)
-    whole, blocks = (resample(comparisons, replicates=100, block_numbers=size) for size in (10**6, 16 * 7))
+    whole = resample(comparisons, replicates=100)
+    with monkeypatch.context() as patch:
+        patch.setattr("analysis.bootstrap.replicates.BLOCK_NUMBERS", 16 * 7)
+        blocks = resample(comparisons, replicates=100)
     other = resample(comparisons, replicates=100, seed=1)
     assert (whole.weights == blocks.weights).all()
     assert whole.theta == pytest.approx(blocks.theta, abs=1e-12)

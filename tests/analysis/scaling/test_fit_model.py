@@ -15,8 +15,8 @@ from scipy.stats import chi2, norm
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fit import MODELS, Model, fit, fit_model
-from analysis.scaling.laws import Davidson, Law, Logistic, Probit, RaoKupper
+from analysis.scaling.fit import fit, fit_model
+from analysis.scaling.laws import MODELS, Davidson, Law, Logistic, Model, Probit, RaoKupper
 from analysis.scaling.learnt_prior import posterior
 
 Floats = NDArray[np.float64]

@@ -9,7 +9,7 @@ from scipy.stats import norm
 
 from analysis.comparisons.comparisons import Answer, from_answers
 from analysis.scaling import laws as units
-from analysis.scaling.fit import MODELS, Model
+from analysis.scaling.laws import MODELS, Model
 from analysis.scaling.scores import score
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.bootstrap.coverage import Design, coverage, family_error
 from analysis.scaling.fit import fit
+from benchmarks.simulated_studies import Design, coverage, family_error
 
 # Medina 2016, Table 4.4.
 THETA = np.log([0.0718, 0.0432, 0.0762, 0.2036, 0.0740, 0.2574, 0.0543, 0.0296, 0.0751, 0.1149])
