@@ -1,4 +1,7 @@
-"""Simulated observers that answer every task by known scores, or by how far pictures are from a reference picture."""
+"""Simulated observers that answer every task by known scores, or by how far pictures are from a reference picture.
+
+`plain_key` gives the simplest answer to anything: that of a preview, and the fallback of simulated observers.
+"""
 
 from __future__ import annotations
 
@@ -15,10 +18,9 @@ from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.display_file import EyeModels
 from documents import Finding
-from runner.blocks.tasks import Browse, Choose, Compare, Rate
+from runner.blocks.tasks import Browse, Choose, Compare, Rate, Write
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
-from runner.observers.plain import key_for, plain_key, unseen
 from runner.ports import Ask, KeyPress
 from stimuli.pictures.stereo_image import StereoImage
 
@@ -223,3 +225,58 @@ def _labs(image: StereoImage, whites: tuple[Floats, Floats]) -> tuple[Floats, Fl
     if image.is_flat and np.array_equal(*whites):
         return left, left
     return left, xyz_to_lab(image.right.astype(np.float64), whites[1])
+
+
+def key_for(ask: Ask, meaning: str) -> str:
+    """Return something that an observer can do to mean ``meaning``.
+
+    Raises
+    ------
+    ValueError
+        If nothing means that here.
+    """
+    for key, meant in ask.keys.items():
+        if meant == meaning:
+            return key
+    if meaning in ask.targets:
+        return f"click {meaning}"
+    if ask.typing and ask.meaning(meaning) == meaning:
+        return meaning
+    raise ValueError(f"nothing means '{meaning}' here, only {sorted({*ask.keys.values(), *ask.targets})}")
+
+
+def plain_key(ask: Ask) -> str:
+    """Return a press that continues: the first of two, the last of a series, the middle of a scale, what is right."""
+    return key_for(ask, _meaning(ask))
+
+
+def _meaning(ask: Ask) -> str:
+    task = ask.task
+    means = {*ask.keys.values(), *ask.targets}
+    if isinstance(task, Compare):
+        return "first"
+    if isinstance(task, Browse):
+        return "choose" if "choose" in means and len(task.seen) == len(task.series) else unseen(task)
+    if isinstance(task, Rate):
+        middle = (task.lowest + task.highest) // 2
+        if task.current is None:
+            return str(middle) if str(middle) in means else "higher"
+        return "accept"
+    if isinstance(task, Choose):
+        return task.correct or task.options[0]
+    if isinstance(task, Write):
+        return "accept" if "accept" in means else _next_character(task)
+    return next(iter([*ask.keys.values(), *ask.targets]))
+
+
+def _next_character(task: Write) -> str:
+    """Return what gets nearer to the example: its next character, or erasing what is not part of it."""
+    if not task.example.startswith(task.typed):
+        return "erase"
+    return f"text {task.example[len(task.typed) :][:1] or '1'}"
+
+
+def unseen(task: Browse) -> str:
+    """Return the way to the nearest picture of a series that was not seen yet."""
+    ahead = [index for index in range(task.index + 1, len(task.series)) if index not in task.seen]
+    return "next" if ahead else "previous"

@@ -14,7 +14,7 @@ from devices.display.display_file import EYES, EyeModels
 from documents import Finding
 from runner.blocks.block import Block, Draft, Response
 from runner.errors import SessionError
-from runner.observers.plain import plain_key
+from runner.observers.simulated import plain_key
 from runner.ports import Ask
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions

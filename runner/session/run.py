@@ -11,8 +11,7 @@ from typing import Any, Literal, TypeAlias
 from analysis.records.session_record import Trial
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ObserverSpec, read_observer
-from runner.observers.person import Person
-from runner.observers.replay import read_recording
+from runner.observers.presses import Person, read_recording
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
 from runner.protocol.experiment import Experiment, check_observer, read_experiment

@@ -13,7 +13,7 @@ from typing import Any
 from analysis.records.session_record import Header, Resumption, SessionLog, Trial
 from runner.errors import SessionError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
-from runner.observers.replay import Replay, asked_after_their_block, check_replayable
+from runner.observers.presses import Replay, asked_after_their_block, check_replayable
 from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00
 from runner.ports import Observer
 from runner.presenter.errors import GraphicsError

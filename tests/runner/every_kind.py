@@ -13,7 +13,7 @@ from types import MappingProxyType
 
 from runner.blocks.block import Block
 from runner.blocks.tasks import Compare
-from runner.observers.plain import key_for, plain_key
+from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask, KeyPress
 from runner.protocol.experiment import Experiment, read_experiment
 

@@ -10,7 +10,7 @@ import pytest
 
 from analysis.records.session_record import Mark, Note, Trial
 from runner.blocks.block import Block
-from runner.observers.plain import plain_key
+from runner.observers.simulated import plain_key
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene
 from runner.session.session import Session

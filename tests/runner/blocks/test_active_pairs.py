@@ -19,8 +19,7 @@ from runner.blocks.active_pairs import ActivePairs, ActivePairsSpec
 from runner.blocks.layout import PairLayout
 from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Compare
-from runner.observers.plain import plain_key
-from runner.observers.simulated import BradleyTerryObserver
+from runner.observers.simulated import BradleyTerryObserver, plain_key
 from runner.ports import Ask
 
 Play = Callable[..., Any]

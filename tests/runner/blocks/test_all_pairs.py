@@ -19,7 +19,7 @@ from runner.blocks.scale import Scale
 from runner.blocks.setting import Stimuli
 from runner.blocks.style import FULL_HD_HALF
 from runner.blocks.tasks import Compare, Rate
-from runner.observers.plain import key_for, plain_key
+from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Picture, Text
 

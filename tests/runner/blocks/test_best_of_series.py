@@ -19,7 +19,7 @@ from runner.blocks.series import Series, find_series, series_scene, series_targe
 from runner.blocks.setting import Stimuli
 from runner.blocks.style import Style
 from runner.blocks.tasks import Browse, Rate
-from runner.observers.plain import plain_key
+from runner.observers.simulated import plain_key
 from runner.ports import Ask, Target
 from runner.presenter.scene import Box, Text
 from runner.protocol.experiment import read_experiment

@@ -14,7 +14,7 @@ from runner.blocks.block import Block, Draft, Steps, answer
 from runner.blocks.layout import PairLayout
 from runner.blocks.practice import Passing, Practice, feedback_words
 from runner.blocks.tasks import Choose
-from runner.observers.plain import key_for, plain_key
+from runner.observers.simulated import key_for, plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Scene, Text
 

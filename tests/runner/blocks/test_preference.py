@@ -19,7 +19,7 @@ from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.preference import Preference, PreferenceSpec, Versions
 from runner.blocks.setting import Stimuli
 from runner.blocks.tasks import Compare
-from runner.observers.plain import plain_key
+from runner.observers.simulated import plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Text
 

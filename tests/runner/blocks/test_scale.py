@@ -12,7 +12,7 @@ from runner.blocks.layout import SingleLayout
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults, scale_items, scale_targets
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Rate
-from runner.observers.plain import plain_key
+from runner.observers.simulated import plain_key
 from runner.ports import Ask
 from runner.presenter.scene import Box, Text
 

@@ -13,7 +13,7 @@ from typing import Any, TextIO
 
 import pytest
 
-from runner.cli.console import HELP, Console
+from runner.cli.run import HELP, Console
 
 Study = Any  # tests/conftest.py
 Person = Any

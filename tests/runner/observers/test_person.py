@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import pytest
 
 from runner.blocks.tasks import Rate, Write
-from runner.observers.person import DOUBLE_CLICK_S, Person
+from runner.observers.presses import DOUBLE_CLICK_S, Person
 from runner.ports import Ask, KeyPress, Target
 from runner.presenter.scene import Scene
 

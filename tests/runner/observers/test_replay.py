@@ -19,7 +19,7 @@ from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message
 from runner.blocks.tasks import Compare
 from runner.errors import SessionError
-from runner.observers.replay import Replay, asked_after_their_block, check_replayable, read_recording
+from runner.observers.presses import Replay, asked_after_their_block, check_replayable, read_recording
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress, Observer, WindowClosed
 from runner.presenter.scene import Scene

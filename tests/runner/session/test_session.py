@@ -17,7 +17,7 @@ from runner.blocks.layout import PairLayout
 from runner.blocks.message import Message, pause_menu
 from runner.blocks.style import FULL_HD_HALF
 from runner.errors import SessionError
-from runner.observers.person import Person
+from runner.observers.presses import Person
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask, Holding, KeyPress
 from runner.presenter.scene import Scene

@@ -25,7 +25,7 @@ from runner.blocks.screening.vision_test import Screen
 from runner.blocks.style import Style
 from runner.blocks.tasks import Choose, GoOn
 from runner.errors import SessionError
-from runner.observers.plain import plain_key
+from runner.observers.simulated import plain_key
 from runner.ports import Ask, Target
 from runner.presenter.scene import Box, Text
 from runner.session.session import Session

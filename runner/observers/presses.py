@@ -1,0 +1,192 @@
+"""Where presses come from: a person at the presenter's window, or a recorded session played back.
+
+A person uses keys, mouse, wheel, gamepad, or a response box that acts as a keyboard. A replay repeats the same presses
+the same time after each scene's onset.
+"""
+
+from __future__ import annotations
+
+import math
+from collections import deque
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+
+from analysis.records.session_record import SessionLog, Trial, read_session, session_files
+from documents import Finding
+from runner.blocks.tasks import Rate, Task, Write
+from runner.errors import SessionError
+from runner.ports import Ask, KeyPress, WindowClosed
+from runner.presenter.scene import Offset
+from runner.session.header import changes
+
+Press = tuple[str, float]
+Place = tuple[int, int]
+
+# What a key that is held down may repeat, as long as it means the same: erasing, and moving along a scale.
+HELD_MEANINGS = frozenset({"erase", "lower", "higher"})
+# The second click of a double click answers nothing: it was never meant for what came after the first.
+DOUBLE_CLICK_S = 0.25
+
+
+def _no_mouse(wanted: bool, at_once: bool) -> None:
+    """Point nowhere."""
+
+
+@dataclass(slots=True)
+class Person:
+    """Waits for presses from ``wait_key``, which sleeps until the next one and returns it with its time.
+
+    ``point`` lets the mouse point, or no longer; after a click its pointer is there at once, otherwise once it moves.
+    Presses that mean nothing to the ask are dropped.
+    """
+
+    wait_key: Callable[[], KeyPress]
+    point: Callable[[bool, bool], object] = _no_mouse
+    _clicked_s: float = field(init=False, default=-math.inf)
+    _by_mouse: bool = field(init=False, default=False)
+    _last: tuple[str, str | None] = field(init=False, default=("", None))
+    _task: Task | None = field(init=False, default=None)
+    _since_s: float = field(init=False, default=0.0)
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        """Return the first press after the onset that means something here, or of ``escape``.
+
+        Whoever types, or turns the wheel along a scale, is faster than pages are drawn: there a press counts from when
+        the field or scale was first shown, with the onset as its time if it was made before that.
+        """
+        self.point(bool(ask.targets), self._by_mouse)
+        if not self._continues(ask.task):
+            self._since_s = onset_s
+        self._task = ask.task
+        try:
+            while True:
+                press = self._read(ask, self.wait_key())
+                if press is None or press.time_s < self._since_s:
+                    continue
+                meaning = ask.meaning(press.key)
+                if meaning is not None or press.key == "escape":
+                    self._last = press.key, meaning
+                    self._by_mouse = press.key.startswith("click ")
+                    if self._by_mouse:
+                        self._clicked_s = press.time_s
+                    return KeyPress(press.key, max(press.time_s, onset_s))
+        finally:
+            self.point(False, False)
+
+    def _continues(self, task: Task) -> bool:
+        """Return whether ``task`` is the one that was answered last, and that answer did not end it."""
+        before, (_, meaning) = self._task, self._last
+        if isinstance(task, Write) and isinstance(before, Write):
+            return task.name == before.name and meaning != "accept"
+        if isinstance(task, Rate) and isinstance(before, Rate):
+            return (task.name, task.stimulus) == (before.name, before.stimulus) and meaning in ("lower", "higher")
+        return False
+
+    def _read(self, ask: Ask, press: KeyPress) -> KeyPress | None:
+        """Return what a click hit, and what a held key does again; None if that is nothing."""
+        kind, _, rest = press.key.partition(" ")
+        if kind == "click_at":
+            meaning = hit(ask, rest)
+            if meaning is None or press.time_s - self._clicked_s < DOUBLE_CLICK_S:
+                return None
+            return KeyPress(f"click {meaning}", press.time_s)
+        if kind == "again":
+            meaning = ask.meaning(rest)
+            return KeyPress(rest, press.time_s) if meaning in HELD_MEANINGS and self._last == (rest, meaning) else None
+        return press
+
+
+def hit(ask: Ask, words: str) -> str | None:
+    """Return the meaning of the target at a place such as ``12,-40``, None if there is none."""
+    across, _, down = words.partition(",")
+    place: Offset = (int(across), int(down))
+    return next((meaning for meaning, target in ask.targets.items() if target.holds(place)), None)
+
+
+_ASK_AGAIN: tuple[Press, ...] = (("escape", 0.0), ("r", 0.0))  # through the pause's menu
+
+
+@dataclass(slots=True)
+class Replay:
+    """Presses what was pressed; the window counts as closed once a session that was never finished has no more."""
+
+    presses: deque[Press]
+
+    @classmethod
+    def of(cls, log: SessionLog) -> Replay:
+        """Return an observer who repeats what ``log`` holds."""
+        script: list[Press] = []
+        for answer, at_once in _in_order(log):
+            script += [*(_ASK_AGAIN if at_once else ()), *answer.events]
+        return cls(deque(script))
+
+    def respond(self, ask: Ask, onset_s: float) -> KeyPress:
+        """Return the next press of the log."""
+        if not self.presses:
+            raise WindowClosed
+        key, time_s = self.presses.popleft()
+        if ask.meaning(key) is None and key != "escape":
+            raise SessionError(f"the recorded session has the key '{key}' where only {sorted(ask.keys)} can be pressed")
+        return KeyPress(key, onset_s + time_s)
+
+
+def asked_after_their_block(log: SessionLog) -> tuple[Place, ...]:
+    """Return the places of trials that were asked once more not at once but after their block."""
+    return tuple(answer.place for answer, at_once in _in_order(log) if answer.attempt and not at_once)
+
+
+def _in_order(log: SessionLog) -> list[tuple[Trial, bool]]:
+    """Return the answers with whether each was asked once more at once, as the observer asked in the pause.
+
+    Such an answer follows the one that it repeats.
+    """
+    marked_by: dict[Place, list[str]] = {}
+    for mark in log.marks:
+        marked_by.setdefault((mark.block, mark.trial), []).append(mark.by)
+    answers = []
+    before: Place | None = None
+    for answer in log.answers:
+        by = marked_by.get(answer.place, [])
+        observers = 0 < answer.attempt <= len(by) and by[answer.attempt - 1] == "observer"
+        answers.append((answer, observers and before == answer.place))
+        before = answer.place
+    return answers
+
+
+def read_recording(path: Path) -> SessionLog:
+    """Read the one session log that ``path`` is or holds.
+
+    Raises
+    ------
+    InputError
+        If there is none, or more than one.
+    """
+    files = list(session_files(path))
+    if len(files) != 1:
+        raise SessionError(Finding(f"there are {len(files)} sessions here", str(path), remedy="name one session.jsonl"))
+    return read_session(files[0])
+
+
+def check_replayable(
+    log: SessionLog, experiment: str, observer: str, now: Mapping[str, str], *, accept_changes: bool = False
+) -> tuple[str, ...]:
+    """Return what a replay's record must say of it.
+
+    Raises
+    ------
+    SessionError
+        If the session was of another experiment or observer, or something changed since, unless that is accepted.
+    """
+    header = log.header
+    if (header.experiment, header.observer) != (experiment, observer):
+        what = f"the recorded session is of '{header.experiment}' and observer {header.observer}"
+        remedy = f"replay it with the experiment '{header.experiment}' and --observer {header.observer}"
+        raise SessionError(Finding(what, str(log.file), 1, 1, remedy))
+    changed = changes(header, now)
+    if changed and not accept_changes:
+        what = f"the {' and the '.join(changed)} changed since the recorded session"
+        remedy = "restore what it was made with, or replay it with --accept-changes"
+        raise SessionError(Finding(what, str(log.file), 1, 1, remedy))
+    remark = f"a replay of session {header.session}"
+    return (remark + (f", although the {' and the '.join(changed)} changed" if changed else ""),)
