@@ -26,7 +26,7 @@ def run() -> dict[str, object]:
         matches = _matches(within, between)
         truth = _adaptive(matches, within, between)
         plain_s = curves.seconds(partial(_adaptive, matches, within, between), repeats=3)
-        rows.append(_row(f"adaptive quadrature, {name}", "1e-13", plain_s, None, "what the others are held against"))
+        rows.append(_row(f"adaptive quadrature, {name}", "1e-13", plain_s, None, "the reference of the others"))
         for count in (11, 21, 41, 81, 121, NODES):
             rule = _trapezoid(matches, count)
             rows.append(_measured(f"trapezoid, {name}", count, rule, (within, between), truth))
@@ -82,5 +82,5 @@ def _row(series: str, parameter: str, taken_s: float, error: float | None, note:
 
 
 if __name__ == "__main__":
-    found = run()
-    curves.write("best_of_series", str(found["title"]), found["rows"])  # type: ignore[arg-type]  # rows, as it wants
+    result = run()
+    curves.write("best_of_series", str(result["title"]), result["rows"])  # type: ignore[arg-type]  # rows, as it wants

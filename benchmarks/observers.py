@@ -61,9 +61,9 @@ def _triads(n: int) -> Iterator[Row]:
     yield _row(f"{case}: χ²", "", seconds(by_moments), abs(by_moments() / chance - 1))
     for draws in (1_000, 10_000, 100_000):
         random = np.random.default_rng(n)
-        found = np.array([_tossed(n, at, draws, random) for _ in range(10)])
+        tossed = np.array([_tossed(n, at, draws, random) for _ in range(10)])
         time = seconds(lambda draws=draws, random=random: _tossed(n, at, draws, random), repeats=3)
-        error = float(np.sqrt(np.mean((found / chance - 1) ** 2)))
+        error = float(np.sqrt(np.mean((tossed / chance - 1) ** 2)))
         yield _row(f"{case}: simulated", f"{draws} draws", time, error, "root mean square of ten runs")
 
 

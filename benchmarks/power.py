@@ -3,7 +3,7 @@
     python benchmarks/power.py
 
 The error is the root mean square, over the 45 pairs of ten stimuli with the thesis's scores and 30 observers, of the
-chance to separate, against 40,000 studies from another seed. The last rows have no error: they time whole jobs, in this
+power, against 40,000 studies from another seed. The last rows have no error: they time whole jobs, in this
 process and in two.
 """
 
@@ -57,11 +57,11 @@ def one_by_one(design: Plan, observers: int, replicates: int) -> Floats:
         for one, other in zip(first.tolist(), second.tolist(), strict=True):
             won = random.binomial(observers, p[one, other])
             wins[one, other], wins[other, one] = won, observers - won
-        found = fit(wins)
-        if found.separated:
-            found = fit(wins, method="firth")
-        classes = classify(found.theta, found.covariance, alpha=design.alpha, adjust=design.adjust)
-        ahead = np.sign(found.theta[first] - found.theta[second])
+        estimate = fit(wins)
+        if estimate.separated:
+            estimate = fit(wins, method="firth")
+        classes = classify(estimate.theta, estimate.covariance, alpha=design.alpha, adjust=design.adjust)
+        ahead = np.sign(estimate.theta[first] - estimate.theta[second])
         right = ahead == np.sign(design.theta[first] - design.theta[second])
         times += (classes.p[first, second] <= design.alpha) & right
     return times / replicates
@@ -82,16 +82,16 @@ def run() -> dict[str, Any]:
 
 def _curves(design: Plan, truth: Floats) -> Iterator[Row]:
     for replicates in (100, 300, 1000, 3000, 10_000):
-        found = simulate_power(design, [OBSERVERS], replicates=replicates, workers=1)
-        told = float(np.sqrt((found.separates_error**2).mean()))
+        estimate = simulate_power(design, [OBSERVERS], replicates=replicates, workers=1)
+        reported = float(np.sqrt((estimate.separates_error**2).mean()))
         time = seconds(lambda r=replicates: simulate_power(design, [OBSERVERS], replicates=r, workers=1), repeats=3)
-        note = f"standard error told: {told:.2g}"
-        yield _row("in blocks", f"{replicates} studies", time, _error(found.separates[0], truth), note)
+        note = f"reported standard error: {reported:.2g}"
+        yield _row("in blocks", f"{replicates} studies", time, _error(estimate.separates[0], truth), note)
     for replicates in (30, 100, 300):
         began = perf_counter()
-        found_slowly = one_by_one(design, OBSERVERS, replicates)
+        slow_estimate = one_by_one(design, OBSERVERS, replicates)
         time = perf_counter() - began
-        yield _row("one by one", f"{replicates} studies", time, _error(found_slowly, truth))
+        yield _row("one by one", f"{replicates} studies", time, _error(slow_estimate, truth))
 
 
 def _jobs(design: Plan) -> Iterator[Row]:
@@ -115,8 +115,8 @@ def _jobs(design: Plan) -> Iterator[Row]:
             yield _row(job, where, perf_counter() - began, None)
 
 
-def _error(found: Floats, truth: Floats) -> float:
-    return float(np.sqrt(((found - truth) ** 2).mean()))
+def _error(estimate: Floats, truth: Floats) -> float:
+    return float(np.sqrt(((estimate - truth) ** 2).mean()))
 
 
 def _row(series: str, parameter: str, time: float, error: float | None, note: str = "") -> Row:
