@@ -105,7 +105,7 @@ def intervals(
     quantity
         What the interval is of: ``theta``, ``score``, ``log10_score``, or the ``difference`` of each pair.
     kind
-        The kind of interval; the default holds its coverage for few observers.
+        The kind of interval; the default keeps its coverage for few observers.
     level
         The coverage, between 0 and 1.
     block_numbers

@@ -85,8 +85,8 @@ def class_stability(
     Parameters
     ----------
     covariance
-        ``model`` takes a replicate's answers for independent; ``sandwich`` only its observers, with Student's law for
-        observers − 1 degrees of freedom.
+        ``model`` takes a replicate's answers for independent; ``sandwich`` only its observers, with the t distribution
+        of observers − 1 degrees of freedom.
 
     Returns
     -------
@@ -172,6 +172,6 @@ def _differing(
 
 def _adjusted(z: Floats, spread: Floats, adjust: Adjust, df: int | None) -> Floats:
     if adjust == "maxz":
-        rows = [single_step(row, one, df, MAXZ_SAMPLES) for row, one in zip(z, spread, strict=True)]
+        rows = [single_step(row, own, df, MAXZ_SAMPLES) for row, own in zip(z, spread, strict=True)]
         return np.array(rows)
     return corrected(two_sided_p(z, df), adjust)

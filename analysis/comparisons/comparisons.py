@@ -23,19 +23,19 @@ class TiedAnswers:
 
     Attributes
     ----------
-    one, other, observer
+    item_a, item_b, observer
         Shape (k,): indices into the items and the observers.
     count
         Shape (k,): how often, above zero.
-    one_was_first
-        Shape (k,): 1 where ``one`` was shown first, 0 where ``other`` was, -1 where the source does not say.
+    a_was_first
+        Shape (k,): 1 where item a was shown first, 0 where item b was, -1 where the source does not say.
     """
 
-    one: NDArray[np.intp]
-    other: NDArray[np.intp]
+    item_a: NDArray[np.intp]
+    item_b: NDArray[np.intp]
     observer: NDArray[np.intp]
     count: NDArray[np.float64]
-    one_was_first: NDArray[np.int8]
+    a_was_first: NDArray[np.int8]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -94,7 +94,7 @@ class Comparisons:
     def tied_with(self) -> NDArray[np.float64]:
         """Shape (n,): how often each item was tied with another."""
         tied = self.tied
-        return self._by_item(tied.one, tied.count) + self._by_item(tied.other, tied.count)
+        return self._by_item(tied.item_a, tied.count) + self._by_item(tied.item_b, tied.count)
 
     def _by_item(self, item: NDArray[np.intp], count: NDArray[np.float64]) -> NDArray[np.float64]:
         return np.bincount(item, weights=count, minlength=len(self.items)).astype(np.float64)
@@ -103,7 +103,7 @@ class Comparisons:
     def tie_counts(self) -> NDArray[np.float64]:
         """Shape (n, n), symmetric: how often the two items of each pair were tied."""
         n, tied = len(self.items), self.tied
-        counts = np.bincount(tied.one * n + tied.other, weights=tied.count, minlength=n * n).reshape(n, n)
+        counts = np.bincount(tied.item_a * n + tied.item_b, weights=tied.count, minlength=n * n).reshape(n, n)
         return np.asarray(counts + counts.T, dtype=np.float64)
 
     @property

@@ -64,20 +64,20 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
 def _answer(session: SessionLog, trial: Trial, names: Set[str]) -> Answer:
     tie = is_tie(trial)
     try:
-        one, other = (str(trial.data[key]) for key in (("first", "second") if tie else ("chosen", "rejected")))
+        item_a, item_b = (str(trial.data[key]) for key in (("first", "second") if tie else ("chosen", "rejected")))
     except KeyError as error:
         raise ResultsError(
             Finding(f"the {_where(trial)} has no {error}", str(session.file), remedy="restore the file")
         ) from None
-    for name in (one, other):
+    for name in (item_a, item_b):
         if names and name not in names:
             what = f"{_where(trial)} shows '{name}', no stimulus of the session"
             raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
-    if one == other:
-        what = f"{_where(trial)} compares '{one}' with itself"
+    if item_a == item_b:
+        what = f"{_where(trial)} compares '{item_a}' with itself"
         raise ResultsError(Finding(what, str(session.file), remedy="restore the file"))
     first = trial.data.get("first")
-    return Answer(one, other, 1.0, session.header.observer, None if first is None else str(first), tie)
+    return Answer(item_a, item_b, 1.0, session.header.observer, None if first is None else str(first), tie)
 
 
 def _where(trial: Trial) -> str:

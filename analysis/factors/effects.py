@@ -81,7 +81,7 @@ def factor_effects(
     terms, aliased = choose_terms([main_term(factor, coding) for factor in read], groups)
     left_out += aliased
     if not terms:
-        why = "; ".join(f"'{one.name}': {one.reason}" for one in left_out) or "the stimuli have none"
+        why = "; ".join(f"'{factor.name}': {factor.reason}" for factor in left_out) or "the stimuli have none"
         raise ResultsError(Finding(f"there is no factor whose effect could be estimated: {why}", remedy="use another"))
     names = [term.names[0] for term in terms]
     kept = [factor for factor in read if factor.name in names]

@@ -141,8 +141,8 @@ def interaction_tests(
 ) -> tuple[InteractionTest, ...]:
     """Test every two factors' interaction, each added alone to ``full``."""
     tests = [
-        _interaction(counts, (factors[one], factors[other]), (terms[one], terms[other]), terms, full, groups)
-        for one, other in combinations(range(len(terms)), 2)
+        _interaction(counts, (factors[i], factors[j]), (terms[i], terms[j]), terms, full, groups)
+        for i, j in combinations(range(len(terms)), 2)
     ]
     fitted = [place for place, test in enumerate(tests) if test.p is not None]
     adjusted = holm(np.array([tests[place].p for place in fitted], dtype=np.float64))

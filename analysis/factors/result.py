@@ -32,7 +32,7 @@ class Effect:
     estimate
         In nats.
     se, low, high, p
-        Standard error by the model, 95 % interval by the normal law, and two-sided p of no effect.
+        Standard error by the model, 95 % interval by the normal distribution, and two-sided p of no effect.
     robust_se, robust_low, robust_high, robust_p
         The same by the sandwich clustered by observer, with Student's law of one degree of freedom less than there
         are observers [Cameron2015]; None with fewer than two observers, or where they hardly differ.
@@ -167,8 +167,8 @@ class FactorEffects:
             "factors": [
                 {"name": factor.name, "kind": factor.kind, "levels": list(factor.levels)} for factor in self.factors
             ],
-            "left_out": [one.to_json() for one in self.left_out],
-            "effects": [one.to_json() for one in self.effects],
+            "left_out": [factor.to_json() for factor in self.left_out],
+            "effects": [effect.to_json() for effect in self.effects],
             "tests": [test.to_json() for test in self.tests],
             "interactions": [test.to_json() for test in self.interactions],
             "explained": self.explained.to_json() if self.explained else None,

@@ -69,16 +69,16 @@ def main_term(factor: Factor, coding: Coding) -> Term:
     return Term((factor.name,), code[number], code, factor.levels)
 
 
-def interaction_term(one: Term, other: Term) -> Term:
+def interaction_term(first: Term, second: Term) -> Term:
     """Return the products of two factors' columns."""
-    columns = (one.columns[:, :, None] * other.columns[:, None, :]).reshape(len(one.columns), -1)
-    return Term(one.names + other.names, columns, np.empty((0, columns.shape[1])), ())
+    columns = (first.columns[:, :, None] * second.columns[:, None, :]).reshape(len(first.columns), -1)
+    return Term(first.names + second.names, columns, np.empty((0, columns.shape[1])), ())
 
 
-def empty_cell(one: Factor, other: Factor) -> str | None:
+def empty_cell(first: Factor, second: Factor) -> str | None:
     """Say which two levels no item has together; None where every two levels meet, or a factor is a number."""
-    met = set(zip(one.values, other.values, strict=True))
-    for pair in product(one.levels, other.levels):
+    met = set(zip(first.values, second.values, strict=True))
+    for pair in product(first.levels, second.levels):
         if pair not in met:
-            return f"no stimulus is '{pair[0]}' ({one.name}) and '{pair[1]}' ({other.name})"
+            return f"no stimulus is '{pair[0]}' ({first.name}) and '{pair[1]}' ({second.name})"
     return None

@@ -170,7 +170,7 @@ def verdicts(comparisons: Comparisons) -> Iterator[tuple[NDArray[np.intp], Verdi
     for person in range(len(comparisons.observers)):
         own, own_tied = comparisons.observer == person, tied.observer == person
         winner, loser, count = comparisons.winner[own], comparisons.loser[own], comparisons.count[own]
-        low, high = tied.one[own_tied], tied.other[own_tied]
+        low, high = tied.item_a[own_tied], tied.item_b[own_tied]
         items, places = np.unique(np.concatenate([winner, loser, low, high]), return_inverse=True)
         size = len(items)
         row, column, tied_row, tied_column = np.split(places, np.cumsum([len(winner), len(loser), len(low)]))

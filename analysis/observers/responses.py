@@ -100,7 +100,7 @@ def self_agreements(comparisons: Comparisons) -> tuple[SelfAgreement | None, ...
     """
     tied = comparisons.tied
     n = len(comparisons.items)
-    winner, loser = np.concatenate([comparisons.winner, tied.one]), np.concatenate([comparisons.loser, tied.other])
+    winner, loser = np.concatenate([comparisons.winner, tied.item_a]), np.concatenate([comparisons.loser, tied.item_b])
     observer = np.concatenate([comparisons.observer, tied.observer])
     count = np.concatenate([comparisons.count, tied.count])
     is_tie = np.arange(len(winner)) >= len(comparisons.winner)

@@ -25,8 +25,8 @@ class Agreement:
     pairs: int
 
 
-def _share(one: str, other: str) -> bool:
-    return bool(set(one.split("+")) & set(other.split("+")))
+def _share(label: str, second: str) -> bool:
+    return bool(set(label.split("+")) & set(second.split("+")))
 
 
 def agreement(scores: Scores, published: Published) -> Agreement | None:
@@ -37,8 +37,8 @@ def agreement(scores: Scores, published: Published) -> Agreement | None:
     ours = [item.log10_score or 0.0 for item in items]
     theirs = [np.log10(published[item.name][0]) for item in items]
     alike = sum(
-        _share(one.label or "", other.label or "") == _share(published[one.name][1], published[other.name][1])
-        for one, other in combinations(items, 2)
+        _share(a.label or "", b.label or "") == _share(published[a.name][1], published[b.name][1])
+        for a, b in combinations(items, 2)
     )
     return Agreement(float(np.corrcoef(ours, theirs)[0, 1]), alike, len(items) * (len(items) - 1) // 2)
 

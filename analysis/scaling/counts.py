@@ -163,24 +163,24 @@ def count_pairs(comparisons: Comparisons, *, ordered: bool = False, ties: bool =
         If ``ordered`` and the source does not say of every answer which item was shown first.
     """
     tied = comparisons.tied
-    one, other = comparisons.winner, comparisons.loser
-    observer, count, one_first = comparisons.observer, comparisons.count, comparisons.winner_was_first
-    kind = np.zeros(len(one), dtype=np.intp)
+    item_a, item_b = comparisons.winner, comparisons.loser
+    observer, count, a_first = comparisons.observer, comparisons.count, comparisons.winner_was_first
+    kind = np.zeros(len(item_a), dtype=np.intp)
     if ties:
-        one, other = np.r_[one, tied.one], np.r_[other, tied.other]
+        item_a, item_b = np.r_[item_a, tied.item_a], np.r_[item_b, tied.item_b]
         observer, count = np.r_[observer, tied.observer], np.r_[count, tied.count]
-        one_first = np.r_[one_first, tied.one_was_first]
-        kind = np.r_[kind, np.full(len(tied.one), 2)]
+        a_first = np.r_[a_first, tied.a_was_first]
+        kind = np.r_[kind, np.full(len(tied.item_a), 2)]
     if ordered:
-        unknown = float(count[one_first < 0].sum())
+        unknown = float(count[a_first < 0].sum())
         if unknown:
             what = f"{unknown:g} of {count.sum():g} answers do not say which item was shown first"
             raise ResultsError(Finding(what, remedy="note it for every answer, or leave the order effect out"))
-        flipped = one_first == 0
+        flipped = a_first == 0
     else:
-        flipped = one > other
+        flipped = item_a > item_b
     n = len(comparisons.items)
-    first, second = np.where(flipped, other, one), np.where(flipped, one, other)
+    first, second = np.where(flipped, item_b, item_a), np.where(flipped, item_a, item_b)
     outcome = np.where(kind == 2, 2, flipped.astype(np.intp))
     pairs, pair = np.unique(first * n + second, return_inverse=True)
     won, lost, even = (_summed(pair[outcome == kind], count[outcome == kind], len(pairs))[None] for kind in range(3))

@@ -1,4 +1,4 @@
-"""How well a law fits: deviance and Pearson's statistic against what the answers would be without a law."""
+"""How well a law fits: deviance and Pearson's statistic against free chances for each pair."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ class Goodness:
     df
         Free numbers of the answers less the parameters of the law.
     p_deviance, p_pearson
-        Chance of as much or more if the law holds, by the χ² distribution; None where ``df`` is zero or less.
+        Chance of as much or more if the law is right, by the χ² distribution; None where ``df`` is zero or less.
     smallest_expected
         Smallest expected count E.
     share_small

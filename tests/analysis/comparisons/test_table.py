@@ -58,7 +58,7 @@ def test_ties_stand_in_lines_or_in_a_column_of_their_own() -> None:
         assert table.wins.tolist() == [[0, 1], [1, 0]]
         assert table.ties == 2
         assert table.tie_counts.tolist() == [[0, 2], [2, 0]]
-    assert sorted(zip(lines.tied.one.tolist(), lines.tied.one_was_first.tolist(), strict=True)) == [(0, -1), (1, 1)]
+    assert sorted(zip(lines.tied.item_a.tolist(), lines.tied.a_was_first.tolist(), strict=True)) == [(0, -1), (1, 1)]
     assert [lines.observers[person] for person in lines.tied.observer] == ["02", "02"]
 
 

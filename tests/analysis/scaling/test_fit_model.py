@@ -79,7 +79,7 @@ def slow_loss(comparisons: Comparisons, model: Model, order_effect: bool) -> Cal
             d = theta[winner] - theta[loser] + (shift if first == 1 else -shift)
             total += count * np.log(chances(model, d, k)[0])
         tied = comparisons.tied
-        for one, other, count, first in zip(tied.one, tied.other, tied.count, tied.one_was_first, strict=True):
+        for one, other, count, first in zip(tied.item_a, tied.item_b, tied.count, tied.a_was_first, strict=True):
             if ties:
                 d = theta[one] - theta[other] + (shift if first == 1 else -shift)
                 total += count * np.log(chances(model, d, k)[2])
@@ -174,8 +174,8 @@ def test_order_and_names_of_items_and_observers_do_not_matter(
         observer=1 - comparisons.observer,
         tied=replace(
             comparisons.tied,
-            one=place[comparisons.tied.one],
-            other=place[comparisons.tied.other],
+            item_a=place[comparisons.tied.item_a],
+            item_b=place[comparisons.tied.item_b],
             observer=1 - comparisons.tied.observer,
         ),
     )

@@ -92,5 +92,6 @@ def test_strong_flows_cancel_and_the_weak_one_survives() -> None:
     nothing = np.zeros_like(flow)
     counts = Counts(4, first, second, nothing, nothing, nothing)
     assert counts.net_flows(flow).tolist() == [[0, 0, 1, -1]]
-    twice = Counts(4, first, second, *[np.repeat(nothing, 2, axis=0)] * 3)
+    both = np.repeat(nothing, 2, axis=0)
+    twice = Counts(4, first, second, both, both, both)
     assert twice.net_flows(np.repeat(flow, 2, axis=0)).tolist() == [[0, 0, 1, -1]] * 2

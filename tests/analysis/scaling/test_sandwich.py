@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fit import Model, fit_model
-from analysis.scaling.laws import Davidson, Logistic, Probit
+from analysis.scaling.fit import fit_model
+from analysis.scaling.laws import Davidson, Logistic, Model, Probit
 
 Drawer = Callable[..., Comparisons]
 THETA = np.array([0.7, 0.0, -0.3, -0.4])
@@ -31,7 +31,7 @@ def test_it_is_a_sum_over_observers(draw: Drawer, law: Logistic | Davidson | Pro
         total = 0.0
         tied = comparisons.tied
         sources = [(comparisons.winner, comparisons.loser, comparisons.observer, comparisons.winner_was_first, 0)]
-        sources += [(tied.one, tied.other, tied.observer, tied.one_was_first, 2)] if model == "davidson" else []
+        sources += [(tied.item_a, tied.item_b, tied.observer, tied.a_was_first, 2)] if model == "davidson" else []
         for ones, others, people, firsts, outcome in sources:
             for one, other, person, first in zip(ones, others, people, firsts, strict=True):
                 if person == observer:
