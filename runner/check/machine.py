@@ -25,10 +25,11 @@ _TRIED_PX = (320, 240)
 
 
 def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
-    """Open a small window for a moment and hold the screen against the rig.
+    """Open a small window for a moment and compare the screen with the rig.
 
     What does not fit is a warning, since a file may be checked away from its rig, or an error if the screen must do.
     """
+    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))  # wrong options are wrong on every machine
     if options.screen == "skip":
         return
     faults = report.errors if options.screen == "required" else report.warnings
@@ -37,7 +38,6 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
         if options.screen == "required":
             faults.append(Finding("there is no display here", rig.file, remedy="check at the rig"))
         return
-    mode = find_mode(rig.mode, ModeOptions.parse(rig.mode_options))
     panel = rig.display.panel
     try:
         there = monitors()

@@ -242,3 +242,10 @@ def test_files_that_are_named_have_no_detour_in_their_path(study: Study, monkeyp
     monkeypatch.chdir(folder)
     found = check_file(Path("experiments/small.yaml"), CheckOptions(results=study.results, screen="skip"))
     assert {error.file for error in found.errors} == {"rig.yaml", "recipe.yaml"}
+
+
+def test_wrong_options_of_a_mode_are_found_without_a_screen(study: Study) -> None:
+    """A rig is wrong on every machine, also where the screen is not looked at."""
+    study.edit("rig.yaml", "mode: side-by-side\n", "mode: side-by-side\nmode_options: {swap_eye: true}\n")
+    report = check_file(study.folder / "rig.yaml", CheckOptions(screen="skip"))
+    assert [("swap_eye" in str(fault), "swap_eyes" in str(fault)) for fault in report.errors] == [(True, True)]
