@@ -94,7 +94,7 @@ class CameraSpec(Strict):
             self.form,
             self.name,
             self.source,
-            tuple(one.exposure_set() for one in self.exposure_sets),
+            tuple(tried.exposure_set() for tried in self.exposure_sets),
         )
 
 
@@ -178,10 +178,12 @@ def write_camera(model: CameraModel, path: str | os.PathLike[str]) -> None:
 
 def _set_lines(tried: ExposureSet) -> list[str]:
     """Return a set as lines; one for each pair of aperture and ISO, which a file's set has in common."""
-    pairs = dict.fromkeys((one.f_number, one.iso) for one in tried.exposures)
+    pairs = dict.fromkeys((exposure.f_number, exposure.iso) for exposure in tried.exposures)
     lines = []
     for f_number, iso in pairs:
-        times = [one.time_s for one in tried.exposures if (one.f_number, one.iso) == (f_number, iso)]
+        times = [
+            exposure.time_s for exposure in tried.exposures if (exposure.f_number, exposure.iso) == (f_number, iso)
+        ]
         lines.append(
             f"  - {{white_luminance_cd_m2: {_number(tried.white_luminance_cd_m2)}, time_s: {_numbers(times)}, "
             f"f_number: {_number(f_number)}, iso: {_number(iso)}}}"

@@ -66,7 +66,7 @@ class CameraModel:
             object.__setattr__(self, name, array)
         if not np.linalg.cond(self.matrix) <= _MOST_CONDITION:
             raise DeviceError(
-                Finding("the camera's matrix tells no colours apart", remedy="its rows must not depend on one another")
+                Finding("the camera's matrix has no inverse", remedy="its rows must not depend on one another")
             )
         if self.form == "linear" and np.any(self.offset_XYZ != 0):
             raise DeviceError(Finding("a linear camera model has an offset", remedy="write form: affine, or no offset"))
@@ -149,8 +149,8 @@ class CameraModel:
 
     def tried_at(self, exposure: Exposure) -> bool:
         """Return whether the camera was characterised, or tried, at ``exposure``."""
-        known = [one for tried in self.exposure_sets for one in tried.exposures]
-        return any(exposure.same_signal(one) for one in [*known, *([self.exposure] if self.exposure else [])])
+        known = [other for tried in self.exposure_sets for other in tried.exposures]
+        return any(exposure.same_signal(other) for other in [*known, *([self.exposure] if self.exposure else [])])
 
     @property
     def _called(self) -> str:

@@ -1,6 +1,6 @@
 """Tables of colours as CSV: ``R,G,B,X,Y,Z[,name]``, or ``X,Y,Z[,name]`` alone for a chart that a camera is to see.
 
-``time_s,f_number[,iso]`` beside them tell the exposure of each row, where there are several (thesis Table 4.2).
+``time_s,f_number[,iso]`` beside them are the exposure of each row, where there are several (thesis Table 4.2).
 Comments begin with ``#``; ``# rgb: 0..16383`` says what the camera's values run over, ``# source: ...`` what they are.
 """
 
@@ -103,9 +103,11 @@ def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], 
             try:
                 exposures.append(_exposure(cells, columns))
             except (ValueError, DeviceError):
-                told = ", ".join(cells[columns[one]].strip() for one in _EXPOSURE if one in columns)
+                given = ", ".join(
+                    cells[columns[column_name]].strip() for column_name in _EXPOSURE if column_name in columns
+                )
                 findings.append(
-                    Finding(f"the exposure is '{told}'", file, number, columns["time_s"] + 1, "such as 1/15, 8, 800")
+                    Finding(f"the exposure is '{given}'", file, number, columns["time_s"] + 1, "such as 1/15, 8, 800")
                 )
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])

@@ -31,7 +31,7 @@ _NAMED = 6
 _COLOURS = ("red", "green", "blue")
 _ONE_LIGHT = 0.01
 _MOST_OFF = 0.03
-# Twice the unknowns of a row of the matrix: with fewer, errors cannot be told from noise.
+# Twice the unknowns of a row of the matrix: with fewer, errors cannot be separated from noise.
 LEAST = {"linear": 6, "affine": 8}
 MOST_CONDITION = 200.0
 _GREY = 8.0
@@ -90,10 +90,10 @@ class Correspondences:
                     "the header; 8-bit pictures have been bent by a gamma and cannot be used",
                 )
             ]
-        found = []
+        findings = []
         low = (self.rgb < _MOST_NEGATIVE).any(axis=1)
         if low.any():
-            found.append(
+            findings.append(
                 Finding(
                     f"the camera's values of {self.named(low)} are below zero",
                     self.file,
@@ -102,22 +102,24 @@ class Correspondences:
             )
         dark = (self.XYZ < 0).any(axis=1)
         if dark.any():
-            found.append(Finding(f"XYZ of {self.named(dark)} is below zero", self.file, remedy="no light is negative"))
+            findings.append(
+                Finding(f"XYZ of {self.named(dark)} is below zero", self.file, remedy="no light is negative")
+            )
         elif self.XYZ[:, 1].max() <= 0:
-            found.append(Finding("no colour has a luminance above 0", self.file, remedy="check the columns"))
+            findings.append(Finding("no colour has a luminance above 0", self.file, remedy="check the columns"))
         span = np.ptp(self.rgb, axis=0)
         # A channel that stays at full scale is exposed too long, which the fit says of each patch.
         same = (span < _DEAD) & ~self.saturated.any(axis=0)
-        dead = [colour for colour, one in zip(_COLOURS, same, strict=True) if one]
+        dead = [colour for colour, is_same in zip(_COLOURS, same, strict=True) if is_same]
         if dead and len(self) > 1:
-            found.append(
+            findings.append(
                 Finding(
                     f"the camera's {' and '.join(dead)} hardly change{'s' if len(dead) == 1 else ''} over the colours",
                     self.file,
                     remedy="the channel is dead or not exposed, or the colours are all alike",
                 )
             )
-        return found
+        return findings
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -141,9 +143,11 @@ def pool(colours: Correspondences, form: Form, asked: Exposure | None) -> Pooled
     ones = np.ones(len(colours))
     if colours.exposures is None:
         return Pooled(asked, ones, ones, ())
-    distinct = sorted(dict.fromkeys(colours.exposures), key=lambda one: (one.light, one.time_s, one.iso))
+    distinct = sorted(
+        dict.fromkeys(colours.exposures), key=lambda exposure: (exposure.light, exposure.time_s, exposure.iso)
+    )
     reference = asked if asked is not None else distinct[0]
-    if not any(reference.same_signal(one) for one in distinct):
+    if not any(reference.same_signal(exposure) for exposure in distinct):
         raise DeviceError(
             Finding(f"the exposure asked for, {reference}, is none of the table's", colours.file, remedy="leave it out")
         )
@@ -155,25 +159,25 @@ def pool(colours: Correspondences, form: Form, asked: Exposure | None) -> Pooled
                 remedy="fit the linear form, or give the rows of one exposure",
             )
         )
-    rows = {one: np.array([other == one for other in colours.exposures]) for one in distinct}
-    brightest = {one: float(colours.XYZ[rows[one], 1].max()) for one in distinct}
-    base = next(brightest[one] for one in distinct if reference.same_signal(one))
+    rows = {exposure: np.array([other == exposure for other in colours.exposures]) for exposure in distinct}
+    brightest = {exposure: float(colours.XYZ[rows[exposure], 1].max()) for exposure in distinct}
+    base = next(brightest[exposure] for exposure in distinct if reference.same_signal(exposure))
     signal, light = ones.copy(), ones.copy()
-    for one in distinct:
-        signal[rows[one]] = one.relative_to(reference)
-        light[rows[one]] = base / brightest[one] if brightest[one] > 0 else 1.0
+    for exposure in distinct:
+        signal[rows[exposure]] = exposure.relative_to(reference)
+        light[rows[exposure]] = base / brightest[exposure] if brightest[exposure] > 0 else 1.0
     return Pooled(reference, signal, light, _sets(distinct, brightest))
 
 
 def _sets(exposures: list[Exposure], brightest: dict[Exposure, float]) -> tuple[ExposureSet, ...]:
     """Return the exposures that share a light, each light by its brightest patch."""
     grouped: list[tuple[float, list[Exposure]]] = []
-    for one in exposures:
-        near = [members for level, members in grouped if abs(level - brightest[one]) <= _ONE_LIGHT * level]
+    for exposure in exposures:
+        near = [members for level, members in grouped if abs(level - brightest[exposure]) <= _ONE_LIGHT * level]
         if near:
-            near[0].append(one)
+            near[0].append(exposure)
         else:
-            grouped.append((brightest[one], [one]))
+            grouped.append((brightest[exposure], [exposure]))
     return tuple(ExposureSet(level, tuple(members)) for level, members in grouped)
 
 
@@ -182,12 +186,12 @@ def uneven(colours: Correspondences, used: NDArray[np.bool_], estimated: Floats)
     if colours.exposures is None or len(set(colours.exposures)) < 2:
         return []
     ratio = estimated[:, 1] / np.maximum(colours.XYZ[:, 1], 1e-12)
-    said = []
-    for one in dict.fromkeys(colours.exposures):
-        rows = used & np.array([other == one for other in colours.exposures])
+    notes = []
+    for exposure in dict.fromkeys(colours.exposures):
+        rows = used & np.array([other == exposure for other in colours.exposures])
         if rows.any() and abs(np.median(ratio[rows]) - 1.0) > _MOST_OFF:
-            said.append(f"at {one} the camera saw {np.median(ratio[rows]):.3f} × the light that its settings say")
-    return said
+            notes.append(f"at {exposure} the camera saw {np.median(ratio[rows]):.3f} × the light that its settings say")
+    return notes
 
 
 def check_black(colours: Correspondences, black: Floats) -> None:
@@ -236,10 +240,10 @@ def check_determined(colours: Correspondences, C: Floats, form: Form) -> None:
     condition = condition_of(C)
     if condition <= MOST_CONDITION:
         return
-    told = f"{condition:.0f}" if condition < 1e9 else "infinite"
+    shown = f"{condition:.0f}" if condition < 1e9 else "infinite"
     raise DeviceError(
         Finding(
-            f"the camera's values do not determine a matrix: their condition number is {told}, at most "
+            f"the camera's values do not determine a matrix: their condition number is {shown}, at most "
             f"{MOST_CONDITION:.0f} is allowed",
             colours.file,
             remedy="the colours are too alike, two channels carry the same, or one is dead"
@@ -250,20 +254,20 @@ def check_determined(colours: Correspondences, C: Floats, form: Form) -> None:
 
 def remarks(colours: Correspondences, used: NDArray[np.bool_], model: CameraModel, white: Floats) -> list[str]:
     """Return what is odd about a fit to the ``used`` colours that is no error, a sentence each."""
-    said = []
+    notes = []
     if white[1] <= 1.5 or abs(white[1] - 100.0) < 1e-9:
-        said.append(f"the brightest patch has Y = {white[1]:.4g}; if XYZ are relative, so is what the model gives")
+        notes.append(f"the brightest patch has Y = {white[1]:.4g}; if XYZ are relative, so is what the model gives")
     if model.exposure is None:
-        said.append("no exposure was given: the model cannot be carried to photographs of another exposure")
+        notes.append("no exposure was given: the model cannot be carried to photographs of another exposure")
     power = None
     if len(set(colours.exposures or ())) < 2:
         power = _power(colours.rgb[used] - model.black_rgb, colours.XYZ[used], white)
     if power is not None and not 0.8 <= power <= 1.25:
-        said.append(
+        notes.append(
             f"the camera's values of grey go as luminance to the power {power:.2f}; if the picture is bent by a "
             "gamma, or its black is not subtracted, the model is wrong"
         )
-    return said
+    return notes
 
 
 def _power(rgb: Floats, XYZ: Floats, white: Floats) -> float | None:

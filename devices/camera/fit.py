@@ -251,4 +251,4 @@ def fit_camera(
 def _saturated(row: NDArray[np.bool_]) -> str:
     if not row.any():
         return ""
-    return "saturated: " + " and ".join(colour for colour, one in zip(_COLOURS, row, strict=True) if one)
+    return "saturated: " + " and ".join(colour for colour, is_full in zip(_COLOURS, row, strict=True) if is_full)

@@ -83,7 +83,7 @@ def solve(C: Floats, XYZ: Floats, loss: Loss, white: Floats, start: Floats | Non
         errors = np.sqrt(variance[:, None] * spread[None])
         return Solution(plain / lengths, errors / lengths, condition_of(C))
     begin = plain if start is None else start * lengths
-    found, jacobian, left = _least_delta_e(scaled, XYZ, white, begin)
+    best, jacobian, left = _least_delta_e(scaled, XYZ, white, begin)
     if n > k:
         # Colours differ in what their ΔE00 is worth: the sandwich of [White1980] over colours, corrected for few.
         bread = np.linalg.pinv(jacobian.T @ jacobian)
@@ -92,7 +92,7 @@ def solve(C: Floats, XYZ: Floats, loss: Loss, white: Floats, start: Floats | Non
         errors = np.sqrt(np.maximum(variance, 0)).reshape(3, k)
     else:
         errors = np.full((3, k), np.nan)
-    return Solution(found / lengths, errors / lengths, condition_of(C))
+    return Solution(best / lengths, errors / lengths, condition_of(C))
 
 
 def _least_delta_e(C: Floats, XYZ: Floats, white: Floats, start: Floats) -> tuple[Floats, Floats, Floats]:
@@ -112,8 +112,8 @@ def _least_delta_e(C: Floats, XYZ: Floats, white: Floats, start: Floats) -> tupl
         share = np.divide(exact, length, out=np.ones_like(exact), where=length > _TINY)
         return np.asarray((near * share[:, None]).ravel())
 
-    found = least_squares(residuals, start.ravel() / size, x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
-    return found.x.reshape(start.shape) * size, np.asarray(found.jac) / size, np.asarray(found.fun)
+    result = least_squares(residuals, start.ravel() / size, x_scale="jac", xtol=1e-12, ftol=1e-12, gtol=1e-12)
+    return result.x.reshape(start.shape) * size, np.asarray(result.jac) / size, np.asarray(result.fun)
 
 
 def left_out_xyz(
@@ -122,7 +122,7 @@ def left_out_xyz(
     """Return XYZ (n, 3) of each colour as estimated by the fit to all others; NaN where those do not determine M.
 
     In XYZ it follows from the one fit: an error left out is e / (1 − h), h being the colour's leverage. In ΔE00 each is
-    fitted anew; more than 200 are left out in twenty groups. Where ``names`` repeat, those of one name are left out
+    fitted again; more than 200 are left out in twenty groups. Where ``names`` repeat, those of one name are left out
     together.
     """
     n = len(C)
@@ -167,7 +167,7 @@ def _groups(C: Floats, XYZ: Floats, known: NDArray[np.bool_]) -> list[NDArray[np
 def find_outliers(C: Floats, XYZ: Floats, white: Floats) -> tuple[Bools, Floats]:
     """Return which colours are outliers, (n,), and XYZ (n, 3) as the others let expect.
 
-    Fewer than k + 5 colours, k being the columns of C, do not tell: then none is.
+    Fewer than k + 5 colours, k being the columns of C, are too few: then none is.
     """
     n, k = C.shape
     lab = xyz_to_lab(XYZ, white)
@@ -223,8 +223,8 @@ def _best_half(C: Floats, XYZ: Floats, lab: Floats, white: Floats) -> Bools:
     matrices = np.linalg.pinv(C[draws] / lengths) @ XYZ[draws]
     apart = delta_e_2000(xyz_to_lab(C[judged] / lengths @ matrices, white), lab[judged])
     best, least = judged[:half], np.inf
-    for one in np.argsort(np.sort(apart, axis=1)[:, :half].sum(axis=1), kind="stable")[:_GROWN]:
-        off = apart[one]
+    for draw in np.argsort(np.sort(apart, axis=1)[:, :half].sum(axis=1), kind="stable")[:_GROWN]:
+        off = apart[draw]
         for _ in range(_STEPS):
             chosen = judged[np.sort(np.argsort(off, kind="stable")[:half])]
             off = delta_e_2000(xyz_to_lab(C[judged] @ _plain(C[chosen], XYZ[chosen]).T, white), lab[judged])

@@ -32,7 +32,7 @@ FREE: dict[Kind, tuple[bool, bool, bool, bool]] = {
     "gogo": (True, True, True, True),
 }
 _LOW, _HIGH = np.array([0.05, -0.9, 0.1, -0.5]), np.array([4.0, 0.9, 10.0, 0.5])
-# A drive this low gives no light that any instrument tells from none; powers below it are kept finite.
+# A drive this low gives no measurable light; powers below it are kept finite.
 _TINY = 1e-12
 
 
@@ -90,13 +90,13 @@ def fit_channel(
     best = None
     typical = np.array([start_gamma]) if start_gamma else np.array([1.0, 1.8, 2.6])
     for gamma in 1.0 / typical if inverse and not start_gamma else typical:
-        found = _least_squares(problem, x, y, free, np.array([1.0, 0.0, gamma, 0.0]))
-        if best is None or found.cost < best.cost:
-            best = found
+        result = _least_squares(problem, x, y, free, np.array([1.0, 0.0, gamma, 0.0]))
+        if best is None or result.cost < best.cost:
+            best = result
         if best.cost < 1e-24 * len(x):
             break
     assert best is not None
-    return _told(best, problem, x, y, free, kind, inverse, scale)
+    return _channel_fit(best, problem, x, y, free, kind, inverse, scale)
 
 
 def _forward_problem(p: Floats, x: Floats) -> tuple[Floats, Floats]:
@@ -150,8 +150,8 @@ def _least_squares(problem: _Problem, x: Floats, y: Floats, free: NDArray[np.boo
     )
 
 
-def _told(
-    found: OptimizeResult,
+def _channel_fit(
+    result: OptimizeResult,
     problem: _Problem,
     x: Floats,
     y: Floats,
@@ -161,7 +161,7 @@ def _told(
     scale: float,
 ) -> ChannelFit:
     p = np.array([1.0, 0.0, 1.0, 0.0])
-    p[free] = found.x
+    p[free] = result.x
     predicted, jacobian = problem(p, x)
     jacobian = jacobian[:, free]
     residual = y - predicted
@@ -174,7 +174,7 @@ def _told(
     covariance[np.ix_(free, free)] = variance * np.linalg.pinv(jacobian.T @ jacobian)
     coefficients, turn = _in_unit(p, inverse, scale)
     errors = np.sqrt(np.maximum(np.diag(turn @ covariance @ turn.T), 0.0))
-    edge = (np.abs(found.x - _LOW[free]) < 1e-6) | (np.abs(found.x - _HIGH[free]) < 1e-6)
+    edge = (np.abs(result.x - _LOW[free]) < 1e-6) | (np.abs(result.x - _HIGH[free]) < 1e-6)
     r2 = 1.0 - float(residual @ residual) / spread if spread > 0 else float("nan")
     return ChannelFit(kind, inverse, coefficients, errors, condition, r2, bool(edge.any()))
 

@@ -296,7 +296,7 @@ def _where(delta: Floats, data: Patches, names: tuple[str, ...], judged: NDArray
     """Say in plain sentences where held-out readings are missed by most."""
     by_light = judged[np.argsort(data.XYZ[judged, 1], kind="stable")]
     thirds = np.array_split(by_light, 3)
-    said = [
+    sentences = [
         "mean held-out ΔE00 from dark to bright: "
         + ", ".join(f"{delta[t].mean():.2f}" for t in thirds if len(t))
         + " (thirds by luminance, up to "
@@ -311,8 +311,8 @@ def _where(delta: Floats, data: Patches, names: tuple[str, ...], judged: NDArray
         "greys": lit.all(axis=1) & (np.ptp(data.codes, axis=1) == 0),
         "other mixtures": (lit.sum(axis=1) > 1) & (np.ptp(data.codes, axis=1) > 0),
     }
-    told = [f"{what} {delta[rows].mean():.2f}" for what, where in groups.items() if len(rows := judged[where[judged]])]
-    said.append("by kind of patch: " + ", ".join(told))
+    parts = [f"{what} {delta[rows].mean():.2f}" for what, where in groups.items() if len(rows := judged[where[judged]])]
+    sentences.append("by kind of patch: " + ", ".join(parts))
     worst = judged[np.argsort(-delta[judged], kind="stable")[:5]]
-    said.append("worst: " + ", ".join(f"{names[i]} {delta[i]:.2f} at {data.XYZ[i, 1]:.3g} cd/m²" for i in worst))
-    return tuple(said)
+    sentences.append("worst: " + ", ".join(f"{names[i]} {delta[i]:.2f} at {data.XYZ[i, 1]:.3g} cd/m²" for i in worst))
+    return tuple(sentences)

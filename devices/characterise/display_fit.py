@@ -239,7 +239,14 @@ def _notes_on_tags(measurements: Measurements) -> list[str]:
 
 def _notes_on_leakage(parts: MeasuredParts) -> list[str]:
     """Return a note that a model of readings with both eyes lit contains what leaked, where that is known."""
-    leak = next((one.value for one in parts.diagnoses if one.name == "crosstalk" and "crosstalk" in parts.lines), None)
+    leak = next(
+        (
+            diagnosis.value
+            for diagnosis in parts.diagnoses
+            if diagnosis.name == "crosstalk" and "crosstalk" in parts.lines
+        ),
+        None,
+    )
     if not leak or leak <= 0:
         return []
     return [

@@ -1,4 +1,4 @@
-"""What is wrong with readings before anything is fitted to them: refused in one line each, or said."""
+"""Checks of readings before anything is fitted to them: an error in a line each, or a note."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _NAMED = 8
 
 
 def examine(readings: Measurements) -> tuple[str, ...]:
-    """Return what should be said of ``readings``, a sentence each.
+    """Return notes on ``readings``, a sentence each.
 
     Raises
     ------
@@ -44,13 +44,13 @@ def examine(readings: Measurements) -> tuple[str, ...]:
     _refuse(_negative(readings, negative, white) + _saturated(readings))
     black = XYZ[np.all(codes == 0, axis=1)].mean(axis=0) if np.any(np.all(codes == 0, axis=1)) else np.zeros(3)
     _refuse(_primaries(codes, XYZ - black))
-    said = _said(readings, white)
+    notes = _notes(readings, white)
     if len(negative):
-        one, many = "reading is a little below zero and was", "readings are a little below zero and were"
-        said.append(f"{counted(len(negative), one, many)} kept as {'it is' if len(negative) == 1 else 'they are'}")
+        single, many = "reading is a little below zero and was", "readings are a little below zero and were"
+        notes.append(f"{counted(len(negative), single, many)} kept as {'it is' if len(negative) == 1 else 'they are'}")
     if not np.any(np.all(codes == 0, axis=1)):
-        said.append("black was not measured; what the codes of 0 give is inferred from the rest")
-    return tuple(said)
+        notes.append("black was not measured; what the codes of 0 give is inferred from the rest")
+    return tuple(notes)
 
 
 def _refuse(findings: list[Finding]) -> None:
@@ -59,24 +59,24 @@ def _refuse(findings: list[Finding]) -> None:
 
 
 def _levels(codes: Floats) -> list[Finding]:
-    found = []
+    findings = []
     for channel, colour in enumerate(_COLOURS):
         levels = len(np.unique(codes[:, channel])) if len(codes) else 0
         if levels < LEAST_LEVELS:
-            found.append(
+            findings.append(
                 Finding(
                     f"{colour} was measured at {levels} different codes",
                     remedy=f"a curve needs {LEAST_LEVELS} at the very least, and about 20 to be chosen well",
                 )
             )
         elif codes[:, channel].max() < _LEAST_FULL:
-            found.append(
+            findings.append(
                 Finding(
                     f"the highest code of {colour} is {codes[:, channel].max():.3g} of full drive",
                     remedy="measure full drive, or check the range that the codes were declared to have",
                 )
             )
-    return found
+    return findings
 
 
 def _negative(readings: Measurements, negative: NDArray[np.intp], white: float) -> list[Finding]:
@@ -104,51 +104,51 @@ def _primaries(codes: Floats, XYZ: Floats) -> list[Finding]:
     M = robust_matrix(codes**2.2, XYZ)
     alone = primaries_at_full(codes, XYZ, np.zeros(3))
     largest = float(np.linalg.norm(M, axis=0).max())
-    found = []
+    findings = []
     for channel, colour in enumerate(_COLOURS):
         own = alone[:, channel] if alone[:, channel].any() else M[:, channel]
         if min(float(M[:, channel].sum()), float(own.sum())) < _DEAD * largest:
-            found.append(
+            findings.append(
                 Finding(
                     f"{colour} at full drive gives hardly more light than black",
                     remedy="the channel is dead, or its codes or readings are in the wrong rows",
                 )
             )
-    if found:
-        return found
+    if findings:
+        return findings
     if np.linalg.cond(M / np.linalg.norm(M, axis=0)) > _MOST_CONDITION:
         return [Finding("two primaries have nearly the same chromaticity", remedy="check that patches changed colour")]
     share = M / M.sum(axis=0)
     order = [int(np.argmax(share[axis])) for axis in range(3)]
     if order != [0, 1, 2]:
-        told = ", ".join(f"{c} has x {share[0, i]:.3f}, y {share[1, i]:.3f}" for i, c in enumerate(_COLOURS))
+        chromaticities = ", ".join(f"{c} has x {share[0, i]:.3f}, y {share[1, i]:.3f}" for i, c in enumerate(_COLOURS))
         return [
             Finding(
-                f"the channels are not the colours that they are called: {told}",
+                f"the channels are not the colours that they are called: {chromaticities}",
                 remedy="columns of codes or of XYZ are swapped; put them right",
             )
         ]
     return []
 
 
-def _said(readings: Measurements, white: float) -> list[str]:
-    said = []
+def _notes(readings: Measurements, white: float) -> list[str]:
+    notes = []
     if white <= 1.5:
-        said.append(f"the brightest reading has Y = {white:.3g}; if XYZ are relative, the model is not in cd/m²")
+        notes.append(f"the brightest reading has Y = {white:.3g}; if XYZ are relative, the model is not in cd/m²")
     elif abs(white - 100.0) < 1e-9:
-        said.append("the brightest reading has Y = 100; if XYZ are relative, the model is not in cd/m²")
+        notes.append("the brightest reading has Y = 100; if XYZ are relative, the model is not in cd/m²")
     elif white > 5000:
-        said.append(f"the brightest reading has Y = {white:.5g}; check that this is in cd/m²")
+        notes.append(f"the brightest reading has Y = {white:.5g}; check that this is in cd/m²")
     _, first, group = np.unique(readings.codes, axis=0, return_index=True, return_inverse=True)
     lab = xyz_to_lab(readings.XYZ, np.maximum(readings.XYZ[np.argmax(readings.XYZ[:, 1])], 1e-9 * white))
     apart = delta_e_2000(lab, lab[first[group.ravel()]])
     if apart.max() > _MOST_REPEAT:
         where = np.flatnonzero(apart > _MOST_REPEAT)
-        said.append(
+        notes.append(
             f"repeated patches differ by up to {apart.max():.1f} ΔE00 ({_names(readings, where)}): "
-            "display report tells drift from scatter"
+            "display report separates drift from scatter"
         )
-    return said
+    return notes
 
 
 def _names(readings: Measurements, rows: NDArray[np.intp]) -> str:

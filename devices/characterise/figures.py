@@ -138,7 +138,7 @@ def inversion_error_codes(model: DisplayModel) -> float:
     """Return by how many 8-bit codes ``model``'s inverse misses codes whose light it is asked for, at most.
 
     Over 256 greys and a cube of 9 codes a side. A channel counts where a code less gives it a millionth of its light
-    less: where light stands still, no inverse can tell which code gave it.
+    less: where light stands still, no inverse can recover the code.
     """
     side = np.linspace(0.0, 1.0, 9)
     cube = np.stack(np.meshgrid(side, side, side, indexing="ij"), axis=-1).reshape(-1, 3)

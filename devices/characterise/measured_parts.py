@@ -53,35 +53,35 @@ def measured_parts(
     notes: list[str] = []
     diagnoses: list[Diagnosis] = []
     if tagged(measurements, "other"):
-        found = crosstalk(measurements)
-        diagnoses.append(found)
-        _keep("crosstalk", found, origin, lines, notes)
+        diagnosis = crosstalk(measurements)
+        diagnoses.append(diagnosis)
+        _keep("crosstalk", diagnosis, origin, lines, notes)
     if rows := [row for row, _ in tagged(measurements, "place")]:
         grid = measurements.select(rows)
         if uneven := _uneven_eyes(grid):
             notes.append(uneven)
         else:
-            found = uniformity(grid)
-            diagnoses.append(found)
-            _keep("gain_map", found, origin, lines, notes)
+            diagnosis = uniformity(grid)
+            diagnoses.append(diagnosis)
+            _keep("gain_map", diagnosis, origin, lines, notes)
     glasses: dict[PatchEye, tuple[Diagnosis, ...]] = {}
     for eye in eyes:
         table = measurements if eye == "both" else measurements.for_eye(eye)
         bare = untagged(table, "no-glasses") if without_glasses is None else plain(without_glasses)
         if len(bare):
             both = (glasses_transmittance(plain(table), bare), luminance_loss(plain(table), bare))
-            glasses[eye] = tuple(one for one in both if one.value is not None)
-            notes += [f"{one.title.lower()}: {one.words}" for one in both if one.value is None]
+            glasses[eye] = tuple(each for each in both if each.value is not None)
+            notes += [f"{each.title.lower()}: {each.words}" for each in both if each.value is None]
     return MeasuredParts(lines, tuple(diagnoses), glasses, tuple(notes))
 
 
-def _keep(part: str, found: Diagnosis, origin: str, lines: dict[str, list[str]], notes: list[str]) -> None:
-    """Keep the lines that ``found`` gives for ``part``, their source told with its ``origin``; or say why not."""
-    if not found.output:
-        notes.append(f"no {part} is written: {found.words}")
+def _keep(part: str, diagnosis: Diagnosis, origin: str, lines: dict[str, list[str]], notes: list[str]) -> None:
+    """Keep the lines that ``diagnosis`` gives for ``part``, with ``origin`` in their source; or note why not."""
+    if not diagnosis.output:
+        notes.append(f"no {part} is written: {diagnosis.words}")
         return
     kept = []
-    for line in found.output.splitlines():
+    for line in diagnosis.output.splitlines():
         head, named, source = line.partition("  source: ")
         kept.append(f"  source: {quoted(f'{source}, of {origin}')}" if named and not head else line)
     lines[part] = kept
@@ -89,7 +89,9 @@ def _keep(part: str, found: Diagnosis, origin: str, lines: dict[str, list[str]],
 
 def _uneven_eyes(grid: Measurements) -> str:
     """Say why readings through several lenses are no grid, empty if they are: all the same places for each."""
-    places = {eye: {name for name, one in zip(grid.name, grid.eye, strict=True) if one == eye} for eye in set(grid.eye)}
+    places = {
+        eye: {name for name, lens in zip(grid.name, grid.eye, strict=True) if lens == eye} for eye in set(grid.eye)
+    }
     if len({frozenset(names) for names in places.values()}) < 2:
         return ""
     return "no gain_map is written: the places were not read through each lens alike; read a grid through one"

@@ -1,4 +1,4 @@
-"""Modes of a display file written, added and updated; whatever is not set anew stays, character for character."""
+"""Modes of a display file written, added and updated; whatever is not set stays, character for character."""
 
 from __future__ import annotations
 
@@ -92,9 +92,9 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
     new = ModeLines(new.models, {part: lines for part, lines in new.parts.items() if part not in same})
     goes = _goes(there, new)
     if goes and not replace:
-        told = f"the mode '{mode}' holds {' and '.join(goes)} already, which would go"
+        what = f"the mode '{mode}' holds {' and '.join(goes)} already, which would go"
         remedy = "give --replace to overwrite it, another --mode, or a new file"
-        raise _refusal(told, source, "modes", mode, remedy=remedy)
+        raise _refusal(what, source, "modes", mode, remedy=remedy)
     if "same_as" in there:
         after, comments = set_keys(text, ("modes",), {mode: new.block(mode)}, str(path))
     else:
@@ -102,13 +102,13 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
         without = [key for key in odd if key in there and new.models]
         after, comments = set_keys(text, ("modes", mode), new.keys(), str(path), without)
     _put(path, after)
-    said = [f"updated the mode '{mode}' of {path}; all else in it stays."]
-    said += [f"Overwritten: {', '.join(goes)}."] if goes else []
-    said += [f"Lines with a comment that went with it: {comments}."] if comments else []
-    said += [f"There already, and the same: {', '.join(sorted(same))}."] if same else []
+    sentences = [f"updated the mode '{mode}' of {path}; all else in it stays."]
+    sentences += [f"Overwritten: {', '.join(goes)}."] if goes else []
+    sentences += [f"Lines with a comment that went with it: {comments}."] if comments else []
+    sentences += [f"There already, and the same: {', '.join(sorted(same))}."] if same else []
     kept = [part for part in _PARTS if part in there and part not in new.parts and part not in same]
-    said += [f"What was measured before stays: {', '.join(kept)}."] if kept and new.models else []
-    return " ".join([*said, *_follows(path, mode)])
+    sentences += [f"What was measured before stays: {', '.join(kept)}."] if kept and new.models else []
+    return " ".join([*sentences, *_follows(path, mode)])
 
 
 def _part(part: str, lines: Sequence[str]) -> Any:
@@ -118,7 +118,7 @@ def _part(part: str, lines: Sequence[str]) -> Any:
 
 def _goes(there: Mapping[str, Any], new: ModeLines) -> list[str]:
     """Return in words what of the mode ``there`` would be overwritten."""
-    goes = [told for part, told in _PARTS.items() if part in there and part in new.parts]
+    goes = [words for part, words in _PARTS.items() if part in there and part in new.parts]
     if not new.models:
         return goes
     if "same_as" in there:
@@ -132,12 +132,12 @@ def _goes(there: Mapping[str, Any], new: ModeLines) -> list[str]:
 def _follows(path: Path, mode: str) -> list[str]:
     """Return what the file says now of ``mode``: an eye that lacks, modes that are the same."""
     display = read_display(path)
-    said = []
+    sentences = []
     if mode in display.lacking:
-        said.append(f"It cannot be used before its {' and '.join(display.lacking[mode])} eye is there too.")
+        sentences.append(f"It cannot be used before its {' and '.join(display.lacking[mode])} eye is there too.")
     modes = read_yaml(path).data["modes"]
     same = [name for name, held in modes.items() if held.get("same_as") == mode]
-    return [*said, *([f"The same as it: {', '.join(same)}."] if same else [])]
+    return [*sentences, *([f"The same as it: {', '.join(same)}."] if same else [])]
 
 
 def _put(path: Path, text: str) -> None:

@@ -42,7 +42,7 @@ class Fitted:
     """A fitted display model, with the numbers that were free and how well the readings determine them.
 
     ``condition`` is that of the Jacobian with columns of unit length. ``standard_errors`` names each free number of
-    the curves, as ``red.gamma``; it is empty where there are too few readings to tell.
+    the curves, as ``red.gamma``; it is empty where there are too few readings for them.
     """
 
     model: DisplayModel
@@ -62,7 +62,7 @@ def fit_parametric(
     from scipy.optimize import least_squares
 
     problem = _Problem(patches, kind)
-    found = least_squares(
+    result = least_squares(
         problem.residuals,
         problem.start() if start is None else start,
         jac=problem.jacobian,
@@ -74,7 +74,7 @@ def fit_parametric(
         gtol=1e-14,
         max_nfev=25 if start is not None else 100,
     )
-    p = np.asarray(found.x, dtype=np.float64)
+    p = np.asarray(result.x, dtype=np.float64)
     return problem.fitted(p, judged), p
 
 
@@ -144,9 +144,9 @@ class _Problem:
 
     def names(self) -> list[str]:
         """The names of the numbers after the matrix."""
-        told = [f"{c}.offset" for c in _COLOURS] if self.has_offset else []
-        told += [f"{c}.gamma" for c in _COLOURS]
-        return told + ([f"black.{axis}" for axis in "XYZ"] if self.has_black else [])
+        names = [f"{c}.offset" for c in _COLOURS] if self.has_offset else []
+        names += [f"{c}.gamma" for c in _COLOURS]
+        return names + ([f"black.{axis}" for axis in "XYZ"] if self.has_black else [])
 
     def fitted(self, p: Floats, judged: bool) -> Fitted:
         M, offset, gamma, black = self.parts(p)

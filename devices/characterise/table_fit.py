@@ -40,14 +40,14 @@ _ROUNDS = 3
 
 def table_codes_of(codes: Floats) -> list[Floats]:
     """Return each channel's codes of the table: those measured, thinned to `MOST_ENTRIES`, with 0 and 1."""
-    found = []
+    tables = []
     for channel in range(3):
         own = np.unique(np.concatenate([[0.0, 1.0], codes[:, channel]]))
         if len(own) > MOST_ENTRIES:
             own = np.unique(own[np.round(np.linspace(0, len(own) - 1, MOST_ENTRIES)).astype(int)])
         keep = np.concatenate([[True], np.diff(own) > 1e-6])
-        found.append(own[keep])
-    return found
+        tables.append(own[keep])
+    return tables
 
 
 def fit_table(patches: Patches, begin: DisplayModel, stiffness: float = STIFFNESS, *, judged: bool = True) -> Fitted:

@@ -88,8 +88,8 @@ def thesis_fits(codes: Floats, XYZ: Floats, primaries_XYZ_cd_m2: Floats | None =
     for kind in KINDS:
         for channel, colour in enumerate(COLOURS):
             alone = np.all(np.delete(codes, channel, axis=1) == 0, axis=1)
-            for way, told in rows.items():
-                told.append(_direct(kind, colour, codes[alone, channel], XYZ[alone], way))
+            for way, table in rows.items():
+                table.append(_direct(kind, colour, codes[alone, channel], XYZ[alone], way))
     return ThesisFits(tuple(rows[False]), tuple(rows[True]), M, forward, inverse)
 
 
@@ -108,12 +108,12 @@ def _direct(kind: Kind, colour: str, code: Floats, XYZ: Floats, inverse: bool) -
 
 
 def _row(row: DirectRow) -> dict[str, Any]:
-    told = {axis: None if np.isnan(value) else value for axis, value in zip("XYZ", row.r2_XYZ, strict=True)}
+    r2 = {axis: None if np.isnan(value) else value for axis, value in zip("XYZ", row.r2_XYZ, strict=True)}
     average = row.average
     return {
         "model": row.kind,
         "channel": row.channel,
-        **told,
+        **r2,
         "average": None if np.isnan(average) else average,
         "largest_XYZ_cd_m2": list(row.largest_XYZ_cd_m2),
         "fits": {axis: fit and _fit(fit) for axis, fit in zip("XYZ", row.fits, strict=True)},

@@ -1,6 +1,6 @@
 """Set keys of one mapping inside a YAML text and leave every other character of the text as it is.
 
-The text is edited by the places that PyYAML gives its nodes. A round-trip library would write the whole file anew, with
+The text is edited by the places that PyYAML gives its nodes. A round-trip library would rewrite the whole file, with
 numbers, quotes, long lines and columns of its own taste; here what is not set is copied.
 """
 
@@ -26,7 +26,7 @@ def set_keys(
 
     ``blocks`` has for each key its lines, the key's own first and not indented. A key that is there is replaced where
     it stands, another is added behind the mapping's last; the keys of ``without`` are taken out. What is read from the
-    new text differs from what was read before in these keys alone, which is tried before it is returned.
+    new text differs from what was read before in these keys alone, which is checked before it is returned.
 
     Raises
     ------
@@ -117,12 +117,12 @@ def _try(
     for key, lines in blocks.items():
         inner[key] = parse_yaml("\n".join(lines), file).data[key]
     try:
-        found = parse_yaml(after, file).data
+        changed = parse_yaml(after, file).data
     except InputError as error:
         raise DeviceError(
             Finding("the file cannot be changed as it is laid out; what would go may be used elsewhere in it", file)
         ) from error
-    if found != wanted:
+    if changed != wanted:
         raise DeviceError(Finding("the file cannot be changed as it is laid out", file, remedy="write a new file"))
 
 

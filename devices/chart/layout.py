@@ -12,7 +12,7 @@ Floats = NDArray[np.float64]
 
 @dataclass(frozen=True, slots=True)
 class ChartLayout:
-    """``rows`` of ``columns`` square patches, ``gap`` of a patch's side apart; the ColorChecker's if not said."""
+    """``rows`` of ``columns`` square patches, ``gap`` of a patch's side apart; the ColorChecker's by default."""
 
     rows: int = 4
     columns: int = 6

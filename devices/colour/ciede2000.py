@@ -18,7 +18,7 @@ Floats = NDArray[np.float64]
 
 # Colours worked on at a time: few enough for the processor's cache, enough that NumPy's own overhead does not show.
 _BLOCK = 8192
-# A chroma that nobody can tell from none, and whose square is no underflow.
+# A chroma that is as good as none, and whose square is no underflow.
 _NO_CHROMA = 1e-150
 
 
@@ -182,9 +182,9 @@ def _turn(a1: Floats, b1: Floats, a2: Floats, b2: Floats) -> Floats:
     Exactly opposite hues have no shorter way; the paper then takes the difference of the angles in 0..360°, which is
     positive where the first lies in the upper half-plane. Rounding must not decide which hues are opposite.
     """
-    one, other = a1 * b2, a2 * b1
-    cross = one - other
-    near = np.abs(cross) <= 4 * np.finfo(np.float64).eps * (np.abs(one) + np.abs(other))
+    first, second = a1 * b2, a2 * b1
+    cross = first - second
+    near = np.abs(cross) <= 4 * np.finfo(np.float64).eps * (np.abs(first) + np.abs(second))
     turn = np.copysign(1.0, cross)
     if near.any():
         upper = (b1 > 0) | ((b1 == 0) & (a1 > 0))

@@ -1,4 +1,4 @@
-"""Whites that CIELAB is reckoned against, as XYZ of luminance 1."""
+"""Reference whites of CIELAB, as XYZ of luminance 1."""
 
 from __future__ import annotations
 

@@ -110,7 +110,9 @@ class Compensation:
             cancel_crosstalk(self.models, crosstalk, left[part], right[part], self.correction.lift_share)
             for part in blocks(len(left))
         ]
-        return self._report(_cost_together([one.left for one in done]), _cost_together([one.right for one in done]))
+        return self._report(
+            _cost_together([costs.left for costs in done]), _cost_together([costs.right for costs in done])
+        )
 
     def evened(self, picture: Pair, offset_px: tuple[int, int]) -> Pair:
         """Return what to ask of the display model at ``offset_px`` for ``picture`` to be seen evenly; leaks stay."""

@@ -89,13 +89,15 @@ class Crosstalk:
 
 
 def _apply(matrix: Floats, left: ArrayLike, right: ArrayLike) -> tuple[Floats, Floats]:
-    one, other = np.asarray(left, dtype=np.float64), np.asarray(right, dtype=np.float64)
-    if one.shape != other.shape or one.shape[-1:] != (3,):
-        raise DeviceError(f"the left eye's light has shape {one.shape} and the right eye's {other.shape}; expected one")
-    for eye, light in (("left", one), ("right", other)):
+    seen_left, seen_right = np.asarray(left, dtype=np.float64), np.asarray(right, dtype=np.float64)
+    if seen_left.shape != seen_right.shape or seen_left.shape[-1:] != (3,):
+        raise DeviceError(
+            f"the left eye's light has shape {seen_left.shape} and the right eye's {seen_right.shape}; expected one"
+        )
+    for eye, light in (("left", seen_left), ("right", seen_right)):
         if not np.all(np.isfinite(light)):
             raise DeviceError(f"{np.count_nonzero(~np.isfinite(light))} values of the {eye} eye's light are not finite")
-    both = np.concatenate([one, other], axis=-1) @ matrix.T
+    both = np.concatenate([seen_left, seen_right], axis=-1) @ matrix.T
     return both[..., :3], both[..., 3:]
 
 

@@ -6,7 +6,7 @@ paper's third phase, which looks for clusters among what is still empty, picks t
 the blurred empties are a constant less the blurred dots.
 
 The blur is kept in integers, so that adding a dot and taking it away undo each other exactly and every machine finds
-the same mask. ``python -m devices.compensation.dither_mask`` writes the shipped file anew; ``--check`` compares
+the same mask. ``python -m devices.compensation.dither_mask`` writes the shipped file again; ``--check`` compares
 instead.
 """
 
@@ -120,7 +120,9 @@ def load_mask() -> Ranks:
     with (files("devices.compensation") / "masks" / SHIPPED).open("rb") as stream:
         ranks = np.asarray(np.load(stream, allow_pickle=False))
     if ranks.shape != (SIZE_PX, SIZE_PX) or not np.array_equal(np.sort(ranks, axis=None), np.arange(SIZE_PX**2)):
-        raise DeviceError(f"the dither mask {SHIPPED} is damaged; write it anew with python -m devices.dither_mask")
+        raise DeviceError(
+            f"the dither mask {SHIPPED} is damaged; write it again with python -m devices.compensation.dither_mask"
+        )
     ranks = ranks.astype(np.uint16)
     ranks.flags.writeable = False
     return ranks
@@ -129,7 +131,7 @@ def load_mask() -> Ranks:
 def main(arguments: list[str] | None = None) -> int:
     """Write the mask, or compare the file with a new one; return the exit status."""
     parser = argparse.ArgumentParser(
-        prog="python -m devices.compensation.dither_mask", description="Make the dither mask anew."
+        prog="python -m devices.compensation.dither_mask", description="Make the dither mask again."
     )
     parser.add_argument("file", nargs="?", type=Path, default=Path(__file__).parent / "masks" / SHIPPED)
     parser.add_argument("--check", action="store_true", help="compare with the file, write nothing")

@@ -71,7 +71,7 @@ def mixed_costs(
         for eye in EYES:
             through = mixture.through(eye)
             white = _display(models, eye, np.ones(3)) @ through.T
-            # A component that the filter stops wholly is the same in all that is seen: any white tells no difference.
+            # A component that the filter stops wholly is the same in all that is seen: any white gives no difference.
             white = np.where(white > 0.0, white, models.eye(eye).white_XYZ_cd_m2)
             seen = _lab(_display(models, eye, light) @ through.T, white)
             clip = delta_e_2000(seen[changed], _lab(_display(models, eye, shown[changed]) @ through.T, white))

@@ -132,8 +132,8 @@ def spectral_overlap(measurements: Measurements) -> Diagnosis:
             return OVERLAP.unjudged(f"The channel {name} gives no light.")
         spectra[name] = np.asarray(spectrum / area)
     shared = {
-        f"{one} and {other}": 100 * float(np.trapezoid(np.minimum(spectra[one], spectra[other]), waves))
-        for one, other in (("red", "green"), ("green", "blue"), ("red", "blue"))
+        f"{first} and {second}": 100 * float(np.trapezoid(np.minimum(spectra[first], spectra[second]), waves))
+        for first, second in (("red", "green"), ("green", "blue"), ("red", "blue"))
     }
     most = max(shared, key=lambda pair: shared[pair])
     lines = tuple(Line(name, numbers(waves), numbers(spectra[name]), _COLOURS[name], "line") for name in CHANNELS)

@@ -219,16 +219,23 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
     value = max(0.0, judged[eye, colour])
     rows: list[tuple[Cell, ...]] = []
     for key, leak in leaks.items():
-        one = fit.left if key[0] == "left" else fit.right
+        seen_by = fit.left if key[0] == "left" else fit.right
         rows.append(
-            (key[0], key[1], f"{round(leak, 3) + 0.0:.3f}", one.kind, float(one.readings), one.residual_max_cd_m2)
+            (
+                key[0],
+                key[1],
+                f"{round(leak, 3) + 0.0:.3f}",
+                seen_by.kind,
+                float(seen_by.readings),
+                seen_by.residual_max_cd_m2,
+            )
         )
     names = list(dict.fromkeys(name for _, name in leaks))
     lines = tuple(
         Line(
             f"{side} eye",
-            numbers(names.index(name) + 1 for one, name in leaks if one == side),
-            numbers(leak for (one, _), leak in leaks.items() if one == side),
+            numbers(names.index(name) + 1 for seen_by, name in leaks if seen_by == side),
+            numbers(leak for (seen_by, _), leak in leaks.items() if seen_by == side),
             tint,
         )
         for side, tint in _TINTS

@@ -42,7 +42,7 @@ CODES = Check(
     0.995,
     "R², the least channel's",
     "thesis Table 3.6, whose least R² is 0.9976, less 0.002 for the noise of a reading; channels with less than 2 % of "
-    "their full light, really and by the estimate, are drawn and not judged, because readings cannot tell them",
+    "their full light, really and by the estimate, are drawn and not judged, because readings cannot resolve them",
     at_least=True,
 )
 DIFFERENCE = Check(
@@ -127,8 +127,8 @@ def gamut_change(measurements: Measurements, other: Measurements, label: str, ot
         f"moves by {np.linalg.norm(shift):.2g} in u′v′ ({shift[0]:+.4f}, {shift[1]:+.4f})."
     )
     rows: list[tuple[Cell, ...]] = []
-    for name, one in ((other_label, before), (label, triangle)):
-        rows.append((name, one.area, *(f"{part:.4f}" for part in one.white_xy), one.white_cd_m2))
+    for name, each in ((other_label, before), (label, triangle)):
+        rows.append((name, each.area, *(f"{part:.4f}" for part in each.white_xy), each.white_cd_m2))
     table = Table(("", "area in u′v′", "white x", "white y", "white, cd/m²"), tuple(rows))
     return CHANGE.judged(abs(value), words, series=(panel,), table=table)
 

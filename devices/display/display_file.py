@@ -51,8 +51,13 @@ class PanelSpec(Strict):
         refresh = float(rest[1]) if len(rest) > 1 else 60.0
         bits = int(rest[2]) if len(rest) > 2 else 8
         # As a file would say it: pydantic's ValidationError is a ValueError.
-        told = {"resolution_px": (across, down), "pixel_pitch_mm": float(rest[0]), "refresh_hz": refresh, "bits": bits}
-        return cls.model_validate(told)
+        fields = {
+            "resolution_px": (across, down),
+            "pixel_pitch_mm": float(rest[0]),
+            "refresh_hz": refresh,
+            "bits": bits,
+        }
+        return cls.model_validate(fields)
 
     @property
     def code_bits(self) -> Literal[8, 10]:
@@ -177,7 +182,7 @@ class Display:
         )
 
     def unfinished(self, mode: str) -> Finding:
-        """Return what is to be said of a mode in ``lacking``."""
+        """Return a finding on a mode in ``lacking``."""
         eyes = " and ".join(self.lacking[mode])
         return Finding(
             f"the mode '{mode}' has no characterisation of the {eyes} eye yet, and cannot be used",
@@ -233,9 +238,9 @@ def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display
     if crosstalk_spec := mode.crosstalk:
 
         def crosstalk() -> Crosstalk:
-            found = crosstalk_spec.crosstalk()
-            check_leakage(found, models.left.primaries_XYZ_cd_m2, models.right.primaries_XYZ_cd_m2)
-            return found
+            leakage = crosstalk_spec.crosstalk()
+            check_leakage(leakage, models.left.primaries_XYZ_cd_m2, models.right.primaries_XYZ_cd_m2)
+            return leakage
 
         display.crosstalks[name] = _located(crosstalk, source, ("modes", measured, "crosstalk"))
     if gain_map_spec := mode.gain_map:
@@ -264,7 +269,7 @@ def _measured(name: str, spec: DisplaySpec, source: YamlSource) -> tuple[str, Bo
 
 
 def _located(make: Callable[[], Made], source: YamlSource, key: tuple[str, ...]) -> Made:
-    """Return ``make()``; what it finds wrong is said of the key at ``key``."""
+    """Return ``make()``; its findings get the place of the key at ``key``."""
     try:
         return make()
     except DeviceError as error:

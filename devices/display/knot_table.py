@@ -28,11 +28,11 @@ _BEYOND = 2.0
 
 def knot_tables(curves: Sequence[TableCurve]) -> Singles:
     """Return the pieces of ``curves``, shape (curves, pieces of the longest, 8); shorter ones end in pieces at 2."""
-    found = [_pieces(curve) for curve in curves]
-    tables = np.zeros((len(found), max(len(pieces) for pieces in found), NUMBERS))
+    of_curves = [_pieces(curve) for curve in curves]
+    tables = np.zeros((len(of_curves), max(len(pieces) for pieces in of_curves), NUMBERS))
     tables[:, :, 0] = _BEYOND
     tables[:, :, 2] = 1.0
-    for row, pieces in enumerate(found):
+    for row, pieces in enumerate(of_curves):
         tables[row, : len(pieces)] = pieces
     return tables.astype(np.float32)
 

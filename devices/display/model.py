@@ -41,7 +41,7 @@ class DisplayModel:
         if not (np.all(np.isfinite(black)) and np.all(np.isfinite(primaries))):
             raise DeviceError("black and primaries must be finite")
         if np.linalg.cond(primaries) > 1e6:
-            raise DeviceError("the primaries are so nearly alike that colours cannot be told apart")
+            raise DeviceError("the primaries are so nearly alike that they do not determine a colour")
         for array in (black, primaries):
             array.flags.writeable = False
         object.__setattr__(self, "black_XYZ_cd_m2", black)

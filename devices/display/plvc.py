@@ -5,7 +5,7 @@ light. H is XYZ per share of light, a polynomial of √T, so that the chromatici
 joins straight pieces; polynomials have no kinks). A pair adds T·T′·(p + q·(1 − T) + q′·(1 − T′)): what a channel takes
 from another, and how one's middle levels move while the other shines.
 
-It is undone by Newton's method for T, in units of the primaries. Beyond its ends a channel goes on along its primary,
+It is undone by Newton's method for T, in units of the primaries. Beyond its ends a channel continues along its primary,
 so that every colour has an answer, below 0 or above 1 outside the gamut. There is but one where all principal minors
 of the slopes are above 0 ([Gale1965]), which `Plvc.clashes` counts.
 """
@@ -104,10 +104,10 @@ class Plvc(DisplayModel):
 
     def newton(self, light: Floats, steps: int) -> tuple[Floats, Floats]:
         """Return the channels' light (n, 3) for ``light`` (n, 3) after ``steps`` at most, and the last step's size."""
-        found = [self._newton(light[at : at + _BLOCK].T, steps) for at in range(0, len(light), _BLOCK)]
-        if not found:
+        blocks = [self._newton(light[at : at + _BLOCK].T, steps) for at in range(0, len(light), _BLOCK)]
+        if not blocks:
             return light.copy(), np.zeros(0)
-        return np.concatenate([T for T, _ in found], axis=1).T, np.concatenate([size for _, size in found])
+        return np.concatenate([T for T, _ in blocks], axis=1).T, np.concatenate([size for _, size in blocks])
 
     def _newton(self, light: Floats, steps: int) -> tuple[Floats, Floats]:
         """Do as `newton`, each channel in a row."""
@@ -193,16 +193,16 @@ class Plvc(DisplayModel):
                 slopes[row, c] = slope
         by_name = dict(zip(CROSS, self.mixtures[4:], strict=True))
         for pair, (i, j) in enumerate(PAIRS):
-            one, other = T[i], T[j]
-            both = one * other
+            first, second = T[i], T[j]
+            both = first * second
             for row in range(3):
                 p, q, r = self.mixtures[pair, row], by_name[i, j][row], by_name[j, i][row]
                 if not (p or q or r):
                     continue
-                shared = p + q * (1.0 - one) + r * (1.0 - other)
+                shared = p + q * (1.0 - first) + r * (1.0 - second)
                 light[row] += both * shared
-                slopes[row, i] += other * (shared - one * q)
-                slopes[row, j] += one * (shared - other * r)
+                slopes[row, i] += second * (shared - first * q)
+                slopes[row, j] += first * (shared - second * r)
         for row in range(3):
             light[row] += T[0] * T[1] * T[2] * self.mixtures[3, row]
             for c in range(3):
@@ -218,7 +218,7 @@ def _solved(A: Floats, b: Floats) -> Floats:
     x = (b[0] * c[0] + b[1] * c[1] + b[2] * c[2]) / det
     y, z = np.zeros_like(x), np.zeros_like(x)
     for row in range(3):
-        one, other = (row + 1) % 3, (row + 2) % 3
-        y += b[row] * (A[one, 2] * A[other, 0] - A[other, 2] * A[one, 0])
-        z += b[row] * (A[one, 0] * A[other, 1] - A[other, 0] * A[one, 1])
+        following, last = (row + 1) % 3, (row + 2) % 3
+        y += b[row] * (A[following, 2] * A[last, 0] - A[last, 2] * A[following, 0])
+        z += b[row] * (A[following, 0] * A[last, 1] - A[last, 0] * A[following, 1])
     return np.stack([x, y / det, z / det])

@@ -118,8 +118,8 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
     spec, source = load_document(path, RigSpec, "rig")
 
     def located(error: InputError, key: str) -> InputError:
-        said = ((f"{f.message}: {f.file}" if f.file else f.message, f.remedy) for f in error.findings)
-        return InputError([source.finding((key,), message, remedy) for message, remedy in said])
+        wrong = ((f"{f.message}: {f.file}" if f.file else f.message, f.remedy) for f in error.findings)
+        return InputError([source.finding((key,), message, remedy) for message, remedy in wrong])
 
     def named(key: str, name: str, what: str, read: Callable[[Path], Read]) -> Read | None:
         """Read the file that the rig names, and keep what is wrong with it."""

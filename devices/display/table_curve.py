@@ -39,7 +39,7 @@ class TableCurve:
             if not np.all(np.isfinite(values)) or values[0] != 0 or values[-1] != 1 or np.any(np.diff(values) <= 0):
                 raise DeviceError(f"a table's {what} must rise from 0 to 1 from entry to entry")
         if np.any(np.diff(np.sqrt(light)) < 1e-9) or np.any(np.diff(codes) < 1e-9):
-            raise DeviceError("two entries of a table are too nearly alike to be told apart")
+            raise DeviceError("two entries of a table are too nearly alike")
         object.__setattr__(self, "codes", tuple(codes.tolist()))
         object.__setattr__(self, "light", tuple(light.tolist()))
 

@@ -1,4 +1,4 @@
-"""Records of a photodiode's verification: how far light changed from when the program said that it did.
+"""Records of a photodiode's verification: how far light changed from when the program recorded that it did.
 
 A small YAML file that a rig names. It holds for the stereo mode, refresh rate and, where named, display server and
 renderer that it was measured with, and for no other.
@@ -18,7 +18,7 @@ from devices.display.display_file import Eye
 from documents import load_document
 from documents.yaml.load import Strict
 
-# Window systems tell the refresh in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
+# Window systems report the refresh rate in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
 REFRESH_TOLERANCE = 0.02
 
 
@@ -92,18 +92,18 @@ class Verification:
         none. Refresh rates are the same within 2 %.
         """
         spec = self.spec
-        found = []
+        differences = []
         if mode != spec.mode:
-            found.append(f"measured in the mode '{spec.mode}', not '{mode}'")
+            differences.append(f"measured in the mode '{spec.mode}', not '{mode}'")
         if refresh_hz is not None and abs(refresh_hz / spec.refresh_hz - 1.0) > REFRESH_TOLERANCE:
-            found.append(f"measured at {spec.refresh_hz:g} Hz, not {refresh_hz:.4g} Hz")
+            differences.append(f"measured at {spec.refresh_hz:g} Hz, not {refresh_hz:.4g} Hz")
         for what, measured, here in (
             ("display server", spec.display_server, display_server),
             ("renderer", spec.renderer, renderer),
         ):
             if measured and here is not None and measured != here:
-                found.append(f"measured with the {what} '{measured}', not '{here}'")
-        return tuple(found)
+                differences.append(f"measured with the {what} '{measured}', not '{here}'")
+        return tuple(differences)
 
     def sentence(self) -> str:
         """Return what was verified, in a sentence without its full stop."""

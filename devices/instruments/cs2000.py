@@ -75,13 +75,13 @@ class CS2000:
 
     def read(self, showing: Showing) -> Reading:
         """Measure, and return XYZ and the spectral radiance."""
-        told = self._ask("MEAS,1", _PREMEASURES * self._answer_s)
+        answer = self._ask("MEAS,1", _PREMEASURES * self._answer_s)
         try:
-            takes_s = float(told[0])
+            takes_s = float(answer[0])
         except (IndexError, ValueError):
-            raise self._garbled("MEAS,1", ",".join(told)) from None
+            raise self._garbled("MEAS,1", ",".join(answer)) from None
         if not 0 <= takes_s <= self._measure_s:
-            raise self._garbled("MEAS,1", told[0])
+            raise self._garbled("MEAS,1", answer[0])
         self._checked("MEAS,1", self._line.line(takes_s + self._answer_s))
         spectrum: list[float] = []
         for block, count in enumerate(_BLOCKS, start=1):

@@ -48,7 +48,7 @@ class Wiring:
     port: str | None = None
     options: Mapping[str, str] = field(default_factory=dict)
     ask: Callable[[str], str | None] = _nobody
-    tell: Callable[[str], None] = _silence
+    correct: Callable[[str], None] = _silence
     model: DisplayModel | SimulatedDisplay | None = None
     seed: int = 0
     eye: PatchEye = "both"
@@ -72,7 +72,7 @@ def open_instrument(name: str, wiring: Wiring) -> Instrument:
         return Simulated(wiring.model, wiring.seed, Faults.parse(dict(wiring.options)), wiring.eye)
     if name == "manual":
         _only((), wiring.options)
-        return Manual(wiring.ask, wiring.tell)
+        return Manual(wiring.ask, wiring.correct)
     if name == "spotread":
         from devices.instruments.spotread import Spotread
 
@@ -121,27 +121,27 @@ def _seconds(key: str, text: str) -> float:
 class Manual:
     """Asks for X, Y and Z in cd/m² with ``ask``, which shows a prompt and returns what is typed; None at its end.
 
-    ``tell`` says what is wrong with what was typed.
+    ``correct`` gets what is wrong with what was typed.
     """
 
     name = "typed by hand"
 
-    def __init__(self, ask: Callable[[str], str | None], tell: Callable[[str], None]) -> None:
+    def __init__(self, ask: Callable[[str], str | None], correct: Callable[[str], None]) -> None:
         self._ask = ask
-        self._tell = tell
+        self._correct = correct
 
     def read(self, showing: Showing) -> Reading:
         """Ask until three numbers are typed; ``skip`` leaves the patch for later."""
         while True:
             typed = self._ask(f"{showing.label}: X Y Z in cd/m², or skip: ")
             if typed is None:
-                raise LostError("nobody types any more; go on with --resume")
+                raise LostError("nobody types any more; resume with --resume")
             if typed.strip().lower() in _SKIP:
                 raise RangeError("skipped")
             numbers = _numbers(typed)
             if numbers is not None:
                 return Reading(numbers)
-            self._tell("three numbers are needed, such as 12.3 13.4 14.5, none below 0")
+            self._correct("three numbers are needed, such as 12.3 13.4 14.5, none below 0")
 
     def close(self) -> None:
         """Do nothing."""

@@ -2,7 +2,7 @@
 
 ``PHOTO`` takes the instrument over and is answered ``REMOTE MODE``; a command ends in a carriage return and is sent a
 character at a time. ``M0`` measures; ``D2`` then gives status, units, X, Y, Z, and ``D5`` the spectral radiance, a line
-of wavelength and value each; ``SU1`` asks for metric units and ``D120`` tells how many points and from where to where.
+of wavelength and value each; ``SU1`` asks for metric units and ``D120`` returns the number of points and their range.
 
 Source: Photo Research, SpectraScan PR-655/PR-670 user manual [PhotoResearchPR655].
 """

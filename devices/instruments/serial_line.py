@@ -1,4 +1,4 @@
-"""A serial line to an instrument: a command out, lines in, and every failure told apart."""
+"""A serial line to an instrument: a command out, lines in, with an error of its own for every failure."""
 
 from __future__ import annotations
 
@@ -68,8 +68,8 @@ class SerialLine:
         """
         until_s = time.monotonic() + within_s
         while True:
-            line, found, rest = self._waiting.replace(b"\r", b"\n").partition(b"\n")
-            if found:
+            line, end, rest = self._waiting.replace(b"\r", b"\n").partition(b"\n")
+            if end:
                 self._waiting = rest
                 if line.strip():
                     return line.decode("ascii", "replace").strip()

@@ -30,7 +30,7 @@ class Faults:
     lacks of the sum of its channels. ``interaction`` moves a channel's code by as much, in codes of 0..1, when the
     other two are at full drive and it is at half. ``takes_s`` is how long a reading takes.
 
-    ``crosstalk`` is the share of the other eye's light that leaks in besides what the display file tells;
+    ``crosstalk`` is the share of the other eye's light that leaks in beside what the display file holds;
     ``edge_loss`` the share of light that the screen's corners lack of the centre, ``angle_loss`` that lacking at 30°;
     ``surround_gain`` the share that a patch gains on white; ``glasses_loss`` the share that the glasses take, so that
     there is more without them; ``warm_up_loss`` the share lacking at the beginning, which goes with a time constant of

@@ -1,7 +1,7 @@
 """Any instrument that ArgyllCMS knows, by its program `spotread` in a process of its own.
 
-It runs once for the whole measurement with ``-e`` (emissive, absolute cd/m²), told by ARGYLL_NOT_INTERACTIVE to take a
-line where it would take a key, and is sent an empty line for each reading. Source: ArgyllCMS documentation [Argyll].
+It runs once for the whole measurement with ``-e`` (emissive, absolute cd/m²), and gets an empty line for each reading.
+ARGYLL_NOT_INTERACTIVE makes it take a line where it would take a key. Source: ArgyllCMS documentation [Argyll].
 """
 
 from __future__ import annotations
@@ -124,14 +124,14 @@ class Spotread:
                 self._hear(until_s)
 
     def _calm(self) -> None:
-        """Have a person do what the program waits for, and tell it that it is done."""
+        """Have a person do what the program waits for, and confirm it to the program."""
         words = " ".join(line.strip() for line in self._heard.splitlines()[-4:] if line.strip())
         if self._ask(f"spotread: {words} ") is None:
             raise LostError(Finding(f"spotread waits for a hand: {words}", remedy="run this at a terminal"))
         self._send()
 
     def _send(self) -> None:
-        """Press a key, so to speak; what was said before is over."""
+        """Send a key; the output before it no longer counts."""
         stream = self._process.stdin
         try:
             if stream is not None:
@@ -145,7 +145,7 @@ class Spotread:
         try:
             heard = self._said.get(timeout=max(0.0, until_s - time.monotonic()))
         except queue.Empty:
-            raise TimedOutError(f"spotread did not answer in time; it last said: {self._last_words()}") from None
+            raise TimedOutError(f"spotread did not answer in time; its last words: {self._last_words()}") from None
         if not heard:
             self._said.put(b"")
             remedy = "check the cable, then go on with --resume"

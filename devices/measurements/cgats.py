@@ -97,14 +97,14 @@ def read_table(lines: Sequence[str], file: str) -> CgatsTable:
         findings.append(table.finding("the table is not closed by END_DATA", at, "was the file cut off?"))
     elif not table.rows:
         findings.append(table.finding("the table holds no measurements", table.end))
-    findings += [found for row in table.rows if (found := _length(table, row)) is not None]
+    findings += [finding for row in table.rows if (finding := _length(table, row)) is not None]
     for keyword, what, count in (
         ("NUMBER_OF_FIELDS", "fields", len(names)),
         ("NUMBER_OF_SETS", "rows", len(table.rows)),
     ):
-        said = table.keywords.get(keyword)
-        if said is not None and said.text.strip() != str(count):
-            findings.append(table.finding(f"{keyword} is {said.text}, and there are {count} {what}", said))
+        declared = table.keywords.get(keyword)
+        if declared is not None and declared.text.strip() != str(count):
+            findings.append(table.finding(f"{keyword} is {declared.text}, and there are {count} {what}", declared))
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
     return table

@@ -1,4 +1,4 @@
-"""Which number a file writes for full drive: 1, 255 or 1023, as declared, or as the largest value tells."""
+"""Which number a file writes for full drive: 1, 255 or 1023, as declared, or from the largest value."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def full_code(largest: float, declared: float | None, file: str) -> tuple[float,
     Raises
     ------
     DeviceError
-        If the range was not declared and ``largest``, the largest code in the file, does not tell it.
+        If the range was not declared and ``largest``, the largest code in the file, does not determine it.
     """
     if declared is not None:
         return declared, ""
@@ -43,7 +43,7 @@ def full_code(largest: float, declared: float | None, file: str) -> tuple[float,
         return largest, f"codes were taken to be 0..{largest:g}, because the largest is {largest:g}"
     raise DeviceError(
         Finding(
-            f"the largest code is {largest:g}, which does not tell what code is full drive",
+            f"the largest code is {largest:g}, which does not determine the code of full drive",
             file,
             remedy="declare it in a line '# codes: 0..255', or with --codes 0..255",
         )

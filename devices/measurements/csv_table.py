@@ -35,7 +35,7 @@ def read_csv(path: Path, code_range: str | None = None) -> Measurements:
     """Read the measurements in the CSV file at ``path`` (UTF-8, with or without a byte-order mark).
 
     ``code_range`` is what the file's codes run over, such as ``0..255``; where it is None, the file's own comment
-    counts, and failing that the largest code, if it tells: the result's ``assumptions`` then say so.
+    counts, and failing that the largest code, if it determines the range: the result's ``assumptions`` then say so.
 
     Raises
     ------
@@ -55,7 +55,7 @@ def read_csv(path: Path, code_range: str | None = None) -> Measurements:
 
 def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) -> Measurements:
     """Read the measurements in ``lines``; ``file`` is the name that findings carry; else as `read_csv`."""
-    said: dict[str, str] = {}
+    header_values: dict[str, str] = {}
     said_line: dict[str, int] = {}
     kept: list[tuple[int, str]] = []
     for number, line in enumerate(lines, start=1):
@@ -63,7 +63,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         if bare.startswith("#"):
             key, _, value = bare.lstrip("# ").partition(":")
             if key.strip().lower() in _SAID:
-                said[key.strip().lower()] = value.strip()
+                header_values[key.strip().lower()] = value.strip()
                 said_line[key.strip().lower()] = number
         elif bare:
             kept.append((number, bare))
@@ -78,7 +78,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
     values = np.full((len(rows) - 1, 7), np.nan)
     names: list[str] = []
     eyes: list[PatchEye] = []
-    everywhere = said.get("eye", "both")
+    everywhere = header_values.get("eye", "both")
     for index, (line_number, cells) in enumerate(rows[1:]):
         if len(cells) != len(rows[0][1]):
             findings.append(
@@ -96,7 +96,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         eyes.append(cast(PatchEye, eye))
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
-    declared = code_range if code_range is not None else said.get("codes")
+    declared = code_range if code_range is not None else header_values.get("codes")
     declared_line = None if code_range is not None else said_line.get("codes")
     full, assumed = full_code(
         float(values[:, :3].max()), None if declared is None else parse_code_range(declared, file, declared_line), file
@@ -119,11 +119,11 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         tuple(names),
         values[:, 6] if "time_s" in columns else None,
         tuple(eyes),
-        said.get("mode", ""),
-        instrument=said.get("instrument", ""),
-        notes=said.get("notes", ""),
+        header_values.get("mode", ""),
+        instrument=header_values.get("instrument", ""),
+        notes=header_values.get("notes", ""),
         assumptions=tuple(text for text in (assumed, left_out) if text),
-        panel=said.get("panel", ""),
+        panel=header_values.get("panel", ""),
     )
 
 

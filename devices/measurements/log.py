@@ -232,12 +232,12 @@ def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
 
 def _patch_facts(patch: Patch) -> dict[str, Any]:
     plain = Patch(patch.name, patch.codes)
-    said: dict[str, Any] = {"name": patch.name, "codes": patch.codes}
+    facts: dict[str, Any] = {"name": patch.name, "codes": patch.codes}
     for field in fields(Patch):
         value = getattr(patch, field.name)
         if value != getattr(plain, field.name):
-            said[field.name] = asdict(value) if isinstance(value, Place) else value
-    return said
+            facts[field.name] = asdict(value) if isinstance(value, Place) else value
+    return facts
 
 
 def _steps(held: list[dict[str, Any]]) -> tuple[Step, ...]:

@@ -31,20 +31,20 @@ def read_psychtoolbox(path: Path) -> Measurements:
     from scipy.io.matlab import MatReadError
 
     try:
-        found = loadmat(path, squeeze_me=True, struct_as_record=False)
+        content = loadmat(path, squeeze_me=True, struct_as_record=False)
     except FileNotFoundError as error:
         raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from error
     except (MatReadError, ValueError, TypeError, NotImplementedError, OSError, EOFError, KeyError) as error:
         raise DeviceError(
             Finding(f"the file cannot be read as MATLAB data: {error}", str(path), remedy="save it with -v7, not -v7.3")
         ) from error
-    said: list[str] = []
-    cals = found.get("cals", found.get("cal"))
+    notes: list[str] = []
+    cals = content.get("cals", content.get("cal"))
     if cals is None:
         raise DeviceError(Finding("the file holds no 'cals' or 'cal'", str(path), remedy="a Psychtoolbox calibration"))
     every = np.atleast_1d(cals)
     if len(every) > 1:
-        said.append(f"the last of {len(every)} calibrations in the file was read")
+        notes.append(f"the last of {len(every)} calibrations in the file was read")
     cal = every[-1]
     raw = _part(cal, path, "rawdata", "rawData")
     levels = np.atleast_1d(np.asarray(_part(raw, path, "rawGammaInput", "gammaInput"), dtype=np.float64))
@@ -62,12 +62,12 @@ def read_psychtoolbox(path: Path) -> Measurements:
             )
         )
     if levels.max() > 1:
-        said.append("levels were taken to be 0..255, because they exceed 1")
+        notes.append("levels were taken to be 0..255, because they exceed 1")
         levels = levels / 255.0
     waves = start + step * np.arange(n_bands)
     ambient = _ambient(cal, n_bands)
     if ambient is None:
-        said.append("the file holds no ambient light; black is not measured")
+        notes.append("the file holds no ambient light; black is not measured")
     codes: list[np.ndarray] = [] if ambient is None else [np.zeros(3)]
     spectra: list[np.ndarray] = [] if ambient is None else [ambient / step]
     names = [] if ambient is None else ["black"]
@@ -86,7 +86,7 @@ def read_psychtoolbox(path: Path) -> Measurements:
             spectra=per_nm,
             wavelengths_nm=waves,
             instrument=str(getattr(getattr(cal, "describe", None), "whichMeterType", "")),
-            assumptions=tuple(said),
+            assumptions=tuple(notes),
         )
     except DeviceError as error:
         raise DeviceError([Finding(f.message, str(path), remedy=f.remedy) for f in error.findings]) from error
@@ -103,10 +103,10 @@ def _part(whole: Any, path: Path, *names: str) -> Any:
 
 
 def _ambient(cal: Any, bands: int) -> np.ndarray | None:
-    found = getattr(cal, "P_ambient", None)
-    if found is None:
+    ambient = getattr(cal, "P_ambient", None)
+    if ambient is None:
         return None
-    ambient = np.asarray(found, dtype=np.float64)
+    ambient = np.asarray(ambient, dtype=np.float64)
     if ambient.size == bands:
         return ambient.ravel()
     return None

@@ -102,22 +102,24 @@ def measurements_of(session: Session) -> Measurements:
     MeasuringError
         If there are no readings.
     """
-    kept = sorted(session.readings.values(), key=lambda one: (one.time_s, one.position))
+    kept = sorted(session.readings.values(), key=lambda reading: (reading.time_s, reading.position))
     if not kept:
         raise MeasuringError(Finding("the measurement has no readings yet", str(session.file), remedy="--resume it"))
     header = session.header
-    patches = [session.steps[one.position].patch for one in kept]
-    wavelengths = {one.reading.wavelengths_nm for one in kept}
+    patches = [session.steps[reading.position].patch for reading in kept]
+    wavelengths = {reading.reading.wavelengths_nm for reading in kept}
     order = f"{header['set']} ({header['set_source']}), seed {header['seed']}, begun {header['begun_utc']}"
     spectral = len(wavelengths) == 1 and bool(kept[0].reading.wavelengths_nm)
     return Measurements(
-        np.array([one.shown.own if one.shown else session.steps[one.position].patch.codes for one in kept]),
-        np.array([one.reading.XYZ_cd_m2 for one in kept]),
+        np.array(
+            [reading.shown.own if reading.shown else session.steps[reading.position].patch.codes for reading in kept]
+        ),
+        np.array([reading.reading.XYZ_cd_m2 for reading in kept]),
         tuple(patch.name for patch in patches),
-        np.array([one.time_s for one in kept]),
+        np.array([reading.time_s for reading in kept]),
         tuple(patch.eye or cast(PatchEye, header["eye"]) for patch in patches),
         str(header["mode"]),
-        np.array([one.reading.spectrum for one in kept]) if spectral else None,
+        np.array([reading.reading.spectrum for reading in kept]) if spectral else None,
         np.array(kept[0].reading.wavelengths_nm) if spectral else None,
         str(header["instrument"]),
         "; ".join(filter(None, (str(header.get("notes", "")), order))),

@@ -27,7 +27,7 @@ _MOST_SPACING_NM = 20.0
 _MUST_COVER_NM = (400.0, 700.0)
 FIELD = re.compile(r"SPEC_(\d+(?:\.\d+)?)")
 _WATTS = 1e-3
-# Another scale than mW is told from here; another light from there, as a share of the brightest Y.
+# Beyond the first the scale is another than mW; beyond the second, the light: shares of the brightest Y.
 _OTHER_SCALE, _OTHER_LIGHT = 0.05, 0.02
 
 
@@ -50,7 +50,7 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike) -> Floats:
     if not np.all(np.isfinite(waves)) or np.any(gaps <= 0) or gaps.max() > _MOST_SPACING_NM:
         raise DeviceError(f"wavelengths must rise in steps of at most {_MOST_SPACING_NM:g} nm")
     if waves[0] > _MUST_COVER_NM[0] or waves[-1] < _MUST_COVER_NM[1]:
-        raise DeviceError(f"spectra run over {waves[0]:g}..{waves[-1]:g} nm; 400..700 nm is the least that tells XYZ")
+        raise DeviceError(f"spectra run over {waves[0]:g}..{waves[-1]:g} nm; 400..700 nm is the least that XYZ need")
     width = np.concatenate([[gaps[0]], 0.5 * (gaps[:-1] + gaps[1:]), [gaps[-1]]])
     return np.asarray(EFFICACY * light @ (matching_functions(waves) * width[:, None]))
 
@@ -68,12 +68,12 @@ def matching_functions(wavelengths_nm: Floats) -> Floats:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Spectra:
-    """``per_nm`` (n, m) in W/(sr m² nm) at ``wavelengths_nm`` (m,), their ``XYZ`` (n, 3), and what is to be said."""
+    """``per_nm`` (n, m) in W/(sr m² nm) at ``wavelengths_nm`` (m,), their ``XYZ`` (n, 3), and ``notes`` on them."""
 
     per_nm: Floats
     wavelengths_nm: Floats
     XYZ: Floats
-    said: list[str]
+    notes: list[str]
 
 
 def read_spectra(table: CgatsTable, fields: Sequence[str], values: Floats, XYZ: Floats | None) -> Spectra:
@@ -84,7 +84,7 @@ def read_spectra(table: CgatsTable, fields: Sequence[str], values: Floats, XYZ: 
     DeviceError
         With line and column: if the wavelengths do not fit together, or are too few for XYZ.
     """
-    waves, said = _wavelengths(table, fields)
+    waves, notes = _wavelengths(table, fields)
     order = np.argsort(waves)
     waves, per_nm = waves[order], values[:, order] * _WATTS
     at = table.keywords.get("SPECTRAL_BANDS", next(cell for cell in table.fields if cell.text == fields[0]))
@@ -93,25 +93,25 @@ def read_spectra(table: CgatsTable, fields: Sequence[str], values: Floats, XYZ: 
     except DeviceError as error:
         raise DeviceError([table.finding(f.message, at, f.remedy) for f in error.findings]) from error
     if XYZ is None:
-        return Spectra(per_nm, waves, own, [*said, "XYZ were summed from the spectra, which were taken to be in mW"])
+        return Spectra(per_nm, waves, own, [*notes, "XYZ were summed from the spectra, which were taken to be in mW"])
     power = float(own[:, 1] @ own[:, 1])
     scale = float(own[:, 1] @ XYZ[:, 1]) / power if power > 0 else 1.0
     if scale <= 0 or not math.isfinite(scale):
-        return Spectra(per_nm, waves, own, [*said, "the spectra do not go with XYZ; their scale is not known"])
+        return Spectra(per_nm, waves, own, [*notes, "the spectra do not go with XYZ; their scale is not known"])
     if abs(scale - 1) > _OTHER_SCALE:
-        said.append(f"the spectra were multiplied by {scale:.4g}, so that their Y is that of the file")
+        notes.append(f"the spectra were multiplied by {scale:.4g}, so that their Y is that of the file")
         per_nm, own = per_nm * scale, own * scale
     off = float(np.abs(own - XYZ).max() / max(XYZ[:, 1].max(), 1e-12))
     if off > _OTHER_LIGHT:
-        said.append(f"XYZ differ from those of the spectra by up to {100 * off:.1f} % of white; XYZ were kept")
-    return Spectra(per_nm, waves, own, said)
+        notes.append(f"XYZ differ from those of the spectra by up to {100 * off:.1f} % of white; XYZ were kept")
+    return Spectra(per_nm, waves, own, notes)
 
 
 def _wavelengths(table: CgatsTable, fields: Sequence[str]) -> tuple[Floats, list[str]]:
-    """Return the wavelength (m,) of each of ``fields``, by first, last and number where the file tells them."""
-    named = np.array([float(found[1]) for name in fields if (found := FIELD.fullmatch(name))])
-    told = [_keyword(table, f"SPECTRAL_{what}") for what in ("BANDS", "START_NM", "END_NM")]
-    bands, start, end = told
+    """Return the wavelength (m,) of each of ``fields``, by first, last and number where the file has them."""
+    named = np.array([float(match[1]) for name in fields if (match := FIELD.fullmatch(name))])
+    keywords = [_keyword(table, f"SPECTRAL_{what}") for what in ("BANDS", "START_NM", "END_NM")]
+    bands, start, end = keywords
     if bands is not None and bands != len(fields):
         at = table.keywords["SPECTRAL_BANDS"]
         raise DeviceError(
@@ -151,10 +151,10 @@ def spectral_head(measurements: Measurements) -> tuple[list[str], list[str]]:
     even = len(steps) > 0 and bool(np.all(steps > 0) and np.ptp(steps) < 1e-6 * steps.mean())
     if len(set(fields)) < len(fields) or not (even or np.all(waves == np.round(waves))):
         raise DeviceError("a .ti3 cannot hold these wavelengths: they must be evenly spaced, at least 1 nm apart")
-    said = ['INSTRUMENT_TYPE_SPECTRAL "YES"', f'SPECTRAL_BANDS "{len(waves)}"']
+    lines = ['INSTRUMENT_TYPE_SPECTRAL "YES"', f'SPECTRAL_BANDS "{len(waves)}"']
     if even:
-        said += [f'SPECTRAL_START_NM "{waves[0]:.6f}"', f'SPECTRAL_END_NM "{waves[-1]:.6f}"']
-    return said, fields
+        lines += [f'SPECTRAL_START_NM "{waves[0]:.6f}"', f'SPECTRAL_END_NM "{waves[-1]:.6f}"']
+    return lines, fields
 
 
 def spectral_rows(measurements: Measurements) -> list[list[str]]:

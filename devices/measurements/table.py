@@ -92,10 +92,10 @@ class Measurements:
 
     def for_eye(self, eye: PatchEye) -> Measurements:
         """Return the readings through the lens of ``eye``, and those that hold for both."""
-        return self.select(np.array([found in (eye, "both") for found in self.eye], dtype=bool))
+        return self.select(np.array([lens in (eye, "both") for lens in self.eye], dtype=bool))
 
     def says(self, *sentences: str) -> Measurements:
-        """Return the same table with more said in ``assumptions``."""
+        """Return the same table with more ``assumptions``."""
         return replace(self, assumptions=self.assumptions + sentences)
 
 
@@ -135,6 +135,6 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
         first.wavelengths_nm if same else None,
         texts["instrument"],
         texts["notes"],
-        tuple(dict.fromkeys(said for table in tables for said in table.assumptions)),
+        tuple(dict.fromkeys(assumption for table in tables for assumption in table.assumptions)),
         panels.pop() if len(panels) == 1 else "",
     )

@@ -66,12 +66,12 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
     times = _numbers(table, (_TIME,), findings)[:, 0] if _TIME in names else None
     if findings:
         raise DeviceError(findings[:20])
-    scale, said = _absolute(table)
+    scale, notes = _absolute(table)
     XYZ = None if light is None else light * scale
     spectra: Spectra | None = None
     if spectral:
         spectra = read_spectra(table, spectral, values * scale, XYZ)
-        said += spectra.said
+        notes += spectra.notes
     if XYZ is None:
         assert spectra is not None
         XYZ = spectra.XYZ
@@ -82,12 +82,12 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         tuple(f"patch{i + 1}" if named is None else row[named].text for i, row in enumerate(table.rows)),
         times,
         eyes,
-        _said(table, _MODE),
+        _keyword_text(table, _MODE),
         spectra=None if spectra is None else spectra.per_nm,
         wavelengths_nm=None if spectra is None else spectra.wavelengths_nm,
-        instrument=_said(table, "TARGET_INSTRUMENT"),
-        notes=_said(table, "DESCRIPTOR"),
-        assumptions=tuple(said),
+        instrument=_keyword_text(table, "TARGET_INSTRUMENT"),
+        notes=_keyword_text(table, "DESCRIPTOR"),
+        assumptions=tuple(notes),
     )
 
 
@@ -106,8 +106,8 @@ def _numbers(table: CgatsTable, names: tuple[str, ...], findings: list[Finding],
             if not math.isfinite(value):
                 findings.append(table.finding(f"{every[place]} is '{cell.text}'", cell, "a finite number is needed"))
             elif highest < math.inf and not 0 <= value <= highest:
-                told = f"{every[place]} is {cell.text}"
-                findings.append(table.finding(told, cell, f"device values are 0..{highest:g}"))
+                what = f"{every[place]} is {cell.text}"
+                findings.append(table.finding(what, cell, f"device values are 0..{highest:g}"))
             values[index, column] = value
     return values
 
@@ -122,7 +122,7 @@ def _eyes(table: CgatsTable, findings: list[Finding]) -> tuple[PatchEye, ...]:
     return tuple(cast(PatchEye, cell.text) for cell in cells)
 
 
-def _said(table: CgatsTable, keyword: str) -> str:
+def _keyword_text(table: CgatsTable, keyword: str) -> str:
     return table.keywords[keyword].text if keyword in table.keywords else ""
 
 
@@ -142,8 +142,8 @@ def _absolute(table: CgatsTable) -> tuple[float, list[str]]:
     except (ValueError, IndexError):
         value = math.nan
     if not (math.isfinite(value) and value > 0):
-        told = f"LUMINANCE_XYZ_CDM2 is '{luminance.text}'"
-        raise DeviceError(table.finding(told, luminance, "three numbers, Y above 0"))
+        what = f"LUMINANCE_XYZ_CDM2 is '{luminance.text}'"
+        raise DeviceError(table.finding(what, luminance, "three numbers, Y above 0"))
     return value / 100.0, []
 
 
@@ -173,13 +173,13 @@ def format_ti3(measurements: Measurements) -> str:
         head.append(f"TARGET_INSTRUMENT {_quoted(measurements.instrument)}")
     if measurements.mode:
         head += [f'KEYWORD "{_MODE}"', f"{_MODE} {_quoted(measurements.mode)}"]
-    said, spectral = spectral_head(measurements)
+    keywords, spectral = spectral_head(measurements)
     eyes = [] if set(measurements.eye) <= {"both"} else [[_EYE, *measurements.eye]]
     times = [] if measurements.time_s is None else [[_TIME, *(repr(float(time)) for time in measurements.time_s)]]
     besides = [*eyes, *times]
     head += [f'KEYWORD "{column[0]}"' for column in besides]
     fields = ["SAMPLE_ID", "SAMPLE_NAME", *_RGB, *_XYZ, *spectral, *(column[0] for column in besides)]
-    head += [*said, "", f"NUMBER_OF_FIELDS {len(fields)}", "BEGIN_DATA_FORMAT", " ".join(fields)]
+    head += [*keywords, "", f"NUMBER_OF_FIELDS {len(fields)}", "BEGIN_DATA_FORMAT", " ".join(fields)]
     head += ["END_DATA_FORMAT", "", f"NUMBER_OF_SETS {len(measurements)}", "BEGIN_DATA"]
     spectra = spectral_rows(measurements)
     rows = []

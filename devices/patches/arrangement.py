@@ -47,11 +47,11 @@ class Place:
 
     def words(self) -> str:
         """Return the place in words."""
-        told = f"row {self.row}, column {self.column}"
+        cell = f"row {self.row}, column {self.column}"
         if (self.rows, self.columns) != (3, 3):
-            return told
+            return cell
         words = dict.fromkeys((_DOWN[self.row], _ACROSS[self.column]))
-        return f"{told}: {' '.join(words)}"
+        return f"{cell}: {' '.join(words)}"
 
 
 @dataclass(frozen=True, slots=True)

@@ -27,7 +27,7 @@ _MOST_FINDINGS = 20
 
 @dataclass(frozen=True, slots=True)
 class Patch:
-    """A colour of device ``codes`` in 0..1 (red, green, blue), over all of an eye's area unless said otherwise.
+    """A colour of device ``codes`` in 0..1 (red, green, blue), over all of an eye's area unless a field limits it.
 
     ``around`` are the codes around a patch that fills but the middle, ``other`` those of the eye that is not read;
     without them a patch at a ``place`` has black around it, and the other eye sees what the measurement says.
@@ -147,12 +147,12 @@ def read_patches(path: Path, code_range: str | None = None) -> PatchSet:
 
 def parse_patches(text: str, file: str, name: str, code_range: str | None = None) -> PatchSet:
     """Read the patches in ``text``; ``file`` is the name that findings carry; else as `read_patches`."""
-    said: dict[str, tuple[str, int]] = {}
+    header_values: dict[str, tuple[str, int]] = {}
     lines: list[tuple[int, str]] = []
     for number, line in enumerate(text.splitlines(), start=1):
         if line.lstrip().startswith("#"):
             key, _, value = line.lstrip("# ").partition(":")
-            said[key.strip().lower()] = value.strip(), number
+            header_values[key.strip().lower()] = value.strip(), number
         elif line.strip():
             lines.append((number, line))
     if len(lines) < 2:
@@ -173,7 +173,7 @@ def parse_patches(text: str, file: str, name: str, code_range: str | None = None
     values = [_codes(cells, number, len(header), places, file, findings) for number, cells in rows[1:]]
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
-    declared, declared_line = (code_range, None) if code_range is not None else said.get("codes", (None, None))
+    declared, declared_line = (code_range, None) if code_range is not None else header_values.get("codes", (None, None))
     largest = max(max(codes) for codes in values)
     full, _ = full_code(largest, None if declared is None else parse_code_range(declared, file, declared_line), file)
     patches: list[Patch] = []
@@ -191,7 +191,7 @@ def parse_patches(text: str, file: str, name: str, code_range: str | None = None
             findings += [Finding(finding.message, file, number, remedy=remedy) for finding in error.findings]
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
-    return PatchSet(name, tuple(patches), said.get("source", (file, 0))[0])
+    return PatchSet(name, tuple(patches), header_values.get("source", (file, 0))[0])
 
 
 def _codes(
@@ -200,7 +200,7 @@ def _codes(
     if len(cells) != width:
         findings.append(Finding(f"the line has {len(cells)} fields, the header {width}", file, line))
         return 0.0, 0.0, 0.0
-    found = []
+    codes = []
     for place, column in zip(places, _COLUMNS, strict=True):
         try:
             value = float(cells[place])
@@ -209,8 +209,8 @@ def _codes(
         if not math.isfinite(value):
             remedy = "a finite number is needed"
             findings.append(Finding(f"{column} is '{cells[place]}'", file, line, place + 1, remedy))
-        found.append(value)
-    return found[0], found[1], found[2]
+        codes.append(value)
+    return codes[0], codes[1], codes[2]
 
 
 @dataclass(frozen=True, slots=True)
@@ -233,7 +233,7 @@ def steps(
     """Return the showings of ``patches`` in an order drawn from ``seed``, or in their own.
 
     In a characterisation, black and white come first, again after every ``repeat_every`` patches, and last, so that the
-    set's own black and white are not shown besides; with 0, nothing is repeated. Sets come one after the other, but all
+    set's own black and white are not shown again; with 0, nothing is repeated. Sets come one after the other, but all
     patches of one arrangement of the instrument (in a measurement of ``eye``) together, so that it is moved least.
 
     Raises
@@ -245,8 +245,8 @@ def steps(
         raise DeviceError(Finding(f"patches cannot be repeated every {repeat_every}", remedy="0 repeats none"))
     sets = (patches,) if isinstance(patches, PatchSet) else tuple(patches)
     together: dict[Arrangement, list[Patch]] = {}
-    for one in sets:
-        for patch in _ordered(one, seed, repeat_every, shuffled=shuffled):
+    for patch_set in sets:
+        for patch in _ordered(patch_set, seed, repeat_every, shuffled=shuffled):
             together.setdefault(patch.arrangement(eye), []).append(patch)
     times: Counter[str] = Counter()
     made = []

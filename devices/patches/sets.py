@@ -19,7 +19,7 @@ from documents.text.words import did_you_mean
 
 _GREY_STEPS = 32
 _CUBE_STEPS = 5
-_DARK_STEPS = 20  # 8 bits tell the first from black
+_DARK_STEPS = 20  # in 8 bits the first differs from black
 _COLOURS: Mapping[str, Codes] = MappingProxyType(
     {
         "white": (1.0, 1.0, 1.0),
@@ -47,7 +47,7 @@ def grey_ramp(steps: int = _GREY_STEPS) -> PatchSet:
 
 
 def cube(steps: int = _CUBE_STEPS) -> PatchSet:
-    """Return (``steps`` + 1)³ colours on a lattice of codes: what tells whether the channels add up."""
+    """Return (``steps`` + 1)³ colours on a lattice of codes, which shows whether the channels add up."""
     levels = [number / steps for number in range(steps + 1)]
     patches = tuple(_patch("rgb", codes) for codes in itertools.product(levels, levels, levels))
     return PatchSet("cube", patches, f"a lattice of {steps + 1} codes a channel")
@@ -190,13 +190,15 @@ def find_sets(
     DeviceError
         As `find_patches`, or if no set is named.
     """
-    wanted = dict.fromkeys(one for name in names for one in (_ALL if name == ALL else (name,)))
+    wanted = dict.fromkeys(set_name for name in names for set_name in (_ALL if name == ALL else (name,)))
     if not wanted:
         raise DeviceError(Finding("no set of patches is named", remedy=f"expected {', '.join(BUILT_IN)} or a CSV file"))
     sets = tuple(find_patches(name, code_range) for name in wanted)
     if every_s is None:
         return sets
-    return tuple(warm_up(one.repeats, every_s) if one.name == "warm-up" else one for one in sets)
+    return tuple(
+        warm_up(patch_set.repeats, every_s) if patch_set.name == "warm-up" else patch_set for patch_set in sets
+    )
 
 
 def find_patches(name: str, code_range: str | None = None) -> PatchSet:

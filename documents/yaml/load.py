@@ -19,7 +19,7 @@ from documents.yaml.source import Path_, YamlSource, read_yaml
 MOST_FINDINGS = 100
 _SHOWN = 60
 
-# The patterns of names in words; others are told as they are.
+# The patterns of names in words; others are shown as they are.
 _ALLOWED = {
     r"^[a-z0-9][a-z0-9_-]*$": "small letters a to z, digits, '_' and '-', and none of these two first",
     r"^[a-z][a-z0-9_]*$": "small letters a to z, digits and '_', a letter first",
@@ -30,7 +30,7 @@ Model = TypeVar("Model", bound=BaseModel)
 
 Kind = Literal["experiment", "display", "verification", "camera", "regions", "rig", "recipe"]
 
-# The first key that is there tells.
+# The first key that is there decides.
 TELLING = MappingProxyType(
     {
         "blocks": "experiment",
@@ -88,7 +88,7 @@ def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> t
     ------
     InputError
         With one finding per fault: file, line, column, key, value and the nearest valid spelling. A file of another
-        kind is told as that alone.
+        kind is reported as that alone.
 
     Examples
     --------
@@ -111,13 +111,13 @@ def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> t
 
 
 def wrong_kind(source: YamlSource, wanted: Kind) -> Finding | None:
-    """Return that a file is of another kind than ``wanted``, where its keys tell; else None."""
+    """Return that a file is of another kind than ``wanted``, where its keys show that; else None."""
     data: Any = source.data
     if not isinstance(data, dict):
         return None
     own = _OWN.get(wanted) or tuple(key for key, kind in TELLING.items() if kind == wanted)
     key = next((key for key in TELLING if key in data), None)
-    if key is None or TELLING[key] == wanted or any(one in data for one in own):
+    if key is None or TELLING[key] == wanted or any(name in data for name in own):
         return None
     what = f"this is {_CALLED[TELLING[key]]}, not {_WANTED[wanted]}"
     remedy = f"{_WANTED[wanted]} has '{own[0]}:'; check the path"

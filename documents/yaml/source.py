@@ -39,7 +39,7 @@ _REMEDIES = (
     (r"expected ',' or '([}\]])'", "the '{open}' of line {line} is not closed, or a comma is missing"),
     (r"unexpected end of stream", "the quotation mark of line {line} is not closed"),
     (r"expected <block end>, but found '[}\]]'", "there is one '}}' or ']' too many"),
-    (r"expected <block end>, but found '<scalar>'", "text goes on after its quotation mark: write '' for ' in it"),
+    (r"expected <block end>, but found '<scalar>'", "text continues after its quotation mark: write '' for ' in it"),
     (r"unknown escape character", "use single quotes, in which a backslash is one"),
     (r"expected <block end>", "keys of one block, or the hyphens of one list, begin below one another"),
     (r"alias|anchor", "put text that begins with '*' or '&' in quotes"),
@@ -67,10 +67,10 @@ class YamlSource:
         """Return the place of the value at ``path`` (of its key if asked), else of its nearest ancestor."""
         for length in range(len(path), -1, -1):
             ancestor = path[:length]
-            found = self.keys.get(ancestor) if key or length < len(path) else None
-            found = found or self.values.get(ancestor)
-            if found:
-                return found
+            node = self.keys.get(ancestor) if key or length < len(path) else None
+            node = node or self.values.get(ancestor)
+            if node:
+                return node
         return None
 
     def finding(self, path: Path_, message: str, remedy: str | None = None, *, key: bool = False) -> Finding:
@@ -189,15 +189,15 @@ def _documents(loader: _Loader) -> Iterator[yaml.Node]:
 
 
 def remedy_of(error: yaml.MarkedYAMLError) -> str | None:
-    """Return what would most likely make the text valid; None where nobody can tell.
+    """Return what would most likely make the text valid; None where that is not clear.
 
     A line that is named is the one in which the parser began what it could not end.
     """
     begun = error.context_mark or error.problem_mark
     for pattern, remedy in _REMEDIES:
-        found = re.search(pattern, error.problem or "")
-        if found:
-            closing = found[1] if found.groups() else ""
+        match = re.search(pattern, error.problem or "")
+        if match:
+            closing = match[1] if match.groups() else ""
             return remedy.format(open={"}": "{", "]": "["}.get(closing, ""), line=begun.line + 1 if begun else 1)
     return None
 

@@ -119,7 +119,7 @@ class CodeScreen:
 
     @property
     def shared(self) -> bool:
-        """Whether both eyes see the same pixels, as in anaglyphs, which filters alone tell apart."""
+        """Whether both eyes see the same pixels, as in anaglyphs, which filters alone separate."""
         return any(len(area.eyes) > 1 for area in self._areas())
 
     @property

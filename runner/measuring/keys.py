@@ -36,7 +36,7 @@ class Keys:
             for press in self._screen.surface.poll_keys():
                 if press.key == "space" and not self._asking:
                     self.paused = not self.paused
-                    self._tell("paused: space goes on" if self.paused else "going on")
+                    self._tell("paused: space resumes" if self.paused else "resumed")
                 elif press.key == "escape":
                     self.stops += 1
                     self._tell(self._on_stop)
@@ -67,9 +67,9 @@ class Keys:
             self.poll()
 
     def ask(self, words: str) -> bool:
-        """Show ``words`` until space or another key goes on, and return True; False if it is to stop."""
-        self._tell(f"{words} Space goes on.")
-        self._screen.say(f"{words}\nSpace goes on, Escape stops.")
+        """Show ``words`` until space or another key continues, and return True; False if it is to stop."""
+        self._tell(f"{words} Space continues.")
+        self._screen.say(f"{words}\nSpace continues, Escape stops.")
         self._asking = True
         try:
             while not self.stops:

@@ -111,7 +111,7 @@ def show_patches(
 ) -> dict[int, float]:
     """Show ``order`` and return when each was last shown, in seconds from the first, by position.
 
-    Each stands for ``hold_s`` seconds, or until a key if that is None. What a person must move before it is told, and
+    Each stands for ``hold_s`` seconds, or until a key if that is None. What a person must move first is announced, and
     with keys stands on the screen until one is pressed.
     """
     keys = Keys(screen, tell)
@@ -157,7 +157,7 @@ def patch_table(
 
 
 def _held(keys: Keys, hold_s: float | None) -> int:
-    """Keep the screen until it is time, or a key says so; return how many patches to go on by."""
+    """Keep the screen until it is time, or a key says so; return by how many patches to move."""
     held_s, last_s = 0.0, time.monotonic()
     while not keys.stops and (hold_s is None or held_s < hold_s):
         key = keys.poll()

@@ -191,7 +191,7 @@ def measure(
         If it cannot begin: with a finding each.
     """
     dialogue = dialogue or Dialogue()
-    sets = [one.rounded(screen.highest) for one in order.sets]
+    sets = [patch_set.rounded(screen.highest) for patch_set in order.sets]
     planned = steps(sets, order.show.seed, order.show.repeat_every, eye=order.show.eye)
     facts = _facts(target, order, screen, planned)
     log: MeasurementLog | None = None
@@ -207,7 +207,7 @@ def measure(
             log.close()
             raise
     elif file.exists():
-        remedy = "go on with it by --resume, or choose another name"
+        remedy = "resume it with --resume, or choose another name"
         raise MeasuringError(Finding("this measurement exists already", str(file), remedy=remedy))
     try:
         opened = open_instrument(instrument, wiring)
@@ -217,7 +217,7 @@ def measure(
             else:
                 before = session.header["instrument"]
                 if opened.name != before:
-                    dialogue.tell(f"warning: the measurement began with {before} and goes on with {opened.name}")
+                    dialogue.tell(f"warning: the measurement began with {before} and is resumed with {opened.name}")
                 log.note(resumed_utc=datetime.now(UTC).isoformat(), instrument=opened.name, again=list(again))
             elapsed_s = _clock(begun)
             outcome = take_readings(
@@ -241,7 +241,7 @@ def measure(
 
 
 def _clock(begun: datetime) -> Callable[[], float]:
-    """Return what tells the seconds since ``begun``: steady from now on, whatever is done to the system's clock."""
+    """Return a function of the seconds since ``begun``: steady from now on, whatever is done to the system's clock."""
     already_s = max(0.0, (datetime.now(UTC) - begun).total_seconds())
     now_s = time.monotonic()
     return lambda: already_s + time.monotonic() - now_s
@@ -255,8 +255,8 @@ def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Ste
         "mode": target.mode.name,
         "mode_options": target.mode_options,
         "eye": order.show.eye,
-        "set": " + ".join(one.name for one in order.sets),
-        "set_source": "; ".join(one.source for one in order.sets if one.source),
+        "set": " + ".join(patch_set.name for patch_set in order.sets),
+        "set_source": "; ".join(patch_set.source for patch_set in order.sets if patch_set.source),
         "seed": order.show.seed,
         "repeat_every": order.show.repeat_every,
         "settle_s": order.show.settle_s,

@@ -59,11 +59,11 @@ def take_readings(
 ) -> Outcome:
     """Read ``steps`` in their order, each kept in ``log`` before the next is shown.
 
-    ``elapsed_s`` tells the seconds since the measurement began, over all its resumptions. A patch out of the
+    ``elapsed_s`` returns the seconds since the measurement began, over all its resumptions. A patch out of the
     instrument's range is recorded as failed, and the next comes; an answer that makes no sense is asked for again, and
     the third such, or a lost instrument, stops the measurement.
 
-    Where a person must move the instrument or the glasses, ``ready`` is told what to do and returns once it is done,
+    Where a person must move the instrument or the glasses, ``ready`` gets what to do and returns once it is done,
     False to stop; without it, the words stand on the screen until a key.
     """
     keys = Keys(screen, tell, "stopping after this reading; Escape again stops at once")

@@ -140,13 +140,13 @@ def read_target(path: Path, mode: str | None = None) -> Target:
             Finding("a display file does not say in which stereo mode", str(path), remedy="add --mode")
         )
     spec, _ = load_document(display_file, _PanelAlone, "display")
-    found = find_mode(mode, ModeOptions.parse(options))
+    stereo_mode = find_mode(mode, ModeOptions.parse(options))
     # A new display file has no modes yet; one that has must be right.
     display = read_display(display_file) if (spec.model_extra or {}).get("modes") else None
     if display is None or mode not in display.modes:
-        return Target(path, display_file, spec.panel, found, None, options)
+        return Target(path, display_file, spec.panel, stereo_mode, None, options)
     crosstalk, gain_map = display.crosstalk(mode), display.gain_map(mode)
-    return Target(path, display_file, spec.panel, found, display.modes[mode], options, crosstalk, gain_map)
+    return Target(path, display_file, spec.panel, stereo_mode, display.modes[mode], options, crosstalk, gain_map)
 
 
 def wiring_of(target: Target, show: ShowOptions, instrument: InstrumentOptions, dialogue: Dialogue) -> Wiring:

@@ -85,15 +85,15 @@ class Verdict:
             "missing": list(self.missing),
             "colours": [
                 {
-                    "name": one.name,
-                    "asked_XYZ_cd_m2": one.asked_XYZ_cd_m2,
-                    "measured_XYZ_cd_m2": one.measured_XYZ_cd_m2,
-                    "delta_e_00": one.delta_e_00,
-                    "model_XYZ_cd_m2": one.predicted_XYZ_cd_m2,
-                    "model_alone_delta_e_00": one.predicted_delta_e_00,
-                    "desaturated": one.desaturated,
+                    "name": colour.name,
+                    "asked_XYZ_cd_m2": colour.asked_XYZ_cd_m2,
+                    "measured_XYZ_cd_m2": colour.measured_XYZ_cd_m2,
+                    "delta_e_00": colour.delta_e_00,
+                    "model_XYZ_cd_m2": colour.predicted_XYZ_cd_m2,
+                    "model_alone_delta_e_00": colour.predicted_delta_e_00,
+                    "desaturated": colour.desaturated,
                 }
-                for one in self.colours
+                for colour in self.colours
             ],
         }
 
@@ -189,19 +189,19 @@ def judge(session: Session, asked: tuple[AskedColour, ...], display: SimulatedDi
     A gain map that makes the whole panel as dim as its dimmest place makes what was asked dimmer too. The reference
     white is the model's at full drive, dimmed alike. Raises MeasuringError if nothing was read.
     """
-    kept = {session.steps[place].patch.name: one for place, one in session.readings.items()}
-    found = [(colour, kept[colour.name]) for colour in asked if colour.name in kept]
-    if not found:
+    kept = {session.steps[place].patch.name: reading for place, reading in session.readings.items()}
+    pairs = [(colour, kept[colour.name]) for colour in asked if colour.name in kept]
+    if not pairs:
         raise MeasuringError("none of the colours was read")
     share = 1.0 if display.gain_map is None else display.gain_map.delivered_share
     model = display.models.right if eye == "right" else display.models.left
     white = share * model.xyz([1.0, 1.0, 1.0])
-    wanted = share * np.array([colour.XYZ_cd_m2 for colour, _ in found])
-    read = np.array([one.reading.XYZ_cd_m2 for _, one in found])
-    told = np.array([_predicted(session, one, display, eye) for _, one in found])
+    wanted = share * np.array([colour.XYZ_cd_m2 for colour, _ in pairs])
+    read = np.array([reading.reading.XYZ_cd_m2 for _, reading in pairs])
+    modelled = np.array([_predicted(session, reading, display, eye) for _, reading in pairs])
     wanted_lab = xyz_to_lab(wanted, white)
     achieved = delta_e_2000(wanted_lab, xyz_to_lab(read, white))
-    predicted = delta_e_2000(wanted_lab, xyz_to_lab(told, white))
+    predicted = delta_e_2000(wanted_lab, xyz_to_lab(modelled, white))
     colours = tuple(
         Checked(
             colour.name,
@@ -209,10 +209,10 @@ def judge(session: Session, asked: tuple[AskedColour, ...], display: SimulatedDi
             _triple(read[row]),
             float(achieved[row]),
             colour.desaturated,
-            _triple(told[row]),
+            _triple(modelled[row]),
             float(predicted[row]),
         )
-        for row, (colour, _) in enumerate(found)
+        for row, (colour, _) in enumerate(pairs)
     )
     missing = tuple(colour.name for colour in asked if colour.name not in kept)
     return Verdict(colours, Spread.of(achieved), Spread.of(predicted), missing)

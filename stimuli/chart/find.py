@@ -89,11 +89,11 @@ def _centred(preview: Floats, corners: Floats, layout: ChartLayout) -> Floats:
         centres = layout.centres()
         where = project(perspective(layout.outline(), best), centres)
         step = float(np.median(np.linalg.norm(np.diff(where.reshape(layout.rows, layout.columns, 2), axis=1), axis=2)))
-        found = [(own, at_px) for own, at in zip(centres, where, strict=True) if (at_px := _blob(preview, at, step))]
-        if len(found) < _LEAST_CENTRES:
+        matches = [(own, at_px) for own, at in zip(centres, where, strict=True) if (at_px := _blob(preview, at, step))]
+        if len(matches) < _LEAST_CENTRES:
             return best
-        own = np.array([pair[0] for pair in found])
-        seen = np.array([pair[1] for pair in found])
+        own = np.array([pair[0] for pair in matches])
+        seen = np.array([pair[1] for pair in matches])
         matrix, _ = cv2.findHomography(own, seen, cv2.LMEDS)
         if matrix is None:
             return best
@@ -174,8 +174,8 @@ def _unlike(
     range_rgb = np.ptp(np.nan_to_num(values), axis=0)
     dead = [name for name, spread in zip(_COLOURS, range_rgb, strict=True) if spread < _DEAD * range_rgb.max()]
     if dead:
-        told = " and ".join(dead) + (" channel sees" if len(dead) == 1 else " channels see")
-        return Finding(f"the {told} nothing of the chart", file, remedy="check how the file was made")
+        blind = " and ".join(dead) + (" channel sees" if len(dead) == 1 else " channels see")
+        return Finding(f"the {blind} nothing of the chart", file, remedy="check how the file was made")
     return Finding(
         f"the colours there are not those of the chart in any way round (median ΔE00 {off:.0f} at best)",
         file,

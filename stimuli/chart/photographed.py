@@ -55,7 +55,7 @@ def read_chart(
     """Return the values of a chart in a linear picture (height, width, 3) beside its ``reference``.
 
     ``corners_px`` (4, 2) are the outer corners of its patches around the chart, found where they are None. A chart that
-    lies another way round than the corners say is turned, and that is said.
+    lies another way round than the corners say is turned, with a note.
 
     Raises
     ------
@@ -70,8 +70,8 @@ def read_chart(
                 f"the reference has {len(reference.names)} colours and the chart {len(layout)} patches", reference.file
             )
         )
-    found = corners_px is None
-    if found:
+    was_found = corners_px is None
+    if was_found:
         corners = _find(rgb, saturated, layout, file)
     else:
         corners = check_corners(corners_px if corners_px is not None else (), rgb.shape, file)
@@ -82,7 +82,7 @@ def read_chart(
     colours = Correspondences(values.rgb, reference.XYZ, reference.names, values.saturated, file)
     notes = []
     if way:
-        verb = "lies" if not found else "was found"
+        verb = "lies" if not was_found else "was found"
         notes.append(f"the chart {verb} {way}; its patches were named accordingly")
     uneven = values.spread > _MOST_SPREAD * np.maximum(values.rgb, 0.02)
     if uneven.any():
@@ -90,7 +90,7 @@ def read_chart(
             f"pixels differ by more than {100 * _MOST_SPREAD:.0f} % within {colours.named(uneven.any(axis=1))}: noise, "
             "shine, or corners that do not sit well"
         )
-    return PhotographedChart(colours, values, way, found, tuple(notes))
+    return PhotographedChart(colours, values, way, was_found, tuple(notes))
 
 
 def _find(rgb: Picture, saturated: Bools, layout: ChartLayout, file: str | None) -> Floats:

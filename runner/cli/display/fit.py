@@ -127,19 +127,19 @@ def _print_eye(fit: EyeFit, *, brief: bool) -> None:
     from rich.console import Console
 
     console = Console(highlight=False)
-    found = fit.characterisation
+    characterisation = fit.characterisation
     if fit.thesis and not brief:
         _print_thesis(fit.thesis, console)
-    _print_candidates(found.candidates, found.chosen.name, console)
-    click.echo(f"Chosen: {found.chosen.name}, because {found.reason}.")
-    _print_numbers(found.chosen.numbers, console)
-    for candidate in found.candidates:
+    _print_candidates(characterisation.candidates, characterisation.chosen.name, console)
+    click.echo(f"Chosen: {characterisation.chosen.name}, because {characterisation.reason}.")
+    _print_numbers(characterisation.chosen.numbers, console)
+    for candidate in characterisation.candidates:
         if candidate.unusable:
             click.echo(f"{candidate.name}: {candidate.unusable}.")
         for name in candidate.at_bound:
             click.echo(f"{candidate.name}: {name} ended at the edge of what is allowed.")
     click.echo("Where it errs:")
-    for sentence in found.where_it_errs:
+    for sentence in characterisation.where_it_errs:
         click.echo(f"  {sentence}")
     _print_notes(fit.notes)
 

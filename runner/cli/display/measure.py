@@ -50,7 +50,7 @@ def command(
     """Show patches and read each with an instrument.
 
     Readings go to NAME.jsonl one by one, and to a table at the end, for `display fit` and `display report`. Space
-    pauses, Escape stops after the reading; --resume resumes. Close the blinds, and let the display warm up first,
+    pauses, Escape stops after the reading; --resume continues. Close the blinds, and let the display warm up first,
     unless the warm-up is measured. Where the instrument or the glasses must be moved, the run says so and waits.
     """
     from runner.cli.display.measuring_options import dialogue, raise_unless_complete

@@ -180,7 +180,7 @@ def raise_unless_complete(outcome: Outcome, file: Path) -> None:
 
     if outcome.stopped:
         raise WorkError(
-            f"{outcome.stopped}; {counted(outcome.taken, 'reading is', 'readings are')} safe in {file}: go on "
+            f"{outcome.stopped}; {counted(outcome.taken, 'reading is', 'readings are')} safe in {file}: resume "
             "with --resume"
         )
     if outcome.failed:

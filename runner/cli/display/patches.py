@@ -42,8 +42,9 @@ def command(
 ) -> None:
     """Show patches of known device codes full-screen in a stereo mode.
 
-    Both eyes see them, or one while the other sees black, so that the mode stays enabled. Right and left go on and
-    back, space pauses, Escape stops. The order is shuffled by the seed; black and white come again throughout.
+    Both eyes see them, or one while the other sees black, so that the mode stays enabled. Right and left show the next
+    and the previous patch, space pauses, Escape stops. The order is shuffled by the seed; black and white come again
+    throughout.
     """
     from documents.files.whole_file import write_whole
     from runner.cli.display.measuring_options import dialogue, duration, note, tell

@@ -117,8 +117,8 @@ def _chromaticities(fit: CameraFit) -> tuple[str, Panel]:
     measured = xyY_from_XYZ(np.array([patch.XYZ for patch in fit.patches])[used])
     estimated = xyY_from_XYZ(np.array([patch.estimated_XYZ for patch in fit.patches])[used])
     apart = [
-        Line("", (float(one[0]), float(other[0])), (float(one[1]), float(other[1])), "soft", "line")
-        for one, other in zip(measured, estimated, strict=True)
+        Line("", (float(first[0]), float(second[0])), (float(first[1]), float(second[1])), "soft", "line")
+        for first, second in zip(measured, estimated, strict=True)
     ]
     lines = (
         locus_line(),

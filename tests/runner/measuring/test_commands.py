@@ -95,7 +95,7 @@ def test_a_measurement_gone_on_with_by_another_instrument_says_so(folder: Path) 
     CliRunner().invoke(group, [*arguments, "--instrument", "manual"], input="1 2 3\n")
     result = CliRunner().invoke(group, [*arguments, "--instrument", "simulated", "--resume"])
     assert result.exit_code == 0, result.output
-    assert "began with typed by hand and goes on with simulated (seed 1)" in result.output
+    assert "began with typed by hand and is resumed with simulated (seed 1)" in result.output
     assert len(_lines(folder / "m.jsonl", "note")) == 1
 
 

@@ -130,7 +130,7 @@ def test_words_stand_on_the_screen_until_a_key_and_then_no_longer(mode: str, bit
         assert keys.ask("Point the instrument at the patch.")
         assert not keys.paused
         after = screen.capture()
-    assert said == ["Point the instrument at the patch. Space goes on."]
+    assert said == ["Point the instrument at the patch. Space continues."]
     for name, picture in looks[0].items():
         lit = (picture[..., 0] > 0).mean()
         assert 0.001 < lit < 0.1
@@ -169,7 +169,7 @@ def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
 
 
 def test_a_person_at_the_terminal_says_when_the_instrument_stands(folder: Path) -> None:
-    """Without a window, the end of a line goes on; where nobody answers, it stops, and goes on later."""
+    """Without a window, the end of a line continues; where nobody answers, it stops, and resumes later."""
     result = _measure(folder, "--set", "uniformity", typed="\n" * 4)
     assert result.exit_code == 1
     assert result.stderr.count("Then press Enter") == 5

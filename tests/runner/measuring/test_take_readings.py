@@ -190,7 +190,7 @@ def test_space_pauses_until_space(desk: Desk) -> None:
     _press(desk, keys)
     assert desk.run(instrument, 5) == Outcome(5, ())
     assert polls > 40
-    assert desk.said == ["paused: space goes on", "going on"]
+    assert desk.said == ["paused: space resumes", "resumed"]
 
 
 def test_frames_in_turn_go_on_while_the_instrument_reads(desk: Desk) -> None:
