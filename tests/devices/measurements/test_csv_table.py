@@ -41,7 +41,7 @@ def test_the_largest_code_tells_and_it_is_said(largest: str, full: int) -> None:
 
 @pytest.mark.parametrize("largest", ["2", "100", "240", "940", "4095", "0"])
 def test_codes_that_do_not_tell_are_refused(largest: str) -> None:
-    with pytest.raises(DeviceError, match="does not tell"):
+    with pytest.raises(DeviceError, match="does not determine"):
         _parse(HEADER + f"a,0,0,{largest},1,2,3\n")
     assert _parse(HEADER + f"a,0,0,{largest},1,2,3\n", "0..5000").codes[0, 2] == float(largest) / 5000
 

@@ -112,7 +112,7 @@ def test_missing_large_and_binary_files(tmp_path: Path) -> None:
         ),
         ("a: {b: 1}}\n", 1, "too many"),
         ("a: 1\nb: 'x\nc: 1\n", 4, "the quotation mark of line 2 is not closed"),
-        ("a: 'it's'\n", 1, "goes on after its quotation mark"),
+        ("a: 'it's'\n", 1, "continues after its quotation mark"),
         ("a:\n  - 1\n - 2\n", 3, "begin below one another"),
         ("a: 1\nb\nc: 2\n", 3, "with a space after the colon"),
         ("a: @x\n", 1, "in quotes"),
