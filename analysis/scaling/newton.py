@@ -178,7 +178,7 @@ def _iterated(counts: Counts, law: Law, penalty: Penalty, design: Design, theta:
     state = _State.at(counts, law, penalty, Point(theta, law.start(counts) if law.parameter else nothing, nothing))
     ended, likelihood = Point(np.zeros((n, batch)).T, np.zeros((batch, 1)), np.zeros((batch, 1))), np.zeros(batch)
     iterations, converged = np.zeros(batch, dtype=np.intp), np.zeros(batch, dtype=np.bool_)
-    active, last_size = np.arange(batch), np.full(batch, np.inf)
+    active, last_size = np.arange(batch), np.full(batch, np.nan)
     for iteration in range(1, steps + 1):
         step = _step(counts, law, penalty, design, state)
         largest = np.abs(step.theta).max(axis=1, initial=0.0)
@@ -249,7 +249,7 @@ def _border(counts: Counts, law: Law, slopes: Slopes) -> tuple[Floats, Floats, F
 
 def _climb(counts: Counts, law: Law, penalty: Penalty, state: _State, step: Point) -> _State:
     """Go along ``step``, halved for each replicate whose objective falls by more than rounding."""
-    slack = penalty.slack(np.abs(state.terms).sum(axis=1) + np.abs(state.added))
+    slack = penalty.slack(np.abs(state.added) - state.terms.sum(axis=1))  # no term is above 0
     bordered = bool(law.parameter) or counts.ordered
     share: Floats | None = None
     for _ in range(MOST_HALVINGS):

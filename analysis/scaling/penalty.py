@@ -54,7 +54,10 @@ class Penalty(Protocol):
         ...
 
     def has_settled(self, size: Floats, last_size: Floats) -> NDArray[np.bool_]:
-        """Say whether steps of ``size``, relative to θ where that is above 1, after ``last_size``, mean convergence."""
+        """Say whether steps of ``size``, relative to θ where that is above 1, mean convergence.
+
+        ``last_size`` is NaN at the first step.
+        """
         ...
 
 
@@ -62,8 +65,9 @@ class Penalty(Protocol):
 class NoPenalty:
     """The plain likelihood.
 
-    A fit has converged once the largest entry of a step is below 1e-10, or below 1e-6 and no longer halved: rounding
-    then is all that moves it, as happens where an item won against one that is stronger by far.
+    A fit has converged once the largest entry of a step is below 1e-10; or below 1e-6 and the next, by the last two,
+    would be below 1e-14, since Newton's steps shrink quadratically; or below 1e-6 and no longer halved: rounding then
+    is all that moves it, as happens where an item won against one that is stronger by far.
     """
 
     precision: float = 0.0
@@ -83,8 +87,10 @@ class NoPenalty:
 
     def has_settled(self, size: Floats, last_size: Floats) -> NDArray[np.bool_]:
         """Newton's steps shrink fast: those that do not are rounding."""
-        small = size <= 1e-6
-        return np.asarray((size <= 1e-10) | (small & (size > last_size / 2))) if small.any() else small
+        small: NDArray[np.bool_] = size <= 1e-6
+        if not small.any():
+            return small
+        return (size <= 1e-10) | (small & ((size > last_size / 2) | (size**3 <= 1e-14 * last_size**2)))
 
 
 @dataclass(frozen=True, slots=True)
