@@ -14,9 +14,8 @@ from documents import Finding
 from runner.blocks.block import Block, BlockSpec, Draft, Ended, Response, Steps, answer
 from runner.blocks.field_types import Words
 from runner.blocks.message import page
+from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
-from runner.blocks.screening.near_acuity import NearAcuitySpec
-from runner.blocks.screening.stereo_acuity import StereoAcuitySpec
 from runner.blocks.screening.vision_test import Answers, Presentation, Screen, Series, VisionTest
 from runner.blocks.setting import Setting
 from runner.blocks.style import FULL_HD_HALF, Style

@@ -17,10 +17,9 @@ from analysis.records.session_record import Header, SessionLog, Trial
 from devices.display.display_file import EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from runner.blocks.screening.acuity import NearAcuitySpec, StereoAcuitySpec, finest_arcsec, finest_logmar, gap_px
 from runner.blocks.screening.block import Screening
 from runner.blocks.screening.colour_vision import ColourVisionSpec
-from runner.blocks.screening.near_acuity import NearAcuitySpec, finest_logmar, gap_px
-from runner.blocks.screening.stereo_acuity import StereoAcuitySpec, finest_arcsec
 from runner.blocks.screening.vision_test import Screen
 from runner.blocks.style import Style
 from runner.blocks.tasks import Choose, GoOn

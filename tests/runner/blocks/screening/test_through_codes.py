@@ -14,9 +14,8 @@ from numpy.typing import NDArray
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from runner.blocks.screening.acuity import FINEST_PX, NearAcuitySpec, StereoAcuitySpec, finest_arcsec
 from runner.blocks.screening.colour_vision import ColourVisionSpec
-from runner.blocks.screening.near_acuity import NearAcuitySpec
-from runner.blocks.screening.stereo_acuity import FINEST_PX, StereoAcuitySpec, finest_arcsec
 from runner.blocks.screening.vision_test import Screen
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import find_mode

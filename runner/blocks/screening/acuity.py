@@ -1,22 +1,26 @@
-"""Stereo acuity: which of four squares of random dots lies in front of the others or behind them?
+"""Acuity of observers on the rig itself: near acuity by Landolt rings, stereo acuity by squares of random dots.
 
-In the spirit of the tests of stereopsis that [ITU2021] asks of observers (VT-04): random dots, four answers,
-disparities from coarse to fine.
+Near acuity is tested at the rig's own distance, dark on light, with both eyes open [ISO8596]. Stereo acuity asks which
+of four squares of random dots lies in front of the others or behind them, in the spirit of the tests of stereopsis that
+[ITU2021] asks of observers (VT-04): random dots, four answers, disparities from coarse to fine.
 """
 
 from __future__ import annotations
 
+import math
 import random
+from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, Literal
+from typing import Annotated, Any, Literal
 
-from pydantic import PositiveFloat
+from pydantic import Field, PositiveFloat
 
 from documents import Finding
 from runner.blocks.screening.vision_test import (
     Level,
     Levels,
     Presentation,
+    Repeats,
     Screen,
     Series,
     VisionTest,
@@ -25,9 +29,93 @@ from runner.blocks.screening.vision_test import (
 )
 from runner.errors import SessionError
 from runner.presenter.scene import Box
+from stimuli.vision_tests.optotypes import landolt
 from stimuli.vision_tests.random_dots import SIDES, DotField, stereogram
 
-NAME = "stereo_acuity"
+NEAR, STEREO = "near_acuity", "stereo_acuity"
+
+LogMAR = Annotated[float, Field(ge=-1, le=2)]
+Sizes = Annotated[tuple[LogMAR, ...], Field(min_length=1, max_length=20)]
+GROUND_DEG = 6.0
+NEAR_GROUND_SHARE, RING_SHARE = 0.80, 0.02
+_NEAR_WORDS = (
+    "Fine detail\n\nYou will see a small ring with a gap, like the letter C, in the middle of a bright square.\n\n"
+    "Press the arrow key that points to the gap: up, down, left or right. The rings get smaller. "
+    "Stay where you sit. If you cannot tell, guess."
+)
+
+
+def finest_logmar(screen: Screen) -> float:
+    """Return the smallest size that the screen shows: the gap is one pixel, of those that an eye is really shown."""
+    return math.log10(60.0 * screen.degrees(max(screen.grain_px)))
+
+
+def gap_px(screen: Screen, logmar: float) -> float:
+    """Return the width of the gap, which subtends 10 to the power of ``logmar`` minutes of arc."""
+    return screen.px(10.0**logmar / 60.0)
+
+
+class NearAcuitySpec(VisionTestSpec):
+    """Landolt rings; ``levels_logmar`` are logarithms of the gap in minutes of arc."""
+
+    test: Literal["near_acuity"]
+    repeats: Repeats = 5
+    required: Repeats = 4
+    pass_logmar: LogMAR = 0.2
+    levels_logmar: Sizes = (0.6, 0.5, 0.4, 0.3, 0.2, 0.1, 0.0, -0.1)
+
+    def make(self, screen: Screen, seed: str) -> VisionTest:
+        """Return the test; sizes that the screen cannot show are left out, and its ``facts`` say which.
+
+        Raises
+        ------
+        SessionError
+            If the screen cannot show the pass mark.
+        """
+        side = screen.fitting_px(GROUND_DEG)
+        finest, coarsest = finest_logmar(screen), math.log10(60.0 * screen.degrees(side / 8))
+        if not finest <= self.pass_logmar <= coarsest:
+            raise SessionError(
+                Finding(
+                    f"screening: at this distance the rig shows rings of {math.ceil(100 * finest) / 100:.2f} to "
+                    f"{math.floor(100 * coarsest) / 100:.2f} logMAR, not the pass mark of {self.pass_logmar:g}",
+                    remedy="change pass_logmar, or leave near_acuity out and test acuity with a printed chart",
+                )
+            )
+        wanted = sorted({*self.levels_logmar, self.pass_logmar}, reverse=True)
+        levels = [level for level in wanted if finest <= level <= coarsest]
+        rng = random.Random(f"{seed}/{NEAR}")
+        ground, ring = screen.shown.grey(NEAR_GROUND_SHARE), screen.shown.grey(RING_SHARE)
+
+        def presentation(level: float, number: int) -> Presentation:
+            name = f"{seed}/{NEAR}/{level:g}/{number}"
+            gap, open_at = gap_px(screen, level), rng.choice(SIDES)
+            make = partial(landolt, gap, open_at, side, ground, ring)
+            return Presentation(name, make, open_at, 10.0**level, {"gap_px": round(gap, 4)})
+
+        facts: dict[str, Any] = {
+            "finest_logmar": round(finest, 4),
+            "one_pixel_arcmin": round(60 * screen.degrees(1.0), 4),
+            "ground_luminance_cd_m2": round(float(ground[1]), 3),
+            "ring_luminance_cd_m2": round(float(ring[1]), 3),
+            "eyes": "both open",
+            "levels_logmar": levels,
+            "not_shown_logmar": [level for level in wanted if level not in levels],
+        }
+        return VisionTest(
+            NEAR,
+            "logmar",
+            self.pass_logmar,
+            _NEAR_WORDS,
+            "Where is the gap in the ring?",
+            side,
+            (_series(NEAR, self, levels, presentation),),
+            facts,
+            four_targets(side / 4, side / 3),
+            logarithmic=True,
+        )
+
+
 Depth = Literal["crossed", "uncrossed", "both"]
 # The finest parallax that is called faithful, in pixels that an eye is really shown. Codes of 8 bits hold a hundredth
 # of it; how sharp the panel is between its pixels nobody measured, and that decides.
@@ -35,8 +123,8 @@ FINEST_PX = 0.2
 FIELD_DEG, TARGET_SHARE, OFFSET_SHARE = 10.0, 0.26, 0.30
 _DOTS_PER_SQUARE_DEG, _SPOT_ARCMIN = 40.0, 1.0
 # Dots brighter than a ground that is not black: what leaks from a dot to the other eye can be taken off the ground.
-GROUND_SHARE, DOT_SHARE = 0.10, 0.70
-_WORDS = (
+STEREO_GROUND_SHARE, DOT_SHARE = 0.10, 0.70
+_STEREO_WORDS = (
     "Stereo vision\n\nYou will see a square full of dots. In it, above, below, left or right of the cross, "
     "a smaller square floats in front of the other dots, or lies behind them.\n\n"
     "Look at the cross, and take your time. Press the arrow key that points to the smaller square, or click on it. "
@@ -96,11 +184,11 @@ class StereoAcuitySpec(VisionTestSpec):
             )
         wanted = sorted({*self.levels_arcsec, self.pass_arcsec}, reverse=True)
         levels = [level for level in wanted if finest <= level <= coarsest]
-        rng = random.Random(f"{seed}/{NAME}")
-        ground, dot = screen.shown.grey(GROUND_SHARE), screen.shown.grey(DOT_SHARE)
+        rng = random.Random(f"{seed}/{STEREO}")
+        ground, dot = screen.shown.grey(STEREO_GROUND_SHARE), screen.shown.grey(DOT_SHARE)
 
         def presentation(level: float, number: int) -> Presentation:
-            name = f"{seed}/{NAME}/{level:g}/{number}"
+            name = f"{seed}/{STEREO}/{level:g}/{number}"
             direction = ("crossed", "uncrossed")[number % 2] if self.depth == "both" else self.depth
             parallax = screen.parallax_px(-level if direction == "crossed" else level)
             side = rng.choice(SIDES)
@@ -120,24 +208,13 @@ class StereoAcuitySpec(VisionTestSpec):
             "not_shown_arcsec": [level for level in wanted if level not in levels],
         }
         return VisionTest(
-            NAME,
+            STEREO,
             "arcsec",
             self.pass_arcsec,
-            _WORDS,
+            _STEREO_WORDS,
             "Where is the smaller square?",
             field.side_px,
-            (
-                Series(
-                    NAME,
-                    NAME,
-                    tuple(
-                        Level(
-                            level, tuple(presentation(level, number) for number in range(self.repeats)), self.required
-                        )
-                        for level in levels
-                    ),
-                ),
-            ),
+            (_series(STEREO, self, levels, presentation),),
             facts,
             four_targets(field.target_offset_px, field.target_px),
             _cross(field.side_px),
@@ -148,3 +225,15 @@ def _cross(side_px: int) -> tuple[Box, ...]:
     """Return a cross on black in the middle of the field, on the screen's plane, for the eyes to meet at."""
     arm, thick, ground = (max(1, round(share * side_px)) for share in (0.05, 0.007, 0.07))
     return Box((0, 0), (ground, ground), 0.0), Box((0, 0), (arm, thick), 0.8), Box((0, 0), (thick, arm), 0.8)
+
+
+def _series(
+    name: str, spec: VisionTestSpec, levels: Sequence[float], presentation: Callable[[float, int], Presentation]
+) -> Series:
+    """Return the one series of a test, its presentations made level by level."""
+    made = (tuple(presentation(level, number) for number in range(spec.repeats)) for level in levels)
+    return Series(
+        name,
+        name,
+        tuple(Level(level, shown, spec.required) for level, shown in zip(levels, made, strict=True)),
+    )
