@@ -3,7 +3,7 @@
 It tells on standard output what it does, a line at a time, so that the test knows which answers were given before
 the process died: ``asked FIRST SECOND`` once a trial is awaited (all trials before it are recorded by then), ``end``
 once the session is complete. Each folder that it is told on standard input it gives to a process forked from it, of
-which it tells ``process NUMBER`` and, on a line of its own, ``gone``: to start Python anew each time would take long.
+which it tells ``process NUMBER`` and, on a line of its own, ``gone``: to start Python each time would take long.
 """
 
 from __future__ import annotations

@@ -141,7 +141,7 @@ def test_no_scene_comes_after_its_last_record(kind: str, variant: int, folder: P
 
 
 @pytest.mark.parametrize(("kind", "variant"), VARIANTS)
-def test_it_is_gone_on_with_from_any_answer(kind: str, variant: int, folder: Path) -> None:
+def test_it_is_resumed_from_any_answer(kind: str, variant: int, folder: Path) -> None:
     """With any first part of its log, the rest is asked and shown as it was, and what is logged is not shown again."""
     blocks = EVERY.blocks_of(folder, kind, variant)
     whole = _play(blocks, EVERY.Fickle(11))

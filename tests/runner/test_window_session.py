@@ -65,7 +65,7 @@ def test_what_the_window_shows_is_the_float64_reference(person: Person) -> None:
         assert np.abs(shown - reference).max() <= 0.501
 
 
-def test_escape_twice_leaves_and_resume_goes_on(person: Person) -> None:
+def test_escape_twice_leaves_and_resume_continues(person: Person) -> None:
     person.sit_down()
     page = person.look()
     person.press("space")

@@ -82,7 +82,7 @@ def test_a_block_keeps_what_every_block_promises(play: Play, block: AllPairs) ->
 
 
 @pytest.mark.parametrize("block", BLOCKS.values(), ids=BLOCKS)
-def test_it_goes_on_after_any_trial_as_if_nothing_had_been(play: Play, block: AllPairs) -> None:
+def test_it_resumes_after_any_trial_as_if_nothing_had_been(play: Play, block: AllPairs) -> None:
     whole = play(block, at_random(2))
     for done in range(block.trials + 1):
         log = whole.trials[:done]

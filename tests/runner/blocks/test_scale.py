@@ -28,7 +28,7 @@ def answered(scale: Scale, *keys: str, style: Style = FULL_HD_HALF) -> tuple[int
     time_s = 0.0
     for index, key in enumerate(keys):
         meaning = asks[-1].meaning(key)
-        # A screen that a press left as it was is not shown anew: times count from the same onset.
+        # A screen that a press left as it was is not shown again: times count from the same onset.
         time_s = time_s + 0.5 if len(asks) > 1 and asks[-1].scene == asks[-2].scene else 0.5
         assert meaning is not None, f"{key} means nothing at {index}"
         try:

@@ -22,8 +22,8 @@ Study = Any  # tests/conftest.py
 HEADER = Header("small", "07", "s", "2026-01-01T00:00:00.000+00:00", 0, "Which?", True, (), {}, {}, {}, {}, {})
 
 
-def _check(study: Study, **wishes: Any) -> CheckReport:
-    return check_file(study.experiment, CheckOptions(**{"results": study.results, "screen": "skip", **wishes}))
+def _check(study: Study, **options: Any) -> CheckReport:
+    return check_file(study.experiment, CheckOptions(**{"results": study.results, "screen": "skip", **options}))
 
 
 def _messages(checked: CheckReport) -> str:

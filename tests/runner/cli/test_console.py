@@ -141,7 +141,7 @@ def test_what_is_typed_can_neither_hide_nor_steer_the_terminal(terminal: Termina
         (ValueError("write to closed file"), "the session is over"),
     ],
 )
-def test_a_note_that_cannot_be_kept_is_told_and_the_console_goes_on(
+def test_a_note_that_cannot_be_kept_is_reported_and_the_console_continues(
     terminal: Terminal, trouble: Exception, words: str
 ) -> None:
     session = Notebook(trouble=trouble)

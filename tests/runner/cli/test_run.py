@@ -69,7 +69,7 @@ def _cut(results: Path, lines: int) -> Path:
     return file
 
 
-def test_resume_goes_on_where_the_session_stopped(study: Study) -> None:
+def test_resume_continues_where_the_session_stopped(study: Study) -> None:
     _simulate(study)
     whole = _answered(study.results)
     _cut(study.results, 5)  # header, instructions, three pairs
@@ -100,7 +100,7 @@ def test_resume_is_refused_when_something_changed(study: Study, file: str, old: 
     assert log.read_bytes() == before
 
 
-def test_accepted_changes_are_recorded_and_the_session_goes_on(study: Study) -> None:
+def test_accepted_changes_are_recorded_and_the_session_continues(study: Study) -> None:
     _simulate(study)
     log = _cut(study.results, 4)
     study.edit("display.yaml", "gamma: 2.1", "gamma: 2.15")

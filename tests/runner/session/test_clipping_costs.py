@@ -35,7 +35,7 @@ SOURCE = "    source: made up for tests\n"
 
 
 def _opened(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]:
-    """Return each picture's description, and how many costs were reckoned and found."""
+    """Return each picture's description, and how many costs were computed and how many were cache hits."""
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     costs = ClippingCosts.of(design, stimuli, partial(stimuli.load, part=design.visible_part))
@@ -43,7 +43,7 @@ def _opened(study: Study) -> tuple[list[dict[str, Any]], tuple[int, int]]:
 
 
 def _slow(study: Study) -> list[dict[str, Any]]:
-    """Return the same by reckoning it all."""
+    """Return the same by computing it all."""
     design = read_experiment(study.experiment)
     stimuli = build_set(design.recipe_file, design.rig.display.panel.pixel_pitch_mm)
     load = partial(stimuli.load, part=design.visible_part)
@@ -90,7 +90,7 @@ def _as_it_is(study: Study) -> None:
 
 
 @pytest.mark.parametrize("rig", [_as_it_is, _leaky, _lifted, _uneven, _anaglyph])
-def test_what_is_found_is_what_was_reckoned(study: Study, rig: Callable[[Study], None]) -> None:
+def test_a_cache_hit_is_what_was_computed(study: Study, rig: Callable[[Study], None]) -> None:
     rig(study)
     lifts = 4 if rig is _lifted else 0
     first, work = _opened(study)
@@ -100,7 +100,7 @@ def test_what_is_found_is_what_was_reckoned(study: Study, rig: Callable[[Study],
     slow = _slow(study)
     assert first == again == slow
     assert json.dumps(first) == json.dumps(again) == json.dumps(slow)  # in one order, and whole numbers alike
-    assert any(told["clipping"]["left"]["percent_any"] > 0.0 for told in first)
+    assert any(described["clipping"]["left"]["percent_any"] > 0.0 for described in first)
 
 
 def test_no_picture_is_read_for_what_is_found(study: Study) -> None:
@@ -137,15 +137,15 @@ CHANGES: dict[str, Callable[[Study], None]] = {
 
 
 @pytest.mark.parametrize("change", CHANGES.values(), ids=CHANGES)
-def test_all_is_reckoned_anew_where_anything_that_it_rests_on_changed(
+def test_all_is_computed_again_where_anything_that_it_depends_on_changed(
     study: Study, change: Callable[[Study], None]
 ) -> None:
     _opened(study)
     change(study)
-    told, (reckoned, found) = _opened(study)
-    assert (reckoned % 4, found) == (0, 0)
-    assert reckoned
-    assert told == _slow(study)
+    described, (computed, hits) = _opened(study)
+    assert (computed % 4, hits) == (0, 0)
+    assert computed
+    assert described == _slow(study)
 
 
 def test_on_an_uneven_panel_the_places_count_and_on_an_even_one_they_do_not(study: Study) -> None:
@@ -155,18 +155,18 @@ def test_on_an_uneven_panel_the_places_count_and_on_an_even_one_they_do_not(stud
     _uneven(study)
     assert _opened(study)[1] == (4, 0)
     study.edit("small.yaml", "gap_mm: 6", "gap_mm: 12")
-    told, work = _opened(study)
+    described, work = _opened(study)
     assert work == (4, 0)
-    assert told == _slow(study)
+    assert described == _slow(study)
 
 
 def test_what_an_anaglyph_s_filters_pass_counts(study: Study) -> None:
     _anaglyph(study)
     _opened(study)
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\nmode_options: {anaglyph: channels}\n")
-    told, work = _opened(study)
+    described, work = _opened(study)
     assert work == (4, 0)
-    assert told == _slow(study)
+    assert described == _slow(study)
 
 
 def test_what_costs_do_not_rest_on_finds_them(study: Study) -> None:
@@ -182,12 +182,12 @@ def test_another_version_s_costs_are_not_taken(study: Study, monkeypatch: pytest
     assert _opened(study)[1] == (4, 0)
 
 
-def test_one_changed_picture_is_reckoned_alone(study: Study) -> None:
+def test_one_changed_picture_is_computed_alone(study: Study) -> None:
     _opened(study)
     write_exr(study.folder / "two.exr", StereoImage.flat(np.full((40, 80, 3), 7.0, dtype=np.float32)))
-    told, work = _opened(study)
+    described, work = _opened(study)
     assert work == (1, 3)
-    assert told == _slow(study)
+    assert described == _slow(study)
 
 
 def test_one_picture_that_needs_more_lift_changes_the_costs_of_all(study: Study) -> None:
@@ -202,9 +202,9 @@ def test_one_picture_that_needs_more_lift_changes_the_costs_of_all(study: Study)
         write(name, 0.1, 0.5 + index / 10)
     _opened(study)
     write("two", 0.002, 0.9)
-    told, work = _opened(study)
+    described, work = _opened(study)
     assert work == (1 + 4, 3)  # its own lift, then all at the new one
-    assert told == _slow(study)
+    assert described == _slow(study)
 
 
 def _session(study: Study, results: Path) -> tuple[Any, dict[str, int]]:
@@ -230,18 +230,18 @@ def test_every_trial_s_record_has_its_costs_found_or_not(study: Study, damaged: 
     second, work = _session(study, study.folder / "second")
     assert (work["clipping_costs_computed"], work["clipping_costs_cached"]) == ((4, 0) if damaged else (0, 4))
     assert first == second
-    assert all(set(told[name]) == {"left", "right"} for told in first[1] if told for name in told)
-    assert sum(told is not None for told in first[1]) == 6
+    assert all(set(described[name]) == {"left", "right"} for described in first[1] if described for name in described)
+    assert sum(described is not None for described in first[1]) == 6
 
 
 def test_check_and_session_find_each_other_s_costs(study: Study) -> None:
-    wishes = CheckOptions(results=study.results, screen="skip")
-    facts = check_file(study.experiment, wishes).facts
+    options = CheckOptions(results=study.results, screen="skip")
+    facts = check_file(study.experiment, options).facts
     assert (facts["clipping_costs_computed"], facts["clipping_costs_cached"]) == (4, 0)
-    again = check_file(study.experiment, wishes).facts
+    again = check_file(study.experiment, options).facts
     assert (again["clipping_costs_computed"], again["clipping_costs_cached"]) == (0, 4)
     assert again["clipped_percent"] == facts["clipped_percent"]
     (header, _), work = _session(study, study.results)
     assert work["clipping_costs_cached"] == 4
-    told = {one["name"]: [one["clipping"][eye]["percent_any"] for eye in ("left", "right")] for one in header}
-    assert told == facts["clipped_percent"]
+    described = {one["name"]: [one["clipping"][eye]["percent_any"] for eye in ("left", "right")] for one in header}
+    assert described == facts["clipped_percent"]

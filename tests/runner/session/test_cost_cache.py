@@ -1,4 +1,4 @@
-"""What was reckoned is found again as it was, or not at all, and keeping it is never in the way."""
+"""A cached cost is read as it was computed, or not at all, and writing it never stops a session."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def _as(data: object) -> Callable[[str], str]:
         _as({"depends_on": None, "cost": None, "sha256": None}),
     ],
 )
-def test_a_damaged_file_is_as_good_as_none_and_is_written_anew(tmp_path: Path, damage: Callable[[str], str]) -> None:
+def test_a_damaged_file_is_as_good_as_none_and_is_written_again(tmp_path: Path, damage: Callable[[str], str]) -> None:
     cache = CostCache(tmp_path)
     cache.keep(DEPENDS, COST)
     file = _only(tmp_path)

@@ -49,7 +49,7 @@ def test_sessions_sort_as_they_began_although_the_clock_was_set_back(tmp_path: P
     assert labels[-1].startswith("20260301T120100")  # the clock is ahead again, and is believed again
 
 
-def test_the_session_that_stopped_last_is_gone_on_with_although_the_clock_was_set_back(tmp_path: Path) -> None:
+def test_the_session_that_stopped_last_is_resumed_although_the_clock_was_set_back(tmp_path: Path) -> None:
     _begin(tmp_path, NOON, complete=True)
     stopped = _begin(tmp_path, NOON - timedelta(hours=2), complete=False)
     assert to_resume(tmp_path, "e", "01").header.session == stopped
@@ -80,7 +80,7 @@ def test_a_session_begun_without_resume_by_mistake_does_not_stand_before_the_one
     assert _resumed(tmp_path) == begun
 
 
-def test_what_was_begun_before_a_completed_session_is_not_gone_on_with(tmp_path: Path) -> None:
+def test_what_was_begun_before_a_completed_session_is_not_resumed(tmp_path: Path) -> None:
     _answer(tmp_path, _begin(tmp_path, NOON, complete=False), "all_pairs")
     _begin(tmp_path, NOON, complete=True)
     assert unfinished(tmp_path, "e", "01") is None

@@ -11,8 +11,10 @@ import pytest
 from analysis.records.session_record import FILE_NAME, Trial, read_session
 from analysis.report.page import write_report
 from documents import InputError
+from runner.blocks.block import Block
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.show import ShowOptions, show_picture
+from runner.protocol.experiment import Experiment
 from runner.reports.preview import preview
 from runner.session.folders import Recorder
 from runner.session.run import SessionOptions, run_session, simulate
@@ -43,6 +45,19 @@ def test_a_session_is_run_and_its_end_reported(study: Study) -> None:
     replayed = run_session(str(study.experiment), "01", SessionOptions(results=study.results, replay=done.folder))
     assert replayed.folder is not None
     assert _trials(replayed.folder) == _trials(done.folder)
+
+
+def test_the_observer_s_blocks_are_made_once(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    made: list[str] = []
+    make = Experiment.blocks
+
+    def blocks(self: Experiment, observer: str) -> tuple[Block, ...]:
+        made.append(observer)
+        return make(self, observer)
+
+    monkeypatch.setattr(Experiment, "blocks", blocks)
+    run_session(study.experiment, "04", SessionOptions(results=study.results, simulate=study.observers))
+    assert made == ["04"]
 
 
 def test_an_answer_that_cannot_be_written_stops_the_session(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -49,7 +49,7 @@ def simulate(study: Study, observer: str, psychometric: str = "{}") -> tuple[dic
     return json.loads(done.stdout), read_session(file)
 
 
-def test_who_sees_well_goes_on_and_who_does_not_is_screened_out(study: Study) -> None:
+def test_who_sees_well_continues_and_who_does_not_is_screened_out(study: Study) -> None:
     screen(study)
     done, good = simulate(study, "01")
     assert done["ending"] == "completed"

@@ -173,7 +173,7 @@ def test_who_does_not_see_the_controls_did_not_take_the_test(play: Play) -> None
     assert told["by_series"]["tritan"]["passed"] is True
 
 
-def test_failing_goes_on_or_stops_the_session(play: Play) -> None:
+def test_failing_continues_or_stops_the_session(play: Play) -> None:
     assert [t.data["test"] for t in play(block(), wrong).trials if "outcome" in t.data] == [
         "stereo_acuity",
         "colour_vision",
