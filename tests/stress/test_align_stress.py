@@ -160,6 +160,7 @@ def test_blocks_of_noise_are_left_out(block_px: int) -> None:
 CODE = """
 import sys, time
 import numpy as np
+from stimuli.align.pair import align_pair
 from tests.stress.memory import forget_peak, peak_kb
 rng = np.random.default_rng(0)
 light = rng.random((4912, 7360 + 951, 3), dtype=np.float32)

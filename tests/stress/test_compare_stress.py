@@ -19,6 +19,7 @@ from tests.stimuli.comparison.scenes import PLATE, RIG, ROOT, spots, written
 pytestmark = pytest.mark.stress
 
 _MEASURED = """
+import sys
 from tests.stress.memory import peak_kb
 from runner.cli.main import main
 sys.argv = ["cyclopean", *sys.argv[1:]]

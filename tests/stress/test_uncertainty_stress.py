@@ -51,6 +51,7 @@ import numpy as np
 from tests.stress.memory import forget_peak, peak_kb
 from benchmarks.simulated_studies import Design
 from analysis.bootstrap.intervals import intervals
+from analysis.bootstrap.replicates import resample_counts
 (counts,) = Design(np.random.default_rng(1).normal(0, 0.7, 100), 30).studies(1, 1)
 names = [str(place) for place in range(100)]
 before = forget_peak()
