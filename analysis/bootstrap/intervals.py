@@ -120,6 +120,19 @@ def intervals(
     ------
     ResultsError
         If ``quantity`` or ``kind`` is unknown or ``level`` is not between 0 and 1.
+
+    Examples
+    --------
+    >>> from analysis.bootstrap.replicates import resample
+    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> votes = {"1": "ababcb", "2": "abacbc", "3": "bacacb", "4": "abcacb", "5": "abaccb"}  # winner, loser, ...
+    >>> answers = [Answer(v[i], v[i + 1], observer=name) for name, v in votes.items() for i in (0, 2, 4)]
+    >>> replicates = resample(from_answers(answers), replicates=100)
+    >>> differences = intervals(replicates, "difference")
+    >>> differences.names
+    (('a', 'b'), ('a', 'c'), ('b', 'c'))
+    >>> bool((differences.low < differences.estimate).all() and (differences.estimate < differences.high).all())
+    True
     """
     if kind not in KINDS:
         raise ResultsError(Finding(f"there is no kind of interval '{kind}'", remedy="one of: " + ", ".join(KINDS)))

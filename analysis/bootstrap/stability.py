@@ -97,6 +97,17 @@ def class_stability(
     ------
     ResultsError
         If ``alpha`` is out of range, ``adjust`` or ``covariance`` unknown, or no replicate has a fit.
+
+    Examples
+    --------
+    >>> from analysis.bootstrap.replicates import resample
+    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> votes = {"1": "ababcb", "2": "abacbc", "3": "bacacb", "4": "abcacb", "5": "abaccb"}  # winner, loser, ...
+    >>> answers = [Answer(v[i], v[i + 1], observer=name) for name, v in votes.items() for i in (0, 2, 4)]
+    >>> replicates = resample(from_answers(answers), replicates=100)
+    >>> stability = class_stability(replicates)
+    >>> stability.items, sum(stability.class_counts.values()) + stability.without_fit
+    (('a', 'b', 'c'), 100)
     """
     check_level(alpha)
     for wish, known in ((adjust, ADJUSTMENTS), (covariance, COVARIANCES)):

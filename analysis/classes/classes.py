@@ -108,6 +108,12 @@ def classify(
     ------
     ResultsError
         If ``alpha`` is out of range or ``theta`` is not finite; TooManyClasses as `letter_display`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> classify(np.array([1.0, 0.9, -1.9]), 0.1 * np.eye(3), adjust="none").labels
+    ('1', '1', '2')
     """
     check_level(alpha)
     if not np.isfinite(theta).all():

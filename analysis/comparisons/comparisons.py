@@ -152,6 +152,12 @@ def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Compar
     ------
     ResultsError
         If there are more than 5000 items, whose counts would not fit into memory.
+
+    Examples
+    --------
+    >>> comparisons = from_answers([Answer("a", "b", 3), Answer("b", "a"), Answer("a", "b", tie=True)])
+    >>> comparisons.items, comparisons.wins.tolist(), comparisons.ties
+    (('a', 'b'), [[0.0, 3.0], [1.0, 0.0]], 1)
     """
     met = dict.fromkeys(name for answer in answers for name in (answer.winner, answer.loser))
     names = tuple(dict.fromkeys([name for name in items if name in met] + list(met)))

@@ -72,6 +72,14 @@ def factor_effects(
     ResultsError
         If an item has no factors, a name or a level is unknown, no factor varies, a number is unfit, or there is no
         such coding, method or prior.
+
+    Examples
+    --------
+    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> answers = from_answers([Answer("flat", "stereo", 10), Answer("stereo", "flat", 30)])
+    >>> stereo = factor_effects(answers, {"flat": {"view": "flat"}, "stereo": {"view": "stereo"}}).effects[0]
+    >>> stereo.level, round(stereo.estimate, 3)  # log 3
+    ('stereo', 1.099)
     """
     _check(comparisons, coding, method, prior_sd)
     items = comparisons.items

@@ -81,6 +81,13 @@ def fit_batch(wins: Floats) -> BatchFit:
     ------
     ResultsError
         If ``wins`` is no such array.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> batch = fit_batch(np.array([[[0.0, 9], [3, 0]], [[0, 12], [0, 0]]]))
+    >>> batch.theta.round(2).tolist(), batch.separated.tolist()
+    ([[0.55, -0.55], [nan, nan]], [False, True])
     """
     counts = _checked(wins, dimensions=3)
     sound = are_connected(counts)

@@ -82,6 +82,13 @@ def learnt_posterior(wins: Floats, before: Posterior | None = None, most_steps: 
         Where to begin, such as the posterior before the last few answers.
     most_steps
         Steps after which σ is taken as it is, if it still moves by more than 1e-4 of it; ``converged`` says so.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> after = learnt_posterior(np.array([[0.0, 3, 3], [0, 0, 3], [0, 0, 0]]))  # each better item always won
+    >>> bool(np.isfinite(after.theta).all()), after.converged
+    (True, True)
     """
     counts = Counts.from_wins(wins[None])
     after = _posterior(counts, before.prior_sd, before.theta) if before else _posterior(counts, PRIOR_SIZE, None)

@@ -133,6 +133,14 @@ def maximise(
         Shape (B, n): where to begin, with mean 0; by default with equal strengths.
     most_iterations
         Steps after which the rest stops without having converged; by default the penalty's.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from analysis.scaling.laws import Probit
+    >>> counts = Counts.from_wins(np.array([[[0.0, 84], [16, 0]]]))
+    >>> maximise(counts, Probit()).theta.round(3).tolist()  # Φ(0.994) = 0.84
+    [[0.497, -0.497]]
     """
     theta = np.zeros((counts.n, len(counts.won))).T if start is None else start
     steps = penalty.most_iterations if most_iterations is None else most_iterations

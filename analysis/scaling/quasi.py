@@ -58,6 +58,12 @@ def quasi_variances(covariance: Floats) -> QuasiVariances:
     ------
     ResultsError
         If there are fewer than three items, or two of them have a difference without error, or none.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> quasi_variances(np.diag([1.0, 2.0, 4.0])).variances.round(6).tolist()
+    [1.0, 2.0, 4.0]
     """
     n = len(covariance)
     if n < 3:
