@@ -32,6 +32,7 @@ from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 Kind = Literal["expanded-bca", "bca", "expanded", "percentile", "studentised", "sandwich", "model"]
@@ -74,14 +75,7 @@ class Intervals:
     def to_json(self) -> dict[str, Any]:
         """Return the fields; null where an end is infinite."""
         rows = zip(self.names, self.estimate.tolist(), self.low.tolist(), self.high.tolist(), strict=True)
-        return {
-            "quantity": self.quantity,
-            "kind": self.kind,
-            "level": self.level,
-            "replicates": self.replicates,
-            "separated": self.separated,
-            "without_fit": self.without_fit,
-            "whole_separated": self.whole_separated,
+        return json_fields(self, omit=["names", "estimate", "low", "high"]) | {
             "intervals": [
                 {"items": list(names), "estimate": estimate, "low": _finite(low), "high": _finite(high)}
                 for names, estimate, low, high in rows

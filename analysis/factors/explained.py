@@ -23,6 +23,7 @@ from analysis.factors.likelihood_ratio import chance
 from analysis.scaling.counts import Counts
 from analysis.scaling.fit import fit as fit_wins
 from analysis.scaling.laws import LOGISTIC
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 
@@ -60,17 +61,7 @@ class Explained:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "deviance_null": self.deviance_null,
-            "deviance_factors": self.deviance_factors,
-            "deviance_free": self.deviance_free,
-            "deviance_share": self.deviance_share,
-            "r_squared": self.r_squared,
-            "lack_of_fit": self.lack_of_fit,
-            "lack_of_fit_df": self.lack_of_fit_df,
-            "lack_of_fit_p": self.lack_of_fit_p,
-            "missing": self.missing,
-        }
+        return json_fields(self, omit=["free_theta"])
 
 
 def explain(counts: Counts, wins: Floats, fit: TermsFit, *, tested: bool) -> Explained:

@@ -24,6 +24,7 @@ from analysis.factors.terms import Term, empty_cell, interaction_term
 from analysis.factors.values import Factor
 from analysis.scaling.counts import Counts
 from analysis.scaling.separation import Groups
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6
@@ -80,14 +81,7 @@ class InteractionTest:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "names": list(self.names),
-            "statistic": self.statistic,
-            "df": self.df,
-            "p": self.p,
-            "p_holm": self.p_holm,
-            "not_fitted": self.not_fitted,
-        }
+        return json_fields(self)
 
 
 def statistic(larger: TermsFit, smaller: TermsFit) -> float:

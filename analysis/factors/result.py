@@ -14,6 +14,7 @@ from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
 from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import TWO_SIDED_95
+from documents.text.json_values import json_fields
 
 Floats = NDArray[np.float64]
 FactorMethod = Literal["ml", "map"]
@@ -60,21 +61,7 @@ class Effect:
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON, also a row of a table."""
         odds = self.odds_factor
-        return {
-            "factor": self.factor,
-            "level": self.level,
-            "reference": self.reference,
-            "estimate": self.estimate,
-            "se": self.se,
-            "low": self.low,
-            "high": self.high,
-            "p": self.p,
-            "robust_se": self.robust_se,
-            "robust_low": self.robust_low,
-            "robust_high": self.robust_high,
-            "robust_p": self.robust_p,
-            "odds_factor": odds if np.isfinite(odds) else None,
-        }
+        return json_fields(self) | {"odds_factor": odds if np.isfinite(odds) else None}
 
 
 def effect(

@@ -10,6 +10,7 @@ from typing import Any, Literal
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from documents import Finding
+from documents.text.json_values import json_fields
 
 Kind = Literal["categorical", "numeric", "log2"]
 Value = str | float
@@ -24,7 +25,7 @@ class LeftOut:
 
     def to_json(self) -> dict[str, str]:
         """Return plain values for JSON."""
-        return {"name": self.name, "reason": self.reason}
+        return json_fields(self)
 
 
 @dataclass(frozen=True, slots=True)

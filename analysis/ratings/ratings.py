@@ -89,17 +89,7 @@ class RaterScreening:
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        return {
-            "observer": self.observer,
-            "ratings": self.ratings,
-            "mean": self.mean,
-            "sd": self.sd,
-            "above": self.above,
-            "below": self.below,
-            "outlying": self.outlying,
-            "one_sided": self.one_sided,
-            "flagged": self.flagged,
-        }
+        return json_fields(self, "outlying", "one_sided", "flagged")
 
 
 @dataclass(frozen=True, slots=True)

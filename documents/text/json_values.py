@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import fields, is_dataclass
 from typing import Any
 
 
-def json_fields(result: Any) -> dict[str, Any]:
+def json_fields(result: Any, *properties: str, omit: Collection[str] = ()) -> dict[str, Any]:
     """Return the fields of a dataclass by name, as plain values for JSON.
 
     Parameters
@@ -15,6 +15,10 @@ def json_fields(result: Any) -> dict[str, Any]:
     result
         An instance of a dataclass. A field that is another one becomes what its ``to_json`` returns, or its fields;
         tuples become lists.
+    *properties
+        Names of properties that follow the fields.
+    omit
+        Names of fields to leave out.
 
     Returns
     -------
@@ -30,8 +34,11 @@ def json_fields(result: Any) -> dict[str, Any]:
     ...     interval: tuple[float, float]
     >>> json_fields(Mean(0.5, (0.4, 0.6)))
     {'value': 0.5, 'interval': [0.4, 0.6]}
+    >>> json_fields(Mean(0.5, (0.4, 0.6)), omit=["interval"])
+    {'value': 0.5}
     """
-    return {field.name: _plain(getattr(result, field.name)) for field in fields(result)}
+    names = [field.name for field in fields(result) if field.name not in omit]
+    return {name: _plain(getattr(result, name)) for name in (*names, *properties)}
 
 
 def _plain(value: Any) -> Any:

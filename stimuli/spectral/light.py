@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.measurements.spectra import xyz_from_spectra
+from documents.text.json_values import json_fields
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant
 from stimuli.spectral.picture import SpectralPicture, seen_bands
@@ -63,11 +64,7 @@ class Illumination:
 
     def to_json(self) -> dict[str, Any]:
         """Return it for the record."""
-        return {
-            "illuminant": self.illuminant,
-            "white_luminance_cd_m2": self.white_luminance_cd_m2,
-            "scale": self.scale,
-        }
+        return json_fields(self)
 
 
 def observer_weights(wavelengths_nm: Floats) -> Floats:
