@@ -10,7 +10,7 @@ import yaml
 from curves import seconds, write
 
 from devices.characterise.display_yaml import model_lines
-from devices.characterise.yaml_keys import set_keys
+from devices.characterise.mode_file import set_keys
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import Kind
-from devices.characterise.examine import examine
 from devices.characterise.figures import (
     Errors,
     ModelNumbers,
@@ -26,6 +25,7 @@ from devices.characterise.figures import (
 )
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches, patches
+from devices.characterise.readings_check import check_readings
 from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
@@ -141,13 +141,13 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
     Raises
     ------
     DeviceError
-        As `devices.characterise.examine.examine`; if readings of both eyes are mixed; if more than a tenth of the
-        readings disagree with the rest; or if no model, or not the one asked for, predicts them.
+        As `devices.characterise.readings_check.check_readings`; if readings of both eyes are mixed; if more than a
+        tenth of the readings disagree with the rest; or if no model, or not the one asked for, predicts them.
     """
     eyes = set(readings.eye)
     if {"left", "right"} <= eyes:
         raise DeviceError(Finding("the readings are of both eyes", remedy="choose one with --eye left or --eye right"))
-    notes = list(readings.assumptions) + list(examine(readings))
+    notes = list(readings.assumptions) + list(check_readings(readings))
     kept, doubted = _sound(readings)
     if doubted:
         notes.append(

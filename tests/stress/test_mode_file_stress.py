@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from devices.characterise.display_yaml import model_lines
-from devices.characterise.mode_file import ModeLines, write_mode
-from devices.characterise.yaml_keys import set_keys
+from devices.characterise.mode_file import ModeLines, set_keys, write_mode
 from devices.display.display_file import PanelSpec, read_display
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve

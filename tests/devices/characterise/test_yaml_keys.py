@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from devices.characterise.yaml_keys import set_keys
+from devices.characterise.mode_file import set_keys
 from devices.errors import DeviceError
 from documents.yaml.source import parse_yaml
 

@@ -26,7 +26,7 @@ _MOST_REPEAT = 2.0
 _NAMED = 8
 
 
-def examine(readings: Measurements) -> tuple[str, ...]:
+def check_readings(readings: Measurements) -> tuple[str, ...]:
     """Return notes on ``readings``, a sentence each.
 
     Raises
