@@ -11,9 +11,10 @@ import pytest
 from PIL import Image
 
 from analysis.records.session_record import Header
+from devices.colour.srgb import srgb
 from devices.display.model import DisplayModel
 from runner.protocol.experiment import Experiment, read_experiment
-from runner.reports.thumbnails import find_shown, png, small, srgb, thumbnails
+from runner.reports.thumbnails import find_shown, png, small, thumbnails
 from runner.session.header import hashes, make_header
 from stimuli.build.recipe_to_set import StimulusSet, build_set
 from stimuli.pictures.exr_write import write_exr
