@@ -17,8 +17,8 @@ from runner.blocks.block import (
     Draft,
     Fault,
     Hold,
-    Some,
     Steps,
+    StimulusNames,
     answer,
     chosen,
     name_faults,
@@ -144,7 +144,7 @@ class ActivePairsSpec(BlockSpec):
     """
 
     kind: Literal["active_pairs"]
-    stimuli: Some = "all"
+    stimuli: StimulusNames = "all"
     trials: Annotated[int, Field(ge=1, le=100_000)] | None = None
     trials_per_stimulus: Annotated[int, Field(ge=2, le=10_000)] | None = None
     batch: PositiveInt | None = None

@@ -16,8 +16,8 @@ from runner.blocks.block import (
     Fault,
     Hold,
     Response,
-    Some,
     Steps,
+    StimulusNames,
     answer,
     chosen,
     name_faults,
@@ -247,7 +247,7 @@ class AllPairsSpec(BlockSpec):
     """
 
     kind: Literal["all_pairs"]
-    stimuli: Some = "all"
+    stimuli: StimulusNames = "all"
     presentation: Literal["simultaneous", "sequence"] = "simultaneous"
     sides: Literal["counterbalanced"] = "counterbalanced"
     repeats: PositiveInt = 1

@@ -107,7 +107,8 @@ def answer(response: Response | None) -> Response:
     return response
 
 
-Some = Literal["all"] | Annotated[list[str], Field(min_length=1)]
+# Names of stimuli as a file lists them; "all" means all but the reference.
+StimulusNames: TypeAlias = Literal["all"] | Annotated[list[str], Field(min_length=1)]
 
 
 @dataclass(frozen=True, slots=True)
@@ -141,22 +142,22 @@ class BlockSpec(Strict):
         yield from ()
 
 
-def chosen(some: Some, stimuli: Stimuli) -> tuple[str, ...]:
+def chosen(names: StimulusNames, stimuli: Stimuli) -> tuple[str, ...]:
     """Return the stimuli that a list of names, or ``all``, means."""
-    return stimuli.names if some == "all" else tuple(some)
+    return stimuli.names if names == "all" else tuple(names)
 
 
-def name_faults(some: Some, stimuli: Stimuli, *path: str | int, at_least: int = 1) -> Iterator[Fault]:
+def name_faults(names: StimulusNames, stimuli: Stimuli, *path: str | int, at_least: int = 1) -> Iterator[Fault]:
     """Yield the faults of a list of stimuli: unknown names, names that stand twice, too few."""
-    if some != "all":
-        for index, name in enumerate(some):
+    if names != "all":
+        for index, name in enumerate(names):
             if name not in stimuli.factors:
                 yield Fault(
                     f"the recipe makes no stimulus '{name}'", (*path, index), _nearest(name, tuple(stimuli.factors))
                 )
-            elif name in some[:index]:
+            elif name in names[:index]:
                 yield Fault(f"the stimulus '{name}' stands twice", (*path, index), "remove one")
-    count = len(chosen(some, stimuli))
+    count = len(chosen(names, stimuli))
     if count < at_least:
         yield Fault(f"{count} stimuli are too few", path, f"name {at_least} or more")
 

@@ -19,8 +19,8 @@ from runner.blocks.block import (
     Draft,
     Fault,
     Hold,
-    Some,
     Steps,
+    StimulusNames,
     chosen,
     name_faults,
 )
@@ -131,7 +131,7 @@ class RatingSpec(BlockSpec):
 
     kind: Literal["rating"]
     ratings: Annotated[list[ScaleSpec], Field(min_length=1, max_length=12)]
-    stimuli: Some = "all"
+    stimuli: StimulusNames = "all"
     repeats: PositiveInt = 1
     break_every: PositiveInt | None = None
     fixation_s: ShortSeconds = 0.0

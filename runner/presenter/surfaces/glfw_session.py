@@ -1,4 +1,4 @@
-"""glfw, initialised for one window and terminated with it: its error messages, and Ctrl-C while it waits."""
+"""glfw, initialised for one window and terminated with it: error messages, Ctrl-C while it waits, OpenGL contexts."""
 
 from __future__ import annotations
 
@@ -6,11 +6,13 @@ import signal
 import socket
 import threading
 from collections.abc import Callable
+from ctypes import c_void_p
 from types import FrameType
 from typing import Any, ParamSpec
 
 import glfw
 
+from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 
 
@@ -124,3 +126,51 @@ class SignalWake:
         self._writing.close()
         self._thread.join()
         self._reading.close()
+
+
+class ContextLoader:
+    """The window's own loader, as moderngl takes it; moderngl's would look for another libGL."""
+
+    def load_opengl_function(self, name: str) -> int:
+        """Return a function's address."""
+        return function_address(name)
+
+    def __enter__(self) -> ContextLoader:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def release(self) -> None:
+        """Do nothing: it holds nothing."""
+
+
+def function_address(name: str) -> int:
+    """Return the address of an OpenGL function in the current context, 0 if it has none."""
+    address = glfw.get_proc_address(name)
+    if isinstance(address, c_void_p):
+        return address.value or 0
+    return int(address or 0)
+
+
+def context_hints(bits: Bits = 8) -> dict[int, int]:
+    """Return the window hints that every window needs: OpenGL 3.3 core, ``bits`` a channel, no smoothing.
+
+    The driver gives the nearest that it has, so that the window must be asked afterwards what it got.
+    """
+    return {
+        glfw.CONTEXT_VERSION_MAJOR: 3,
+        glfw.CONTEXT_VERSION_MINOR: 3,
+        glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
+        glfw.RED_BITS: bits,
+        glfw.GREEN_BITS: bits,
+        glfw.BLUE_BITS: bits,
+        **({glfw.ALPHA_BITS: 2} if bits == 10 else {}),
+        glfw.DEPTH_BITS: 0,
+        glfw.STENCIL_BITS: 0,
+        glfw.SAMPLES: 0,
+        glfw.SRGB_CAPABLE: glfw.FALSE,
+        glfw.RESIZABLE: glfw.FALSE,
+        glfw.DECORATED: glfw.FALSE,
+        glfw.AUTO_ICONIFY: glfw.FALSE,
+    }

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
-from ctypes import c_void_p
 from typing import Any, Self
 
 import glfw
@@ -18,7 +17,7 @@ from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
-from runner.presenter.surfaces.glfw_session import GlfwSession
+from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, function_address
 from runner.presenter.surfaces.input import PERIOD_S, Gamepads, Input, gamepad_names
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
@@ -26,54 +25,6 @@ _GL_DITHER = 0x0BD0
 _GL_FRAMEBUFFER_SRGB = 0x8DB9
 _REFRESH_HZ = 60.0  # where no monitor reports one
 _SHOWN_WITHIN_S = 0.5
-
-
-class ContextLoader:
-    """The window's own loader, as moderngl takes it; moderngl's would look for another libGL."""
-
-    def load_opengl_function(self, name: str) -> int:
-        """Return a function's address."""
-        return function_address(name)
-
-    def __enter__(self) -> ContextLoader:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def release(self) -> None:
-        """Do nothing: it holds nothing."""
-
-
-def function_address(name: str) -> int:
-    """Return the address of an OpenGL function in the current context, 0 if it has none."""
-    address = glfw.get_proc_address(name)
-    if isinstance(address, c_void_p):
-        return address.value or 0
-    return int(address or 0)
-
-
-def context_hints(bits: Bits = 8) -> dict[int, int]:
-    """Return the window hints that every window needs: OpenGL 3.3 core, ``bits`` a channel, no smoothing.
-
-    The driver gives the nearest that it has, so that the window must be asked afterwards what it got.
-    """
-    return {
-        glfw.CONTEXT_VERSION_MAJOR: 3,
-        glfw.CONTEXT_VERSION_MINOR: 3,
-        glfw.OPENGL_PROFILE: glfw.OPENGL_CORE_PROFILE,
-        glfw.RED_BITS: bits,
-        glfw.GREEN_BITS: bits,
-        glfw.BLUE_BITS: bits,
-        **({glfw.ALPHA_BITS: 2} if bits == 10 else {}),
-        glfw.DEPTH_BITS: 0,
-        glfw.STENCIL_BITS: 0,
-        glfw.SAMPLES: 0,
-        glfw.SRGB_CAPABLE: glfw.FALSE,
-        glfw.RESIZABLE: glfw.FALSE,
-        glfw.DECORATED: glfw.FALSE,
-        glfw.AUTO_ICONIFY: glfw.FALSE,
-    }
 
 
 class GlfwSurface:

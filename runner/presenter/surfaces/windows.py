@@ -16,8 +16,8 @@ from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
-from runner.presenter.surfaces.glfw_session import GlfwSession
-from runner.presenter.surfaces.glfw_surface import ContextLoader, GlfwSurface, context_hints, function_address
+from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, context_hints, function_address
+from runner.presenter.surfaces.glfw_surface import GlfwSurface
 from runner.presenter.surfaces.surface import Buffer
 
 _TITLE = "cyclopean"

@@ -11,7 +11,7 @@ from runner.presenter.depth import Bits, given_bits, highest_code
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces import gl_calls
 from runner.presenter.surfaces.gl_calls import GlCalls
-from runner.presenter.surfaces.glfw_surface import context_hints
+from runner.presenter.surfaces.glfw_session import context_hints
 
 
 @pytest.mark.parametrize(("bits", "highest"), [(8, 255), (10, 1023)])
