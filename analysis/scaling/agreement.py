@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 
@@ -12,8 +11,7 @@ from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
 from analysis.scaling.fit import fit
 from analysis.scaling.scores import Scores
-
-Published = Mapping[str, tuple[float, str]]
+from analysis.scaling.terminal import Published
 
 
 @dataclass(frozen=True, slots=True)
