@@ -21,7 +21,7 @@ from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
 from documents.files.tables import bounded_bytes, other_separator
-from documents.text.words import nearest
+from documents.text.words import did_you_mean, nearest
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")
@@ -137,9 +137,8 @@ def _header(cells: list[str], file: str, line: int) -> tuple[dict[str, int], lis
         by_case = {known.lower(): known for known in _KNOWN}
         column = _ALSO.get(bare.lower()) or by_case.get(bare.lower())
         if column is None:
-            near = nearest(bare, _KNOWN, cutoff=0.75)
-            if near:
-                remedy = f"did you mean '{near}'?"
+            if nearest(bare, _KNOWN, cutoff=0.75):
+                remedy = did_you_mean(bare, _KNOWN)
                 raise DeviceError(Finding(f"there is no column '{bare}'", file, line, place + 1, remedy))
             ignored.append(bare)
         elif column in columns:
