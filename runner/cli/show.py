@@ -96,10 +96,11 @@ def command(
         on_shown=report,
     )
     try:
-        work = show_picture(file, display_file, mode, options).work
+        shown = show_picture(file, display_file, mode, options)
     except GraphicsError as error:
         raise WorkError(str(error)) from error
-    if work.frames_alternated:
+    work = shown.work
+    if work.frames_alternated and not shown.closed:
         click.echo(f"{work.frames_alternated} frames in turn, {work.frames_missed} refreshes missed", err=as_json)
 
 

@@ -69,8 +69,9 @@ class ShowOptions:
 class ShownPicture:
     """A picture as it was shown.
 
-    ``clipping`` holds for each eye what the gamut clip costs: shares of pixels in percent, costs in ΔE00. ``flat`` says
-    whether both eyes saw the same picture. ``work`` is the presenter's so far.
+    ``clipping`` holds for each eye what the gamut clip costs: shares of pixels in percent, costs in ΔE00. ``flat`` is
+    whether both eyes saw the same picture, ``work`` the presenter's so far, ``closed`` whether the window was closed
+    before Escape was pressed.
     """
 
     file: str
@@ -81,10 +82,11 @@ class ShownPicture:
     surface: SurfaceFacts
     screenshots: tuple[str, ...]
     work: Counters
+    closed: bool = False
 
     def to_json(self) -> dict[str, Any]:
-        """Return all but the work as plain JSON."""
-        return {key: value for key, value in asdict(self).items() if key != "work"}
+        """Return the picture's facts as plain JSON: all but ``work`` and ``closed``."""
+        return {key: value for key, value in asdict(self).items() if key not in ("work", "closed")}
 
 
 def show_picture(
@@ -182,14 +184,15 @@ def show_picture(
             presenter.counters,
         )
         options.on_shown(shown)
-        if options.screenshot is None:
-            _wait_for_escape(presenter)
-        return replace(shown, work=presenter.counters)
+        closed = options.screenshot is None and not _escape_pressed(presenter)
+        return replace(shown, work=presenter.counters, closed=closed)
 
 
-def _wait_for_escape(presenter: Presenter) -> None:
+def _escape_pressed(presenter: Presenter) -> bool:
+    """Wait until Escape is pressed; return False if the window is closed before."""
     try:
         while presenter.surface.wait_key().key != "escape":
             pass
     except WindowClosed:
-        pass
+        return False
+    return True
