@@ -194,7 +194,7 @@ class AllPairs(Block):
                     )
                 )
             )
-            data = _data(trial, response.meaning, view.position_names[0])
+            data = trial.record(response.meaning, view.position_names[0])
             if self.ratings:
                 places = {"first": trial.first, "second": trial.second}
                 chosen = response.meaning if response.meaning in places else None
@@ -207,21 +207,6 @@ class AllPairs(Block):
         if self.fixation_s:
             place_px = view.layout.picture_px if isinstance(view, SequenceView) else (0, 0)
             yield Hold("fixation", fixation(self.style, place_px), self.fixation_s)
-
-
-def _data(trial: Comparison, meaning: str, first_position: str) -> dict[str, Any]:
-    """Return what is recorded: nobody is chosen in a tie, nor where a stimulus meets itself."""
-    data: dict[str, Any] = {"first": trial.first, "second": trial.second, "answer": meaning}
-    chosen: str | None = None
-    if meaning in ("first", "second") and trial.catch != "identical":
-        chosen, rejected = (trial.first, trial.second) if meaning == "first" else (trial.second, trial.first)
-        data |= {"chosen": chosen, "rejected": rejected}
-    data["first_position"] = first_position
-    if trial.catch:
-        data["catch"] = trial.catch
-    if trial.catch == "obvious":
-        data["correct"] = chosen == trial.better
-    return data
 
 
 BLANK_BETWEEN_S = 0.5

@@ -11,7 +11,7 @@ import random
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
 
@@ -35,6 +35,20 @@ class Comparison:
     def stimuli(self) -> tuple[str, ...]:
         """The stimuli shown, each once."""
         return tuple(dict.fromkeys((self.first, self.second)))
+
+    def record(self, meaning: str, first_position: str) -> dict[str, Any]:
+        """Return what is recorded of an answer: nothing is chosen in a tie, nor where a stimulus meets itself."""
+        data: dict[str, Any] = {"first": self.first, "second": self.second, "answer": meaning}
+        chosen: str | None = None
+        if meaning in ("first", "second") and self.catch != "identical":
+            chosen, rejected = (self.first, self.second) if meaning == "first" else (self.second, self.first)
+            data |= {"chosen": chosen, "rejected": rejected}
+        data["first_position"] = first_position
+        if self.catch:
+            data["catch"] = self.catch
+        if self.catch == "obvious":
+            data["correct"] = chosen == self.better
+        return data
 
 
 @dataclass(frozen=True, slots=True)
