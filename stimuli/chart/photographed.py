@@ -28,14 +28,14 @@ class PhotographedChart:
     colours: Correspondences
     values: PatchValues
     way: str
-    found: bool
+    corners_found: bool
     notes: tuple[str, ...]
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         return {
             "corners_px": self.values.corners_px.tolist(),
-            "corners": "found" if self.found else "given",
+            "corners": "found" if self.corners_found else "given",
             "way_round": self.way or "upright",
             "spread_rgb": self.values.spread.tolist(),
             "pixels": self.values.pixels.tolist(),

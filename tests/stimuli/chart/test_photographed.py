@@ -71,7 +71,7 @@ def test_found_by_itself(
     assert np.abs(read.values.corners_px - corners).max() < 2.0
     error = np.abs(read.colours.rgb - true_rgb)
     assert error.max() < 5 * 0.003 / np.sqrt(read.values.pixels.min())
-    assert read.found
+    assert read.corners_found
     assert read.values.spread == pytest.approx(0.003, rel=0.15)  # of some 1000 pixels
 
 
