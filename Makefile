@@ -7,12 +7,13 @@ BIN = $(VENV)/bin
 # Three on two cores: windows and instruments wait more than they work.
 WORKERS ?= 3
 
-.PHONY: help env gl test-tools demo test check bench bench-psychopy stress dither-mask test-quad validate-bids clean
+.PHONY: help env gl test-tools demo test check api bench bench-psychopy stress dither-mask test-quad validate-bids clean
 
 help:
 	@echo "make demo       build stimuli, run 30 simulated observers, write a report"
 	@echo "make test       run the tests"
 	@echo "make check      floors, lint, format, types"
+	@echo "make api        write docs/api.md from the docstrings"
 	@echo "make bench      run time against error, peers beside (writes benchmarks/out)"
 	@echo "make bench-psychopy   trial switch beside PsychoPy, in an environment of its own"
 	@echo "make stress     slow sweeps to the edges"
@@ -50,6 +51,10 @@ check: env
 	$(BIN)/mypy --platform darwin --cache-dir .mypy_cache/darwin
 	$(BIN)/mypy --namespace-packages --explicit-package-bases tests
 	$(BIN)/lint-imports
+	$(BIN)/python tools/api_page.py --check
+
+api: env
+	$(BIN)/python tools/api_page.py
 
 bench: test-tools
 	@PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --disable-pip-version-check -e '.[bench]'

@@ -16,12 +16,13 @@ from itertools import permutations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
+import numpy as np
 import pytest
 from sybil import Example, Sybil
 from sybil.parsers.markdown import CodeBlockParser, PythonCodeBlockParser, SkipParser
 
 if TYPE_CHECKING:
-    from runner.protocol.schemas import FileKind
+    from runner.protocol import FileKind
 
 ROOT = Path(__file__).parent
 Prepare = Callable[[Path], dict[str, Any]]
@@ -75,7 +76,7 @@ def _write_named(example: Example, name: str) -> Path:
 
 def _fill(data: Any) -> Any:
     """Return a recipe with each `{...}` as the shipped recipe of its kind has it."""
-    from documents.yaml.source import read_yaml
+    from documents.yaml import read_yaml
 
     left_out = [key for key, value in data.items() if value == {"...": None}] if isinstance(data, dict) else []
     if not left_out:
@@ -87,8 +88,8 @@ def _fill(data: Any) -> Any:
 
 def _file_kind(data: Mapping[str, Any]) -> FileKind:
     """Return the kind of a whole file, by the key that `documents.yaml.load` recognises it by."""
-    from documents.yaml.load import TELLING
-    from runner.observers.observer_file import KINDS
+    from documents.yaml import TELLING
+    from runner.observers import KINDS
 
     kind = TELLING[next((key for key in TELLING if key in data), "kind")]
     if kind == "recipe":
@@ -98,12 +99,10 @@ def _file_kind(data: Mapping[str, Any]) -> FileKind:
 
 def evaluate_yaml(example: Example) -> None:
     """Validate a snippet as a file of its kind, or as a part of one."""
-    from documents.yaml.source import read_yaml
-    from runner.check.files import check_file
-    from runner.check.report import CheckOptions
-    from runner.presenter.modes.options import ModeOptions
-    from runner.presenter.modes.registry import find_mode
-    from runner.protocol.schemas import file_model
+    from documents.yaml import read_yaml
+    from runner.check import CheckOptions, check_file
+    from runner.presenter import ModeOptions, find_mode
+    from runner.protocol import file_model
 
     file = _write_named(example, "snippet.yaml")
     data = _fill(read_yaml(file).data)
@@ -133,8 +132,8 @@ def evaluate_yaml(example: Example) -> None:
 
 def evaluate_csv(example: Example) -> None:
     """Read a snippet as a table of comparisons, or else as readings of a display."""
-    from analysis.comparisons.table import read_table
-    from devices.measurements.read import read_measurements
+    from analysis.comparisons import read_table
+    from devices.measurements import read_measurements
 
     file = _write_named(example, "snippet.csv")
     if "winner" in example.parsed:
@@ -244,8 +243,7 @@ def _series(folder: Path) -> dict[str, Any]:
 
 
 def _bids(folder: Path) -> dict[str, Any]:
-    from analysis.bids.dataset import About
-    from analysis.bids.export import export_dataset
+    from analysis.bids import About, export_dataset
 
     export_dataset([_results(folder.parent)], folder / "my_dataset", About("Small study", ("A. Author",)))
     return {}
@@ -271,9 +269,8 @@ def _panel(folder: Path) -> dict[str, Any]:
     """Write panel.csv: what a display without fault would read."""
     import numpy as np
 
-    from devices.display.display_file import read_display
-    from devices.measurements.csv_table import write_csv
-    from devices.measurements.table import Measurements
+    from devices.display import read_display
+    from devices.measurements import Measurements, write_csv
 
     model = read_display(folder / "configs/displays/asus_vg248qe.yaml").models("quad-buffered").left
     levels = np.linspace(0, 255, 18).round()[:, None] / 255
@@ -283,9 +280,8 @@ def _panel(folder: Path) -> dict[str, Any]:
 
 
 def _align(folder: Path) -> dict[str, Any]:
-    from stimuli.align.homography import homography_from_points, warp
-    from stimuli.pictures.exr_write import write_exr
-    from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.align import homography_from_points, warp
+    from stimuli.pictures import StereoImage, write_exr
 
     (folder / "developed").mkdir()
     plane = _texture(450, 340)
@@ -361,6 +357,7 @@ def page_folder(request: pytest.FixtureRequest, pages_folder: Path, monkeypatch:
     folder.mkdir(exist_ok=True)
     monkeypatch.chdir(folder)
     monkeypatch.setenv("CYCLOPEAN_CACHE", str(pages_folder / "cache"))
+    np.set_printoptions(legacy=False)  # colour-science, where another test imported it, asks for an old style
     if new:
         for shipped in ("configs", "experiments"):
             shutil.copytree(ROOT / shipped, folder / shipped)

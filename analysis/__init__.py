@@ -1,1 +1,9 @@
-"""What the answers mean: records, scores, perceptual classes, reports."""
+"""What the answers mean; answers alone, no pictures.
+
+Records of sessions and tables of comparisons become scores with their intervals, perceptual classes, effects of
+factors, tests of series, a table of observers, a report, a BIDS dataset, and the power of a planned study.
+"""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -22,7 +22,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, write
 from simulated_studies import Design
 
-from analysis.bootstrap.intervals import Kind, intervals
+from analysis.bootstrap.confidence_intervals import Kind, intervals
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import ADJUSTMENTS
 from analysis.scaling.fit import fit

@@ -19,7 +19,7 @@ sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, write
 from simulated_studies import Coverage, Design, coverage, family_error
 
-from analysis.bootstrap.intervals import KINDS, Kind, intervals
+from analysis.bootstrap.confidence_intervals import KINDS, Kind, intervals
 from analysis.bootstrap.quantities import NAMES
 from analysis.bootstrap.replicates import resample_counts
 from analysis.classes.multiplicity import Adjust

@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.bootstrap.confidence_intervals import Kind, intervals
 from analysis.bootstrap.influence import influences, sandwich
-from analysis.bootstrap.intervals import Kind, intervals
 from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import Adjust, corrected, single_step, two_sided_p

@@ -12,13 +12,11 @@ from cyclopean.result import Result
 from documents import Finding, InputError
 
 if TYPE_CHECKING:
-    from analysis.classes.multiplicity import Adjust
-    from analysis.comparisons.comparisons import Comparisons
-    from analysis.observers.table import ObserverTable
-    from analysis.scaling.laws import Model
-    from analysis.scaling.result import CovarianceKind, ModelMethod
-    from analysis.scaling.scores import Scores
-    from runner.reports.power import PowerStudy
+    from analysis.classes import Adjust
+    from analysis.comparisons import Comparisons
+    from analysis.observers import ObserverTable
+    from analysis.scaling import CovarianceKind, Model, ModelMethod, Scores
+    from runner.reports import PowerStudy
 
 Answers = pd.DataFrame | str | Path
 
@@ -51,7 +49,7 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     ...
     analysis.errors.ResultsError: experiments: the folder holds no session.jsonl (name a folder of results)
     """
-    from analysis.records.results import read_results as read_logs
+    from analysis.records import read_results as read_logs
 
     rows = [
         {
@@ -118,7 +116,7 @@ def scores(
     0    a   0.75     1
     1    b   0.25     1
     """
-    from analysis.scaling.scores import score
+    from analysis.scaling import score
 
     result = score(
         comparisons(answers),
@@ -164,8 +162,8 @@ def observers(answers: Answers) -> Result[ObserverTable]:
       observer  answers  consistency.circular_triads
     0       01      3.0                          0.0
     """
-    from analysis.observers.table import observers_in_comparisons, observers_in_sessions
-    from analysis.records.results import read_results as read_logs
+    from analysis.observers import observers_in_comparisons, observers_in_sessions
+    from analysis.records import read_results as read_logs
 
     if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
         table = observers_in_comparisons(comparisons(answers))
@@ -197,7 +195,7 @@ def report(*places: str | Path, output: str | Path | None = None, pdf: bool = Fa
     InputError
         If results are missing, damaged or of different experiments.
     """
-    from runner.reports.results import ReportOptions, report_results
+    from runner.reports import ReportOptions, report_results
 
     page = None if output is None else Path(output)
     return report_results([Path(place) for place in places], page, ReportOptions(pdf=pdf)).page
@@ -243,7 +241,7 @@ def power(
     >>> study.to_frame()["observers"].tolist()
     [20]
     """
-    from runner.reports.power import PowerOptions, study_power
+    from runner.reports import PowerOptions, study_power
 
     assumed = None if scores is None else Path(scores)
     options = PowerOptions(tuple(numbers_of_observers), scores=assumed, replicates=replicates, seed=seed)
@@ -263,9 +261,8 @@ def comparisons(answers: Answers) -> Comparisons:
     InputError
         If they cannot be read or hold no comparison.
     """
-    from analysis.comparisons.session_comparisons import KINDS, TIES, from_sessions
-    from analysis.comparisons.table import parse_table, read_table
-    from analysis.records.results import read_results as read_logs
+    from analysis.comparisons import KINDS, TIES, from_sessions, parse_table, read_table
+    from analysis.records import read_results as read_logs
 
     if not isinstance(answers, pd.DataFrame):
         path = Path(answers)

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from cyclopean.result import Result
 
 if TYPE_CHECKING:
-    from devices.characterise.display_fit import DisplayFit
-    from devices.display.display_file import Display
-    from stimuli.build.stimulus_set import StimulusSet
-    from stimuli.comparison.results import Comparison
-    from stimuli.pictures.stereo_image import StereoImage
+    from devices.characterise import DisplayFit
+    from devices.display import Display
+    from stimuli.build import StimulusSet
+    from stimuli.comparison import Comparison
+    from stimuli.pictures import StereoImage
 
 
 def display(path: str | Path) -> Result[Display]:
@@ -45,7 +45,7 @@ def display(path: str | Path) -> Result[Display]:
     >>> asus.value.models("quad-buffered").left.xyz([1, 1, 1]).round(2).tolist()
     [26.74, 27.88, 31.2]
     """
-    from devices.display.display_file import EYES, read_display
+    from devices.display import EYES, read_display
 
     read = read_display(Path(path))
     rows = [
@@ -86,8 +86,8 @@ def fit_display(measurements: str | Path, mode: str | None = None, *, codes: str
     InputError
         If the file cannot be read, the readings cannot be those of a display, or no model predicts them.
     """
-    from devices.characterise.display_fit import fit_display as fit
-    from devices.measurements.read import read_measurements
+    from devices.characterise import fit_display as fit
+    from devices.measurements import read_measurements
 
     fitted = fit(read_measurements(Path(measurements), codes), mode=mode, file=measurements)
     rows = [
@@ -129,7 +129,7 @@ def read_picture(path: str | Path) -> StereoImage:
     >>> picture.is_flat, picture.left.shape
     (True, (4, 6, 3))
     """
-    from stimuli.pictures.exr_read import read_exr
+    from stimuli.pictures import read_exr
 
     return read_exr(Path(path))
 
@@ -151,8 +151,7 @@ def write_picture(path: str | Path, left: ArrayLike, right: ArrayLike | None = N
     InputError
         If the shapes are wrong, values are not finite, or the file cannot be written.
     """
-    from stimuli.pictures.exr_write import write_exr
-    from stimuli.pictures.stereo_image import StereoImage
+    from stimuli.pictures import StereoImage, write_exr
 
     first = np.asarray(left, dtype=np.float32)
     second = first if right is None else np.asarray(right, dtype=np.float32)
@@ -179,8 +178,7 @@ def delta_e(first: ArrayLike, second: ArrayLike, white: ArrayLike) -> NDArray[np
     >>> float(delta_e([20, 21, 22], [20, 20.5, 22], white=[95, 100, 108]).round(2))
     3.48
     """
-    from devices.colour.ciede2000 import delta_e_2000
-    from devices.colour.spaces import xyz_to_lab
+    from devices.colour import delta_e_2000, xyz_to_lab
 
     return delta_e_2000(xyz_to_lab(first, white), xyz_to_lab(second, white))
 
@@ -205,7 +203,7 @@ def compare(photo: str | Path, rendering: str | Path, regions: str | Path) -> Re
     InputError
         If a file cannot be read, the pictures cannot be brought to one grid closely enough, or a region lies outside.
     """
-    from stimuli.comparison.compare import compare_pictures
+    from stimuli.comparison import compare_pictures
 
     result = compare_pictures(Path(photo), Path(rendering), Path(regions))
     rows: list[dict[str, Any]] = []
@@ -235,9 +233,9 @@ def build(recipe: str | Path, rig: str | Path) -> Result[StimulusSet]:
     InputError
         If the recipe or a picture is wrong, or the cache cannot be written.
     """
-    from devices.display.rig_file import read_rig
-    from stimuli.build.recipe_to_set import build_set
-    from stimuli.recipes.build_context import DisplaySetup
+    from devices.display import read_rig
+    from stimuli.build import build_set
+    from stimuli.recipes import DisplaySetup
 
     station = read_rig(Path(rig))
     made = build_set(Path(recipe), station.display.panel.pixel_pitch_mm, setup=DisplaySetup.of(station))

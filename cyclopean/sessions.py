@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from cyclopean.result import Result
 
 if TYPE_CHECKING:
-    from runner.check.report import CheckReport
+    from runner.check import CheckReport
 
 
 def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:
@@ -33,8 +33,7 @@ def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:
     """
     from dataclasses import asdict
 
-    from runner.check.files import check_file
-    from runner.check.report import CheckOptions
+    from runner.check import CheckOptions, check_file
 
     report = check_file(Path(path), CheckOptions(screen="skip", pictures=pictures))
     rows: list[dict[str, Any]] = [{"severity": "error", **asdict(finding)} for finding in report.errors]
@@ -69,7 +68,7 @@ def preview(experiment: str | Path, folder: str | Path, *, observer: str = "01")
     InputError
         If a file is wrong or the folder cannot be made.
     """
-    from runner.reports.preview import preview as write_screens
+    from runner.reports import preview as write_screens
 
     return write_screens(experiment, folder, observer)
 
@@ -107,7 +106,7 @@ def simulate(
     InputError
         If a file is wrong or the folder cannot be written.
     """
-    from runner.session.run import simulate as run_simulated
+    from runner.session import simulate as run_simulated
 
     run_simulated(experiment, observers_file, observers, results=folder, seed=seed)
     return Path(folder)

@@ -1,6 +1,9 @@
-"""Files: reading what people write, where each value stands and what is wrong with it; writing whole or not at all."""
+"""Files that people write and files that must survive a crash.
 
-from documents.findings import Finding, InputError
-from documents.yaml.load import load_document
+YAML is read with the place of every value, checked against strict schemas, and every fault of a file is reported at
+once with line, column and remedy. Files are written whole or not at all; logs are durable, line by line.
+"""
 
-__all__ = ["Finding", "InputError", "load_document"]
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

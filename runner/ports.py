@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any, Protocol
 
-from analysis.records.session_record import Mark, Note, Trial
+from analysis.records import Mark, Note, Trial
 from runner.blocks.tasks import NOTHING, Task
 from runner.presenter.scene import Offset, Scene
 

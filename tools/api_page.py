@@ -11,8 +11,11 @@ import ast
 import inspect
 import re
 import sys
+import textwrap
 from importlib import import_module
 from pathlib import Path
+
+from pydantic import BaseModel
 
 ROOT = Path(__file__).parents[1]
 sys.path.insert(0, str(ROOT))
@@ -70,19 +73,41 @@ def markdown(docstring: str) -> str:
     return re.sub(r"\n{3,}", "\n\n", text).strip()
 
 
+def signature(thing: object) -> str:
+    """Return how a function or class is called, as it is written; empty for what cannot be called."""
+    if inspect.isfunction(thing):
+        node = ast.parse(textwrap.dedent(inspect.getsource(thing))).body[0]
+        assert isinstance(node, ast.FunctionDef)
+        result = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+        return f"{node.name}({ast.unparse(node.args)}){result}"
+    if not inspect.isclass(thing) or issubclass(thing, BaseModel):
+        return ""
+    try:
+        parameters = inspect.signature(thing).parameters.values()
+    except ValueError:
+        return ""
+    return f"{thing.__name__}({', '.join(_written(one) for one in parameters)})"
+
+
+def _written(parameter: inspect.Parameter) -> str:
+    """Return a parameter of a class as its source has it; a default that is no plain value is ``...``."""
+    default, annotation = parameter.default, parameter.annotation
+    text = parameter.name
+    if annotation is not inspect.Parameter.empty:
+        text += f": {annotation if isinstance(annotation, str) else inspect.formatannotation(annotation)}"
+    if default is inspect.Parameter.empty:
+        return text
+    if isinstance(default, Path):
+        return f"{text} = Path({str(default)!r})"
+    return f"{text} = {default!r}" if isinstance(default, str | int | float | None | tuple) else f"{text} = ..."
+
+
 def entry(package: str, name: str) -> str:
     """Return what the page says of one name."""
     thing = getattr(import_module(package), name)
-    signature = ""
-    if callable(thing):
-        try:
-            signature = str(inspect.signature(thing))
-        except ValueError:
-            signature = ""
-    signature = re.sub(r"(?<![\w.])(?:\w+\.)+(?=[A-Za-z_])", "", signature)
-    head = f"### {package}.{name}\n\n"
-    code = f"```text\n{name}{signature}\n```\n\n" if signature and len(signature) < 400 else ""
-    return head + code + markdown(inspect.getdoc(thing) or "")
+    called = signature(thing)
+    code = f"```text\n{called}\n```\n\n" if called else ""
+    return f"### {package}.{name}\n\n" + code + markdown(inspect.getdoc(thing) or "")
 
 
 def page() -> str:

@@ -17,8 +17,8 @@ from analysis.bids.sources import Source
 from analysis.bids.text import escape, write_json, write_table
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files.whole_file import whole_folder
-from documents.text.words import counted
+from documents.files import whole_folder
+from documents.text import counted
 
 BIDS_VERSION = "1.10.0"
 GENERATOR = "cyclopean"

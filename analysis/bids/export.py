@@ -92,7 +92,7 @@ def export_dataset(
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
-    >>> from runner.session.run import simulate
+    >>> from runner.session import simulate
     >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
     >>> with TemporaryDirectory() as place:
     ...     results, dataset = Path(place) / "results", Path(place) / "bids"

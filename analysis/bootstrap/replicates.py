@@ -103,7 +103,7 @@ def resample(
 
     Examples
     --------
-    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> from analysis.comparisons import Answer, from_answers
     >>> answers = [
     ...     Answer(*pair, observer=str(observer))
     ...     for observer in range(6)

@@ -100,8 +100,8 @@ def class_stability(
 
     Examples
     --------
-    >>> from analysis.bootstrap.replicates import resample
-    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> from analysis.bootstrap import resample
+    >>> from analysis.comparisons import Answer, from_answers
     >>> votes = {"1": "ababcb", "2": "abacbc", "3": "bacacb", "4": "abcacb", "5": "abaccb"}  # winner, loser, ...
     >>> answers = [Answer(v[i], v[i + 1], observer=name) for name, v in votes.items() for i in (0, 2, 4)]
     >>> replicates = resample(from_answers(answers), replicates=100)

@@ -1,1 +1,5 @@
 """Perceptual classes: which items the answers do not separate."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

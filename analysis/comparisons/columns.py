@@ -6,8 +6,8 @@ from collections.abc import Sequence
 
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files.tables import other_separator
-from documents.text.words import did_you_mean
+from documents.files import other_separator
+from documents.text import did_you_mean
 
 COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties")
 REQUIRED = ("winner", "loser")

@@ -4,3 +4,7 @@
 comparisons can distinguish; `separation` reports effects without a finite maximum; `fit` maximises the likelihood;
 `likelihood_ratio` and `explained` compare models; `effects` puts all together; `figure` draws.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

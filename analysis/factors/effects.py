@@ -75,7 +75,7 @@ def factor_effects(
 
     Examples
     --------
-    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> from analysis.comparisons import Answer, from_answers
     >>> answers = from_answers([Answer("flat", "stereo", 10), Answer("stereo", "flat", 30)])
     >>> stereo = factor_effects(answers, {"flat": {"view": "flat"}, "stereo": {"view": "stereo"}}).effects[0]
     >>> stereo.level, round(stereo.estimate, 3)  # log 3

@@ -23,7 +23,7 @@ from analysis.factors.likelihood_ratio import chance
 from analysis.scaling.counts import Counts
 from analysis.scaling.fit import fit as fit_wins
 from analysis.scaling.laws import LOGISTIC
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 

@@ -24,7 +24,7 @@ from analysis.factors.terms import Term, empty_cell, interaction_term
 from analysis.factors.values import Factor
 from analysis.scaling.counts import Counts
 from analysis.scaling.separation import Groups
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 NO_SPREAD = 1e-6

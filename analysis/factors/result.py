@@ -14,7 +14,7 @@ from analysis.factors.likelihood_ratio import FactorTest, InteractionTest
 from analysis.factors.terms import Coding
 from analysis.factors.values import Factor, LeftOut
 from analysis.scaling.result import TWO_SIDED_95
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 FactorMethod = Literal["ml", "map"]

@@ -10,7 +10,7 @@ from typing import Any, Literal
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from documents import Finding
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Kind = Literal["categorical", "numeric", "log2"]
 Value = str | float

@@ -2,3 +2,7 @@
 
 No observer is left out by default: `filters` leaves observers out by a stated rule and reports who and why.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

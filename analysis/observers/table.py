@@ -29,7 +29,7 @@ from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
 from analysis.scaling.fit import fit
 from analysis.scaling.result import Fit
-from documents.text.words import counted
+from documents.text import counted
 
 
 @dataclass(frozen=True, slots=True)
@@ -199,8 +199,8 @@ def observers_in_comparisons(
 
     Examples
     --------
-    >>> from analysis.comparisons.comparisons import Answer, from_answers
-    >>> from analysis.observers.table import observers_in_comparisons
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.observers import observers_in_comparisons
     >>> pairs = [("a", "b"), ("b", "c"), ("a", "c")]
     >>> answers = [Answer(winner, loser, observer=name) for name in ("01", "02") for winner, loser in pairs]
     >>> table = observers_in_comparisons(from_answers(answers))

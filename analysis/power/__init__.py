@@ -1,1 +1,5 @@
 """How many observers a study needs: statistical power by simulation of whole studies, locally or on Dask."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

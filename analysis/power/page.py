@@ -14,9 +14,8 @@ from analysis.power.plan import Plan
 from analysis.power.results import Needed
 from analysis.power.tables import size_rows
 from analysis.report.page import ADJUSTMENT_NAMES
-from documents.files.whole_file import write_whole
-from documents.pages.drawing import DEEP, INK, drawing, short, svg_of
-from documents.pages.environment import page_environment
+from documents.files import write_whole
+from documents.pages import DEEP, INK, drawing, page_environment, short, svg_of
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

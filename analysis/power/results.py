@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.errors import ResultsError
 from analysis.power.plan import Plan
 from documents import Finding
-from documents.text.words import did_you_mean
+from documents.text import did_you_mean
 
 Floats = NDArray[np.float64]
 

@@ -178,7 +178,7 @@ def simulate_power(
 
     Examples
     --------
-    >>> from analysis.power.plan import differing_pairs
+    >>> from analysis.power import differing_pairs
     >>> theta = np.array([1.0, 0.0, -1.0])
     >>> plan = Plan(("a", "b", "c"), theta, times=np.ones(3, dtype=int), differs=differing_pairs(theta))
     >>> power = simulate_power(plan, [10, 40], replicates=200, workers=1)

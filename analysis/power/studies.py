@@ -143,8 +143,8 @@ def _wald(studies: Studies, random: np.random.Generator) -> Floats:
 
 
 def _bootstrap(studies: Studies, random: np.random.Generator) -> Floats:
-    """The default of `analysis.bootstrap.intervals`, with 1000 bootstrap samples of observers for each study."""
-    from analysis.bootstrap.intervals import intervals
+    """The default of `analysis.bootstrap.confidence_intervals`, with 1000 bootstrap samples for each study."""
+    from analysis.bootstrap.confidence_intervals import intervals
     from analysis.bootstrap.replicates import resample_counts
 
     plan, people = studies.plan, studies.observers

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
 from analysis.power.results import Needed
-from documents.files.whole_file import whole_file
-from documents.text.terminal import plain_table, print_table
+from documents.files import whole_file
+from documents.text import plain_table, print_table
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -18,7 +18,7 @@ from analysis.errors import ResultsError
 from analysis.records.results import damaged, refuse_mixtures
 from analysis.records.session_record import SessionLog
 from documents import Finding
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 KIND = "rating"
 MOST_OUTLYING, MOST_ONE_SIDED = 0.05, 0.3

@@ -62,7 +62,7 @@ def read_results(*places: str | Path) -> tuple[SessionLog, ...]:
     Examples
     --------
     >>> import tempfile
-    >>> from analysis.records.results import read_results
+    >>> from analysis.records import read_results
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     read_results(folder)
     Traceback (most recent call last):

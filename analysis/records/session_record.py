@@ -17,7 +17,7 @@ from typing import Any
 
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.files.json_lines import DamagedLineError, read_lines
+from documents.files import DamagedLineError, read_lines
 
 SCHEMA_VERSION = 1
 FILE_NAME = "session.jsonl"

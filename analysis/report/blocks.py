@@ -14,7 +14,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar, Literal, TypeAlias
 
-from documents.files.whole_file import write_whole
+from documents.files import write_whole
 
 ColumnKind = Literal["text", "number", "p", "interval", "class", "list"]
 Interval: TypeAlias = tuple[float | None, float | None]

@@ -8,7 +8,7 @@ from typing import Literal, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.intervals import DEFAULT, intervals
+from analysis.bootstrap.confidence_intervals import DEFAULT, intervals
 from analysis.bootstrap.replicates import Replicates, resample
 from analysis.bootstrap.stability import Covariance, Stability, class_stability
 from analysis.classes.classes import classify

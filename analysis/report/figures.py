@@ -14,8 +14,8 @@ import numpy as np
 from analysis.report.summary import Summary
 from analysis.report.words import percent
 from analysis.series.observer_means import Estimate
-from documents.pages.drawing import DEEP, FAINT, INK, drawing, rows_only, short, svg_of
-from documents.text.json_values import json_fields
+from documents.pages import DEEP, FAINT, INK, drawing, rows_only, short, svg_of
+from documents.text import json_fields
 
 MOST_NAMED = 5
 

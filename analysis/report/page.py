@@ -21,8 +21,8 @@ from analysis.report.sections.series import series_sections
 from analysis.report.sections.shown import Thumbnails, clipping_section, gallery_section, timing_section
 from analysis.report.words import chance, fixed
 from analysis.scaling.terminal import Published
-from documents.files.whole_file import write_whole
-from documents.pages.environment import page_environment
+from documents.files import write_whole
+from documents.pages import page_environment
 
 
 def write_report(

@@ -170,7 +170,7 @@ def fit_model(
 
     Examples
     --------
-    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> from analysis.comparisons import Answer, from_answers
     >>> answers = [Answer("a", "b", 9), Answer("b", "a", 3), Answer("a", "b", 6, tie=True)]
     >>> fit_model(from_answers(answers), "davidson").theta.round(3).tolist()
     [0.549, -0.549]

@@ -137,7 +137,7 @@ def maximise(
     Examples
     --------
     >>> import numpy as np
-    >>> from analysis.scaling.laws import Probit
+    >>> from analysis.scaling import Probit
     >>> counts = Counts.from_wins(np.array([[[0.0, 84], [16, 0]]]))
     >>> maximise(counts, Probit()).theta.round(3).tolist()  # Φ(0.994) = 0.84
     [[0.497, -0.497]]

@@ -128,6 +128,11 @@ def score(
     quasi_variances
         Compute quasi-variances too, where there is a finite maximum.
 
+    Returns
+    -------
+    Scores
+        A line for each item, best first, with the fit and the classes; ``to_json()`` is what the command prints.
+
     Raises
     ------
     ResultsError
@@ -135,7 +140,7 @@ def score(
 
     Examples
     --------
-    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> from analysis.comparisons import Answer, from_answers
     >>> answers = [Answer("a", "b", 30), Answer("b", "a", 10), Answer("b", "c", 30), Answer("c", "b", 10)]
     >>> [(item.name, item.label) for item in score(from_answers(answers)).items]
     [('a', '1'), ('b', '2'), ('c', '3')]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from analysis.scaling.result import Parameter
 from analysis.scaling.scores import Scores
-from documents.text.words import counted
+from documents.text import counted
 
 if TYPE_CHECKING:
     from rich.console import Console

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.series.choices import Choices
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 

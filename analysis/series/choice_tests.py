@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from analysis.classes.multiplicity import holm
 from analysis.series.choices import Choices
 from analysis.series.paired_tests import cochran, p_by_flips, quadratic_form, stuart_maxwell
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 

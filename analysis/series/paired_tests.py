@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from analysis.classes.multiplicity import holm
 from analysis.series.agreement import kendall_w, kendall_w_p
 from analysis.series.observer_means import Estimate, means
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 MOST_EXACT = 16

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.series.choices import Choice, Choices
 from analysis.series.observer_means import Estimate, means, shares
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 WEIGHT = "similarity"

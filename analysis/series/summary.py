@@ -31,8 +31,7 @@ from analysis.series.picture_scores import (
     rating_means,
     response_times_s,
 )
-from documents.text.json_values import json_fields
-from documents.text.words import counted
+from documents.text import counted, json_fields
 
 Floats = NDArray[np.float64]
 

@@ -15,8 +15,8 @@ from devices.camera.camera_model import CameraModel, ExposureSet, Form
 from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding, load_document
-from documents.files.whole_file import write_whole
-from documents.yaml.load import Strict
+from documents.files import write_whole
+from documents.yaml import Strict
 
 Triple = tuple[float, float, float]
 

@@ -20,8 +20,8 @@ from devices.camera.correspondences import FULL_SCALE, Correspondences
 from devices.camera.exposure import Exposure, parse_seconds
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files.tables import other_separator
-from documents.text.words import visible
+from documents.files import other_separator
+from documents.text import visible
 
 Floats = NDArray[np.float64]
 

@@ -19,7 +19,7 @@ from devices.camera.solve import condition_of
 from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 
 Floats = NDArray[np.float64]
 Bools = NDArray[np.bool_]

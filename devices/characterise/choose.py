@@ -32,7 +32,7 @@ from devices.display.plvc import Plvc
 from devices.errors import DeviceError
 from devices.measurements.table import Measurements
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 
 Floats = NDArray[np.float64]
 Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc"]

@@ -20,7 +20,7 @@ from devices.display.display_file import PanelSpec
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 
 _USED_TAGS = frozenset({"other", "place", "no-glasses"})
 
@@ -188,7 +188,7 @@ def fit_display(
 
     Examples
     --------
-    >>> from devices.characterise.example_displays import table_c1_codes, thesis_display
+    >>> from devices.characterise import table_c1_codes, thesis_display
     >>> codes = table_c1_codes()
     >>> fit = fit_display(Measurements(codes, thesis_display().xyz(codes)), model="gog")
     >>> fit.eyes["both"].characterisation.chosen.held_out.mean < 0.01

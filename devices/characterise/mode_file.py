@@ -19,8 +19,8 @@ from devices.characterise.display_yaml import quoted
 from devices.display.display_file import EYES, PanelSpec, read_display
 from devices.errors import DeviceError
 from documents import Finding, InputError
-from documents.files.whole_file import whole_file
-from documents.yaml.source import YamlSource, parse_yaml, read_yaml
+from documents.files import whole_file
+from documents.yaml import YamlSource, parse_yaml, read_yaml
 
 CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "source")
 _PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map"}

@@ -12,7 +12,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.errors import DeviceError
 from devices.measurements.table import Measurements
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 
 Floats = NDArray[np.float64]
 

@@ -1,1 +1,5 @@
 """A colour chart's geometry, and which way round its colours lie."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

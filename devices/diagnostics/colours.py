@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, by_code, means, primaries, uv, xy
 from devices.measurements import Measurements
-from documents.text.words import counted
+from documents.text import counted
 
 # Wavelength in nm, x, y; closer together where the curve bends.
 LOCUS: tuple[tuple[int, float, float], ...] = (

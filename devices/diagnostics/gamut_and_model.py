@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.colour.srgb import SRGB_PRIMARIES_XY
+from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import CHANNELS, FLOOR_SHARE, black_or_none, means, primaries, uv, xy
 from devices.display.model import DisplayModel

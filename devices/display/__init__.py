@@ -1,1 +1,5 @@
 """A display as a colour device: models, display files, rigs and viewing geometry."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files.tables import other_separator
+from documents.files import other_separator
 
 Kind = Literal["code", "xyz"]
 COLUMNS: dict[Kind, tuple[str, str, str]] = {"code": ("red", "green", "blue"), "xyz": ("X", "Y", "Z")}

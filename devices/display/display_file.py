@@ -18,9 +18,8 @@ from devices.display.model import DisplayModel
 from devices.display.model_spec import CrosstalkSpec, GainMapSpec, ModelSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
-from documents.text.words import did_you_mean
-from documents.yaml.load import Strict
-from documents.yaml.source import YamlSource
+from documents.text import did_you_mean
+from documents.yaml import Strict, YamlSource
 
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, Eye] = ("left", "right")

@@ -15,7 +15,7 @@ from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import Curve, ToneCurve
 from devices.errors import DeviceError
 from documents import Finding
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 
 Triple = tuple[float, float, float]
 Matrix = tuple[Triple, Triple, Triple]

@@ -17,8 +17,8 @@ from devices.display.display_file import Display, EyeModels, read_display
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
 from documents import Finding, InputError, load_document
-from documents.files.paths import beside
-from documents.yaml.load import Strict
+from documents.files import beside
+from documents.yaml import Strict
 
 Read = TypeVar("Read")
 

@@ -16,7 +16,7 @@ from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat, mo
 
 from devices.display.display_file import Eye
 from documents import load_document
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 
 # Window systems report the refresh rate in whole hertz, and rates such as 59.94 and 119.88 Hz are called 60 and 120.
 REFRESH_TOLERANCE = 0.02

@@ -1,6 +1,5 @@
 """Instruments that read the light of a patch, and what can go wrong with them."""
 
-from devices.instruments.instrument import Instrument, Reading, Showing
-from devices.instruments.open import INSTRUMENTS, open_instrument
+import lazy_loader
 
-__all__ = ["INSTRUMENTS", "Instrument", "Reading", "Showing", "open_instrument"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

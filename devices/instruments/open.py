@@ -16,7 +16,7 @@ from devices.instruments.instrument import Instrument, Reading, Showing
 from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
 from devices.patches.arrangement import PatchEye
 from documents import Finding
-from documents.text.words import did_you_mean
+from documents.text import did_you_mean
 
 INSTRUMENTS: Mapping[str, str] = MappingProxyType(
     {

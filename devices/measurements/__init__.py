@@ -1,6 +1,5 @@
 """Readings of a display's patches: what was sent, what was measured, and the files that hold them."""
 
-from devices.measurements.csv_table import read_csv, write_csv
-from devices.measurements.table import Measurements, PatchEye
+import lazy_loader
 
-__all__ = ["Measurements", "PatchEye", "read_csv", "write_csv"]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -17,8 +17,7 @@ from devices.instruments.instrument import Reading
 from devices.patches.arrangement import Place
 from devices.patches.patch import Patch, Step
 from documents import Finding
-from documents.files.durable_log import DurableLog, LogInUseError
-from documents.files.json_lines import DamagedLineError, read_lines
+from documents.files import DamagedLineError, DurableLog, LogInUseError, read_lines
 
 FORMAT = "cyclopean-measurement"
 VERSION = 1

@@ -11,7 +11,7 @@ from devices.errors import DeviceError, MeasuringError
 from devices.measurements.csv_table import read_csv, write_csv
 from devices.measurements.table import Measurements, PatchEye
 from documents import Finding
-from documents.files.whole_file import whole_file
+from documents.files import whole_file
 
 if TYPE_CHECKING:
     from devices.measurements.log import Session

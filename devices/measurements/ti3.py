@@ -18,7 +18,7 @@ from devices.measurements.cgats import Cell, CgatsTable, read_table
 from devices.measurements.spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.files.tables import bounded_bytes
+from documents.files import bounded_bytes
 
 Floats = NDArray[np.float64]
 

@@ -1,18 +1,5 @@
 """Patches to show a display and measure: which codes, in which order, and how the instrument stands for each."""
 
-from devices.patches.arrangement import Arrangement, PatchEye, Place
-from devices.patches.patch import Patch, PatchSet, Step, steps
-from devices.patches.sets import BUILT_IN, find_patches, find_sets
+import lazy_loader
 
-__all__ = [
-    "BUILT_IN",
-    "Arrangement",
-    "Patch",
-    "PatchEye",
-    "PatchSet",
-    "Place",
-    "Step",
-    "find_patches",
-    "find_sets",
-    "steps",
-]
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -18,7 +18,7 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.arrangement import Arrangement, PatchEye, Place, degrees
 from documents import Finding
-from documents.files.tables import other_separator
+from documents.files import other_separator
 
 Codes = tuple[float, float, float]
 _COLUMNS = ("red", "green", "blue")

@@ -15,7 +15,7 @@ from devices.errors import DeviceError
 from devices.patches.arrangement import PatchEye, Place
 from devices.patches.patch import Codes, Patch, PatchSet, parse_patches, read_patches
 from documents import Finding
-from documents.text.words import did_you_mean
+from documents.text import did_you_mean
 
 _GREY_STEPS = 32
 _CUBE_STEPS = 5

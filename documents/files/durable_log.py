@@ -17,7 +17,7 @@ from typing import Any, BinaryIO, Protocol, TypeVar
 
 from filelock import FileLock, Timeout
 
-from documents.files.whole_file import whole_file
+from documents.files.atomic import whole_file
 from documents.platform import sync_folder
 
 

@@ -9,12 +9,12 @@ from typing import Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field
 
-from documents.text.words import did_you_mean
-from documents.yaml.load import Strict
+from documents.text import did_you_mean
+from documents.yaml import Strict
 from runner.blocks.setting import Setting, Stimuli
 from runner.ports import Ask
 from runner.presenter.scene import Offset, Scene
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 SECONDS_PER_TRIAL = 5.0
 

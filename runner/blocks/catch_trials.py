@@ -15,7 +15,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field, NonNegativeInt, PositiveInt, model_validator
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from runner.blocks.block import Fault, name_faults
 from runner.blocks.setting import Stimuli
 

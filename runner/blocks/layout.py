@@ -10,15 +10,15 @@ from typing import Literal
 
 from pydantic import NonNegativeFloat, PositiveFloat
 
-from devices.display.display_file import PanelSpec
+from devices.display import PanelSpec
 from documents import Finding
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from runner.blocks.field_types import Line
 from runner.blocks.style import Style
 from runner.errors import SessionError
 from runner.presenter.modes.mode import EyeArea
 from runner.presenter.scene import Offset, Picture
-from stimuli.pictures.exr_views import Part, Region
+from stimuli.pictures import Part, Region
 
 
 class LayoutError(SessionError):

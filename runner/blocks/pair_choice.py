@@ -23,7 +23,7 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling.learnt_prior import Posterior, learnt_posterior
+from analysis.scaling import Posterior, learnt_posterior
 
 Floats = NDArray[np.float64]
 Pair = tuple[int, int]

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, TypeAlias
 
 from pydantic import Field, PositiveInt
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from runner.blocks.block import Block, BlockSpec, Draft, Fault, Hold, Response, Steps, answer
 from runner.blocks.message import page
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
 from runner.blocks.tasks import Choose
 from runner.presenter.scene import Offset
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 if TYPE_CHECKING:
     AnyBlockSpec: TypeAlias = BlockSpec  # any kind in `runner.blocks.registry`, which sets it

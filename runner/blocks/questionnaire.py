@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import Field
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from runner.blocks.block import Block, BlockSpec, Draft, Fault, Response, Steps, answer
 from runner.blocks.field_types import Label, Line
 from runner.blocks.setting import Setting, Stimuli

@@ -8,7 +8,7 @@ from typing import Annotated
 
 from pydantic import Field, model_validator
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from runner.blocks.block import Fault, Response, answer
 from runner.blocks.field_types import Label, Line
 from runner.blocks.layout import SingleLayout

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from runner.blocks.block import Fault, name_faults
 from runner.blocks.field_types import Line
 from runner.blocks.layout import SingleLayout

@@ -6,7 +6,7 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from devices.display.rig_file import Rig
+from devices.display import Rig
 from runner.blocks.layout import LayoutSpec, PairLayout, SingleLayout, pair_layout, single_layout
 from runner.blocks.style import Style
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from devices.display.rig_file import Rig
+from devices.display import Rig
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.modes.registry import MODES, available
 from runner.presenter.surfaces.screens import compositor

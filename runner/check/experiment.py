@@ -8,12 +8,11 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from devices.display.rig_file import Rig, read_rig
-from devices.display.viewing import CYCLES_PER_DEGREE, pixels_per_degree, visual_angle_deg
+from devices.display import CYCLES_PER_DEGREE, Rig, pixels_per_degree, read_rig, visual_angle_deg
 from documents import Finding, InputError, load_document
-from documents.files.paths import beside
-from documents.text.words import counted
-from documents.yaml.source import YamlSource, read_yaml
+from documents.files import beside
+from documents.text import counted
+from documents.yaml import YamlSource, read_yaml
 from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS
 from runner.check.machine import check_results, check_screen
@@ -22,8 +21,8 @@ from runner.protocol.experiment import Experiment, ExperimentSpec, read_experime
 from runner.session.clipping_costs import ClippingCosts
 from runner.session.picture_source import build_stimuli
 from runner.session.timing_record import NOT_VERIFIED
-from stimuli.build.stimulus_set import StimulusSet
-from stimuli.recipes.recipe import read_recipe, unreadable
+from stimuli.build import StimulusSet
+from stimuli.recipes import read_recipe, unreadable
 
 # ITU-R BT.500: a session should last up to half an hour.
 LONG_MINUTES = 30.0

@@ -6,20 +6,16 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 
-from devices.camera.camera_file import read_camera
-from devices.display.display_file import read_display
-from devices.display.rig_file import read_rig
-from devices.display.verification_file import read_verification
-from devices.display.viewing import pixels_per_degree
+from devices.camera import read_camera
+from devices.display import pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
-from documents.yaml.load import TELLING
-from documents.yaml.source import read_yaml
+from documents.yaml import TELLING, read_yaml
 from runner.check.experiment import check_experiment, check_onsets, missing_pictures
 from runner.check.machine import check_screen
 from runner.check.report import CheckOptions, CheckReport
 from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
-from stimuli.comparison.regions_file import read_regions
-from stimuli.recipes.recipe import read_recipe
+from stimuli.comparison import read_regions
+from stimuli.recipes import read_recipe
 
 
 def check_display(report: CheckReport, options: CheckOptions) -> None:

@@ -10,8 +10,8 @@ from pathlib import Path
 from filelock import FileLock, Timeout
 
 from analysis.errors import ResultsError
-from analysis.records.session_record import FILE_NAME, read_session
-from devices.display.rig_file import Rig
+from analysis.records import FILE_NAME, read_session
+from devices.display import Rig
 from documents import Finding, InputError
 from runner.check.report import CheckOptions, CheckReport
 from runner.presenter.errors import GraphicsError

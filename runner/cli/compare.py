@@ -10,7 +10,7 @@ if TYPE_CHECKING:
     import numpy as np
     from numpy.typing import NDArray
 
-    from stimuli.comparison.results import CompareOptions, ViewingConditions
+    from stimuli.comparison import CompareOptions, ViewingConditions
 
 _MOST_PX = 1e9
 _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
@@ -165,11 +165,9 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
     """Return the options of the comparison, of camera, rig and display files that are read for it."""
     from pathlib import Path
 
-    from devices.camera.camera_file import read_camera
-    from devices.camera.exposure import parse_exposure
-    from stimuli.comparison.pictures import ReadOptions
-    from stimuli.comparison.results import CompareOptions
-    from stimuli.spectral.light import Illumination
+    from devices.camera import parse_exposure, read_camera
+    from stimuli.comparison import CompareOptions, ReadOptions
+    from stimuli.spectral import Illumination
 
     corners_px = _corners(options["photo_corners"], options["rendering_corners"], options["registering"])
     viewing = _viewing(options)
@@ -201,7 +199,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
 def _viewing(options: dict[str, Any]) -> ViewingConditions | None:
     from pathlib import Path
 
-    from stimuli.comparison.results import ViewingConditions
+    from stimuli.comparison import ViewingConditions
 
     display, rig, distance_mm = options["display"], options["rig"], options["distance_mm"]
     if display and rig:

@@ -31,7 +31,7 @@ def command(observers: int, window: bool, results: Path, as_json: bool) -> None:
     """
     from dataclasses import asdict
 
-    from analysis.report.report import print_report
+    from analysis.report import print_report
     from runner.cli.progress import progress_bar
     from runner.reports.demo import run_demo
 

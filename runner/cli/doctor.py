@@ -64,7 +64,7 @@ def _print(report: MachineReport) -> None:
 
 
 def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
-    from devices.display.rig_file import read_rig
+    from devices.display import read_rig
     from runner.check.doctor import examine_timing
     from runner.cli.progress import progress_bar
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import click
 
-from documents.text.words import counted
+from documents.text import counted
 
 
 @click.command(name="export")
@@ -30,8 +30,7 @@ def command(
     """
     import json
 
-    from analysis.bids.dataset import About
-    from analysis.bids.export import export_dataset
+    from analysis.bids import About, export_dataset
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
 

@@ -57,7 +57,7 @@ class LazyGroup(click.Group):
         """Find the command that ``args`` begins with; a misspelt one is refused with the nearest spelling."""
         name = click.utils.make_str(args[0])
         if name not in self._commands_help and not name.startswith("-"):
-            from documents.text.words import nearest  # only now: it brings pydantic
+            from documents.text import nearest  # only now: it brings pydantic
 
             near = nearest(name, self._commands_help)
             hint = f" Did you mean '{near}'?" if near else ""

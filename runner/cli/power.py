@@ -139,12 +139,9 @@ def command(
     import sys
     from typing import cast
 
-    from analysis.bootstrap.stability import Covariance
-    from analysis.classes.multiplicity import Adjust
-    from analysis.power.compute import ComputeError
-    from analysis.power.page import write_page
-    from analysis.power.plan import Interval
-    from analysis.power.tables import print_power, write_csv
+    from analysis.bootstrap import Covariance
+    from analysis.classes import Adjust
+    from analysis.power import ComputeError, Interval, print_power, write_csv, write_page
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.reports.power import PowerOptions, study_power

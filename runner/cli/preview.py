@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from documents.text.words import counted
+from documents.text import counted
 
 
 @click.command(short_help="Write what each eye sees in every trial, as PNG.")
@@ -41,7 +41,7 @@ def command(
     pixels that ask a channel for more light than it has, blue those that ask for less than none, magenta both.
     """
     from runner.cli.progress import progress_bar
-    from runner.reports.preview import preview
+    from runner.reports.screens import preview
 
     with progress_bar(quiet=as_json) as step:
         files = preview(

@@ -78,10 +78,9 @@ def command(
     import json
     from typing import cast
 
-    from analysis.classes.multiplicity import Adjust
-    from analysis.observers.filters import Filter
-    from analysis.report.estimate import CovarianceChoice
-    from analysis.report.report import print_report
+    from analysis.classes import Adjust
+    from analysis.observers import Filter
+    from analysis.report import CovarianceChoice, print_report
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.reports.results import ReportOptions, report_results

@@ -20,7 +20,7 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 import click
 
 from documents.platform import reads_terminal
-from documents.text.words import counted, visible
+from documents.text import counted, visible
 
 if TYPE_CHECKING:
     from runner.session.run import Backend

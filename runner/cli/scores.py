@@ -71,13 +71,17 @@ def command(
     import sys
     from typing import cast
 
-    from analysis.classes.multiplicity import Adjust
-    from analysis.comparisons.table import read_stream, read_table
-    from analysis.scaling.fit import DEFAULT_PRIOR_SD
-    from analysis.scaling.laws import Model
-    from analysis.scaling.result import CovarianceKind, ModelMethod
-    from analysis.scaling.scores import score
-    from analysis.scaling.terminal import print_scores, problem_lines
+    from analysis.classes import Adjust
+    from analysis.comparisons import read_stream, read_table
+    from analysis.scaling import (
+        DEFAULT_PRIOR_SD,
+        CovarianceKind,
+        Model,
+        ModelMethod,
+        print_scores,
+        problem_lines,
+        score,
+    )
 
     if prior_sd is not None and method != "map":
         raise click.UsageError("--prior-sd goes with --method map.")

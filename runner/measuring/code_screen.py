@@ -12,10 +12,10 @@ from types import MappingProxyType
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.eye_view import Rectangle, Size
-from devices.display.display_file import Eye
+from devices.compensation import Rectangle, Size
+from devices.display import Eye
 from devices.errors import MeasuringError
-from devices.measurements.log import CodeTriple, Shown
+from devices.measurements import CodeTriple, Shown
 from devices.patches import Patch, PatchEye
 from runner.measuring.patch_screen import middle_of
 from runner.presenter.depth import code_texture, highest_code

@@ -38,8 +38,7 @@ class PatchOptions:
 
     def sets(self, target: Target, eye: PatchEye) -> tuple[tuple[PatchSet, ...], str]:
         """Return the sets, and a remark on those of ``all`` that the mode cannot show, which are left out."""
-        from devices.patches import find_sets
-        from devices.patches.sets import ALL
+        from devices.patches import ALL, find_sets
 
         sets = find_sets(self.set_names, self.code_range, self.every_s)
         return target.check_sets(sets, eye, chosen=ALL not in self.set_names)

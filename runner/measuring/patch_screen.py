@@ -11,17 +11,16 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
-from devices.compensation.eye_view import Size
-from devices.display.display_file import Eye, EyeModels
-from devices.measurements.log import CodeTriple, Shown
+from devices.compensation import Correction, Size
+from devices.display import Eye, EyeModels
+from devices.measurements import CodeTriple, Shown
 from devices.patches import Patch, PatchEye
 from runner.presenter.depth import highest_code
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Item, Picture, Scene, Text
 from runner.presenter.surfaces.surface import Surface
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 Floats = NDArray[np.float64]
 

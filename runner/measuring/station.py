@@ -15,15 +15,13 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
+from devices.compensation import Correction
 from devices.errors import MeasuringError
-from devices.instruments import open_instrument
-from devices.instruments.open import Wiring
-from devices.measurements.log import MeasurementLog, Session, read_session, step_facts
-from devices.measurements.read import write_measurements
+from devices.instruments import Wiring, open_instrument
+from devices.measurements import MeasurementLog, Session, read_session, step_facts, write_measurements
 from devices.patches import PatchSet, Step, steps
 from documents import Finding
-from documents.text.words import did_you_mean
+from documents.text import did_you_mean
 from runner.measuring.code_screen import CodeScreen
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 from runner.measuring.patch_screen import AskedScreen, PatchScreen

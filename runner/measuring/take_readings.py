@@ -13,9 +13,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from queue import Empty, SimpleQueue
 
-from devices.instruments import Instrument, Reading, Showing
-from devices.instruments.errors import GarbledError, InstrumentError, LostError, RangeError
-from devices.measurements.log import MeasurementLog
+from devices.instruments import GarbledError, Instrument, InstrumentError, LostError, RangeError, Reading, Showing
+from devices.measurements import MeasurementLog
 from devices.patches import Arrangement, PatchEye, Step
 from runner.measuring.keys import Keys
 from runner.measuring.patch_screen import PatchScreen

@@ -9,17 +9,14 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
-from devices.compensation.crosstalk import Crosstalk
-from devices.compensation.gain_map import GainMap
-from devices.display.display_file import EyeModels, PanelSpec, read_display
-from devices.display.rig_file import RigSpec
+from devices.compensation import Crosstalk, GainMap
+from devices.display import EyeModels, PanelSpec, RigSpec, read_display
 from devices.errors import MeasuringError
-from devices.instruments.open import Wiring
-from devices.instruments.simulated import SimulatedDisplay
+from devices.instruments import SimulatedDisplay, Wiring
 from devices.patches import PatchEye, PatchSet
 from documents import Finding, load_document
-from documents.files.paths import beside
-from documents.yaml.source import read_yaml
+from documents.files import beside
+from documents.yaml import read_yaml
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions

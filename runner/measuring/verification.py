@@ -10,15 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.display.model import DisplayModel
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import DisplayModel
 from devices.errors import MeasuringError
-from devices.instruments import Showing
-from devices.instruments.simulated import Faults, Simulated, SimulatedDisplay
-from devices.measurements.log import Kept, Session, Shown
-from devices.patches import Patch, PatchEye, PatchSet
-from devices.patches.colorchecker import AskedColour, asked_of
+from devices.instruments import Faults, Showing, Simulated, SimulatedDisplay
+from devices.measurements import Kept, Session, Shown
+from devices.patches import AskedColour, Patch, PatchEye, PatchSet, asked_of
 from documents import Finding
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.measuring.station import Order, measure, open_screen

@@ -11,7 +11,7 @@ from typing import Annotated, Literal, Self
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, PositiveInt, model_validator
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from runner.blocks.field_types import Label
 
 Share = Annotated[float, Field(ge=0, le=1)]

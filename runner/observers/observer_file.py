@@ -8,8 +8,7 @@ from typing import Annotated, Literal, TypeAlias
 from pydantic import Field, PositiveFloat, RootModel
 
 from documents import Finding, load_document
-from documents.yaml.load import Strict
-from documents.yaml.source import YamlSource
+from documents.yaml import Strict, YamlSource
 from runner.blocks.field_types import Line
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec

@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from analysis.records.session_record import SessionLog, Trial, read_session, session_files
+from analysis.records import SessionLog, Trial, read_session, session_files
 from documents import Finding
 from runner.blocks.tasks import Rate, Task, Write
 from runner.errors import SessionError

@@ -14,15 +14,14 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from devices.display.display_file import EyeModels
+from devices.colour import delta_e_2000, xyz_to_lab
+from devices.display import EyeModels
 from documents import Finding
 from runner.blocks.tasks import Browse, Choose, Compare, Rate, Write
 from runner.errors import SessionError
 from runner.observers.behaviour import ATTENTIVE, BehaviourSpec, choice_law, difficulty, pair_law, psychometric_law
 from runner.ports import Ask, KeyPress
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 TIES = ("no_difference", "not_sure")
 

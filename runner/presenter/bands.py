@@ -8,9 +8,9 @@ from typing import TypeAlias, TypeVar
 import moderngl
 import numpy as np
 
-from devices.compensation.eye_view import Size
+from devices.compensation import Size
 from runner.presenter.counters import Work
-from stimuli.pictures.stereo_image import XYZImage
+from stimuli.pictures import XYZImage
 
 T = TypeVar("T")
 # Work that pauses after each band but the last, and ends in a T. What it holds is freed if it is closed before.

@@ -8,12 +8,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.eye_view import Size
-from devices.display.code_table import ENTRIES, curve_table
-from devices.display.display_file import Eye
-from devices.display.knot_table import knot_tables
-from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import Curve
+from devices.compensation import Size
+from devices.display import ENTRIES, Curve, Eye, TableCurve, curve_table, knot_tables
 from documents import Finding
 from runner.presenter.bands import InBands, bands, to_the_end
 from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code

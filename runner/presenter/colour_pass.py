@@ -8,12 +8,8 @@ from dataclasses import dataclass, field
 import moderngl
 import numpy as np
 
-from devices.compensation.eye_view import squeezed_size
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import Eye
-from devices.display.model import DisplayModel
-from devices.display.plvc import MIXTURES, MOST_STEPS, NODES, Plvc
-from devices.display.table_curve import TableCurve
+from devices.compensation import Mixture, squeezed_size
+from devices.display import MIXTURES, MOST_STEPS, NODES, DisplayModel, Eye, Plvc, TableCurve
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns, release_codes
 from runner.presenter.depth import Bits, CodeFormat

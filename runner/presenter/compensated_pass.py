@@ -6,12 +6,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Correction
-from devices.compensation.crosstalk_cancel import channel_crosstalk
-from devices.compensation.eye_view import PixelGrid, squeezed_size
-from devices.compensation.gain_map import GainMap
-from devices.display.display_file import Eye, EyeModels
-from devices.display.model import DisplayModel
+from devices.compensation import Correction, GainMap, PixelGrid, channel_crosstalk, squeezed_size
+from devices.display import DisplayModel, Eye, EyeModels
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, by_columns
 from runner.presenter.colour_pass import channel_interaction

@@ -8,7 +8,7 @@ from typing import Literal
 
 import moderngl
 
-from devices.compensation.eye_view import Size
+from devices.compensation import Size
 from documents import Finding
 from runner.presenter.errors import PresentationError
 

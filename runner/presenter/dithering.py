@@ -14,10 +14,8 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.dither import LEVELS_8_BITS, Masks, code_lights, mask_shifts_px
-from devices.compensation.dither_mask import load_mask
-from devices.display.display_file import Eye
-from devices.display.tone_curve import Curve
+from devices.compensation import LEVELS_8_BITS, Masks, code_lights, load_mask, mask_shifts_px
+from devices.display import Curve, Eye
 from documents import Finding
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.errors import PresentationError

@@ -9,7 +9,7 @@ from typing import TypeAlias
 
 import moderngl
 
-from devices.compensation.eye_view import Rectangle
+from devices.compensation import Rectangle
 from runner.presenter.modes.mode import EyeArea, Weave
 from runner.presenter.scene import Box, Picture, Scene, Text
 from runner.presenter.shaders import compile_program, set_uniform, shader_file

@@ -11,16 +11,16 @@ from typing import NamedTuple, TypeAlias
 import moderngl
 import numpy as np
 
-from devices.display.display_file import EYES
+from devices.display import EYES
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 from runner.presenter.bands import BAND_PX, as_uploaded, to_the_end, upload
 from runner.presenter.counters import Work
 from runner.presenter.errors import PresentationError
 from runner.presenter.scene import Offset
 from runner.presenter.texture_cache import LruCache
 from runner.presenter.view_codes import Making, PictureCodes, ViewCodes
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 
 class PictureKey(NamedTuple):

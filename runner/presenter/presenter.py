@@ -6,9 +6,8 @@ import time
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 
-from devices.compensation.compensate import Compensation, Correction
-from devices.compensation.eye_view import Size
-from devices.display.display_file import Eye, EyeModels
+from devices.compensation import Compensation, Correction, Size
+from devices.display import Eye, EyeModels
 from documents import Finding
 from runner.presenter.counters import Counters, SwapLog, Work, missed_frames
 from runner.presenter.dithering import Dithering
@@ -23,7 +22,7 @@ from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.view_codes import PictureCodes, view_codes
 from runner.presenter.words import Words
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.pictures import StereoImage
 
 PICTURE_BUDGET_BYTES = 2 << 30
 TEXT_BUDGET_BYTES = 64 << 20

@@ -7,9 +7,8 @@ from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any, Literal
 
-from devices.compensation.compensate import Correction
-from devices.compensation.eye_costs import eye_clip_costs
-from devices.display.display_file import Eye, read_display
+from devices.compensation import Correction, eye_clip_costs
+from devices.display import Eye, read_display
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
 from runner.presenter.depth import Bits
@@ -19,7 +18,7 @@ from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.screenshot import check_screenshot_path, write_screenshot
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
-from stimuli.pictures.exr_read import read_exr
+from stimuli.pictures import read_exr
 
 
 @dataclass(frozen=True, slots=True)
@@ -124,8 +123,7 @@ def show_picture(
     --------
     >>> import numpy as np
     >>> from tempfile import TemporaryDirectory
-    >>> from stimuli.pictures.exr_write import write_exr
-    >>> from stimuli.pictures.stereo_image import StereoImage
+    >>> from stimuli.pictures import StereoImage, write_exr
     >>> display = "configs/displays/asus_vg248qe.yaml"
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder) / "grey.exr"

@@ -8,10 +8,8 @@ from typing import Protocol, TypeAlias
 import moderngl
 import numpy as np
 
-from devices.compensation.compensate import Correction
-from devices.compensation.eye_view import PixelGrid, squeezed_size
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import EYES, Eye, EyeModels
+from devices.compensation import Correction, Mixture, PixelGrid, squeezed_size
+from devices.display import EYES, Eye, EyeModels
 from runner.presenter.bands import InBands, Upload
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass, MixedPass
@@ -21,7 +19,7 @@ from runner.presenter.depth import Bits
 from runner.presenter.dithering import Dithering
 from runner.presenter.modes.mode import Mode
 from runner.presenter.scene import Offset
-from stimuli.pictures.stereo_image import StereoImage, XYZImage
+from stimuli.pictures import StereoImage, XYZImage
 
 BYTES_PER_PIXEL = 4  # RGBA8 or RGB10_A2
 

@@ -14,9 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from PIL import Image, ImageDraw, ImageFont
 
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import Eye, EyeModels
-from devices.display.model import DisplayModel
+from devices.compensation import Mixture
+from devices.display import DisplayModel, Eye, EyeModels
 from runner.presenter.counters import Work
 from runner.presenter.depth import Bits, highest_code
 from runner.presenter.scene import Box, Text

@@ -11,12 +11,11 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
-from devices.display.rig_file import Rig, read_rig
+from devices.display import Rig, read_rig
 from documents import Finding, InputError, load_document
-from documents.files.paths import beside
-from documents.text.words import did_you_mean
-from documents.yaml.load import Strict
-from documents.yaml.source import Path_, YamlSource
+from documents.files import beside
+from documents.text import did_you_mean
+from documents.yaml import Path_, Strict, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
 from runner.blocks.field_types import Line
 from runner.blocks.layout import LayoutError, LayoutSpec, aperture_px, visible_part
@@ -29,8 +28,8 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
-from stimuli.pictures.exr_views import Part
-from stimuli.recipes.recipe import read_recipe
+from stimuli.pictures import Part
+from stimuli.recipes import read_recipe
 
 MOST_TRIALS = 100_000
 # More than the textures of any graphics card, and than any screen.

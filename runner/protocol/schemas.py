@@ -39,11 +39,11 @@ def file_model(kind: FileKind) -> type[BaseModel]:
 
         return ExperimentSpec
     if kind == "rig":
-        from devices.display.rig_file import RigSpec
+        from devices.display import RigSpec
 
         return RigSpec
     if kind == "display":
-        from devices.display.display_file import DisplaySpec
+        from devices.display import DisplaySpec
 
         return DisplaySpec
     if kind == "observers":
@@ -51,17 +51,17 @@ def file_model(kind: FileKind) -> type[BaseModel]:
 
         return ObserverFile
     if kind == "camera":
-        from devices.camera.camera_file import CameraSpec
+        from devices.camera import CameraSpec
 
         return CameraSpec
     if kind == "regions":
-        from stimuli.comparison.regions_file import RegionsSpec
+        from stimuli.comparison import RegionsSpec
 
         return RegionsSpec
     if kind == "verification":
-        from devices.display.verification_file import VerificationSpec
+        from devices.display import VerificationSpec
 
         return VerificationSpec
-    from stimuli.recipes.recipe import Recipe
+    from stimuli.recipes import Recipe
 
     return Recipe

@@ -5,10 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 from pathlib import Path
 
-from analysis.records.results import read_results
-from analysis.report.page import write_report
-from analysis.report.report import Report
-from analysis.scaling.agreement import Agreement, agreement, expected_classes
+from analysis.records import read_results
+from analysis.report import Report, write_report
+from analysis.scaling import Agreement, agreement, expected_classes
 from runner.observers.observer_file import read_scored_observer
 from runner.presenter.counters import Counters
 from runner.reports.thumbnails import thumbnails

@@ -12,13 +12,25 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.stability import Covariance
-from analysis.classes.multiplicity import Adjust
+from analysis.bootstrap import Covariance
+from analysis.classes import Adjust
 from analysis.errors import ResultsError
-from analysis.power.page import assumed_notes
-from analysis.power.plan import Interval, Plan, differing_pairs, score_theta, spread_theta
-from analysis.power.results import TARGET, Needed, check_target, chosen_pairs, observers_needed
-from analysis.power.simulation import REPLICATES, SEED, simulate_power
+from analysis.power import (
+    REPLICATES,
+    SEED,
+    TARGET,
+    Interval,
+    Needed,
+    Plan,
+    assumed_notes,
+    check_target,
+    chosen_pairs,
+    differing_pairs,
+    observers_needed,
+    score_theta,
+    simulate_power,
+    spread_theta,
+)
 from documents import Finding
 from runner.blocks.active_pairs import ActivePairsSpec
 from runner.blocks.all_pairs import AllPairsSpec

@@ -11,17 +11,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from analysis.classes.multiplicity import Adjust
+from analysis.classes import Adjust
 from analysis.errors import ResultsError
-from analysis.observers.filters import Filter
-from analysis.observers.screening import check_tests
-from analysis.records.results import read_results
-from analysis.records.session_record import Header
-from analysis.report.estimate import CovarianceChoice
-from analysis.report.page import write_report
-from analysis.report.report import Report
+from analysis.observers import Filter, check_tests
+from analysis.records import Header, read_results
+from analysis.report import CovarianceChoice, Report, write_report
 from documents import Finding
-from documents.files.whole_file import whole_file
+from documents.files import whole_file
 from runner.errors import SessionError
 from runner.reports.thumbnails import find_shown, thumbnails
 
@@ -114,7 +110,7 @@ def report_results(
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
-    >>> from runner.session.run import simulate
+    >>> from runner.session import simulate
     >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
     >>> with TemporaryDirectory() as folder:
     ...     simulated = simulate(experiment, observers, 2, results=folder)

@@ -9,14 +9,13 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.records.session_record import Header
-from devices.colour.srgb import srgb
-from devices.display.model import DisplayModel
+from analysis.records import Header
+from devices.colour import srgb
+from devices.display import DisplayModel
 from documents import InputError
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.session.header import hashes
-from stimuli.build.cache import find_cached
-from stimuli.build.stimulus_set import StimulusSet
+from stimuli.build import StimulusSet, find_cached
 
 Floats = NDArray[np.float64]
 LARGE_PX, SMALL_PX, FEW = 200, 96, 16

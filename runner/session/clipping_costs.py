@@ -17,16 +17,12 @@ from typing import Any
 
 import numpy as np
 
-from devices.compensation.compensate import Compensation, Correction
-from devices.compensation.eye_costs import eye_clip_costs
-from devices.compensation.mixture import Mixture
-from documents.files.hashes import sha256_of_json
-from documents.files.whole_file import write_whole
+from devices.compensation import Compensation, Correction, Mixture, eye_clip_costs
+from documents.files import sha256_of_json, write_whole
 from runner.protocol.experiment import Experiment
 from runner.session.header import hashes
-from stimuli.build.cache import cache_folder
-from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.build import StimulusSet, cache_folder
+from stimuli.pictures import StereoImage
 
 # Raise it when the same picture on the same display costs other numbers than before.
 COST_VERSION = 1

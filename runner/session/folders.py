@@ -14,9 +14,9 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records.session_record import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
+from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
 from documents import Finding
-from documents.files.durable_log import DurableLog, LogInUseError
+from documents.files import DurableLog, LogInUseError
 from documents.platform import sync_folder
 from runner.errors import SessionError
 

@@ -13,13 +13,12 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
-from analysis.records.session_record import Header
-from devices.display.plvc import Plvc
-from devices.display.rig_file import Rig
+from analysis.records import Header
+from devices.display import Plvc, Rig
 from documents import Finding
 from runner.errors import SessionError
 from runner.protocol.experiment import Experiment
-from stimuli.build.stimulus_set import StimulusSet
+from stimuli.build import StimulusSet
 
 _NOTABLE = ("cyclopean", "numpy", "moderngl", "glfw", "OpenImageIO", "scipy")
 

@@ -8,10 +8,9 @@ from typing import TypeAlias
 
 from runner.blocks.block import Block
 from runner.protocol.experiment import Experiment
-from stimuli.build.recipe_to_set import build_set
-from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.build_context import DisplaySetup
+from stimuli.build import StimulusSet, build_set
+from stimuli.pictures import StereoImage
+from stimuli.recipes import DisplaySetup
 
 # Called with what is being done, how much of it is done, and of how much.
 Progress: TypeAlias = Callable[[str, int, int], None]

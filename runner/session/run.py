@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
 
-from analysis.records.session_record import Trial
+from analysis.records import Trial
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ObserverSpec, read_observer
 from runner.observers.presses import Person, read_recording
@@ -20,7 +20,7 @@ from runner.session.picture_source import Progress, build_stimuli, no_progress
 from runner.session.session import Left, Session
 from runner.session.station import Station
 from runner.session.status import SessionStatus
-from stimuli.build.stimulus_set import StimulusSet
+from stimuli.build import StimulusSet
 
 Ending: TypeAlias = Literal["completed", "left", "window closed", "interrupted"]
 Backend: TypeAlias = Literal["window", "egl", "null"]

@@ -15,7 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from analysis.records.session_record import Mark, Note, Trial
+from analysis.records import Mark, Note, Trial
 from documents import Finding
 from runner.blocks.block import Block, Draft, Ended, Hold, Response
 from runner.blocks.message import pause_menu

@@ -10,7 +10,7 @@ from pathlib import Path
 from types import TracebackType
 from typing import Any
 
-from analysis.records.session_record import Header, Resumption, SessionLog, Trial
+from analysis.records import Header, Resumption, SessionLog, Trial
 from runner.errors import SessionError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable
@@ -28,7 +28,7 @@ from runner.session.header import changes, check_unchanged, hashes, make_header
 from runner.session.picture_source import PictureSource
 from runner.session.session import Place, Session
 from runner.session.timing_record import timing_facts
-from stimuli.build.stimulus_set import StimulusSet
+from stimuli.build import StimulusSet
 
 _TIMED_S = 1.0  # how long swaps are timed before a session
 _UNCHARACTERISED = (

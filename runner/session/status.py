@@ -7,8 +7,8 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 
-from analysis.records.session_record import Trial
-from documents.text.words import visible
+from analysis.records import Trial
+from documents.text import visible
 from runner.blocks.block import Block
 
 _PACE_OF = 20  # trials

@@ -9,7 +9,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
-from devices.display.verification_file import Verification
+from devices.display import Verification
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Scene

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
-from documents.text.json_values import json_fields
+from devices.display import disparity_arcmin, mm_from_px, visual_angle_deg
+from documents.text import json_fields
 from stimuli.align.phase import correlation, find_peak, hann
 from stimuli.align.planes import LEAST_SIDE_PX, is_flat, light_plane, same_size, texture
 from stimuli.align.registration import refine_within

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.chart.layout import project
+from devices.chart import project
 from stimuli.align.planes import LEAST_SIDE_PX
 from stimuli.errors import StimulusError
 

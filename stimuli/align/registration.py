@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 from stimuli.align.phase import LEAST_AGREEMENT, Peak, agreement, correlation, find_peak, hann
 from stimuli.align.planes import LOCAL_MEAN_PX, Region, binned, checked_region, is_flat, light_plane, same_size, texture
 from stimuli.align.subpixel import MARGIN_PX, MOST_PIXELS, Fit, refine

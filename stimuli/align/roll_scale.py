@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 

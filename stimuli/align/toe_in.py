@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display.viewing import disparity_arcmin, mm_from_px, visual_angle_deg
-from documents.text.json_values import json_fields
+from devices.display import disparity_arcmin, mm_from_px, visual_angle_deg
+from documents.text import json_fields
 from stimuli.align.disparity import Viewing
 from stimuli.align.homography import common_part, mapped, warp
 from stimuli.align.planes import light_plane, same_size

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
-from documents.files.hashes import sha256_of_file
-from documents.files.whole_file import write_whole
+from documents.files import sha256_of_file, write_whole
 from stimuli.build.stimulus_set import MANIFEST, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics

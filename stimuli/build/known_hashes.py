@@ -14,8 +14,7 @@ import json
 import time
 from pathlib import Path
 
-from documents.files.hashes import sha256_of_file
-from documents.files.whole_file import write_whole
+from documents.files import sha256_of_file, write_whole
 
 _STILL_NS = 2_000_000_000
 

@@ -13,8 +13,8 @@ from dataclasses import replace
 from pathlib import Path
 
 from documents import Finding, InputError
-from documents.files.hashes import sha256_of_json
-from documents.yaml.source import YamlSource
+from documents.files import sha256_of_json
+from documents.yaml import YamlSource
 from stimuli.build.cache import cache_folder, locked
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.build.stimulus_set import StimulusSet, read_stimulus_set
@@ -71,8 +71,7 @@ def build_set(
     --------
     >>> import numpy as np
     >>> from tempfile import TemporaryDirectory
-    >>> from stimuli.pictures.exr_write import write_exr
-    >>> from stimuli.pictures.stereo_image import StereoImage
+    >>> from stimuli.pictures import StereoImage, write_exr
     >>> stimuli = "[{name: plate, file: plate.exr, factors: {paint: green}}]"
     >>> recipe = f"{{schema_version: 1, kind: pictures, stimuli: {stimuli}}}"
     >>> with TemporaryDirectory() as folder:

@@ -13,12 +13,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour.srgb import srgb
-from devices.colour.white_points import white_point
-from devices.display.rig_file import Rig
+from devices.colour import srgb, white_point
+from devices.display import Rig
 from documents import Finding, InputError
-from documents.files.hashes import sha256_of_json
-from documents.files.whole_file import whole_folder, write_whole
+from documents.files import sha256_of_json, whole_folder, write_whole
 from stimuli.build.cache import cache_folder
 from stimuli.build.recipe_to_set import build_set
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet
@@ -123,8 +121,7 @@ def build_report(
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
-    >>> from stimuli.pictures.exr_write import write_exr
-    >>> from stimuli.pictures.stereo_image import StereoImage
+    >>> from stimuli.pictures import StereoImage, write_exr
     >>> with TemporaryDirectory() as folder:
     ...     write_exr(Path(folder, "plate.exr"), StereoImage.flat(np.full((4, 6, 3), 5.0, np.float32)))
     ...     recipe = Path(folder, "recipe.yaml")

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding
-from documents.files.hashes import sha256_of_json
-from documents.text.words import did_you_mean
+from documents.files import sha256_of_json
+from documents.text import did_you_mean
 from stimuli.build.known_hashes import KnownHashes
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import read_exr

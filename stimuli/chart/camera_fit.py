@@ -8,14 +8,19 @@ from typing import Any
 
 from numpy.typing import ArrayLike
 
-from devices.camera.camera_model import Form
-from devices.camera.correspondence_file import ReferenceColours, read_correspondences, read_reference
-from devices.camera.exposure import Exposure
-from devices.camera.fit import CameraFit, fit_camera
-from devices.camera.solve import Loss
-from devices.patches.colorchecker import colorchecker_XYZ
+from devices.camera import (
+    CameraFit,
+    Exposure,
+    Form,
+    Loss,
+    ReferenceColours,
+    fit_camera,
+    read_correspondences,
+    read_reference,
+)
+from devices.patches import colorchecker_XYZ
 from documents import Finding
-from documents.text.words import visible
+from documents.text import visible
 from stimuli.chart.photographed import PhotographedChart, read_chart
 from stimuli.develop.levels import Levels
 from stimuli.develop.read import read_camera_image

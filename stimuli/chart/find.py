@@ -9,8 +9,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles, perspective, project
-from devices.chart.way_round import MOST_OFF, WAYS, misfit
+from devices.chart import COLORCHECKER, MOST_OFF, WAYS, ChartLayout, misfit, patch_quadrangles, perspective, project
 from documents import Finding
 from stimuli.chart.sample import Bools, Floats, Picture
 from stimuli.errors import StimulusError

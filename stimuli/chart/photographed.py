@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.camera.correspondence_file import ReferenceColours
-from devices.camera.correspondences import Correspondences
-from devices.chart.layout import COLORCHECKER, ChartLayout
+from devices.camera import Correspondences, ReferenceColours
+from devices.chart import COLORCHECKER, ChartLayout
 from devices.errors import DeviceError
 from documents import Finding
 from stimuli.chart.find import find_corners, turn_upright

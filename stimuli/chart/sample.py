@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
+from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
 from documents import Finding
 from stimuli.errors import StimulusError
 

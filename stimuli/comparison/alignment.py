@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 from stimuli.align.homography import mapped, warp
 from stimuli.comparison.rows import Floats, Mask, RowFile, RowsDone
 

@@ -8,9 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
-from documents.text.json_values import json_fields
+from devices.colour import delta_e_2000, xyz_to_lab
+from documents.text import json_fields
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.regions import Region
 from stimuli.comparison.rows import Floats32, Mask, Rows, RowsDone, bands

@@ -12,11 +12,9 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.chart.layout import COLORCHECKER, patch_quadrangles
-from devices.chart.way_round import MOST_OFF, WAYS, misfit
-from devices.colour.spaces import XYZ_from_xyY
-from devices.colour.white_points import white_point
-from devices.patches.colorchecker import colorchecker_xyY
+from devices.chart import COLORCHECKER, MOST_OFF, WAYS, misfit, patch_quadrangles
+from devices.colour import XYZ_from_xyY, white_point
+from devices.patches import colorchecker_xyY
 from documents import Finding
 from stimuli.comparison.areas import AreaMean, area_means
 from stimuli.comparison.regions import Chart, PlacedRegions

@@ -78,9 +78,8 @@ def compare_pictures(
     >>> import numpy as np
     >>> from pathlib import Path
     >>> from tempfile import TemporaryDirectory
-    >>> from stimuli.comparison.compare import compare_pictures
-    >>> from stimuli.pictures.exr_write import write_exr
-    >>> from stimuli.pictures.stereo_image import StereoImage
+    >>> from stimuli.comparison import compare_pictures
+    >>> from stimuli.pictures import StereoImage, write_exr
     >>> light = np.random.default_rng(1).uniform(10, 40, (180, 240, 3)).astype(np.float32)
     >>> with TemporaryDirectory() as folder:
     ...     picture = Path(folder, "plate.exr")

@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 from stimuli.comparison.by_pixel import DifferenceSummary
 from stimuli.comparison.table import RegionTable
 from stimuli.comparison.verdict import Limits, Outcome, Reason, decimals

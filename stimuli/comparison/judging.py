@@ -44,7 +44,7 @@ def judge(evidence: Evidence, limits: Limits | None = None) -> Verdict:
 
     Examples
     --------
-    >>> from stimuli.comparison.evidence import SparklePair
+    >>> from stimuli.comparison import SparklePair
     >>> density = SparklePair("density", photo=1000.0, photo_se=20.0, rendering=1300.0, rendering_se=25.0)
     >>> judge(Evidence(sparkle=(density,))).decision
     'not validated'

@@ -13,7 +13,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike
 
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 from stimuli.errors import StimulusError
 
 LuminanceMode = Literal["absolute", "mean_ratio", "least_squares"]

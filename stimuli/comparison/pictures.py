@@ -15,8 +15,7 @@ from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened
 
 if TYPE_CHECKING:
-    from devices.camera.camera_model import CameraModel
-    from devices.camera.exposure import Exposure
+    from devices.camera import CameraModel, Exposure
     from stimuli.pictures.exr_read import ColourSpace
     from stimuli.spectral.light import Illumination
     from stimuli.spectral.picture import Quantity
@@ -104,7 +103,7 @@ def read_picture(path: Path, reading: ReadOptions, given: Holds | None, what: st
         If the file cannot be read, or is camera RGB and there is no camera file, or was taken at an exposure that the
         camera file does not serve, or holds NaN or infinity.
     """
-    from documents.files.hashes import sha256_of_file
+    from documents.files import sha256_of_file
 
     if not path.is_file() and path.suffix.lower() != ".hdr":
         raise _wrong(path, f"there is no such {what}", "check the path")
@@ -218,7 +217,7 @@ def _refuse_bytes(path: Path, what: str) -> None:
 
 def _tiff_xyz(path: Path, digest: str, holds: Holds, done: RowsDone) -> Picture:
     """Read a TIFF of floats whose numbers are XYZ in cd/m², or linear Rec. 709 of white 1 cd/m²."""
-    from devices.colour.spaces import rgb_to_xyz_matrix
+    from devices.colour import rgb_to_xyz_matrix
     from stimuli.develop.linear_files import read_linear
     from stimuli.pictures.exr_read import REC709
 

@@ -8,8 +8,8 @@ from typing import Literal
 
 import numpy as np
 
-from devices.chart.layout import COLORCHECKER, ChartLayout, patch_quadrangles
-from devices.patches.colorchecker import colorchecker_xyY
+from devices.chart import COLORCHECKER, ChartLayout, patch_quadrangles
+from devices.patches import colorchecker_xyY
 from documents import Finding
 from stimuli.comparison.areas import crosses_itself
 from stimuli.comparison.regions_file import (
@@ -95,7 +95,7 @@ def place_regions(regions: RegionsFile, photo: Shape, rendering: Shape | None = 
     Examples
     --------
     >>> from pathlib import Path
-    >>> from stimuli.comparison.regions_file import read_regions
+    >>> from stimuli.comparison import read_regions
     >>> placed = place_regions(read_regions(Path("configs/regions/plate.yaml")), (200, 300, 3))
     >>> [(region.name, region.photo_px[2].tolist()) for region in placed.regions]
     [('plate', [294.0, 196.0])]

@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 from pydantic import Field, PositiveFloat, PositiveInt
 
 from documents import InputError, load_document
-from documents.yaml.load import Strict
-from documents.yaml.source import YamlSource
+from documents.yaml import Strict, YamlSource
 from stimuli.comparison.luminance import LuminanceMode
 from stimuli.comparison.verdict import Limits
 

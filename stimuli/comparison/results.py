@@ -46,7 +46,7 @@ class ViewingConditions:
     @classmethod
     def on_rig(cls, rig_file: Path, distance_mm: float | None = None) -> ViewingConditions:
         """Return how pictures are seen on a rig, from its own distance if none is given. Raises InputError."""
-        from devices.display.rig_file import read_rig
+        from devices.display import read_rig
 
         rig = read_rig(rig_file)
         distance_mm = rig.distance_mm if distance_mm is None else distance_mm
@@ -55,14 +55,14 @@ class ViewingConditions:
     @classmethod
     def on_display(cls, display_file: Path, distance_mm: float) -> ViewingConditions:
         """Return how pictures are seen on a display from a distance. Raises InputError."""
-        from devices.display.display_file import read_display
+        from devices.display import read_display
 
         display = read_display(display_file)
         return cls._of(list(display.modes.values()), display.panel.pixel_pitch_mm, distance_mm)
 
     @classmethod
     def _of(cls, modes: list[Any], pixel_pitch_mm: float, distance_mm: float) -> ViewingConditions:
-        from devices.display.viewing import pixels_per_degree
+        from devices.display import pixels_per_degree
 
         whites = [model.white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
         white = max(whites, key=lambda white: float(white[1]), default=None)

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour.white_points import WHITE_POINTS_XYZ
+from devices.colour import WHITE_POINTS_XYZ
 from stimuli.comparison.rows import Floats32, Rows, bands
 from stimuli.errors import StimulusError
 

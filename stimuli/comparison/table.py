@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.colour.ciede2000 import delta_e_2000, delta_e_2000_parts
-from devices.colour.spaces import xyY_from_XYZ, xyz_to_lab
-from documents.text.json_values import json_fields
+from devices.colour import delta_e_2000, delta_e_2000_parts, xyY_from_XYZ, xyz_to_lab
+from documents.text import json_fields
 from stimuli.comparison.areas import AreaMean
 from stimuli.comparison.luminance import LuminanceFactor, LuminanceMode, luminance_factor
 from stimuli.comparison.regions import Kind, Region

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from documents import Finding
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 from stimuli.errors import StimulusError
 
 Outcome = Literal["passes", "fails", "cannot say", "noted"]

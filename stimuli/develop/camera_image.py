@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from stimuli.errors import StimulusError
 
 if TYPE_CHECKING:
-    from devices.camera.exposure import Exposure
+    from devices.camera import Exposure
 
 # Noise seldom lets so many photosites meet at the largest code.
 _MANY = 20

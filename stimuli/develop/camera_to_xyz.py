@@ -9,9 +9,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera.camera_model import CameraModel
+from devices.camera import CameraModel
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.errors import StimulusError
 

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera.exposure import Exposure
-from documents.files.hashes import sha256_of_file
-from documents.text.words import counted
+from devices.camera import Exposure
+from documents.files import sha256_of_file
+from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
 from stimuli.develop.metadata import EXIF_FLIPS, EXPOSURE_ATTRIBUTE, earlier_steps, exposure_step, spec_exposure, turned

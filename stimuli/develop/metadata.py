@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera.exposure import Exposure
+from devices.camera import Exposure
 from devices.errors import DeviceError
 
 if TYPE_CHECKING:

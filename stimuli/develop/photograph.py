@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from devices.camera.camera_model import CameraModel
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure
 from documents import Finding, InputError
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.camera_to_xyz import Negative, to_xyz

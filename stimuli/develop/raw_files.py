@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera.exposure import Exposure
-from documents.files.hashes import sha256_of_file
+from devices.camera import Exposure
+from documents.files import sha256_of_file
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import (
     COLOURS,

@@ -25,8 +25,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
-from devices.display.model import DisplayModel
+from devices.display import DisplayModel, EyeModels
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, max_luminance_cd_m2, scaled_picture
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -119,7 +118,7 @@ def tone_mapping(
     Examples
     --------
     >>> from pathlib import Path
-    >>> from devices.display.rig_file import read_rig
+    >>> from devices.display import read_rig
     >>> rig = read_rig(Path("configs/rigs/asus_vg248qe_3dvision.yaml"))
     >>> image = StereoImage.flat(np.full((4, 6, 3), 5.0, np.float32))
     >>> mapping = tone_mapping(image, reference_cd_m2=10.0, models=rig.models)

@@ -12,7 +12,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from devices.colour.spaces import XYZ_from_xyY
+from devices.colour import XYZ_from_xyY
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 

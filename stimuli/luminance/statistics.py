@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display.display_file import EyeModels
+from devices.display import EyeModels
 from stimuli.luminance.saturation import Saturation, measure_saturation
 from stimuli.pictures.stereo_image import Eye, StereoImage
 from stimuli.sparkle.measures.find import Threshold

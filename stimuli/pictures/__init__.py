@@ -1,1 +1,5 @@
 """Pictures for two eyes in absolute XYZ: reading, writing and resampling them."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour.spaces import rgb_to_xyz_matrix
+from devices.colour import rgb_to_xyz_matrix
 from devices.errors import DeviceError
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_views import Region, View, read_views
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
@@ -78,7 +78,7 @@ def read_exr(
     --------
     >>> import numpy as np
     >>> from tempfile import TemporaryDirectory
-    >>> from stimuli.pictures.exr_write import write_exr
+    >>> from stimuli.pictures import write_exr
     >>> light = np.full((4, 6, 3), 5.0, np.float32)
     >>> with TemporaryDirectory() as folder:
     ...     write_exr(Path(folder, "plate.exr"), StereoImage(light, 2 * light))

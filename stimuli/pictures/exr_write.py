@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.files.whole_file import whole_file
-from documents.text.words import counted
+from documents.files import whole_file
+from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage
 

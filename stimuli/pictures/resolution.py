@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-from devices.display.viewing import (
+from devices.display import (
     CYCLES_PER_DEGREE,
     minimum_resolution,
     nyquist_resolution,

@@ -1,1 +1,5 @@
 """Recipes: YAML files that list pictures and how they are made."""
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -7,9 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from devices.display.display_file import EyeModels
-from devices.display.rig_file import Rig
-from documents.files.hashes import sha256_of_json
+from devices.display import EyeModels, Rig
+from documents.files import sha256_of_json
 
 if TYPE_CHECKING:
     from stimuli.pictures.stereo_image import StereoImage

@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from pydantic import AfterValidator, Field, PositiveFloat, model_validator
 
-from devices.camera.camera_file import ExposureSpec
-from documents.files.paths import tidy
-from documents.yaml.load import Strict
-from documents.yaml.source import Path_
+from devices.camera import ExposureSpec
+from documents.files import tidy
+from documents.yaml import Path_, Strict
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
@@ -182,7 +181,7 @@ class PhotographsRecipe(FilesRecipe):
         from stimuli.recipes.view_sources import exr_reader, photograph_reader, spectral_reader
 
         if self.camera is not None:
-            from devices.camera.camera_file import read_camera
+            from devices.camera import read_camera
 
             exposure = None if spec.exposure is None else spec.exposure.exposure()
             return photograph_reader(read_camera(tidy(folder / self.camera)), self.develop or DevelopSpec(), exposure)

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from pydantic import AfterValidator, Field, PositiveFloat, StringConstraints
 
 from documents import Finding, InputError
-from documents.yaml.source import Path_
+from documents.yaml import Path_
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import ColourSpace, Negative
 from stimuli.pictures.stereo_image import Eye, View

@@ -14,7 +14,7 @@ from typing import Annotated
 from pydantic import Field, RootModel
 
 from documents import Finding, load_document
-from documents.yaml.source import Path_, YamlSource
+from documents.yaml import Path_, YamlSource
 from stimuli.errors import StimulusError
 from stimuli.recipes.photographs import PhotographsRecipe
 from stimuli.recipes.pictures import PicturesRecipe

@@ -11,8 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from documents.yaml.load import Strict
-from documents.yaml.source import Path_
+from documents.yaml import Path_, Strict
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
 from stimuli.recipes.values import SparklesSpec, Views
 

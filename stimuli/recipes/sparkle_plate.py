@@ -9,8 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, PositiveFloat
 
-from documents.yaml.load import Strict
-from documents.yaml.source import Path_
+from documents.yaml import Path_, Strict
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
 from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import Field, NonNegativeFloat, PositiveFloat, ValidationError
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View

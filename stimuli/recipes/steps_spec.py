@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field, NonNegativeInt, PositiveFloat, PositiveInt, model_validator
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from stimuli.align.interpolate import Interpolation
 from stimuli.luminance.saturation import LIMIT_PERCENT
 from stimuli.pictures.resampling import Filter

@@ -8,8 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Protocol
 
-from devices.camera.camera_model import CameraModel
-from devices.camera.exposure import Exposure
+from devices.camera import CameraModel, Exposure
 from documents import Finding, InputError
 from stimuli.errors import StimulusError
 from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr_counted

@@ -8,3 +8,7 @@ the eye's point spread, the sensor's full well, shot and read noise. Colours are
 Left out: the colour filter array, flakes that hide or light one another, the rings of diffraction, colours that
 change with depth or angle, and reflections of the lamps in the coat's own surface. The plate faces the camera squarely.
 """
+
+import lazy_loader
+
+__getattr__, __dir__, __all__ = lazy_loader.attach_stub(__name__, __file__)

@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour.spaces import XYZ_from_xyY
+from devices.colour import XYZ_from_xyY
 from stimuli.errors import StimulusError
 from stimuli.pictures.resampling import area_weights, resample
 from stimuli.sparkle.lamplight import illuminance_lx
@@ -144,7 +144,7 @@ def on_grid(nm: Sequence[float], values: Sequence[float]) -> Spectrum:
 
 def XYZ_of(spectrum: Spectrum) -> Floats:
     """Return XYZ (3,) in cd/m² of a spectral radiance in W/(sr m² nm) on the grid."""
-    from devices.measurements.spectra import xyz_from_spectra
+    from devices.measurements import xyz_from_spectra
 
     return np.asarray(xyz_from_spectra(np.array(spectrum), wavelengths_nm())[0])
 

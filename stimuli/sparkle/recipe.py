@@ -13,7 +13,7 @@ from pydantic import (
     model_validator,
 )
 
-from documents.yaml.load import Strict
+from documents.yaml import Strict
 from stimuli.sparkle.scene import Camera, Clusters, Lamp, Noise, Plate, Spectrum
 
 
@@ -211,7 +211,7 @@ class LampSpec(Strict):
         if self.chromaticity_xy is not None:
             x, y = self.chromaticity_xy
         else:
-            from devices.colour.spaces import xyY_from_XYZ
+            from devices.colour import xyY_from_XYZ
             from stimuli.sparkle.light import XYZ_of, planck
 
             spectrum = self.spectrum.on_grid() if self.spectrum else planck(self.temperature_K or 0.0)

@@ -51,7 +51,7 @@ class Studio:
     Examples
     --------
     >>> from pathlib import Path
-    >>> from stimuli.recipes.recipe import read_recipe
+    >>> from stimuli.recipes import read_recipe
     >>> recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
     >>> plate = recipe.plate.model_copy(update={"size_mm": (10.0, 5.0)})
     >>> studio = Studio(plate, recipe.lamp, recipe.camera, recipe.seed, pixel_pitch_mm=0.25)

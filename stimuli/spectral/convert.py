@@ -15,9 +15,9 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera.exposure import Exposure
+from devices.camera import Exposure
 from documents import Finding
-from documents.text.words import counted
+from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.linear_files import write_camera_exr
 from stimuli.errors import StimulusError

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from documents import Finding
-from documents.files.tables import bounded_bytes, other_separator
+from documents.files import bounded_bytes, other_separator
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import MUST_COVER_NM
 

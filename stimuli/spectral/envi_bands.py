@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.text.words import counted
+from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.spectral.picture import Quantity, SpectralPicture
 

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.text.words import visible
+from documents.text import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened
 from stimuli.spectral.picture import Quantity, SpectralPicture

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.measurements.spectra import xyz_from_spectra
-from documents.text.json_values import json_fields
+from devices.measurements import xyz_from_spectra
+from documents.text import json_fields
 from stimuli.errors import StimulusError
 from stimuli.spectral.curves import read_illuminant
 from stimuli.spectral.picture import SpectralPicture, seen_bands
@@ -90,7 +90,7 @@ def weighted(picture: SpectralPicture, weights: Floats) -> NDArray[np.float32]:
 
 def spectral_step(name: str, picture: SpectralPicture, light: Illumination) -> dict[str, Any]:
     """Return the step with the file, its bands and its light."""
-    from documents.files.hashes import sha256_of_file
+    from documents.files import sha256_of_file
 
     waves = picture.wavelengths_nm
     return {

@@ -10,7 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.text.words import counted
+from documents.text import counted
 from stimuli.errors import StimulusError
 
 Quantity = Literal["radiance", "reflectance"]

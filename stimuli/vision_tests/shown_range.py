@@ -8,7 +8,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.display.display_file import EyeModels
+from devices.display import EyeModels
 
 Floats = NDArray[np.float64]
 # Room that is left below each channel's full drive, and what is let pass at either end: float32 pictures round.

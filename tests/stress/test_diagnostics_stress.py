@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from devices.diagnostics.channels import additivity, headroom
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.examine import MeasuredSet, examine
+from devices.diagnostics.examination import MeasuredSet, examine
 from devices.diagnostics.eyewear import crosstalk
 from devices.diagnostics.stability import drift, warm_up
 from devices.display.display_file import EyeModels

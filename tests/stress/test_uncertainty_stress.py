@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from analysis.bootstrap.intervals import DEFAULT, KINDS, intervals
+from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, intervals
 from analysis.bootstrap.quantities import NAMES
 from analysis.bootstrap.replicates import resample_counts
 from analysis.bootstrap.stability import class_stability
@@ -50,7 +50,7 @@ def test_a_hundred_items_fit_into_bounded_memory() -> None:
 import numpy as np
 from tests.stress.memory import forget_peak, peak_kb
 from benchmarks.simulated_studies import Design
-from analysis.bootstrap.intervals import intervals
+from analysis.bootstrap.confidence_intervals import intervals
 from analysis.bootstrap.replicates import resample_counts
 (counts,) = Design(np.random.default_rng(1).normal(0, 0.7, 100), 30).studies(1, 1)
 names = [str(place) for place in range(100)]

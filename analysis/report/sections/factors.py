@@ -8,7 +8,7 @@ from analysis.factors.result import FactorEffects
 from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
 from analysis.report.summary import Summary
 from analysis.report.words import fixed, p_words, percent
-from documents.pages.drawing import NARROW_IN, WIDE_IN
+from documents.pages import NARROW_IN, WIDE_IN
 
 
 def effects_of(summary: Summary) -> FactorEffects | None:

@@ -17,7 +17,7 @@ from analysis.report.figures import dots_svg
 from analysis.report.summary import wilson_interval
 from analysis.report.words import fixed, p_words, percent
 from analysis.series.observer_means import Estimate, means
-from documents.pages.drawing import NARROW_IN, WIDE_IN
+from documents.pages import NARROW_IN, WIDE_IN
 
 
 def ratings_section(summary: RatingSummary) -> Section:

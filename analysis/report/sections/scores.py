@@ -18,7 +18,7 @@ from analysis.scaling.fit import fit_model
 from analysis.scaling.result import Fit
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import Published
-from documents.pages.drawing import NARROW_IN, WIDE_IN
+from documents.pages import NARROW_IN, WIDE_IN
 
 
 def scores_section(summary: Summary, published: Published) -> Section:

@@ -10,7 +10,7 @@ from analysis.series.just_noticeable import StepSize
 from analysis.series.observer_means import Estimate
 from analysis.series.summary import SeriesSummary
 from documents import Finding
-from documents.pages.drawing import NARROW_IN, WIDE_IN
+from documents.pages import NARROW_IN, WIDE_IN
 
 
 def series_sections(summary: SeriesSummary) -> list[Section]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Paragraph, Picture, Section, Table
 from analysis.report.words import fixed
-from documents.text.words import counted
+from documents.text import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
 MOST_UNFOLDED = 24

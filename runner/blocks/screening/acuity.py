@@ -29,8 +29,7 @@ from runner.blocks.screening.vision_test import (
 )
 from runner.errors import SessionError
 from runner.presenter.scene import Box
-from stimuli.vision_tests.optotypes import landolt
-from stimuli.vision_tests.random_dots import SIDES, DotField, stereogram
+from stimuli.vision_tests import SIDES, DotField, landolt, stereogram
 
 NEAR, STEREO = "near_acuity", "stereo_acuity"
 

@@ -26,8 +26,8 @@ from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Item, Picture, Scene
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.vision_tests.random_dots import SIDES
+from stimuli.pictures import StereoImage
+from stimuli.vision_tests import SIDES
 
 KIND = "screening"
 KEYS: Mapping[str, str] = MappingProxyType({f"{where}{side}": side for where in ("", "pad_") for side in SIDES})

@@ -21,8 +21,7 @@ from runner.blocks.screening.vision_test import (
     four_targets,
 )
 from runner.errors import SessionError
-from stimuli.vision_tests.confusion_plates import AXES, COPUNCTAL_XY, SCALES, Axis, Plate
-from stimuli.vision_tests.random_dots import SIDES, Side
+from stimuli.vision_tests import AXES, COPUNCTAL_XY, SCALES, SIDES, Axis, Plate, Side
 
 NAME = "colour_vision"
 PLATE_DEG = 10.0

@@ -12,15 +12,13 @@ from typing import Annotated, Any
 
 from pydantic import Field, PositiveFloat, model_validator
 
-from analysis.observers.screening import threshold_estimate
-from devices.display.display_file import EyeModels
-from devices.display.viewing import disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
-from documents.yaml.load import Strict
+from analysis.observers import threshold_estimate
+from devices.display import EyeModels, disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
+from documents.yaml import Strict
 from runner.ports import Target
 from runner.presenter.scene import Item
-from stimuli.pictures.stereo_image import StereoImage
-from stimuli.vision_tests.random_dots import SIDES, Side
-from stimuli.vision_tests.shown_range import ShownRange
+from stimuli.pictures import StereoImage
+from stimuli.vision_tests import SIDES, ShownRange, Side
 
 Repeats = Annotated[int, Field(ge=1, le=20)]
 Levels = Annotated[tuple[PositiveFloat, ...], Field(min_length=1, max_length=20)]

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from devices.camera.exposure import Exposure
-    from stimuli.develop.photograph import DevelopedPhotograph
+    from devices.camera import Exposure
+    from stimuli.develop import DevelopedPhotograph
 
 
 @click.command(name="develop")
@@ -67,14 +67,10 @@ def command(
     from pathlib import Path
     from typing import cast
 
-    from devices.camera.camera_file import read_camera
-    from devices.camera.exposure import parse_exposure
+    from devices.camera import parse_exposure, read_camera
     from documents import InputError
     from runner.cli.progress import progress_bar
-    from stimuli.develop.camera_to_xyz import Negative
-    from stimuli.develop.levels import Levels
-    from stimuli.develop.photograph import DevelopOptions, develop_photographs
-    from stimuli.develop.raw_files import Demosaic
+    from stimuli.develop import Demosaic, DevelopOptions, Levels, Negative, develop_photographs
 
     options = DevelopOptions(
         camera=read_camera(Path(camera)) if camera else None,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from devices.camera.fit import CameraFit
+    from devices.camera import CameraFit
 
 
 @click.command(name="fit")
@@ -80,13 +80,10 @@ def command(
     from pathlib import Path
     from typing import cast
 
-    from devices.camera.camera_file import refuse_existing, write_camera
-    from devices.camera.camera_model import Form
-    from devices.camera.exposure import parse_exposure
-    from devices.camera.solve import Loss
+    from devices.camera import Form, Loss, parse_exposure, refuse_existing, write_camera
     from runner.cli.main import WorkError
     from runner.reports.camera.page import write_page
-    from stimuli.chart.camera_fit import fit_camera_to_chart, is_table
+    from stimuli.chart import fit_camera_to_chart, is_table
 
     if is_table(chart) and (reference or white or corners or linear or saturated is not None):
         raise click.UsageError(

@@ -66,10 +66,8 @@ def command(
     from pathlib import Path
     from typing import Literal, cast
 
-    from devices.camera.exposure import parse_exposure
-    from stimuli.spectral.convert import VirtualCamera, convert_spectral
-    from stimuli.spectral.light import Illumination
-    from stimuli.spectral.picture import Quantity
+    from devices.camera import parse_exposure
+    from stimuli.spectral import Illumination, Quantity, VirtualCamera, convert_spectral
 
     if (sensitivities is None) != (full_scale is None):
         raise click.UsageError("--sensitivities and --full-scale go together")

@@ -28,8 +28,7 @@ def command(file: str, display_file: str, mode: str, eye: str, target: str, full
     from pathlib import Path
     from typing import cast
 
-    from devices.display.colour_table import Kind, convert_colours
-    from devices.display.display_file import Eye, read_display
+    from devices.display import Eye, Kind, convert_colours, read_display
 
     model = read_display(Path(display_file)).models(mode).eye(cast(Eye, eye))
     table = convert_colours(sys.stdin.buffer if file == "-" else file, model, cast(Kind, target), full)

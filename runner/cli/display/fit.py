@@ -11,12 +11,8 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from devices.characterise.choose import Candidate
-    from devices.characterise.display_fit import EyeFit
-    from devices.characterise.figures import Estimate, ModelNumbers
-    from devices.characterise.measured_parts import MeasuredParts
-    from devices.characterise.thesis import ThesisFits
-    from devices.display.display_file import PanelSpec
+    from devices.characterise import Candidate, Estimate, EyeFit, MeasuredParts, ModelNumbers, ThesisFits
+    from devices.display import PanelSpec
 
 
 @click.command(name="fit")
@@ -76,10 +72,8 @@ def command(
     from pathlib import Path
     from typing import Literal, cast
 
-    from devices.characterise.choose import Name
-    from devices.characterise.display_fit import fit_display
-    from devices.diagnostics.examine import read_sets
-    from devices.diagnostics.readings import plain
+    from devices.characterise import Name, fit_display
+    from devices.diagnostics import plain, read_sets
     from devices.measurements import PatchEye
 
     shape = _panel(panel) if panel else None
@@ -114,7 +108,7 @@ def command(
 
 
 def _panel(text: str) -> PanelSpec:
-    from devices.display.display_file import PanelSpec
+    from devices.display import PanelSpec
 
     try:
         return PanelSpec.parse(text)
@@ -210,7 +204,7 @@ def _print_numbers(numbers: ModelNumbers, console: Console) -> None:
 
 
 def _print_thesis(fits: ThesisFits, console: Console) -> None:
-    from devices.characterise.channel_fit import COEFFICIENTS
+    from devices.characterise import COEFFICIENTS
 
     for number, way, direct in (
         ("3.3", "XYZ from code", fits.XYZ_from_code),

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import click
 
-from documents.text.words import counted
+from documents.text import counted
 from runner.cli.display.measuring_options import instrument_options, patch_options, show_options
 from runner.measuring.options import InstrumentOptions, PatchOptions, ShowOptions
 

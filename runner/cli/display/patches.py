@@ -46,7 +46,7 @@ def command(
     and the previous patch, space pauses, Escape stops. The order is shuffled by the seed; black and white come again
     throughout.
     """
-    from documents.files.whole_file import write_whole
+    from documents.files import write_whole
     from runner.cli.display.measuring_options import dialogue, duration, note, tell
     from runner.cli.main import WorkError
     from runner.measuring.show_patches import Shown, plan_patches, show_plan

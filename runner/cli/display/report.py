@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from devices.diagnostics.diagnosis import Verdicts
+    from devices.diagnostics import Verdicts
 
 
 @click.command(name="report")
@@ -45,7 +45,7 @@ def command(
     """
     import json
 
-    from devices.diagnostics.examine import judge_display
+    from devices.diagnostics import judge_display
     from runner.cli.main import WorkError
     from runner.reports.display.page import write_page
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from stimuli.build.report import BuildReport, BuiltStimulus
+    from stimuli.build import BuildReport, BuiltStimulus
 
 # So many names are listed; of more, the first and how many others.
 _NAMED = 3
@@ -50,9 +50,9 @@ def command(
     import sys
     from pathlib import Path
 
-    from devices.display.rig_file import read_rig
+    from devices.display import read_rig
     from runner.cli.progress import progress_bar
-    from stimuli.build.report import build_report
+    from stimuli.build import build_report
 
     if (rig_file is None) == (pixel_pitch_mm is None):
         raise click.UsageError("Name the display: --rig RIG.yaml, or --pixel-pitch-mm MM.")
@@ -86,7 +86,7 @@ def _print(report: BuildReport) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from documents.text.terminal import print_table
+    from documents.text import print_table
 
     has_rig = report.stimuli[0].saturated_percent is not None
     title = "Luminance in cd/m², left and right eye; range in stops from the darkest to the brightest thousandth"

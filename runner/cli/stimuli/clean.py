@@ -21,7 +21,7 @@ def command(hours: float, as_json: bool) -> None:
     """
     import json
 
-    from stimuli.build.cache import cache_folder, leftovers, remove_leftovers
+    from stimuli.build import cache_folder, leftovers, remove_leftovers
 
     removed = remove_leftovers(hours * 3600)
     if as_json:

@@ -14,7 +14,7 @@ def command(as_json: bool) -> None:
     """List the stimulus sets in the cache: how many pictures, of which kind, how large. Any may be deleted."""
     import json
 
-    from stimuli.build.cache import cache_folder, cached_sets, leftovers
+    from stimuli.build import cache_folder, cached_sets, leftovers
 
     sets = list(cached_sets())
     if as_json:
@@ -24,7 +24,7 @@ def command(as_json: bool) -> None:
     from rich.table import Table
     from rich.text import Text
 
-    from documents.text.terminal import print_table
+    from documents.text import print_table
 
     table = Table(box=None, pad_edge=False)
     roomy = Console().width >= _ROOMY

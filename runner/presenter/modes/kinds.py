@@ -5,9 +5,8 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from typing import ClassVar
 
-from devices.compensation.eye_view import Rectangle, Size
-from devices.compensation.mixture import Filter, Mixture, channel_split, least_squares
-from devices.display.display_file import EyeModels
+from devices.compensation import Filter, Mixture, Rectangle, Size, channel_split, least_squares
+from devices.display import EyeModels
 from devices.errors import DeviceError
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.mode import EyeArea, Mode, Weave

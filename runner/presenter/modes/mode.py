@@ -8,10 +8,8 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.compensate import Compensation, Correction
-from devices.compensation.eye_view import EyeView, Rectangle, Size
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import EYES, Eye, EyeModels
+from devices.compensation import Compensation, Correction, EyeView, Mixture, Rectangle, Size
+from devices.display import EYES, Eye, EyeModels
 from runner.presenter.modes.options import Filters, refuse_options
 from runner.presenter.surfaces.surface import Buffer
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, TypeAlias
 
-from devices.compensation.mixture import Filter
+from devices.compensation import Filter
 from documents import Finding
-from documents.text.words import did_you_mean
+from documents.text import did_you_mean
 from runner.presenter.errors import PresentationError
 
 Mirror = tuple[bool, bool]

@@ -6,11 +6,10 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
 
-from devices.compensation.eye_view import Rectangle, Size
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import Eye, EyeModels
+from devices.compensation import Mixture, Rectangle, Size
+from devices.display import Eye, EyeModels
 from documents import Finding
-from documents.text.words import did_you_mean
+from documents.text import did_you_mean
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.kinds import (
     AnaglyphAmberBlue,

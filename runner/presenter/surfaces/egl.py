@@ -9,8 +9,8 @@ from typing import Self
 import moderngl
 import numpy as np
 
-from devices.compensation.eye_view import Size
-from devices.display.display_file import Eye
+from devices.compensation import Size
+from devices.display import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError

@@ -14,7 +14,7 @@ import moderngl
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.eye_view import Rectangle, Size
+from devices.compensation import Rectangle, Size
 from runner.presenter.depth import Bits
 from runner.presenter.errors import GraphicsError
 

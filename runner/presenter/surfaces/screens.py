@@ -9,7 +9,7 @@ import sys
 from dataclasses import dataclass
 from typing import Any
 
-from devices.compensation.eye_view import Size
+from devices.compensation import Size
 
 
 @dataclass(frozen=True, slots=True)

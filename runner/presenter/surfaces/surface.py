@@ -9,10 +9,10 @@ from typing import Protocol, Self
 
 import moderngl
 
-from devices.compensation.eye_view import Size
-from devices.display.display_file import Eye
+from devices.compensation import Size
+from devices.display import Eye
 from documents import Finding
-from documents.text.words import did_you_mean
+from documents.text import did_you_mean
 from runner.ports import KeyPress
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError

@@ -8,8 +8,8 @@ from typing import Any
 import glfw
 import moderngl
 
-from devices.compensation.eye_view import Rectangle, Size
-from devices.display.display_file import Eye
+from devices.compensation import Rectangle, Size
+from devices.display import Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError

@@ -8,13 +8,11 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.camera.fit import CameraFit
-from devices.colour.spaces import xyY_from_XYZ
-from devices.colour.srgb import srgb
-from devices.diagnostics.colours import locus_line
-from devices.diagnostics.diagnosis import Colour, Line, Panel, numbers
-from documents.files.whole_file import write_whole
-from documents.pages.environment import page_environment
+from devices.camera import CameraFit
+from devices.colour import srgb, xyY_from_XYZ
+from devices.diagnostics import Colour, Line, Panel, locus_line, numbers
+from documents.files import write_whole
+from documents.pages import page_environment
 
 _MOST_DECIMALS = 6
 _SWATCH_SHARE = 0.9  # of the page's white, for the brightest patch

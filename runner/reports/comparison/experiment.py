@@ -10,12 +10,10 @@ from pathlib import Path
 import numpy as np
 
 from documents import Finding, InputError
-from documents.files.whole_file import whole_folder
-from documents.text.words import visible
-from stimuli.comparison.results import Comparison
-from stimuli.comparison.rows import Rows
-from stimuli.pictures.exr_write import write_exr
-from stimuli.pictures.stereo_image import StereoImage
+from documents.files import whole_folder
+from documents.text import visible
+from stimuli.comparison import Comparison, Rows
+from stimuli.pictures import StereoImage, write_exr
 
 PICTURES = ("photograph", "rendering")
 _NAME = re.compile(r"[a-z0-9][a-z0-9_-]{0,59}")
@@ -116,7 +114,7 @@ def _recipe(comparison: Comparison, name: str) -> str:
 def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -> str:
     import yaml
 
-    from devices.display.rig_file import read_rig
+    from devices.display import read_rig
     from runner.presenter.modes.options import ModeOptions
     from runner.presenter.modes.registry import find_mode
 

@@ -13,12 +13,19 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.colour.spaces import xyY_from_XYZ
-from documents.pages.drawing import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
-from stimuli.comparison.by_pixel import HIGHEST, LONGEST_PX, DifferenceOverview
-from stimuli.comparison.regions import Region
-from stimuli.comparison.rows import Floats, Rows, block_means
-from stimuli.comparison.table import RegionRow, RegionTable
+from devices.colour import xyY_from_XYZ
+from documents.pages import DEEP, FAINT, INK, NARROW_IN, WIDE_IN, drawing, rows_only, short, svg_of
+from stimuli.comparison import (
+    HIGHEST,
+    LONGEST_PX,
+    DifferenceOverview,
+    Floats,
+    Region,
+    RegionRow,
+    RegionTable,
+    Rows,
+    block_means,
+)
 
 MOST_PROFILES = 6
 # The patches of a ColorChecker that its grey scale begins and ends with.
@@ -161,7 +168,7 @@ def draw_pictures(photo: Rows, rendering: Rows, white_XYZ: ArrayLike) -> tuple[s
 def _png(xyz: Floats, white: Floats) -> str:
     from PIL import Image
 
-    from devices.colour.srgb import srgb
+    from devices.colour import srgb
 
     out = io.BytesIO()
     Image.fromarray(np.round(255 * srgb(xyz, white)).astype(np.uint8)).save(out, "PNG", optimize=True)

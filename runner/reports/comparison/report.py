@@ -15,8 +15,8 @@ from typing import Any
 from markupsafe import Markup
 
 from documents import Finding, InputError
-from documents.files.whole_file import write_whole
-from documents.pages.environment import page_environment
+from documents.files import write_whole
+from documents.pages import page_environment
 from runner.reports.comparison.experiment import checked_name, write_experiment
 from runner.reports.comparison.figures import (
     chromaticity_figure,
@@ -27,9 +27,17 @@ from runner.reports.comparison.figures import (
     luminance_figure,
     map_figure,
 )
-from stimuli.comparison.compare import compare_pictures
-from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
-from stimuli.comparison.verdict import Outcome, decision_sentence, outcome_lines, passing_heading, passing_lines
+from stimuli.comparison import (
+    CompareOptions,
+    Comparison,
+    EyeComparison,
+    Outcome,
+    compare_pictures,
+    decision_sentence,
+    outcome_lines,
+    passing_heading,
+    passing_lines,
+)
 
 _MARKS: dict[Outcome, str] = {"fails": "fails", "cannot say": "not known", "noted": "noted"}
 

@@ -8,8 +8,8 @@ import warnings
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
-from devices.diagnostics.diagnosis import Line, Panel
-from documents.text.words import visible
+from devices.diagnostics import Line, Panel
+from documents.text import visible
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,9 +6,9 @@ import math
 import re
 from pathlib import Path
 
-from devices.diagnostics.diagnosis import Verdicts
-from documents.files.whole_file import write_whole
-from documents.pages.environment import page_environment
+from devices.diagnostics import Verdicts
+from documents.files import write_whole
+from documents.pages import page_environment
 
 _SECTIONS = (
     ("passed", "Passed"),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from documents.text.words import counted
+from documents.text import counted
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Background, Floats, Luminance, local_background
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 from stimuli.errors import StimulusError
 from stimuli.sparkle.measures.background import Floats, Luminance
 from stimuli.sparkle.measures.find import SEPARATION_PX, Peaks, Threshold, find_peaks

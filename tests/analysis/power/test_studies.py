@@ -12,8 +12,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
+from analysis.bootstrap.confidence_intervals import intervals
 from analysis.bootstrap.influence import influences, sandwich
-from analysis.bootstrap.intervals import intervals
 from analysis.bootstrap.replicates import resample_counts
 from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust

@@ -9,7 +9,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 
-from analysis.bootstrap.intervals import intervals
+from analysis.bootstrap.confidence_intervals import intervals
 from analysis.bootstrap.replicates import resample
 from analysis.bootstrap.stability import Covariance
 from analysis.classes.classes import classify

@@ -14,7 +14,7 @@ from matplotlib.path import Path
 from analysis.records.session_record import SessionLog
 from analysis.report.figures import class_colours, classes_svg, runs, scores_svg
 from analysis.report.summary import Summary, summarise
-from documents.pages.drawing import INK, drawing, svg_of
+from documents.pages.svg import INK, drawing, svg_of
 
 Maker = Callable[..., SessionLog]
 WIDTH_IN = 7.6

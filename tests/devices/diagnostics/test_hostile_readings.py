@@ -8,7 +8,7 @@ import numpy as np
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from devices.diagnostics.examine import MeasuredSet, examine
+from devices.diagnostics.examination import MeasuredSet, examine
 from devices.display.display_file import EyeModels
 from devices.measurements import Measurements, PatchEye
 from tests.devices.diagnostics.simulated import MODEL, characterisation

@@ -7,7 +7,7 @@ import itertools
 import pytest
 
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.examine import MeasuredSet, examine
+from devices.diagnostics.examination import MeasuredSet, examine
 from devices.errors import DeviceError
 from devices.instruments.simulated import Faults
 from devices.measurements import Measurements

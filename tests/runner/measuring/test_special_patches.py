@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.diagnostics.examine import MeasuredSet, examine
+from devices.diagnostics.examination import MeasuredSet, examine
 from devices.display.display_file import read_display
 from devices.measurements import read_csv
 from devices.measurements.log import MeasurementLog, read_session, step_facts

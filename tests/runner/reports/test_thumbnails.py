@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 from analysis.records.session_record import Header
-from devices.colour.srgb import srgb
+from devices.colour.srgb_encoding import srgb
 from devices.display.model import DisplayModel
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.reports.thumbnails import find_shown, png, small, thumbnails

@@ -15,7 +15,7 @@ from runner.blocks.block import Block
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.show import ShowOptions, show_picture
 from runner.protocol.experiment import Experiment
-from runner.reports.preview import preview
+from runner.reports.screens import preview
 from runner.session.folders import Recorder
 from runner.session.run import SessionOptions, run_session, simulate
 

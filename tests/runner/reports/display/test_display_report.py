@@ -16,7 +16,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from devices.diagnostics.diagnosis import Line, Panel, Verdicts
-from devices.diagnostics.examine import MeasuredSet, examine
+from devices.diagnostics.examination import MeasuredSet, examine
 from devices.errors import DeviceError
 from devices.measurements import write_csv
 from runner.cli.main import group

@@ -165,6 +165,11 @@ def examine(
     without_glasses
         The same patches read without glasses, compared with every set with primaries, through each lens. Where it is
         None, each set's own readings named ``...@no-glasses`` are.
+
+    Returns
+    -------
+    tuple of Diagnosis
+        Each with its verdict, value, limit, figure and table.
     """
     subjects = [pair for measured in sets for pair in by_eye(measured)]
     several = len(subjects) > 1

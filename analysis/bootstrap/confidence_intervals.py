@@ -32,7 +32,7 @@ from analysis.bootstrap.quantities import Name, Quantity
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.errors import ResultsError
 from documents import Finding
-from documents.text.json_values import json_fields
+from documents.text import json_fields
 
 Floats = NDArray[np.float64]
 Kind = Literal["expanded-bca", "bca", "expanded", "percentile", "studentised", "sandwich", "model"]
@@ -117,8 +117,8 @@ def intervals(
 
     Examples
     --------
-    >>> from analysis.bootstrap.replicates import resample
-    >>> from analysis.comparisons.comparisons import Answer, from_answers
+    >>> from analysis.bootstrap import resample
+    >>> from analysis.comparisons import Answer, from_answers
     >>> votes = {"1": "ababcb", "2": "abacbc", "3": "bacacb", "4": "abcacb", "5": "abaccb"}  # winner, loser, ...
     >>> answers = [Answer(v[i], v[i + 1], observer=name) for name, v in votes.items() for i in (0, 2, 4)]
     >>> replicates = resample(from_answers(answers), replicates=100)

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import pytest
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
-from analysis.scaling.agreement import agreement, expected_classes
+from analysis.scaling.published_scores import agreement, expected_classes
 from analysis.scaling.scores import score
 
 Table = Mapping[str, tuple[float, str]]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from documents.files.whole_file import whole_file, write_whole
+from documents.files.atomic import whole_file, write_whole
 
 
 def test_a_file_is_written_with_its_folder_and_nothing_beside_it(tmp_path: Path) -> None:

@@ -7,10 +7,8 @@ from contextlib import nullcontext
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
-from devices.compensation.clipping import clip_marks
-from devices.compensation.compensate import Compensation, Correction, XYZImage
-from devices.compensation.mixture import Mixture
-from devices.display.display_file import EYES, EyeModels
+from devices.compensation import Compensation, Correction, Mixture, XYZImage, clip_marks
+from devices.display import EYES, EyeModels
 from documents import Finding
 from runner.blocks.block import Block, Draft, Response
 from runner.errors import SessionError
@@ -25,8 +23,8 @@ from runner.presenter.screenshot import write_screenshot
 from runner.presenter.surfaces.surface import Surface, open_surface
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
 from runner.session.picture_source import PictureSource, Progress, build_stimuli, no_progress
-from stimuli.build.stimulus_set import StimulusSet
-from stimuli.pictures.stereo_image import StereoImage
+from stimuli.build import StimulusSet
+from stimuli.pictures import StereoImage
 
 
 @dataclass(slots=True)

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from analysis.bootstrap import tails
+from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, Kind, intervals
 from analysis.bootstrap.influence import influences, standard_errors
-from analysis.bootstrap.intervals import DEFAULT, KINDS, Kind, intervals
 from analysis.bootstrap.quantities import NAMES, Name, Quantity
 from analysis.bootstrap.replicates import resample
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
@@ -123,7 +123,7 @@ def test_what_must_hold_of_every_interval(
 ) -> None:
     found = resample(study(STRENGTHS, observers=20), replicates=300)
     narrow, wide = (intervals(found, quantity, kind=kind, level=level) for level in (0.5, 0.95))
-    monkeypatch.setattr("analysis.bootstrap.intervals.BLOCK_NUMBERS", 1)
+    monkeypatch.setattr("analysis.bootstrap.confidence_intervals.BLOCK_NUMBERS", 1)
     blocks = intervals(found, quantity, kind=kind)
     assert (wide.low <= narrow.low).all()
     assert (narrow.low < narrow.high).all()

@@ -1,0 +1,1 @@
+from .multiplicity import Adjust as Adjust

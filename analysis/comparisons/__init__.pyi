@@ -1,0 +1,9 @@
+from .comparisons import Answer as Answer
+from .comparisons import Comparisons as Comparisons
+from .comparisons import from_answers as from_answers
+from .session_comparisons import KINDS as KINDS
+from .session_comparisons import TIES as TIES
+from .session_comparisons import from_sessions as from_sessions
+from .table import parse_table as parse_table
+from .table import read_stream as read_stream
+from .table import read_table as read_table

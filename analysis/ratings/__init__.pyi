@@ -1,0 +1,1 @@
+from .ratings import summarise_ratings as summarise_ratings

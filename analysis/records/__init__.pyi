@@ -1,0 +1,10 @@
+from .results import read_results as read_results
+from .session_record import FILE_NAME as FILE_NAME
+from .session_record import Header as Header
+from .session_record import Mark as Mark
+from .session_record import Note as Note
+from .session_record import Resumption as Resumption
+from .session_record import SessionLog as SessionLog
+from .session_record import Trial as Trial
+from .session_record import read_session as read_session
+from .session_record import session_files as session_files

@@ -1,0 +1,15 @@
+from .fit import DEFAULT_PRIOR_SD as DEFAULT_PRIOR_SD
+from .fit import fit_model as fit_model
+from .laws import Model as Model
+from .laws import Probit as Probit
+from .learnt_prior import Posterior as Posterior
+from .learnt_prior import learnt_posterior as learnt_posterior
+from .published_scores import Agreement as Agreement
+from .published_scores import agreement as agreement
+from .published_scores import expected_classes as expected_classes
+from .result import CovarianceKind as CovarianceKind
+from .result import ModelMethod as ModelMethod
+from .scores import Scores as Scores
+from .scores import score as score
+from .terminal import print_scores as print_scores
+from .terminal import problem_lines as problem_lines

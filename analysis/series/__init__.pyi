@@ -1,0 +1,1 @@
+from .summary import summarise_series as summarise_series

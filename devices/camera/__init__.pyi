@@ -1,0 +1,16 @@
+from .camera_file import CameraSpec as CameraSpec
+from .camera_file import ExposureSpec as ExposureSpec
+from .camera_file import read_camera as read_camera
+from .camera_file import refuse_existing as refuse_existing
+from .camera_file import write_camera as write_camera
+from .camera_model import CameraModel as CameraModel
+from .camera_model import Form as Form
+from .correspondence_file import ReferenceColours as ReferenceColours
+from .correspondence_file import read_correspondences as read_correspondences
+from .correspondence_file import read_reference as read_reference
+from .correspondences import Correspondences as Correspondences
+from .exposure import Exposure as Exposure
+from .exposure import parse_exposure as parse_exposure
+from .fit import CameraFit as CameraFit
+from .fit import fit_camera as fit_camera
+from .solve import Loss as Loss

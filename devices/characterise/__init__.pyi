@@ -1,0 +1,12 @@
+from .channel_fit import COEFFICIENTS as COEFFICIENTS
+from .choose import Candidate as Candidate
+from .choose import Name as Name
+from .display_fit import DisplayFit as DisplayFit
+from .display_fit import EyeFit as EyeFit
+from .display_fit import fit_display as fit_display
+from .example_displays import table_c1_codes as table_c1_codes
+from .example_displays import thesis_display as thesis_display
+from .figures import Estimate as Estimate
+from .figures import ModelNumbers as ModelNumbers
+from .measured_parts import MeasuredParts as MeasuredParts
+from .thesis import ThesisFits as ThesisFits

@@ -1,0 +1,10 @@
+from .ciede2000 import delta_e_2000 as delta_e_2000
+from .ciede2000 import delta_e_2000_parts as delta_e_2000_parts
+from .spaces import XYZ_from_xyY as XYZ_from_xyY
+from .spaces import lab_to_xyz as lab_to_xyz
+from .spaces import rgb_to_xyz_matrix as rgb_to_xyz_matrix
+from .spaces import xyY_from_XYZ as xyY_from_XYZ
+from .spaces import xyz_to_lab as xyz_to_lab
+from .srgb_encoding import srgb as srgb
+from .white_points import WHITE_POINTS_XYZ as WHITE_POINTS_XYZ
+from .white_points import white_point as white_point

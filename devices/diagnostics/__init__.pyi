@@ -1,0 +1,11 @@
+from .colours import locus_line as locus_line
+from .diagnosis import Colour as Colour
+from .diagnosis import Line as Line
+from .diagnosis import Panel as Panel
+from .diagnosis import Verdicts as Verdicts
+from .diagnosis import numbers as numbers
+from .examination import MeasuredSet as MeasuredSet
+from .examination import examine as examine
+from .examination import judge_display as judge_display
+from .examination import read_sets as read_sets
+from .readings import plain as plain

@@ -1,0 +1,13 @@
+from .errors import GarbledError as GarbledError
+from .errors import InstrumentError as InstrumentError
+from .errors import LostError as LostError
+from .errors import RangeError as RangeError
+from .instrument import Instrument as Instrument
+from .instrument import Reading as Reading
+from .instrument import Showing as Showing
+from .open import INSTRUMENTS as INSTRUMENTS
+from .open import Wiring as Wiring
+from .open import open_instrument as open_instrument
+from .simulated import Faults as Faults
+from .simulated import Simulated as Simulated
+from .simulated import SimulatedDisplay as SimulatedDisplay

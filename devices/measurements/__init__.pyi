@@ -1,0 +1,14 @@
+from .csv_table import read_csv as read_csv
+from .csv_table import write_csv as write_csv
+from .log import CodeTriple as CodeTriple
+from .log import Kept as Kept
+from .log import MeasurementLog as MeasurementLog
+from .log import Session as Session
+from .log import Shown as Shown
+from .log import read_session as read_session
+from .log import step_facts as step_facts
+from .read import read_measurements as read_measurements
+from .read import write_measurements as write_measurements
+from .spectra import xyz_from_spectra as xyz_from_spectra
+from .table import Measurements as Measurements
+from .table import PatchEye as PatchEye

@@ -1,0 +1,15 @@
+from .arrangement import Arrangement as Arrangement
+from .arrangement import PatchEye as PatchEye
+from .arrangement import Place as Place
+from .colorchecker import AskedColour as AskedColour
+from .colorchecker import asked_of as asked_of
+from .colorchecker import colorchecker_xyY as colorchecker_xyY
+from .colorchecker import colorchecker_XYZ as colorchecker_XYZ
+from .patch import Patch as Patch
+from .patch import PatchSet as PatchSet
+from .patch import Step as Step
+from .patch import steps as steps
+from .sets import ALL as ALL
+from .sets import BUILT_IN as BUILT_IN
+from .sets import find_patches as find_patches
+from .sets import find_sets as find_sets

@@ -1,0 +1,11 @@
+from .files.atomic import write_whole as write_whole
+from .files.durable_log import DurableLog as DurableLog
+from .files.hashes import sha256_of_file as sha256_of_file
+from .findings import Finding as Finding
+from .findings import InputError as InputError
+from .text.json_values import json_fields as json_fields
+from .text.words import counted as counted
+from .text.words import did_you_mean as did_you_mean
+from .yaml.load import Strict as Strict
+from .yaml.load import load_document as load_document
+from .yaml.source import read_yaml as read_yaml

@@ -1,0 +1,13 @@
+from .atomic import whole_file as whole_file
+from .atomic import whole_folder as whole_folder
+from .atomic import write_whole as write_whole
+from .durable_log import DurableLog as DurableLog
+from .durable_log import LogInUseError as LogInUseError
+from .hashes import sha256_of_file as sha256_of_file
+from .hashes import sha256_of_json as sha256_of_json
+from .json_lines import DamagedLineError as DamagedLineError
+from .json_lines import read_lines as read_lines
+from .paths import beside as beside
+from .paths import tidy as tidy
+from .tables import bounded_bytes as bounded_bytes
+from .tables import other_separator as other_separator

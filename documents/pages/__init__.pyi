@@ -1,0 +1,10 @@
+from .environment import page_environment as page_environment
+from .svg import DEEP as DEEP
+from .svg import FAINT as FAINT
+from .svg import INK as INK
+from .svg import NARROW_IN as NARROW_IN
+from .svg import WIDE_IN as WIDE_IN
+from .svg import drawing as drawing
+from .svg import rows_only as rows_only
+from .svg import short as short
+from .svg import svg_of as svg_of

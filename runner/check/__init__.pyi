@@ -1,0 +1,3 @@
+from .files import check_file as check_file
+from .report import CheckOptions as CheckOptions
+from .report import CheckReport as CheckReport

@@ -1,0 +1,1 @@
+from .observer_file import KINDS as KINDS

@@ -1,0 +1,10 @@
+from .colour_pass import ColourPass as ColourPass
+from .dithering import Dithering as Dithering
+from .modes.options import ModeOptions as ModeOptions
+from .modes.registry import find_mode as find_mode
+from .presenter import Presenter as Presenter
+from .scene import Picture as Picture
+from .scene import Scene as Scene
+from .scene import Text as Text
+from .show import show_picture as show_picture
+from .surfaces.surface import open_surface as open_surface

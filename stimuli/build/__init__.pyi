@@ -1,0 +1,10 @@
+from .cache import cache_folder as cache_folder
+from .cache import cached_sets as cached_sets
+from .cache import find_cached as find_cached
+from .cache import leftovers as leftovers
+from .cache import remove_leftovers as remove_leftovers
+from .recipe_to_set import build_set as build_set
+from .report import BuildReport as BuildReport
+from .report import BuiltStimulus as BuiltStimulus
+from .report import build_report as build_report
+from .stimulus_set import StimulusSet as StimulusSet

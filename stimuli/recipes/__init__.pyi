@@ -1,0 +1,4 @@
+from .build_context import DisplaySetup as DisplaySetup
+from .recipe import Recipe as Recipe
+from .recipe import read_recipe as read_recipe
+from .recipe import unreadable as unreadable

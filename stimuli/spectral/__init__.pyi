@@ -1,0 +1,4 @@
+from .convert import VirtualCamera as VirtualCamera
+from .convert import convert_spectral as convert_spectral
+from .light import Illumination as Illumination
+from .picture import Quantity as Quantity

@@ -1,0 +1,11 @@
+from .confusion_plates import AXES as AXES
+from .confusion_plates import COPUNCTAL_XY as COPUNCTAL_XY
+from .confusion_plates import SCALES as SCALES
+from .confusion_plates import Axis as Axis
+from .confusion_plates import Plate as Plate
+from .optotypes import landolt as landolt
+from .random_dots import SIDES as SIDES
+from .random_dots import DotField as DotField
+from .random_dots import Side as Side
+from .random_dots import stereogram as stereogram
+from .shown_range import ShownRange as ShownRange
