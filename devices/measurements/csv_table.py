@@ -20,8 +20,8 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.files.tables import bounded_bytes, other_separator
-from documents.text.words import did_you_mean, nearest
+from documents.files import bounded_bytes, other_separator
+from documents.text import did_you_mean, nearest
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")
