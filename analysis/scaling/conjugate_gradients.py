@@ -29,9 +29,10 @@ class SparseItems:
         n, edges = counts.n, np.arange(len(counts.first))
         rows = np.concatenate([counts.first, counts.second])
         columns = np.concatenate([counts.second, counts.first])
-        order = np.lexsort((columns, rows))
-        starts = np.searchsorted(rows[order], np.arange(n + 1))
+        order = np.argsort(rows, kind="stable")
+        starts = np.concatenate([[0], np.cumsum(np.bincount(rows, minlength=n))])
         self._edge = np.concatenate([edges, edges])[order]
+        # A pair shown in both orders has two entries in a row, which a product adds.
         self._adjacency = csr_array((np.zeros(len(rows)), columns[order], starts), shape=(n, n))
         self._steepest = 0.0
         self._ratio = 1.0

@@ -19,7 +19,7 @@ from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
 from analysis.scaling.result import BatchFit, CovarianceKind, Fit, Method, ModelMethod, OrderTest, Parameter
 from analysis.scaling.sandwich import sandwich
-from analysis.scaling.separation import Separation, are_connected, compared_groups, find_separation, strong_groups
+from analysis.scaling.separation import Separation, are_connected, find_separation, strong_groups
 from documents import Finding
 
 if TYPE_CHECKING:
@@ -58,10 +58,8 @@ def fit(wins: Floats, *, method: Method = "ml", most_iterations: int | None = No
     """
     matrix = _checked(wins, dimensions=2)
     counts = Counts.from_wins(matrix[None])
-    if method == "firth":
-        groups = compared_groups(matrix)
-    else:
-        groups = () if len(matrix) <= SMALL and are_connected(matrix[None])[0] else strong_groups(matrix)
+    linked = matrix + matrix.T if method == "firth" else matrix
+    groups = () if len(matrix) <= SMALL and are_connected(linked[None])[0] else strong_groups(linked)
     if len(groups) > 1:
         return _unfitted(counts, "bradley-terry", method, "model", None, Separation(groups, ()))
     penalty = FIRTH if method == "firth" else NO_PENALTY

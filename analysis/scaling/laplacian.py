@@ -65,7 +65,8 @@ def pseudo_inverse(weights: Floats, precision: float = 0.0, *, overwrite: bool =
     batch, n, _ = weights.shape
     if batch == 1 and n >= LARGE_GRAPH and n * _ratio(weights) <= WIDEST_FOR_LAPACK:
         return np.asarray(_pseudo_inverse_in_place(weights[0] if overwrite else weights[0].copy(), precision)[None])
-    inverse = solve(weights, np.broadcast_to(np.eye(n) - 1 / n, (batch, n, n)), precision)
+    centred = (np.eye(n) - 1 / n)[None]
+    inverse = solve(weights, centred if batch == 1 else np.broadcast_to(centred, weights.shape), precision)
     return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
 
 

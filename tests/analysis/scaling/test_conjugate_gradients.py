@@ -87,9 +87,10 @@ def test_counts_that_are_no_counts_are_refused(wins: list[list[float]], what: st
         fit_sparse(csr_array(np.array(wins, dtype=float)))
 
 
+@pytest.mark.parametrize("order_effect", [False, True])
 @pytest.mark.parametrize("method", ["ml", "map"])
 @pytest.mark.parametrize("model", ["bradley-terry", "thurstone", "davidson"])
-def test_every_model_recognises_few_pairs_of_many_items(model: Model, method: ModelMethod) -> None:
+def test_every_model_recognises_few_pairs_of_many_items(model: Model, method: ModelMethod, order_effect: bool) -> None:
     """Ring and chords, with ties, fitted by conjugate gradients as by dense equations."""
     random = np.random.default_rng(5)
     n = 300
@@ -103,15 +104,15 @@ def test_every_model_recognises_few_pairs_of_many_items(model: Model, method: Mo
         loser=np.r_[second, first, second],
         observer=np.zeros(3 * size, dtype=np.intp),
         count=random.integers(1, 9, 3 * size).astype(float),
-        winner_was_first=np.full(3 * size, -1, dtype=np.int8),
+        winner_was_first=random.integers(0, 2, 3 * size).astype(np.int8),
         tie=np.r_[np.zeros(2 * size, dtype=bool), np.ones(size, dtype=bool)],
     )
     law = LAWS[model]
-    counts, _ = count_pairs(comparisons, ties=law.parameter is not None)
+    counts, _ = count_pairs(comparisons, ordered=order_effect, ties=law.parameter is not None)
     assert isinstance(items_design(counts), SparseItems)
     penalty = Gaussian.of_sd(2.0) if method == "map" else NO_PENALTY
     dense = maximise(counts, law, penalty=penalty, design=ITEMS)
-    fitted = fit_model(comparisons, model, method=method)
+    fitted = fit_model(comparisons, model, method=method, order_effect=order_effect)
     assert fitted.converged
     assert fitted.theta == pytest.approx(dense.theta[0], abs=1e-10)
     assert fitted.log_likelihood == pytest.approx(float(dense.log_likelihood[0]), rel=1e-12)
