@@ -98,10 +98,12 @@ def test_a_log_is_open_once(tmp_path: Path) -> None:
 def test_threads_write_whole_lines(tmp_path: Path) -> None:
     file = tmp_path / "a.jsonl"
     with DurableLog.create(file, tmp_path / ".lock", {}) as log:
-        threads = [
-            threading.Thread(target=lambda name: [log.append({"by": name}) for _ in range(20)], args=(n,))
-            for n in range(4)
-        ]
+
+        def write(number: int) -> None:
+            for _ in range(20):
+                log.append({"by": number})
+
+        threads = [threading.Thread(target=write, args=(number,)) for number in range(4)]
         for thread in threads:
             thread.start()
         for thread in threads:

@@ -16,7 +16,8 @@ from devices.display.model import DisplayModel
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.reports.thumbnails import find_shown, png, small, thumbnails
 from runner.session.header import hashes, make_header
-from stimuli.build.recipe_to_set import StimulusSet, build_set
+from stimuli.build.recipe_to_set import build_set
+from stimuli.build.stimulus_set import StimulusSet
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.stereo_image import StereoImage
 
