@@ -22,7 +22,7 @@ import numpy as np
 from curves import OUT
 from numpy.typing import NDArray
 
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.learnt_prior import learnt_posterior
 from runner.blocks.pair_choice import PairChooser
 

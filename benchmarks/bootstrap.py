@@ -25,7 +25,7 @@ from simulated_studies import Design
 from analysis.bootstrap.confidence_intervals import Kind, intervals
 from analysis.bootstrap.replicates import Replicates, resample_counts
 from analysis.classes.multiplicity import ADJUSTMENTS
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]

@@ -23,7 +23,7 @@ from scipy.sparse import csr_array
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, times_faster, write
 
-from analysis.scaling.fit import fit, fit_batch, fit_sparse
+from analysis.scaling.fitting import fit, fit_batch, fit_sparse
 from analysis.scaling.separation import are_connected
 
 Floats = NDArray[np.float64]

@@ -20,8 +20,7 @@ from curves import OUT, seconds, write
 from simulated_studies import Coverage, Design, coverage, family_error
 
 from analysis.bootstrap.confidence_intervals import KINDS, Kind, intervals
-from analysis.bootstrap.quantities import NAMES
-from analysis.bootstrap.replicates import resample_counts
+from analysis.bootstrap.replicates import NAMES, resample_counts
 from analysis.classes.multiplicity import Adjust
 
 Row = dict[str, object]

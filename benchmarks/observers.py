@@ -25,7 +25,7 @@ from analysis.bootstrap.fits import fit_each
 from analysis.observers import concordance
 from analysis.observers.consistency import circular_triads, triad_chances
 from analysis.observers.tails import from_moments
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 
 Floats = NDArray[np.float64]
 Row = dict[str, object]

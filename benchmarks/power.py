@@ -24,7 +24,7 @@ from curves import OUT, seconds, times_faster, write
 from analysis.classes.classes import classify
 from analysis.power.plan import Plan, differing_pairs, spread_theta
 from analysis.power.simulation import simulate_power
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
 
 Floats = NDArray[np.float64]

@@ -15,10 +15,9 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap.confidence_intervals import Kind, intervals
 from analysis.bootstrap.influence import influences, sandwich
-from analysis.bootstrap.quantities import Name, Quantity
-from analysis.bootstrap.replicates import Replicates, resample_counts
+from analysis.bootstrap.replicates import Name, Quantity, Replicates, resample_counts
 from analysis.classes.multiplicity import Adjust, corrected, single_step, two_sided_p
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.laplacian import contrast_variances
 from analysis.scaling.result import Fit, Method
 

@@ -1,3 +1,5 @@
+from .answers import effects as effects
+from .answers import export_bids as export_bids
 from .answers import observers as observers
 from .answers import power as power
 from .answers import read_results as read_results
@@ -12,5 +14,6 @@ from .pictures import read_picture as read_picture
 from .pictures import write_picture as write_picture
 from .result import Result as Result
 from .sessions import check as check
+from .sessions import demo as demo
 from .sessions import preview as preview
 from .sessions import simulate as simulate

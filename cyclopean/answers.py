@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +14,7 @@ from documents import Finding, InputError
 if TYPE_CHECKING:
     from analysis.classes import Adjust
     from analysis.comparisons import Comparisons
+    from analysis.factors import FactorEffects
     from analysis.observers import ObserverTable
     from analysis.scaling import CovarianceKind, Model, ModelMethod, Scores
     from runner.reports import PowerStudy
@@ -171,6 +172,85 @@ def observers(answers: Answers) -> Result[ObserverTable]:
         table = observers_in_sessions(read_logs(answers))
     rows = [line.to_json() for line in table.lines]
     return Result(table, rows, f"{len(rows)} observers")
+
+
+def effects(
+    answers: Answers,
+    factors: Mapping[str, Mapping[str, str | float]] | None = None,
+    *,
+    use: Sequence[str] | None = None,
+) -> Result[FactorEffects]:
+    """Fit what stereo, exposure and other factors of the stimuli do to the scores.
+
+    Parameters
+    ----------
+    answers
+        As for `scores`.
+    factors
+        The factors of each stimulus by name, such as ``{"a": {"view": "stereo"}, "b": {"view": "flat"}}``; None takes
+        those of a folder of results.
+    use
+        The factors in the model, in order; all of them if None.
+
+    Returns
+    -------
+    Result
+        A row for each effect: the estimate in nats with its standard error, interval and p. ``value.tests`` holds a
+        likelihood-ratio test of each factor.
+
+    Raises
+    ------
+    InputError
+        If the answers cannot be read, a stimulus has no factors, or no factor varies.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> answers = pd.DataFrame({"winner": list("abacbc"), "loser": list("bacacb"), "count": [9, 3, 8, 4, 7, 5]})
+    >>> gloss = {"a": {"gloss": 3.0}, "b": {"gloss": 2.0}, "c": {"gloss": 1.0}}
+    >>> effects(answers, gloss).to_frame()[["factor", "level", "estimate"]].round(2)
+      factor     level  estimate
+    0  gloss  per unit      0.47
+    """
+    from analysis.factors import factor_effects, session_factors
+    from analysis.records import read_results as read_logs
+
+    if factors is None:
+        if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
+            remedy = "give factors={'name': {'view': 'stereo'}, ...}, or a folder of results"
+            raise InputError(Finding("a table of answers does not name the factors of its stimuli", remedy=remedy))
+        factors = session_factors(read_logs(answers))
+    result = factor_effects(comparisons(answers), factors, use=use)
+    rows = [effect.to_json() for effect in result.effects]
+    names = ", ".join(factor.name for factor in result.factors)
+    return Result(result, rows, f"Effects of {names} on the scores of {len(result.items)} items, in nats")
+
+
+def export_bids(*places: str | Path, folder: str | Path, name: str = "") -> Path:
+    """Write results as a BIDS dataset.
+
+    Parameters
+    ----------
+    places
+        Folders of sessions, from one station or many, or single session logs.
+    folder
+        Folder of the dataset; an earlier export there is replaced.
+    name
+        Name of the dataset; that of the experiments if empty.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder of the dataset.
+
+    Raises
+    ------
+    InputError
+        If there is no session, logs are damaged or contradict each other, or ``folder`` has other files.
+    """
+    from analysis.bids import About, export_dataset
+
+    return export_dataset([Path(place) for place in places], Path(folder), About(name=name)).folder
 
 
 def report(*places: str | Path, output: str | Path | None = None, pdf: bool = False) -> Path:

@@ -9,6 +9,7 @@ from cyclopean.result import Result
 
 if TYPE_CHECKING:
     from runner.check import CheckReport
+    from runner.reports import Demo
 
 
 def check(path: str | Path, *, pictures: bool = True) -> Result[CheckReport]:
@@ -110,3 +111,31 @@ def simulate(
 
     run_simulated(experiment, observers_file, observers, results=folder, seed=seed)
     return Path(folder)
+
+
+def demo(folder: str | Path = "results/demo", *, observers: int = 30) -> Result[Demo]:
+    """Repeat the thesis's second experiment with simulated observers, and write a report.
+
+    Parameters
+    ----------
+    folder
+        Folder in which a new one is made for the sessions and the report.
+    observers
+        Number of simulated observers, who answer by the published scores.
+
+    Returns
+    -------
+    Result
+        A row for each stimulus, best first; ``value.page`` is the report.
+
+    Raises
+    ------
+    InputError
+        If the folder cannot be written.
+    """
+    from runner.reports import run_demo
+
+    done = run_demo(observers, folder)
+    pairs = done.report.pairs
+    rows = [] if pairs is None else [item.to_json() for item in pairs.scores.items]
+    return Result(done, rows, f"Demonstration with {observers} simulated observers; report: {done.page}")

@@ -28,8 +28,7 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap import tails
 from analysis.bootstrap.influence import influences, standard_errors
-from analysis.bootstrap.quantities import Name, Quantity
-from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
+from analysis.bootstrap.replicates import BLOCK_NUMBERS, Name, Quantity, Replicates
 from analysis.errors import ResultsError
 from documents import Finding
 from documents.text import json_fields

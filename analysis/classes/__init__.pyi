@@ -1,1 +1,2 @@
+from .classes import classify as classify
 from .multiplicity import Adjust as Adjust

@@ -19,7 +19,7 @@ from analysis.factors.separation import separated_effects
 from analysis.factors.terms import Coding, Term, main_term
 from analysis.factors.values import FactorOptions, Value, read_factors
 from analysis.scaling.counts import Answers, Counts, count_pairs
-from analysis.scaling.fit import DEFAULT_PRIOR_SD
+from analysis.scaling.fitting import DEFAULT_PRIOR_SD
 from analysis.scaling.laws import LOGISTIC
 from analysis.scaling.newton import Point
 from analysis.scaling.sandwich import observer_slopes
@@ -58,7 +58,7 @@ def factor_effects(
     coding
         ``treatment``: effects are differences from the reference level; ``sum``: from the mean of all levels.
     method
-        ``ml``, or ``map`` with a Gaussian prior on each strength, as `analysis.scaling.fit.fit_model` has it.
+        ``ml``, or ``map`` with a Gaussian prior on each strength, as `analysis.scaling.fitting.fit_model` has it.
     prior_sd
         Standard deviation of that prior, in nats.
 

@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from analysis.factors.fit import TermsFit
 from analysis.factors.likelihood_ratio import chance
 from analysis.scaling.counts import Counts
-from analysis.scaling.fit import fit as fit_wins
+from analysis.scaling.fitting import fit as fit_wins
 from analysis.scaling.laws import LOGISTIC
 from documents.text import json_fields
 

@@ -27,7 +27,7 @@ from analysis.observers.responses import (
 from analysis.observers.screening import Outcome, outcomes, passed_screening
 from analysis.records.results import refuse_mixtures, sessions_by_observer
 from analysis.records.session_record import SessionLog
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.result import Fit
 from documents.text import counted
 

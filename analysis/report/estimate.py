@@ -14,7 +14,7 @@ from analysis.bootstrap.stability import Covariance, Stability, class_stability
 from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fit import fit_model
+from analysis.scaling.fitting import fit_model
 from analysis.scaling.learnt_prior import learnt_posterior
 from analysis.scaling.result import Fit
 from analysis.scaling.scores import Scores, rescored, score

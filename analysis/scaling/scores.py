@@ -11,7 +11,7 @@ import numpy as np
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fit import DEFAULT_PRIOR_SD, fit_model
+from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
 from analysis.scaling.laws import LAWS, Model
 from analysis.scaling.result import CovarianceKind, Fit, ModelMethod
 
@@ -115,7 +115,7 @@ def score(
     covariance: CovarianceKind = "model",
     quasi_variances: bool = False,
 ) -> Scores:
-    """Fit ``model`` to ``comparisons`` as `analysis.scaling.fit.fit_model` does, and group the items into classes.
+    """Fit ``model`` to ``comparisons`` as `analysis.scaling.fitting.fit_model` does, and group the items into classes.
 
     Items are ordered by strength, best first; where there is no maximum, by the share of comparisons that they won, a
     tie being half a win. ``comparisons`` of an item counts its ties too where the model has a place for them.

@@ -1,3 +1,5 @@
+from .demo import Demo as Demo
+from .demo import run_demo as run_demo
 from .power import PowerOptions as PowerOptions
 from .power import PowerStudy as PowerStudy
 from .power import study_power as study_power

@@ -129,8 +129,7 @@ def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPictu
         If the file is missing or neither; if its bands do not rise, leave out a part of 400..700 nm, or are more than
         20 nm apart; if the quantity is not known. The finding names file and reason.
     """
-    from stimuli.spectral.envi_bands import envi_bands
-    from stimuli.spectral.exr_bands import exr_bands
+    from stimuli.spectral.bands import envi_bands, exr_bands
 
     path = Path(path)
     if not path.is_file() and path.suffix.lower() != ".hdr":

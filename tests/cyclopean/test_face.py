@@ -125,6 +125,30 @@ def test_observers_have_a_row_each(results: Path) -> None:
     assert list(of_frame["answers"]) == list(frame["answers"])
 
 
+def test_effects_of_factors(results: Path) -> None:
+    with pytest.raises(InputError, match="does not name the factors"):
+        cyclopean.effects(cyclopean.read_results(results))
+    factors = {name: {"rank": rank} for rank, name in enumerate(("one", "two", "three", "four"))}
+    frame = cyclopean.effects(results, factors).to_frame()
+    assert list(zip(frame["factor"], frame["level"], strict=True)) == [("rank", "per unit")]
+    trials = cyclopean.read_results(results)
+    again = cyclopean.effects(trials, factors).to_frame()
+    assert again["estimate"].item() == pytest.approx(frame["estimate"].item(), rel=1e-9)
+
+
+def test_results_are_exported(results: Path, tmp_path: Path) -> None:
+    folder = cyclopean.export_bids(results, folder=tmp_path / "bids", name="Four pictures")
+    described = json.loads((folder / "dataset_description.json").read_text(encoding="utf-8"))
+    assert described["Name"] == "Four pictures"
+
+
+def test_the_demonstration_writes_its_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLOPEAN_CACHE", str(tmp_path / "cache"))
+    shown = cyclopean.demo(tmp_path / "demo", observers=2)
+    assert shown.value.page.is_file()
+    assert len(shown.to_frame()) == 10
+
+
 def test_the_report_is_written(results: Path) -> None:
     page = cyclopean.report(results, output=results / "page.html")
     assert "<svg" in page.read_text(encoding="utf-8")

@@ -9,7 +9,7 @@ import pytest
 from numpy.typing import NDArray
 from scipy.sparse import csr_array
 
-from analysis.scaling.fit import fit, fit_batch, fit_sparse
+from analysis.scaling.fitting import fit, fit_batch, fit_sparse
 from analysis.scaling.laws import probabilities
 
 Floats = NDArray[np.float64]

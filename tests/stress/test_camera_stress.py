@@ -17,7 +17,7 @@ from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import XYZ_from_xyY, xyz_to_lab
 from devices.patches.colorchecker import colorchecker_xyY
 from documents import InputError
-from stimuli.chart.photographed import read_chart
+from stimuli.chart.camera_fit import read_chart
 
 pytestmark = pytest.mark.stress
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
 from analysis.factors.effects import factor_effects
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 
 Floats = NDArray[np.float64]
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers, from_arrays
-from analysis.scaling.fit import fit_model
+from analysis.scaling.fitting import fit_model
 from analysis.scaling.laws import MODELS, Davidson, Model, RaoKupper
 from analysis.scaling.scores import score
 from tests.stress.memory import peak_kb

@@ -11,8 +11,7 @@ import pytest
 from numpy.typing import NDArray
 
 from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, intervals
-from analysis.bootstrap.quantities import NAMES
-from analysis.bootstrap.replicates import resample_counts
+from analysis.bootstrap.replicates import NAMES, resample_counts
 from analysis.bootstrap.stability import class_stability
 from benchmarks.simulated_studies import Design, coverage, family_error
 

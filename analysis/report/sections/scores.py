@@ -14,7 +14,7 @@ from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCe
 from analysis.report.figures import classes_svg, scores_svg
 from analysis.report.summary import Summary
 from analysis.report.words import fixed, p_words, percent
-from analysis.scaling.fit import fit_model
+from analysis.scaling.fitting import fit_model
 from analysis.scaling.result import Fit
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import Published

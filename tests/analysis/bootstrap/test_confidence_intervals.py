@@ -15,11 +15,10 @@ from scipy import stats
 from analysis.bootstrap import tails
 from analysis.bootstrap.confidence_intervals import DEFAULT, KINDS, Kind, intervals
 from analysis.bootstrap.influence import influences, standard_errors
-from analysis.bootstrap.quantities import NAMES, Name, Quantity
-from analysis.bootstrap.replicates import resample
+from analysis.bootstrap.replicates import NAMES, Name, Quantity, resample
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 
 Floats = NDArray[np.float64]
 Study = Callable[..., Comparisons]

@@ -10,7 +10,7 @@ import pytest
 from analysis.bootstrap.influence import influences, sandwich, standard_errors
 from analysis.bootstrap.replicates import counts_by_observer, resample
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
 
 Study = Callable[..., Comparisons]

@@ -16,7 +16,7 @@ from analysis.bootstrap.replicates import Replicates, draw_observers, resample
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import FIRTH
 from analysis.scaling.separation import are_connected

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from benchmarks.simulated_studies import Design, coverage, family_error
 
 # Medina 2016, Table 4.4.

@@ -16,7 +16,7 @@ from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 
 Study = Callable[..., Comparisons]
 STRENGTHS = (-1.2, -0.9, 0.1, 0.5, 1.5)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from analysis.classes.classes import classify, letter_display, numbered
 from analysis.classes.multiplicity import Adjust
 from analysis.errors import ResultsError
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
 
 # Medina 2016, Table 4.4: samples 8 2 7 1 5 9 3 10 4 6.

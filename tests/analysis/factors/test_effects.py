@@ -13,7 +13,7 @@ from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 
 Floats = NDArray[np.float64]
 Factors = Mapping[str, Mapping[str, str | float]]
@@ -252,7 +252,7 @@ def test_a_prior_pulls_effects_towards_zero(grid: Factors, draw: Drawer) -> None
 
 
 def test_the_posterior_is_that_of_the_pair_models_for_free_items(grid: Factors, draw: Drawer) -> None:
-    from analysis.scaling.fit import fit_model
+    from analysis.scaling.fitting import fit_model
 
     answers = draw(strengths(grid))
     named = {name: {"stimulus": name} for name in grid}

@@ -16,7 +16,7 @@ from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.observers import fit_to_rest as module
 from analysis.observers.fit_to_rest import FitToRest, fits_to_rest
 from analysis.observers.tails import lower_tail
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 
 Study = Callable[..., Comparisons]
 

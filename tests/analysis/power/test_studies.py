@@ -20,7 +20,7 @@ from analysis.classes.multiplicity import Adjust
 from analysis.power import studies as width_module
 from analysis.power.plan import Plan, differing_pairs
 from analysis.power.studies import Studies, draw, run, widths
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
 from analysis.scaling.result import Fit, Method
 from benchmarks.simulated_studies import Design

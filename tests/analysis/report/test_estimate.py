@@ -17,7 +17,7 @@ from analysis.comparisons.session_comparisons import from_sessions
 from analysis.errors import ResultsError
 from analysis.records.session_record import SessionLog
 from analysis.report.summary import summarise
-from analysis.scaling.fit import fit_model
+from analysis.scaling.fitting import fit_model
 from analysis.scaling.learnt_prior import learnt_posterior
 
 Maker = Callable[..., SessionLog]

@@ -14,7 +14,7 @@ from analysis.errors import ResultsError
 from analysis.scaling.conjugate_gradients import SparseItems
 from analysis.scaling.counts import Counts, count_pairs
 from analysis.scaling.designs import ITEMS, items_design
-from analysis.scaling.fit import fit, fit_model, fit_sparse
+from analysis.scaling.fitting import fit, fit_model, fit_sparse
 from analysis.scaling.laws import LAWS, Model, probabilities
 from analysis.scaling.newton import maximise
 from analysis.scaling.penalty import NO_PENALTY, Gaussian

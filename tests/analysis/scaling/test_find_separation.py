@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.scaling.counts import count_pairs
-from analysis.scaling.fit import fit_model
+from analysis.scaling.fitting import fit_model
 from analysis.scaling.laws import Davidson, Model
 from analysis.scaling.newton import maximise
 from analysis.scaling.result import ModelMethod

@@ -15,7 +15,7 @@ from scipy.stats import chi2, norm
 
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
-from analysis.scaling.fit import fit, fit_model
+from analysis.scaling.fitting import fit, fit_model
 from analysis.scaling.laws import MODELS, Davidson, Law, Logistic, Model, Probit, RaoKupper
 from analysis.scaling.learnt_prior import posterior
 

@@ -8,7 +8,7 @@ from scipy.stats import chi2, chisquare
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.counts import count_pairs
-from analysis.scaling.fit import fit_model
+from analysis.scaling.fitting import fit_model
 from analysis.scaling.goodness import goodness_of_fit
 from analysis.scaling.laws import Davidson
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy.optimize import minimize
 
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from analysis.scaling.learnt_prior import learnt_posterior, posterior
 
 Floats = NDArray[np.float64]

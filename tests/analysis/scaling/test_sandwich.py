@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fit import fit_model
+from analysis.scaling.fitting import fit_model
 from analysis.scaling.laws import Davidson, Logistic, Model, Probit
 
 Drawer = Callable[..., Comparisons]

@@ -95,7 +95,7 @@ def test_known_scores_come_back_through_the_analysis(play: Play) -> None:
     comparisons = from_sessions([log])
     assert comparisons.items == NAMES
     assert comparisons.wins.sum() == 600
-    from analysis.scaling.fit import fit
+    from analysis.scaling.fitting import fit
 
     fitted = fit(comparisons.wins)
     truth = 0.3 * (np.arange(12) - 5.5)

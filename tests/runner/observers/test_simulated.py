@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from analysis.scaling.fit import fit
+from analysis.scaling.fitting import fit
 from runner.blocks.tasks import Browse, Choose, Compare, Rate, Write
 from runner.errors import SessionError
 from runner.observers.behaviour import BehaviourSpec, FatigueSpec, PsychometricSpec, TiesSpec

@@ -13,8 +13,8 @@ from devices.camera.fit import fit_camera
 from devices.chart.layout import COLORCHECKER, patch_quadrangles
 from devices.chart.way_round import WAYS
 from devices.errors import DeviceError
+from stimuli.chart.camera_fit import read_chart
 from stimuli.chart.find import find_corners
-from stimuli.chart.photographed import read_chart
 from stimuli.chart.sample import sample_patches
 from stimuli.errors import StimulusError
 

@@ -14,7 +14,7 @@ from scipy.special import log_expit
 
 from analysis.errors import ResultsError
 from analysis.scaling.counts import Counts
-from analysis.scaling.fit import fit, fit_batch
+from analysis.scaling.fitting import fit, fit_batch
 from analysis.scaling.laws import LOGISTIC, probabilities
 from analysis.scaling.penalty import FIRTH
 
