@@ -29,7 +29,8 @@ def ring_coverage(gap_px: float, side: Side) -> Floats:
     half = int(np.ceil(2.5 * gap_px))
     count = 2 * half + 1
     per_pixel = max(16, _SAMPLES // count)
-    places = (np.arange(count * per_pixel) + 0.5) / per_pixel - count / 2
+    # Whole numbers until the division: places left and right of the middle are then exactly alike, also on an edge.
+    places = (2 * np.arange(count * per_pixel) + 1 - count * per_pixel) / (2 * per_pixel)
     inside = in_ring(places[None, :], places[:, None], gap_px, side)
     return np.asarray(inside.reshape(count, per_pixel, count, per_pixel).mean(axis=(1, 3)))
 
