@@ -88,10 +88,10 @@ def _fill(data: Any) -> Any:
 
 def _file_kind(data: Mapping[str, Any]) -> FileKind:
     """Return the kind of a whole file, by the key that `documents.yaml.load` recognises it by."""
-    from documents.yaml import TELLING
+    from documents.yaml import KIND_BY_KEY
     from runner.observers import KINDS
 
-    kind = TELLING[next((key for key in TELLING if key in data), "kind")]
+    kind = KIND_BY_KEY[next((key for key in KIND_BY_KEY if key in data), "kind")]
     if kind == "recipe":
         return "observers" if data.get("kind") in KINDS else "stimuli"
     return cast("FileKind", kind)

@@ -43,7 +43,7 @@ MARGIN_MEAN, MARGIN_P95 = 0.05, 0.2
 FOLDS = 5
 # Beyond this the readings are not those of a display that any of the models describes.
 MOST_MEAN = 3.0
-_TELLING_MEAN = 1.0
+_NOTABLE_MEAN = 1.0
 # A reading is doubted when the robust fit misses it by this much, and by this many times the median.
 _DOUBT, _DOUBT_TIMES = 4.0, 6.0
 _MOST_DOUBTED = 0.1
@@ -185,7 +185,7 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
                 else "let --model auto choose",
             )
         )
-    if mean > _TELLING_MEAN:
+    if mean > _NOTABLE_MEAN:
         notes.append(f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: measure again, or more")
     if chosen.unusable:
         notes.append(f"{chosen.name} was asked for; {chosen.unusable}")

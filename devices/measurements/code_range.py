@@ -8,7 +8,7 @@ from devices.errors import DeviceError
 from documents import Finding
 
 _RANGE = re.compile(r"^\s*(?:0\s*(?:\.\.+|-|–|to)\s*)?(\d+(?:\.\d*)?)\s*$")
-_TELLING = (255.0, 1023.0)
+_FULL_CODES = (255.0, 1023.0)
 
 
 def parse_code_range(text: str, file: str, line: int | None = None) -> float:
@@ -39,7 +39,7 @@ def full_code(largest: float, declared: float | None, file: str) -> tuple[float,
         return declared, ""
     if 0 < largest <= 1:
         return 1.0, f"codes were taken to be 0..1, because the largest is {largest:g}"
-    if largest in _TELLING:
+    if largest in _FULL_CODES:
         return largest, f"codes were taken to be 0..{largest:g}, because the largest is {largest:g}"
     raise DeviceError(
         Finding(

@@ -1,4 +1,4 @@
-from .load import TELLING as TELLING
+from .load import KIND_BY_KEY as KIND_BY_KEY
 from .load import Strict as Strict
 from .load import load_document as load_document
 from .source import Path_ as Path_

@@ -31,7 +31,7 @@ Model = TypeVar("Model", bound=BaseModel)
 Kind = Literal["experiment", "display", "verification", "camera", "regions", "rig", "recipe"]
 
 # The first key that is there decides.
-TELLING = MappingProxyType(
+KIND_BY_KEY = MappingProxyType(
     {
         "blocks": "experiment",
         "modes": "display",
@@ -115,11 +115,11 @@ def wrong_kind(source: YamlSource, wanted: Kind) -> Finding | None:
     data: Any = source.data
     if not isinstance(data, dict):
         return None
-    own = _OWN.get(wanted) or tuple(key for key, kind in TELLING.items() if kind == wanted)
-    key = next((key for key in TELLING if key in data), None)
-    if key is None or TELLING[key] == wanted or any(name in data for name in own):
+    own = _OWN.get(wanted) or tuple(key for key, kind in KIND_BY_KEY.items() if kind == wanted)
+    key = next((key for key in KIND_BY_KEY if key in data), None)
+    if key is None or KIND_BY_KEY[key] == wanted or any(name in data for name in own):
         return None
-    what = f"this is {_CALLED[TELLING[key]]}, not {_WANTED[wanted]}"
+    what = f"this is {_CALLED[KIND_BY_KEY[key]]}, not {_WANTED[wanted]}"
     remedy = f"{_WANTED[wanted]} has '{own[0]}:'; check the path"
     return source.finding((key,), what, remedy, key=True)
 

@@ -9,7 +9,7 @@ from types import MappingProxyType
 from devices.camera import read_camera
 from devices.display import pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
-from documents.yaml import TELLING, read_yaml
+from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.experiment import check_experiment, check_onsets, missing_pictures
 from runner.check.machine import check_screen
 from runner.check.report import CheckOptions, CheckReport
@@ -142,7 +142,9 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckReport:
     report = CheckReport(path)
     try:
         data = read_yaml(path).data
-        kind = next((kind for key, kind in TELLING.items() if key in data), None) if isinstance(data, dict) else None
+        kind = (
+            next((kind for key, kind in KIND_BY_KEY.items() if key in data), None) if isinstance(data, dict) else None
+        )
         if kind is None:
             report.errors.append(Finding("this is not a kind of file that cyclopean reads", str(path), remedy=_UNKNOWN))
         else:

@@ -16,9 +16,9 @@ _READY = ("space", "enter", "right", "page_down")
 class Keys:
     """What keys ask for. ``poll`` keeps the screen and hears the keys once; it sleeps for the least while."""
 
-    def __init__(self, screen: PatchScreen, tell: Callable[[str], None], on_stop: str = "stopping") -> None:
+    def __init__(self, screen: PatchScreen, say: Callable[[str], None], on_stop: str = "stopping") -> None:
         self._screen = screen
-        self._tell = tell
+        self._say = say
         self._on_stop = on_stop
         self._refresh_s = 1.0 / (screen.surface.facts.refresh_hz or _REFRESH_HZ)
         self._paced = screen.surface.facts.vsync
@@ -36,10 +36,10 @@ class Keys:
             for press in self._screen.surface.poll_keys():
                 if press.key == "space" and not self._asking:
                     self.paused = not self.paused
-                    self._tell("paused: space resumes" if self.paused else "resumed")
+                    self._say("paused: space resumes" if self.paused else "resumed")
                 elif press.key == "escape":
                     self.stops += 1
-                    self._tell(self._on_stop)
+                    self._say(self._on_stop)
                 elif not press.key.startswith(("text ", "again ", "click")):
                     other = press.key
         except WindowClosed:
@@ -68,7 +68,7 @@ class Keys:
 
     def ask(self, words: str) -> bool:
         """Show ``words`` until space or another key continues, and return True; False if it is to stop."""
-        self._tell(f"{words} Space continues.")
+        self._say(f"{words} Space continues.")
         self._screen.say(f"{words}\nSpace continues, Escape stops.")
         self._asking = True
         try:

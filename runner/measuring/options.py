@@ -69,13 +69,13 @@ def _no_progress(progress: Progress) -> None:
 class Dialogue:
     """How a measurement talks with the person beside it.
 
-    ``on_progress`` is called after each patch, ``tell`` with words meanwhile; ``ready`` is as in `take_readings`.
+    ``on_progress`` is called after each patch, ``say`` with words meanwhile; ``ready`` is as in `take_readings`.
     ``note`` gets remarks on what was chosen (empty ones too), ``warn`` those of the screen. ``ask`` shows a prompt and
     returns what is typed, None at the end of input; ``correct`` gets what is wrong with that.
     """
 
     on_progress: Callable[[Progress], None] = _no_progress
-    tell: Callable[[str], None] = _say_nothing
+    say: Callable[[str], None] = _say_nothing
     ready: Callable[[str], bool] | None = None
     note: Callable[[str], None] = _say_nothing
     warn: Callable[[str], None] = _say_nothing

@@ -96,7 +96,7 @@ def show_plan(
         if screen.highest != plan.highest:
             order = tuple(Step(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
         hold_s = None if each_s is None else show.settle_s + each_s
-        times_s = show_patches(screen, order, show.eye, hold_s, dialogue.tell, on_shown)
+        times_s = show_patches(screen, order, show.eye, hold_s, dialogue.say, on_shown)
         table = patch_table(order, show.eye, plan.target.mode.name, screen.surface.bits, times_s)
     return PatchesShown(len(times_s), len(order), table)
 
@@ -106,7 +106,7 @@ def show_patches(
     order: Sequence[Step],
     eye: PatchEye,
     hold_s: float | None,
-    tell: Callable[[str], None],
+    say: Callable[[str], None],
     on_shown: Callable[[Shown], None],
 ) -> dict[int, float]:
     """Show ``order`` and return when each was last shown, in seconds from the first, by position.
@@ -114,7 +114,7 @@ def show_patches(
     Each stands for ``hold_s`` seconds, or until a key if that is None. What a person must move first is announced, and
     with keys stands on the screen until one is pressed.
     """
-    keys = Keys(screen, tell)
+    keys = Keys(screen, say)
     times_s: dict[int, float] = {}
     begun_s = time.monotonic()
     index = 0
@@ -125,7 +125,7 @@ def show_patches(
         wanted = step.patch.arrangement(eye)
         if request := wanted.request(stands):
             if hold_s is not None:
-                tell(request)
+                say(request)
             elif not keys.ask(request):
                 break
         stands = wanted

@@ -215,7 +215,7 @@ def measure(
             else:
                 before = session.header["instrument"]
                 if opened.name != before:
-                    dialogue.tell(f"warning: the measurement began with {before} and is resumed with {opened.name}")
+                    dialogue.say(f"warning: the measurement began with {before} and is resumed with {opened.name}")
                 log.note(resumed_utc=datetime.now(UTC).isoformat(), instrument=opened.name, again=list(again))
             elapsed_s = _clock(begun)
             outcome = take_readings(
@@ -227,7 +227,7 @@ def measure(
                 order.show.settle_s,
                 elapsed_s,
                 dialogue.on_progress,
-                dialogue.tell,
+                dialogue.say,
                 dialogue.ready,
             )
         finally:

@@ -53,7 +53,7 @@ def take_readings(
     settle_s: float,
     elapsed_s: Callable[[], float],
     on_progress: Callable[[Progress], None] = lambda progress: None,
-    tell: Callable[[str], None] = lambda words: None,
+    say: Callable[[str], None] = lambda words: None,
     ready: Callable[[str], bool] | None = None,
 ) -> Outcome:
     """Read ``steps`` in their order, each kept in ``log`` before the next is shown.
@@ -65,7 +65,7 @@ def take_readings(
     Where a person must move the instrument or the glasses, ``ready`` gets what to do and returns once it is done,
     False to stop; without it, the words stand on the screen until a key.
     """
-    keys = Keys(screen, tell, "stopping after this reading; Escape again stops at once")
+    keys = Keys(screen, say, "stopping after this reading; Escape again stops at once")
     ready = ready or keys.ask
     failed: list[str] = []
     taken = 0

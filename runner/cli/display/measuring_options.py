@@ -151,8 +151,8 @@ def dialogue(show: ShowOptions, *, unattended: bool, quiet: bool) -> Dialogue:
         return _ask(f"{request} Then press Enter: ") is not None
 
     ready = note_request if unattended else None if show.backend == "window" else wait_for_enter
-    always = Dialogue(ready=ready, note=note, warn=_warn, ask=_ask, correct=tell)
-    return always if quiet else replace(always, on_progress=on_progress, tell=tell)
+    always = Dialogue(ready=ready, note=note, warn=_warn, ask=_ask, correct=say)
+    return always if quiet else replace(always, on_progress=on_progress, say=say)
 
 
 def note(remark: str) -> None:
@@ -161,7 +161,7 @@ def note(remark: str) -> None:
         click.echo(f"note: {remark}", err=True)
 
 
-def tell(words: str) -> None:
+def say(words: str) -> None:
     """Print ``words`` on the error stream."""
     click.echo(words, err=True)
 

@@ -47,7 +47,7 @@ def command(
     throughout.
     """
     from documents.files import write_whole
-    from runner.cli.display.measuring_options import dialogue, duration, note, tell
+    from runner.cli.display.measuring_options import dialogue, duration, note, say
     from runner.cli.main import WorkError
     from runner.measuring.show_patches import Shown, plan_patches, show_plan
 
@@ -63,7 +63,7 @@ def command(
     def on_shown(shown: Shown) -> None:
         codes = " ".join(f"{round(code * shown.highest)}" for code in shown.step.patch.codes)
         left = f", {duration(shown.left_s)} left" if each_s else ""
-        tell(f"{shown.number}/{shown.of}  {shown.step.label}: {codes}{left}")
+        say(f"{shown.number}/{shown.of}  {shown.step.label}: {codes}{left}")
 
     result = show_plan(plan, each_s, dialogue(show, unattended=True, quiet=False), on_shown)
     if output is not None:

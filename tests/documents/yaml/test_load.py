@@ -14,7 +14,7 @@ from devices.display.display_file import read_display
 from devices.display.rig_file import read_rig
 from devices.display.verification_file import read_verification
 from documents import InputError, load_document
-from documents.yaml.load import TELLING
+from documents.yaml.load import KIND_BY_KEY
 from runner.check.files import _CHECKS
 from runner.protocol.experiment import read_experiment
 from stimuli.comparison.regions_file import read_regions
@@ -175,4 +175,4 @@ def test_a_file_with_the_telling_key_of_its_kind_has_faults_of_its_own(tmp_path:
 
 
 def test_every_kind_that_a_key_tells_can_be_checked() -> None:
-    assert set(TELLING.values()) == set(_CHECKS)
+    assert set(KIND_BY_KEY.values()) == set(_CHECKS)
