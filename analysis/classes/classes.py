@@ -73,11 +73,19 @@ class Classes:
 
 def best_first(values: Floats) -> tuple[int, ...]:
     """Return the indices of ``values`` (n,), largest first; those that are equal but for rounding in their order."""
-    order = np.argsort(-values, kind="stable")
-    falls = -np.diff(values[order]) > TIED * np.abs(values).max(initial=0.0)
-    rank = np.empty(len(values), dtype=np.intp)
-    rank[order] = np.concatenate([[0], np.cumsum(falls)])[: len(values)]
-    return tuple(np.argsort(rank, kind="stable").tolist())
+    return tuple(np.argsort(levels(-values), kind="stable").tolist())
+
+
+def levels(values: Floats) -> NDArray[np.intp]:
+    """Return the place of each of ``values`` (n,) among the distinct ones, 0 for the least.
+
+    Values that are equal but for rounding have one place, so that no rank depends on the processor.
+    """
+    order = np.argsort(values, kind="stable")
+    rises = np.diff(values[order]) > TIED * np.abs(values).max(initial=0.0)
+    place = np.empty(len(values), dtype=np.intp)
+    place[order] = np.concatenate([[0], np.cumsum(rises)])[: len(values)]
+    return place
 
 
 def check_level(alpha: float) -> None:

@@ -11,6 +11,7 @@ from typing import Any
 
 import numpy as np
 
+from analysis.classes.classes import levels
 from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import KINDS, is_comparison
 from analysis.records.results import sessions_by_observer
@@ -207,7 +208,7 @@ def _trend(trials: Sequence[Trial], theta: Mapping[str, float]) -> Trend | None:
     if len(times) < FEWEST_ANSWERS or np.ptp(times) == 0 or np.ptp(difference) <= 1e-9 * difference.max():
         return None
     line = linregress(difference, np.log(times))
-    ranks = spearmanr(difference, times)
+    ranks = spearmanr(levels(difference), times)
     return Trend(len(times), float(line.slope), float(line.stderr), float(ranks.statistic), float(ranks.pvalue))
 
 

@@ -88,6 +88,23 @@ def test_times_that_follow_the_difference_give_its_slope(make_session: Maker) ->
     assert found.to_json()["slope_per_nat"] == found.trend.slope
 
 
+def test_the_rank_correlation_takes_differences_equal_but_for_rounding_as_equal(make_session: Maker) -> None:
+    """Of strengths -1, 0 and 1 many differences are 1; a last bit, which the processor decides, must not order them."""
+    seconds = np.random.default_rng(3).uniform(1, 3, len(PAIRS)).tolist()
+    session = timed(make_session(names="abcd", answers=PAIRS), seconds)
+    exact = dict(zip("abcd", (-1.0, 0.0, 0.0, 1.0), strict=True))
+    trends = []
+    for bits in ((0, 0, 0, 0), (1, -1, 2, -2), (-3, 1, -1, 2)):
+        theta = {name: value + 1e-15 * bit for (name, value), bit in zip(exact.items(), bits, strict=True)}
+        found = response_times([session], theta)
+        assert found is not None
+        assert found.trend is not None
+        trends.append((found.trend.spearman, found.trend.p))
+    assert trends[0] == trends[1] == trends[2]
+    gap = [abs(exact[a] - exact[b]) for a, b in PAIRS]
+    assert trends[0][0] == pytest.approx(spearmanr(gap, seconds).statistic)
+
+
 def test_too_fast_answers_are_counted_and_kept(make_session: Maker) -> None:
     session = timed(make_session(names="abcd", answers=PAIRS), [0.1] * 3 + [0.2] + [1.0] * 8)
     found = response_times([session], THETA)
