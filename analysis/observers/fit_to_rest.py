@@ -111,7 +111,9 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
     adjusted = multiplicity.holm(p)
     answers = by_observer.sum(axis=(1, 2))[usable]
     change = together - theta[usable]
-    most = np.abs(change).argmax(axis=1)
+    moved = np.abs(change)
+    # The first of those that moved most: equal but for rounding is equal.
+    most = (moved >= moved.max(axis=1, keepdims=True, initial=0.0) * (1 - 1e-9)).argmax(axis=1)
     lines: list[FitToRest | None] = [None] * people
     for line, person in enumerate(np.flatnonzero(usable)):
         lines[person] = FitToRest(
