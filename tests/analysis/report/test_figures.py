@@ -90,9 +90,6 @@ def test_markers_and_intervals_are_those_drawn_one_by_one(summary: Summary) -> N
     np.testing.assert_allclose(bars, expected_bars, atol=1e-5)
 
 
-Maker = Callable[..., SessionLog]
-
-
 def test_rows_fall_into_stretches() -> None:
     assert runs([]) == []
     assert runs([3]) == [(3, 3)]

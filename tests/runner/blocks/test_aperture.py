@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 import pytest
@@ -30,7 +30,13 @@ from stimuli.pictures.stereo_image import StereoImage
 SIZES = st.tuples(st.integers(1, 40), st.integers(1, 40))
 
 
-def held(image: StereoImage) -> Callable[[str, Part | None], StereoImage]:
+class Held(Protocol):
+    """Where a picture comes from."""
+
+    def __call__(self, name: str, part: Part | None) -> StereoImage: ...
+
+
+def held(image: StereoImage) -> Held:
     """Return where ``image`` comes from under any name, cropped after it is whole: what reading a part must equal."""
 
     def load(name: str, part: Part | None) -> StereoImage:

@@ -14,7 +14,7 @@ import pytest
 
 from runner.blocks.active_pairs import ActivePairs
 from runner.blocks.all_pairs import AllPairs
-from runner.blocks.best_of_series import BestOfSeries, Series
+from runner.blocks.best_of_series import BestOfSeries
 from runner.blocks.block import Block
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.practice import Practice
@@ -22,6 +22,7 @@ from runner.blocks.preference import Preference, Versions
 from runner.blocks.questionnaire import Choice, Questionnaire
 from runner.blocks.rating import Rating
 from runner.blocks.scale import Scale
+from runner.blocks.series import Series
 from runner.observers.behaviour import BehaviourSpec, TiesSpec
 from runner.observers.simulated import BradleyTerryObserver
 from runner.ports import Ask

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 
@@ -19,8 +19,7 @@ from runner.reports.screens import preview
 from runner.session.folders import Recorder
 from runner.session.run import SessionOptions, run_session, simulate
 
-if TYPE_CHECKING:
-    from conftest import Study
+Study = Any  # tests/conftest.py
 
 
 def _trials(folder: Path) -> list[tuple[Any, ...]]:
@@ -118,7 +117,7 @@ def test_every_screen_is_previewed_for_each_eye(study: Study) -> None:
 
 
 def test_a_picture_is_shown_and_what_it_costs_reported(study: Study) -> None:
-    shots = []
+    shots: list[Any] = []
     options = ShowOptions(screenshot=study.folder / "codes.png", backend="egl", on_shown=shots.append)
     shown = show_picture(study.folder / "one.exr", study.folder / "display.yaml", "side-by-side", options)
     assert shots[0].to_json() == shown.to_json()

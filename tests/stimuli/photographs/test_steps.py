@@ -21,7 +21,7 @@ from stimuli.pictures.exr_read import read_exr, read_exr_counted
 from stimuli.pictures.exr_write import write_exr
 from stimuli.pictures.resampling import resample_picture
 from stimuli.pictures.stereo_image import StereoImage
-from stimuli.recipes.photographs import DevelopSpec
+from stimuli.recipes.photographs import DevelopSpec, PhotographsRecipe
 from stimuli.recipes.picture_steps import _within
 from stimuli.recipes.recipe import read_recipe
 from tests.runner.cli.stimuli.test_wrong_input import exr
@@ -241,7 +241,7 @@ def test_recipes_demosaic_as_camera_develop_does_unless_told() -> None:
 def test_the_shipped_recipe_of_photographs_says_which_files_it_lacks() -> None:
     path = ROOT / "configs/stimuli/photographs/recipe.yaml"
     recipe, _ = read_recipe(path)
-    assert recipe.kind == "photographs"
+    assert isinstance(recipe, PhotographsRecipe)
     with pytest.raises(StimulusError) as error:
         build_set(path, PITCH_MM)
     assert all("cannot be read" in finding.message for finding in error.value.findings)

@@ -9,7 +9,9 @@ import pytest
 import yaml
 
 from documents import InputError
-from stimuli.recipes.recipe import PicturesRecipe, Recipe, SparklePlateRecipe, read_recipe
+from stimuli.recipes.pictures import PicturesRecipe
+from stimuli.recipes.recipe import Recipe, read_recipe
+from stimuli.recipes.sparkle_plate import SparklePlateRecipe
 
 ROOT = Path(__file__).parents[3]
 GRAY = ROOT / "configs" / "stimuli" / "manitoba_gray.yaml"
