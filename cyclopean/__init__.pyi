@@ -1,10 +1,6 @@
-from .answers import effects as effects
 from .answers import export_bids as export_bids
-from .answers import observers as observers
-from .answers import power as power
 from .answers import read_results as read_results
 from .answers import report as report
-from .answers import scores as scores
 from .pictures import build as build
 from .pictures import compare as compare
 from .pictures import delta_e as delta_e
@@ -13,6 +9,10 @@ from .pictures import fit_display as fit_display
 from .pictures import read_picture as read_picture
 from .pictures import write_picture as write_picture
 from .result import Result as Result
+from .scaling import effects as effects
+from .scaling import observers as observers
+from .scaling import power as power
+from .scaling import scores as scores
 from .sessions import check as check
 from .sessions import demo as demo
 from .sessions import preview as preview

@@ -1,0 +1,232 @@
+"""What the answers come to: scores, effects of factors, a line for each observer, and how many observers to ask."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import pandas as pd
+
+from cyclopean.answers import Answers, comparisons, is_table
+from cyclopean.result import Result
+from documents import Finding, InputError
+
+if TYPE_CHECKING:
+    from analysis.classes import Adjust
+    from analysis.factors import FactorEffects
+    from analysis.observers import ObserverTable
+    from analysis.scaling import CovarianceKind, Model, ModelMethod, Scores
+    from runner.reports import PowerStudy
+
+
+def scores(
+    answers: Answers,
+    *,
+    model: Model = "bradley-terry",
+    method: ModelMethod = "ml",
+    alpha: float = 0.05,
+    adjust: Adjust = "holm",
+    order_effect: bool = False,
+    covariance: CovarianceKind = "model",
+) -> Result[Scores]:
+    """Fit scores and perceptual classes to paired comparisons.
+
+    Parameters
+    ----------
+    answers
+        A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
+        and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``.
+    model
+        ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
+    method
+        ``ml``, maximum likelihood; ``firth``, Firth's penalty, or ``map``, a Gaussian prior, which stay finite for
+        items that always win.
+    alpha
+        Significance level of a difference between two items.
+    adjust
+        Correction for multiple comparisons: ``holm``, ``bh``, ``maxz`` or ``none``.
+    order_effect
+        Whether to fit the advantage of the item shown first.
+    covariance
+        Standard errors from the ``model``, or clustered by observer (``sandwich``).
+
+    Returns
+    -------
+    Result
+        A row for each item, best first: wins, comparisons, log score ``theta`` in nats with its standard error ``se``,
+        ``score`` (they sum to 1), ``log10_score``, ``class``, and ``jnd``: ``theta`` in just noticeable differences.
+
+    Raises
+    ------
+    InputError
+        If the answers cannot be read, hold no comparison, or an option is out of range.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> answers = pd.DataFrame({"winner": ["a", "a", "b", "b"], "loser": ["b", "b", "a", "a"], "count": [6, 3, 2, 1]})
+    >>> scores(answers).to_frame()[["name", "score", "class"]]
+      name  score class
+    0    a   0.75     1
+    1    b   0.25     1
+    """
+    from analysis.scaling import score
+
+    result = score(
+        comparisons(answers),
+        model,
+        method=method,
+        alpha=alpha,
+        adjust=adjust,
+        order_effect=order_effect,
+        covariance=covariance,
+    )
+    rows = result.to_json()["items"]
+    fit = result.fit
+    if fit.separation:
+        title = f"No finite estimate: complete separation of {len(rows)} items; try method='firth'"
+    else:
+        title = f"Scores of {len(rows)} items by {model}, method {method}, best first"
+    return Result(result, rows, title)
+
+
+def effects(
+    answers: Answers,
+    factors: Mapping[str, Mapping[str, str | float]] | None = None,
+    *,
+    use: Sequence[str] | None = None,
+) -> Result[FactorEffects]:
+    """Fit what stereo, exposure and other factors of the stimuli do to the scores.
+
+    Parameters
+    ----------
+    answers
+        As for `scores`.
+    factors
+        The factors of each stimulus by name, such as ``{"a": {"view": "stereo"}, "b": {"view": "flat"}}``; None takes
+        those of a folder of results.
+    use
+        The factors in the model, in order; all of them if None.
+
+    Returns
+    -------
+    Result
+        A row for each effect: the estimate in nats with its standard error, interval and p. ``value.tests`` holds a
+        likelihood-ratio test of each factor.
+
+    Raises
+    ------
+    InputError
+        If the answers cannot be read, a stimulus has no factors, or no factor varies.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> answers = pd.DataFrame({"winner": list("abacbc"), "loser": list("bacacb"), "count": [9, 3, 8, 4, 7, 5]})
+    >>> gloss = {"a": {"gloss": 3.0}, "b": {"gloss": 2.0}, "c": {"gloss": 1.0}}
+    >>> effects(answers, gloss).to_frame()[["factor", "level", "estimate"]].round(2)
+      factor     level  estimate
+    0  gloss  per unit      0.47
+    """
+    from analysis.factors import factor_effects, session_factors
+    from analysis.records import read_results as read_logs
+
+    if factors is None:
+        if isinstance(answers, pd.DataFrame) or is_table(Path(answers)):
+            remedy = "give factors={'name': {'view': 'stereo'}, ...}, or a folder of results"
+            raise InputError(Finding("a table of answers does not name the factors of its stimuli", remedy=remedy))
+        factors = session_factors(read_logs(answers))
+    result = factor_effects(comparisons(answers), factors, use=use)
+    rows = [effect.to_json() for effect in result.effects]
+    names = ", ".join(factor.name for factor in result.factors)
+    return Result(result, rows, f"Effects of {names} on the scores of {len(result.items)} items, in nats")
+
+
+def observers(answers: Answers) -> Result[ObserverTable]:
+    """Describe each observer: answers, consistency, agreement with the others, side bias, response times.
+
+    Parameters
+    ----------
+    answers
+        As for `scores`; response times, catch trials and vision tests are known from a folder of results only.
+
+    Returns
+    -------
+    Result
+        A row for each observer; ``value.concordance`` says how well they agree.
+
+    Raises
+    ------
+    InputError
+        If the answers cannot be read or hold no comparison.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> answers = pd.DataFrame({"winner": list("aab"), "loser": list("bcc"), "observer": ["01"] * 3})
+    >>> observers(answers).to_frame()[["observer", "answers", "consistency.circular_triads"]]
+      observer  answers  consistency.circular_triads
+    0       01      3.0                          0.0
+    """
+    from analysis.observers import observers_in_comparisons, observers_in_sessions
+    from analysis.records import read_results as read_logs
+
+    if isinstance(answers, pd.DataFrame) or is_table(Path(answers)):
+        table = observers_in_comparisons(comparisons(answers))
+    else:
+        table = observers_in_sessions(read_logs(answers))
+    rows = [line.to_json() for line in table.lines]
+    return Result(table, rows, f"{len(rows)} observers")
+
+
+def power(
+    experiment: str | Path,
+    numbers_of_observers: Sequence[int],
+    *,
+    scores: str | Path | None = None,
+    replicates: int = 1000,
+    seed: int = 1,
+) -> Result[PowerStudy]:
+    """Simulate studies, to plan how many observers to ask.
+
+    Parameters
+    ----------
+    experiment
+        An experiment file with a block of all pairs; its stimuli need not be built.
+    numbers_of_observers
+        The numbers to try.
+    scores
+        A file of simulated observers, or what `cyclopean scores --json` printed for a pilot study; even steps over two
+        nats if None.
+    replicates
+        Number of studies simulated for each number of observers.
+    seed
+        Random seed of the simulation.
+
+    Returns
+    -------
+    Result
+        A row for each number of observers; ``title`` says how many are needed.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong, the experiment compares no pairs of a fixed number, or an option is out of range.
+
+    Examples
+    --------
+    >>> study = power("experiments/dynamic_range.yaml", [20], replicates=50)
+    >>> study.to_frame()["observers"].tolist()
+    [20]
+    """
+    from runner.reports import PowerOptions, study_power
+
+    assumed = None if scores is None else Path(scores)
+    options = PowerOptions(tuple(numbers_of_observers), scores=assumed, replicates=replicates, seed=seed)
+    study = study_power(Path(experiment), options)
+    sizes = [
+        {key: value for key, value in size.items() if key not in ("items", "pairs")}
+        for size in study.needed.power.to_json()["sizes"]
+    ]
+    return Result(study, sizes, study.needed.sentence)
