@@ -1,4 +1,4 @@
-"""Answers: results as a table, in whichever form they come, and what is written of them: the report, a dataset."""
+"""Results of sessions: as a table, as a report, as a BIDS dataset."""
 
 from __future__ import annotations
 
@@ -7,12 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from documents import Finding, InputError
-
 if TYPE_CHECKING:
-    from analysis.comparisons import Comparisons
-
-Answers = pd.DataFrame | str | Path
+    pass
 
 
 def read_results(*places: str | Path) -> pd.DataFrame:
@@ -114,44 +110,6 @@ def report(*places: str | Path, output: str | Path | None = None, pdf: bool = Fa
     return report_results([Path(place) for place in places], page, ReportOptions(pdf=pdf)).page
 
 
-def comparisons(answers: Answers) -> Comparisons:
-    """Return the paired comparisons in ``answers``, whichever form they have.
-
-    Raises
-    ------
-    InputError
-        If they cannot be read or hold no comparison.
-    """
-    from analysis.comparisons import KINDS, TIES, from_sessions, parse_table, read_table
-    from analysis.records import read_results as read_logs
-
-    if not isinstance(answers, pd.DataFrame):
-        path = Path(answers)
-        return read_table(path) if is_table(path) else from_sessions(read_logs(path))
-    table = answers
-    if "kind" in answers and "winner" not in answers:
-        experiments = sorted(answers["experiment"].astype(str).unique())
-        if len(experiments) > 1:
-            what = f"the trials are of {len(experiments)} experiments: {', '.join(experiments)}"
-            raise InputError(Finding(what, remedy=f"keep one: trials[trials['experiment'] == '{experiments[0]}']"))
-        trials = answers[answers["kind"].isin(KINDS)]
-        if "catch" in trials:
-            trials = trials[trials["catch"].isna()]
-        if trials.empty:
-            raise InputError(Finding("the trials hold no paired comparison", remedy="read results of a block of pairs"))
-        tied = trials["answer"].isin(TIES)
-        table = pd.DataFrame(
-            {
-                "winner": trials["first"].where(tied, trials.get("chosen")),
-                "loser": trials["second"].where(tied, trials.get("rejected")),
-                "observer": trials["observer"],
-                "first": trials["first"],
-                "outcome": tied.map({True: "tie", False: "win"}),
-            }
-        )
-    return parse_table(table.to_csv(index=False).splitlines(keepends=True), "the DataFrame, as CSV")
-
-
 def _by_role(trial: dict[str, Any]) -> dict[str, Any]:
     """Return a trial's values with the clipping of ``first`` and ``second`` under these names, not the stimuli's."""
     clipping = trial.get("clipping")
@@ -159,8 +117,3 @@ def _by_role(trial: dict[str, Any]) -> dict[str, Any]:
     if not isinstance(clipping, dict) or set(clipping) != set(roles.values()):
         return trial
     return {**trial, "clipping": {role: clipping[name] for role, name in roles.items()}}
-
-
-def is_table(path: Path) -> bool:
-    """Return whether ``path`` is a table of comparisons, not results of sessions."""
-    return path.suffix.lower() != ".jsonl" and not path.is_dir()

@@ -8,16 +8,18 @@ from typing import TYPE_CHECKING
 
 import pandas as pd
 
-from cyclopean.answers import Answers, comparisons, is_table
 from cyclopean.result import Result
 from documents import Finding, InputError
 
 if TYPE_CHECKING:
     from analysis.classes import Adjust
+    from analysis.comparisons import Comparisons
     from analysis.factors import FactorEffects
     from analysis.observers import ObserverTable
     from analysis.scaling import CovarianceKind, Model, ModelMethod, Scores
     from runner.reports import PowerStudy
+
+Answers = pd.DataFrame | str | Path
 
 
 def scores(
@@ -133,7 +135,7 @@ def effects(
     from analysis.records import read_results as read_logs
 
     if factors is None:
-        if isinstance(answers, pd.DataFrame) or is_table(Path(answers)):
+        if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
             remedy = "give factors={'name': {'view': 'stereo'}, ...}, or a folder of results"
             raise InputError(Finding("a table of answers does not name the factors of its stimuli", remedy=remedy))
         factors = session_factors(read_logs(answers))
@@ -172,7 +174,7 @@ def observers(answers: Answers) -> Result[ObserverTable]:
     from analysis.observers import observers_in_comparisons, observers_in_sessions
     from analysis.records import read_results as read_logs
 
-    if isinstance(answers, pd.DataFrame) or is_table(Path(answers)):
+    if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
         table = observers_in_comparisons(comparisons(answers))
     else:
         table = observers_in_sessions(read_logs(answers))
@@ -230,3 +232,46 @@ def power(
         for size in study.needed.power.to_json()["sizes"]
     ]
     return Result(study, sizes, study.needed.sentence)
+
+
+def comparisons(answers: Answers) -> Comparisons:
+    """Return the paired comparisons in ``answers``, whichever form they have.
+
+    Raises
+    ------
+    InputError
+        If they cannot be read or hold no comparison.
+    """
+    from analysis.comparisons import KINDS, TIES, from_sessions, parse_table, read_table
+    from analysis.records import read_results as read_logs
+
+    if not isinstance(answers, pd.DataFrame):
+        path = Path(answers)
+        return read_table(path) if _is_table(path) else from_sessions(read_logs(path))
+    table = answers
+    if "kind" in answers and "winner" not in answers:
+        experiments = sorted(answers["experiment"].astype(str).unique())
+        if len(experiments) > 1:
+            what = f"the trials are of {len(experiments)} experiments: {', '.join(experiments)}"
+            raise InputError(Finding(what, remedy=f"keep one: trials[trials['experiment'] == '{experiments[0]}']"))
+        trials = answers[answers["kind"].isin(KINDS)]
+        if "catch" in trials:
+            trials = trials[trials["catch"].isna()]
+        if trials.empty:
+            raise InputError(Finding("the trials hold no paired comparison", remedy="read results of a block of pairs"))
+        tied = trials["answer"].isin(TIES)
+        table = pd.DataFrame(
+            {
+                "winner": trials["first"].where(tied, trials.get("chosen")),
+                "loser": trials["second"].where(tied, trials.get("rejected")),
+                "observer": trials["observer"],
+                "first": trials["first"],
+                "outcome": tied.map({True: "tie", False: "win"}),
+            }
+        )
+    return parse_table(table.to_csv(index=False).splitlines(keepends=True), "the DataFrame, as CSV")
+
+
+def _is_table(path: Path) -> bool:
+    """Return whether ``path`` is a table of comparisons, not results of sessions."""
+    return path.suffix.lower() != ".jsonl" and not path.is_dir()

@@ -106,7 +106,7 @@ def test_options_reach_the_fit() -> None:
 
 
 def test_comparisons_of_trials_are_those_of_the_sessions(results: Path) -> None:
-    from cyclopean.answers import comparisons
+    from cyclopean.scaling import comparisons
 
     direct = from_sessions(read_results(results))
     again = comparisons(cyclopean.read_results(results))

@@ -36,7 +36,7 @@ def _block_commands(page: Path) -> list[str]:
 def _inline_commands(page: Path) -> list[str]:
     """Return the commands between backticks."""
     text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
-    return [words.replace("\n", " ") for words in re.findall(r"`((?:\.venv/bin/)?cyclopean [^`]+)`", text)]
+    return [words.replace("\n", " ") for words in re.findall(r"`((?:\.venv/bin/)?cyclopean [-a-z][^`]*)`", text)]
 
 
 def _find(words: list[str]) -> tuple[click.Command, list[str]]:

@@ -38,4 +38,4 @@ def test_examples_run(module: str, monkeypatch: pytest.MonkeyPatch, tmp_path: Pa
 
 
 def test_the_packages_a_person_calls_have_examples() -> None:
-    assert {"cyclopean.answers", "cyclopean.pictures", "cyclopean.sessions"} <= set(_modules_with_examples())
+    assert {"cyclopean.scaling", "cyclopean.pictures", "cyclopean.sessions"} <= set(_modules_with_examples())
