@@ -159,7 +159,20 @@ def format_camera(model: CameraModel) -> str:
 
 
 def refuse_existing(path: str | os.PathLike[str]) -> None:
-    """Raise DeviceError if there is a file at ``path`` already."""
+    """Raise DeviceError if there is a file at ``path`` already.
+
+    Parameters
+    ----------
+    path
+        Where a camera file is to be written.
+
+    Examples
+    --------
+    >>> refuse_existing("configs/cameras/nikon_d800.yaml")
+    Traceback (most recent call last):
+        ...
+    devices.errors.DeviceError: ...the camera file is there already...
+    """
     if Path(path).exists():
         remedy = "name another, or write over it with --replace"
         raise DeviceError(Finding("the camera file is there already", str(path), remedy=remedy))
@@ -168,10 +181,26 @@ def refuse_existing(path: str | os.PathLike[str]) -> None:
 def write_camera(model: CameraModel, path: str | os.PathLike[str]) -> None:
     """Write ``model`` to ``path``, whole or not at all; its folder is made if need be.
 
+    Parameters
+    ----------
+    model
+        The camera.
+    path
+        The file to write; one that is there is written over.
+
     Raises
     ------
     OSError
         If it cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> camera = read_camera("configs/cameras/nikon_d800.yaml")
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_camera(camera, Path(folder) / "copy.yaml")
+    ...     np.array_equal(read_camera(Path(folder) / "copy.yaml").matrix, camera.matrix)
+    True
     """
     write_whole(Path(path), format_camera(model))
 

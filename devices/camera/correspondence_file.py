@@ -42,12 +42,33 @@ class ReferenceColours:
 
 
 def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
-    """Read colours that a camera and an instrument both saw.
+    r"""Read colours that a camera and an instrument both saw.
+
+    Parameters
+    ----------
+    path
+        A CSV table with the columns R, G, B, X, Y and Z, and name, time_s, f_number and iso where they are known. XYZ
+        is in cd/m². R, G and B are linear, in 0..1 or in the range that a comment such as ``# rgb: 0..16383`` gives.
+
+    Returns
+    -------
+    Correspondences
+        RGB as shares of full scale and XYZ in cd/m², shape (n, 3) each, with the patches' names and exposures.
 
     Raises
     ------
     DeviceError
         With file, line, column, value and remedy of the first twenty faults.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "seen.csv"
+    ...     _ = file.write_text("# rgb: 0..1000\nR,G,B,X,Y,Z,name\n500,500,250,19,20,11,straw\n")
+    ...     colours = read_correspondences(file)
+    >>> colours.names, colours.rgb.tolist(), colours.XYZ.tolist()
+    (('straw',), [[0.5, 0.5, 0.25]], [[19.0, 20.0, 11.0]])
     """
     file = str(path)
     values, names, full, exposures = _read(file, (*_RGB, *_XYZ))
@@ -56,7 +77,28 @@ def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
 
 
 def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
-    """Read the colours of a chart as measured; columns of camera RGB are passed over. DeviceError as above."""
+    r"""Read the colours of a chart as measured; columns of camera RGB are passed over. DeviceError as above.
+
+    Parameters
+    ----------
+    path
+        A CSV table with the columns X, Y and Z, in cd/m², and name; a row for each patch, row by row from the top left.
+
+    Returns
+    -------
+    ReferenceColours
+        XYZ in cd/m², shape (n, 3), at least 0, and the patches' names.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "chart.csv"
+    ...     _ = file.write_text("X,Y,Z,name\n85.5,90.0,74.3,white\n2.9,3.0,2.5,black\n")
+    ...     chart = read_reference(file)
+    >>> chart.names, chart.XYZ[:, 1].tolist()
+    (('white', 'black'), [90.0, 3.0])
+    """
     file = str(path)
     values, names, _, _ = _read(file, _XYZ)
     if (values < 0).any() or values[:, 1].max() <= 0:

@@ -60,10 +60,28 @@ class Exposure:
 def parse_exposure(text: str) -> Exposure:
     """Return the exposure written as ``time_s,f_number,iso``, such as ``1/15,8,800``; ISO 100 where it is left out.
 
+    Parameters
+    ----------
+    text
+        Seconds, f-number and ISO with commas between. Seconds are written ``1/15`` or ``1.3``, the f-number ``8`` or
+        ``f/8``.
+
+    Returns
+    -------
+    Exposure
+        The exposure: time in seconds, f-number and ISO.
+
     Raises
     ------
     DeviceError
         If the text is anything else.
+
+    Examples
+    --------
+    >>> str(parse_exposure("1/15,8,800"))
+    '1/15 s, f/8, ISO 800'
+    >>> parse_exposure("0.5,f/11")
+    Exposure(time_s=0.5, f_number=11.0, iso=100.0)
     """
     parts = text.split(",")
     try:

@@ -161,6 +161,15 @@ def fit_camera(
     ------
     DeviceError
         If the black is none, too few patches remain, their colours do not determine the matrix, or too many do not fit.
+
+    Examples
+    --------
+    >>> rgb = np.random.default_rng(1).uniform(0.05, 0.9, (12, 3))
+    >>> matrix = np.array([[41.0, 36.0, 18.0], [21.0, 72.0, 7.0], [2.0, 12.0, 95.0]])
+    >>> names = tuple(f"patch {number}" for number in range(1, 13))
+    >>> fit = fit_camera(Correspondences(rgb, rgb @ matrix.T, names, rgb > 0.995))
+    >>> fit.model.matrix.round(3).tolist()
+    [[41.0, 36.0, 18.0], [21.0, 72.0, 7.0], [2.0, 12.0, 95.0]]
     """
     black = np.asarray(black_rgb, dtype=np.float64)
     check_black(colours, black)

@@ -16,7 +16,18 @@ THESIS_CURVES = ((0.9690, 0.0218, 1.8132), (1.0455, 0.0, 1.7649), (0.9945, 0.0, 
 
 
 def thesis_display() -> DisplayModel:
-    """Return the display of thesis Expression 3.12 and Table 3.6."""
+    """Return the display of thesis Expression 3.12 and Table 3.6.
+
+    Returns
+    -------
+    DisplayModel
+        The model: GOG curves, primaries in cd/m², and no black.
+
+    Examples
+    --------
+    >>> thesis_display().primaries_XYZ_cd_m2[1].tolist()
+    [5.62, 18.65, 2.2]
+    """
     red, green, blue = (ToneCurve(*curve) for curve in THESIS_CURVES)
     matrix = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
     return DisplayModel(np.zeros(3), matrix, (red, green, blue))
@@ -41,7 +52,19 @@ def liquid_crystal_XYZ(codes: Floats) -> Floats:
 
 
 def table_c1_codes() -> Floats:
-    """Return the codes (120, 3), in 0..1, of the thesis's Table C.1, in its order."""
+    """Return the codes (120, 3), in 0..1, of the thesis's Table C.1, in its order.
+
+    Returns
+    -------
+    ndarray
+        Device codes of red, green and blue, shape (120, 3), in 0..1: black, ramps of each channel, pairs of channels,
+        and greys.
+
+    Examples
+    --------
+    >>> (255.0 * table_c1_codes()).round().tolist()[:3]
+    [[0.0, 0.0, 0.0], [10.0, 0.0, 0.0], [20.0, 0.0, 0.0]]
+    """
     levels = [*range(10, 251, 10), 255]
     rows = [[0, 0, 0]]
     for channel in range(3):

@@ -29,6 +29,25 @@ def misfit(rgb: Floats, XYZ: Floats) -> float:
     """Return the median ΔE00 left by the matrix from ``rgb`` (n, 3) to ``XYZ`` (n, 3) that suits best.
 
     Dark patches weigh as much as bright ones. Infinity where no number comes out.
+
+    Parameters
+    ----------
+    rgb
+        The camera's linear RGB of each patch, shape (n, 3), in any unit.
+    XYZ
+        The known XYZ of each patch, shape (n, 3), in any unit, in the order of ``rgb``.
+
+    Returns
+    -------
+    float
+        The median ΔE00, at least 0. Above ``MOST_OFF`` the patches lie another way round.
+
+    Examples
+    --------
+    >>> rgb = np.random.default_rng(1).uniform(0.05, 0.9, (24, 3))
+    >>> XYZ = rgb @ np.array([[41.0, 21.0, 2.0], [36.0, 72.0, 12.0], [18.0, 7.0, 95.0]])
+    >>> misfit(rgb, XYZ) < 0.001, misfit(rgb[::-1], XYZ) > MOST_OFF
+    (True, True)
     """
     weight = 1.0 / np.maximum(XYZ.sum(axis=1, keepdims=True), 1e-3 * XYZ.sum(axis=1).max())
     matrix, *_ = np.linalg.lstsq(rgb * weight, XYZ * weight, rcond=None)

@@ -76,10 +76,26 @@ def delta_e_2000(lab1: ArrayLike, lab2: ArrayLike) -> Floats:
 def delta_e_2000_parts(lab1: ArrayLike, lab2: ArrayLike) -> ColourDifference:
     """Return the CIEDE2000 differences of CIELAB colours, shape (..., 3), broadcast together, with their terms.
 
+    Parameters
+    ----------
+    lab1, lab2
+        CIELAB colours, shape (..., 3), broadcast together.
+
+    Returns
+    -------
+    ColourDifference
+        ΔE00, the differences in lightness, chroma and hue, their weights and the rotation, shape (...) each.
+
     Raises
     ------
     DeviceError
         If a colour has not three numbers.
+
+    Examples
+    --------
+    >>> parts = delta_e_2000_parts([45.0, 0.0, 0.0], [55.0, 0.0, 0.0])
+    >>> float(parts.delta_L), float(parts.S_L), float(parts.delta_e)
+    (10.0, 1.0, 10.0)
     """
     first, second, shape = _pairs(lab1, lab2)
     parts = np.empty((8, len(first)))

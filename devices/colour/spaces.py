@@ -18,6 +18,21 @@ def xyY_from_XYZ(xyz: ArrayLike) -> Floats:
     """Return chromaticity x, y and luminance Y, shape (..., 3), for XYZ, shape (..., 3).
 
     Black has no chromaticity: where X + Y + Z is 0, x and y are returned as 0.
+
+    Parameters
+    ----------
+    xyz
+        XYZ, shape (..., 3), in any unit.
+
+    Returns
+    -------
+    ndarray
+        x, y and Y, shape (..., 3); Y in the unit of ``xyz``.
+
+    Examples
+    --------
+    >>> xyY_from_XYZ([95.05, 100.0, 108.88]).round(4).tolist()
+    [0.3127, 0.329, 100.0]
     """
     values = np.asarray(xyz, dtype=np.float64)
     total = values.sum(axis=-1, keepdims=True)
@@ -28,10 +43,25 @@ def xyY_from_XYZ(xyz: ArrayLike) -> Floats:
 def XYZ_from_xyY(xyY: ArrayLike) -> Floats:
     """Return XYZ, shape (..., 3), for chromaticity x, y and luminance Y, shape (..., 3).
 
+    Parameters
+    ----------
+    xyY
+        Chromaticity x and y, and luminance Y in any unit, shape (..., 3).
+
+    Returns
+    -------
+    ndarray
+        XYZ, shape (..., 3), in the unit of Y.
+
     Raises
     ------
     DeviceError
         If y is 0 where Y is not: no light has that chromaticity.
+
+    Examples
+    --------
+    >>> XYZ_from_xyY([0.25, 0.5, 40.0]).tolist()
+    [20.0, 40.0, 20.0]
     """
     values = np.asarray(xyY, dtype=np.float64)
     x, y, luminance = values[..., 0], values[..., 1], values[..., 2]
@@ -47,10 +77,27 @@ def rgb_to_xyz_matrix(red_xy: ArrayLike, green_xy: ArrayLike, blue_xy: ArrayLike
     Each argument is a chromaticity (x, y), shape (2,). The primaries of XYZ itself, (1, 0), (0, 1), (0, 0) with
     white (1/3, 1/3), give the identity. Source: SMPTE RP 177.
 
+    Parameters
+    ----------
+    red_xy, green_xy, blue_xy
+        Chromaticity x and y of each primary, shape (2,).
+    white_xy
+        Chromaticity x and y of the white, shape (2,), with y above 0.
+
+    Returns
+    -------
+    ndarray
+        The matrix M, shape (3, 3): XYZ = M · RGB, with Y of the white 1.
+
     Raises
     ------
     DeviceError
         If a number is not finite, the white has no y, or the primaries lie on one line.
+
+    Examples
+    --------
+    >>> rgb_to_xyz_matrix([0.64, 0.33], [0.30, 0.60], [0.15, 0.06], [0.3127, 0.3290])[1].round(4).tolist()
+    [0.2126, 0.7152, 0.0722]
     """
     corners = np.array([red_xy, green_xy, blue_xy, white_xy], dtype=np.float64)
     if corners.shape != (4, 2) or not np.all(np.isfinite(corners)):
@@ -123,10 +170,27 @@ def xyz_to_lab(xyz: ArrayLike, white_xyz: ArrayLike) -> Floats:
 def lab_to_xyz(lab: ArrayLike, white_xyz: ArrayLike) -> Floats:
     """Return XYZ, shape (..., 3), for CIELAB, shape (..., 3), against ``white_xyz``, shape (3,).
 
+    Parameters
+    ----------
+    lab
+        L*, a*, b*, shape (..., 3).
+    white_xyz
+        XYZ of the white, shape (3,), in any unit.
+
+    Returns
+    -------
+    ndarray
+        XYZ, shape (..., 3), in the unit of the white.
+
     Raises
     ------
     DeviceError
         If a component of the white is not a finite number above 0.
+
+    Examples
+    --------
+    >>> lab_to_xyz([50.0, 0.0, 0.0], [95.0, 100.0, 109.0]).round(2).tolist()
+    [17.5, 18.42, 20.08]
     """
     values = np.asarray(lab, dtype=np.float64)
     y = (values[..., 0] + 16.0) / 116.0

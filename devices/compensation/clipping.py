@@ -101,6 +101,28 @@ def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike) -> NDArray[np.float32]
     """Return XYZ, float32, shape (..., 3): pixels that ask too much light in red, those that ask too little in blue.
 
     A pixel that does both is magenta; the others keep half their luminance, in the display's white.
+
+    Parameters
+    ----------
+    model
+        The display that is to show the picture.
+    xyz_cd_m2
+        XYZ in cd/m², shape (..., 3).
+
+    Returns
+    -------
+    ndarray
+        XYZ in cd/m², float32, shape (..., 3), within what the display can show.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> display = read_display(Path("configs/displays/asus_vg248qe.yaml"))
+    >>> model = display.models("side-by-side").left
+    >>> marks = clip_marks(model, np.outer([0.5, 2.0], model.white_XYZ_cd_m2))
+    >>> np.allclose(marks, [0.25 * model.white_XYZ_cd_m2, model.primaries_XYZ_cd_m2[:, 0]])
+    True
     """
     asked = np.asarray(xyz_cd_m2, dtype=np.float64)
     linear = model.linear(asked)

@@ -84,6 +84,27 @@ def channel_crosstalk(models: EyeModels, crosstalk: Crosstalk) -> Crosstalk:
     """Return ``crosstalk`` between the channels' linear light instead of XYZ: what a shader needs.
 
     The left matrix takes the right eye's linear RGB to the linear RGB that it adds to the left eye's, and so on.
+
+    Parameters
+    ----------
+    models
+        What each eye sees of the display.
+    crosstalk
+        What leaks into each eye, in XYZ.
+
+    Returns
+    -------
+    Crosstalk
+        Matrices, shape (3, 3), from one eye's linear RGB to the other's, without unit.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
+    >>> mix = channel_crosstalk(models, Crosstalk(0.02 * np.eye(3), 0.01 * np.eye(3)))
+    >>> np.allclose(mix.left, 0.02 * np.eye(3)), np.allclose(mix.right, 0.01 * np.eye(3))
+    (True, True)
     """
     left, right = models.left, models.right
     return Crosstalk(
@@ -99,11 +120,38 @@ def cancel_crosstalk(
 
     ``lift_share`` is the share of each eye's white (above black) that is added to every pixel; see `needed_lift`.
 
+    Parameters
+    ----------
+    models
+        What each eye sees of the display.
+    crosstalk
+        What leaks into each eye, in XYZ.
+    left_XYZ, right_XYZ
+        What each eye should see, XYZ in cd/m², the same shape (..., 3).
+    lift_share
+        Share of each eye's white that is added to every pixel, in 0..1.
+
+    Returns
+    -------
+    Cancelled
+        Linear light to send to each eye, shape (..., 3), and what each eye's picture keeps of the other's.
+
     Raises
     ------
     DeviceError
         If the shapes differ, a value is not finite, the lift is not in 0..1, or there is one for channels that do not
         add up.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
+    >>> white = models.left.white_XYZ_cd_m2
+    >>> leaks = Crosstalk(0.02 * np.eye(3), 0.02 * np.eye(3))
+    >>> done = cancel_crosstalk(models, leaks, [0.5 * white, 0.5 * white], [0.4 * white, 0.0 * white])
+    >>> done.left.percent_negative, done.right.percent_negative
+    (0.0, 50.0)
     """
     if lift_share > 0.0:
         refuse_lift(models)
@@ -133,10 +181,34 @@ def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, ri
     Pictures as in `cancel_crosstalk`, with the same errors. Take the largest over all pictures of an experiment, so
     that all are lifted alike.
 
+    Parameters
+    ----------
+    models
+        What each eye sees of the display.
+    crosstalk
+        What leaks into each eye, in XYZ.
+    left_XYZ, right_XYZ
+        What each eye should see, XYZ in cd/m², the same shape (..., 3).
+
+    Returns
+    -------
+    float
+        The share of each eye's white, at least 0; 0 where no lift is needed.
+
     Raises
     ------
     DeviceError
         If a channel leaks more than it gives, so that adding light does not help, or channels do not add up.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
+    >>> white = models.left.white_XYZ_cd_m2
+    >>> leaks = Crosstalk(0.02 * np.eye(3), 0.02 * np.eye(3))
+    >>> round(needed_lift(models, leaks, 0.5 * white, 0.0 * white), 2)
+    0.01
     """
     refuse_lift(models)
     mix = channel_crosstalk(models, crosstalk)

@@ -101,6 +101,16 @@ def fit_crosstalk(
     DeviceError
         If a reading is not three finite numbers; if an eye's black, its leak, or a colour alone that a leak is judged
         by is missing; if a leak is negative or more than all of the light; or if the fit cannot be undone.
+
+    Examples
+    --------
+    >>> white, leak, none = (95.0, 100.0, 109.0), (1.9, 2.0, 2.18), (0.0, 0.0, 0.0)
+    >>> rows = [("left", "white", "black", white), ("left", "black", "white", leak)]
+    >>> rows += [("right", "black", "white", white), ("right", "white", "black", leak)]
+    >>> readings = [CrosstalkReading(*row) for row in rows]
+    >>> fit = fit_crosstalk(readings, {"left": none, "right": none})
+    >>> fit.left.kind, np.diag(fit.crosstalk.left).round(6).tolist()
+    ('diagonal', [0.02, 0.02, 0.02])
     """
     values = _averaged(readings)
     blacks = {eye: _black(eye, values, black_XYZ_cd_m2) for eye in _OTHER}

@@ -59,10 +59,28 @@ class DitherTables:
 def code_lights(curve: Curve, levels: int = LEVELS_8_BITS) -> Floats:
     """Return the light (share of full) of codes 0..levels, shape (levels + 1,).
 
+    Parameters
+    ----------
+    curve
+        The channel's tone curve.
+    levels
+        The highest code, in 1..65535: 255 for 8 bits.
+
+    Returns
+    -------
+    ndarray
+        Light as a share of full, shape (levels + 1,).
+
     Raises
     ------
     DeviceError
         If levels is not in 1..65535.
+
+    Examples
+    --------
+    >>> from devices.display import ToneCurve
+    >>> code_lights(ToneCurve(1.0, 0.0, 2.0), 4).tolist()
+    [0.0, 0.0625, 0.25, 0.5625, 1.0]
     """
     if not 1 <= levels <= 65535:
         raise DeviceError(f"the highest code is {levels}; it must be in 1..65535 (255 for 8 bits, 1023 for 10)")
@@ -87,6 +105,25 @@ def mask_shifts_px(eye: Eye = "left", masks: Masks = "shared") -> NDArray[np.int
 
     ``shared`` gives both eyes the same masks, so that a flat picture stays the same in both; ``independent`` gives
     each eye its own, so that the grain of the two averages.
+
+    Parameters
+    ----------
+    eye
+        ``left`` or ``right``.
+    masks
+        ``shared`` or ``independent``.
+
+    Returns
+    -------
+    ndarray
+        Steps in pixels, integers in 0..63, shape (3, 2).
+
+    Examples
+    --------
+    >>> mask_shifts_px("right").tolist() == mask_shifts_px("left").tolist()
+    True
+    >>> mask_shifts_px("right", "independent").tolist()
+    [[31, 53], [10, 32], [53, 11]]
     """
     return np.array(_SHIFTS_PX[eye if masks == "independent" else "left"])
 
@@ -95,6 +132,26 @@ def dither_thresholds(height_px: int, width_px: int, eye: Eye = "left", masks: M
     """Return u, strictly between 0 and 1, shape (height, width, 3): a channel shows the upper code where u < p.
 
     Pixel (0, 0) is the top left one of the eye's area. A mask period is 64 × 64 pixels.
+
+    Parameters
+    ----------
+    height_px, width_px
+        Size of the picture in pixels.
+    eye
+        ``left`` or ``right``; it counts only with independent masks.
+    masks
+        Whether both eyes have the same masks, ``shared``, or each its own, ``independent``.
+
+    Returns
+    -------
+    ndarray
+        u, shape (height_px, width_px, 3).
+
+    Examples
+    --------
+    >>> u = dither_thresholds(64, 64)
+    >>> u.shape, bool(u.min() > 0.0), bool(u.max() < 1.0), round(float(u.mean()), 6)
+    ((64, 64, 3), True, True, 0.5)
     """
     mask = load_mask()
     rows, columns = np.arange(height_px), np.arange(width_px)
@@ -122,10 +179,37 @@ def dither_codes(model: DisplayModel, xyz_cd_m2: ArrayLike, thresholds: Floats, 
 
     ``thresholds`` broadcasts against the picture; see `dither_thresholds`. A colour outside the gamut is clipped.
 
+    Parameters
+    ----------
+    model
+        The display.
+    xyz_cd_m2
+        The picture, XYZ in cd/m², shape (height, width, 3).
+    thresholds
+        Thresholds in 0..1, shape (height, width, 3).
+    levels
+        The highest code, in 1..65535: 255 for 8 bits.
+
+    Returns
+    -------
+    ndarray
+        Integer codes 0..levels, shape (height, width, 3).
+
     Raises
     ------
     DeviceError
         If the picture holds a value that is not finite, or levels is not in 1..65535.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> display = read_display(Path("configs/displays/asus_vg248qe.yaml"))
+    >>> model = display.models("side-by-side").left
+    >>> grey = np.broadcast_to(0.2 * model.white_XYZ_cd_m2, (64, 64, 3))
+    >>> codes = dither_codes(model, grey, dither_thresholds(64, 64))
+    >>> codes.shape, np.ptp(codes, axis=(0, 1)).tolist()
+    ((64, 64, 3), [1, 1, 1])
     """
     linear = _linear(model, xyz_cd_m2)
     out = np.empty(linear.shape, dtype=np.int64)

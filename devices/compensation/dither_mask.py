@@ -112,10 +112,21 @@ def _spread(
 def load_mask() -> Ranks:
     """Return the shipped ranks (64, 64), read-only.
 
+    Returns
+    -------
+    ndarray
+        Ranks 0..4095, each once, uint16, shape (64, 64).
+
     Raises
     ------
     DeviceError
         If the file is no permutation of 0..4095: it was damaged.
+
+    Examples
+    --------
+    >>> mask = load_mask()
+    >>> mask.shape, int(mask.min()), int(mask.max())
+    ((64, 64), 0, 4095)
     """
     with (files("devices.compensation") / "masks" / SHIPPED).open("rb") as stream:
         ranks = np.asarray(np.load(stream, allow_pickle=False))

@@ -38,6 +38,31 @@ def eye_clip_costs(
 
     The views are XYZ in cd/m² as they are asked of the display, shape (height, width, 3), one array where the picture
     is flat. With ``mixture``, see `mixed_costs`.
+
+    Parameters
+    ----------
+    models
+        What each eye sees of the display.
+    mixture
+        How both views make one picture; None where each eye has its own.
+    left_XYZ, right_XYZ
+        Each eye's view, XYZ in cd/m², shape (height, width, 3).
+
+    Returns
+    -------
+    Mapping
+        For each eye, percentages of pixels out of the gamut, and the mean and largest ΔE00 of the clip; more with a
+        mixture.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
+    >>> picture = np.outer([0.5, 2.0], models.left.white_XYZ_cd_m2).reshape(1, 2, 3)
+    >>> costs = eye_clip_costs(models, None, picture, 0.25 * picture)
+    >>> costs["left"]["percent_any"], costs["right"]["percent_any"]
+    (50.0, 0.0)
     """
     if mixture is not None:
         return mixed_costs(mixture, models, left_XYZ, right_XYZ)

@@ -67,7 +67,25 @@ class Rectangle:
 
 
 def squeezed_size(size_px: Size, squeeze: tuple[int, int]) -> Size:
-    """Return the size of what is left of a view of ``size_px``: a box at the edge may be part empty."""
+    """Return the size of what is left of a view of ``size_px``: a box at the edge may be part empty.
+
+    Parameters
+    ----------
+    size_px
+        Width and height of the view, in pixels.
+    squeeze
+        How many pixels across and down of the view share one of the signal, at least 1.
+
+    Returns
+    -------
+    tuple
+        Width and height in pixels of the signal, rounded up.
+
+    Examples
+    --------
+    >>> squeezed_size((1921, 1080), (2, 1))
+    (961, 1080)
+    """
     return -(-size_px[0] // squeeze[0]), -(-size_px[1] // squeeze[1])
 
 

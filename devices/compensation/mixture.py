@@ -79,11 +79,32 @@ def least_squares(models: EyeModels, left_filter: ArrayLike | None, right_filter
     A filter is a matrix (3, 3) on XYZ, or (3,), the share of each channel's light that it passes. None means that the
     model was measured through it.
 
+    Parameters
+    ----------
+    models
+        What each eye sees of the display.
+    left_filter, right_filter
+        What the filter before each eye passes: shares in 0..1, shape (3,), or a matrix on XYZ, shape (3, 3), or None.
+
+    Returns
+    -------
+    Mixture
+        How both eyes' XYZ make one picture; the display's white in both eyes is full drive.
+
     Raises
     ------
     DeviceError
         If the filters leave a channel that neither eye sees, or need negative light for white, or channels do not add
         up.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
+    >>> mixture = least_squares(models, (0.2, 0.0, 0.0), (0.0, 0.4, 0.3))
+    >>> mixture.light(models.left.white_XYZ_cd_m2, models.right.white_XYZ_cd_m2).round(6).tolist()
+    [1.0, 1.0, 1.0]
     """
     seen = [_filtered(models.left.primaries_XYZ_cd_m2, left_filter)]
     seen.append(_filtered(models.right.primaries_XYZ_cd_m2, right_filter))
@@ -109,6 +130,29 @@ def channel_split(
     """Return each channel from one eye's view alone: those of ``left_channels`` from the left, the others right.
 
     The filters, as in `least_squares`, do not change the mixture, only what is known of what each eye sees of it.
+
+    Parameters
+    ----------
+    models
+        What each eye sees of the display.
+    left_channels
+        Which of red, green and blue are the left eye's.
+    left_filter, right_filter
+        What the filter before each eye passes: shares in 0..1, shape (3,), or a matrix on XYZ, shape (3, 3), or None.
+
+    Returns
+    -------
+    Mixture
+        How both eyes' XYZ make one picture.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> models = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("side-by-side")
+    >>> mixture = channel_split(models, (True, False, False))
+    >>> mixture.light(0.5 * models.left.white_XYZ_cd_m2, models.right.white_XYZ_cd_m2).round(6).tolist()
+    [0.5, 1.0, 1.0]
     """
     owned = np.array(left_channels)[:, np.newaxis]
     return _mixture(
