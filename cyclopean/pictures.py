@@ -85,6 +85,20 @@ def fit_display(measurements: str | Path, mode: str | None = None, *, codes: str
     ------
     InputError
         If the file cannot be read, the readings cannot be those of a display, or no model predicts them.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> from devices.measurements import Measurements, write_csv
+    >>> from devices.patches import find_patches
+    >>> codes = np.array([patch.codes for patch in find_patches("table_c1").patches])
+    >>> XYZ = display("configs/displays/asus_vg248qe.yaml").value.models("quad-buffered").left.xyz(codes)
+    >>> with TemporaryDirectory() as folder:
+    ...     write_csv(Measurements(codes, XYZ), Path(folder, "readings.csv"))
+    ...     fitted = fit_display(Path(folder, "readings.csv"), "quad-buffered")
+    >>> list(fitted.value.eyes)
+    ['both']
     """
     from devices.characterise import fit_display as fit
     from devices.measurements import read_measurements
@@ -150,6 +164,15 @@ def write_picture(path: str | Path, left: ArrayLike, right: ArrayLike | None = N
     ------
     InputError
         If the shapes are wrong, values are not finite, or the file cannot be written.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     write_picture(Path(folder, "grey.exr"), np.full((4, 6, 3), 20.0))
+    ...     read_picture(Path(folder, "grey.exr")).left.shape
+    (4, 6, 3)
     """
     from stimuli.pictures import StereoImage, write_exr
 

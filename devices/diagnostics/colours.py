@@ -52,7 +52,19 @@ LOCUS: tuple[tuple[int, float, float], ...] = (
 
 
 def locus_line() -> Line:
-    """Return the horseshoe of real colours in x, y, closed by the line of purples."""
+    """Return the horseshoe of real colours in x, y, closed by the line of purples.
+
+    Returns
+    -------
+    Line
+        Chromaticities x and y, no unit, in 0..1, from 400 nm upwards.
+
+    Examples
+    --------
+    >>> line = locus_line()
+    >>> line.name, len(line.x) == len(line.y)
+    ('real colours', True)
+    """
     return Line("real colours", tuple(x for _, x, _ in LOCUS), tuple(y for _, _, y in LOCUS), "soft", "outline")
 
 

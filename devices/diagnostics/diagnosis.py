@@ -185,5 +185,22 @@ def _finite(value: Any) -> Any:
 
 
 def numbers(values: Any) -> tuple[float, ...]:
-    """Return an array (n,) as plain numbers."""
+    """Return an array (n,) as plain numbers.
+
+    Parameters
+    ----------
+    values
+        Numbers, shape (n,), in any unit.
+
+    Returns
+    -------
+    tuple of float
+        The n numbers in the same order and unit.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> numbers(np.array([0.5, 1.0]))
+    (0.5, 1.0)
+    """
     return tuple(float(value) for value in values)

@@ -52,12 +52,32 @@ class MeasuredSet:
 def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
     """Return the readings of each of ``files``, called by their files' names.
 
-    ``codes`` is the range of the codes of CSV files, None if they name it.
+    Parameters
+    ----------
+    files
+        Files of measurements, as `devices.measurements.read_measurements` reads them, each named once.
+    codes
+        The range of the codes of CSV files that do not name it, such as ``0..255``; None if they all do.
+
+    Returns
+    -------
+    list of MeasuredSet
+        A set for each file, in the order of ``files``. Its label is the file's name, or the path where names repeat.
 
     Raises
     ------
     InputError
         With what is wrong with every file, or if one is named twice.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from devices.measurements import write_csv
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_csv(Measurements([[1, 1, 1]], [[95, 100, 108]]), Path(folder, "white.csv"))
+    ...     sets = read_sets([Path(folder, "white.csv")], None)
+    >>> sets[0].label, sets[0].measurements.XYZ.tolist()
+    ('white.csv', [[95.0, 100.0, 108.0]])
     """
     findings: list[Finding] = []
     seen: set[Path] = set()
@@ -111,6 +131,17 @@ def judge_display(
     ------
     InputError
         With what is wrong with every file, or if the mode is not known.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from devices.measurements import write_csv
+    >>> table = Measurements([[0, 0, 0], [1, 1, 1]], [[0.1, 0.1, 0.1], [95, 100, 108]], ("black", "white"))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_csv(table, Path(folder, "readings.csv"))
+    ...     verdicts = judge_display([Path(folder, "readings.csv")])
+    >>> verdicts.diagnoses[0].name
+    'repeatability'
     """
     sets = read_sets(files, codes)
     bare = read_sets([without_glasses], codes)[0] if without_glasses is not None else None
@@ -170,6 +201,17 @@ def examine(
     -------
     tuple of Diagnosis
         Each with its verdict, value, limit, figure and table.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from devices.display import read_display
+    >>> model = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("quad-buffered").left
+    >>> codes = np.repeat(np.linspace(0, 1, 9)[:, None], 3, axis=1)
+    >>> readings = Measurements(codes, model.xyz(codes))
+    >>> diagnoses = examine([MeasuredSet("model", readings)])
+    >>> [diagnosis.name for diagnosis in diagnoses if diagnosis.passed]
+    ['tone_response', 'headroom']
     """
     subjects = [pair for measured in sets for pair in by_eye(measured)]
     several = len(subjects) > 1

@@ -56,7 +56,24 @@ def tag(name: str) -> Tag | None:
 
 
 def plain(measurements: Measurements) -> Measurements:
-    """Return the readings that fill the screen and were read at its centre, straight ahead."""
+    """Return the readings that fill the screen and were read at its centre, straight ahead.
+
+    Parameters
+    ----------
+    measurements
+        Readings, special ones among them (a name with a tag, such as ``white@30deg``).
+
+    Returns
+    -------
+    Measurements
+        The readings whose names have no tag, in their order.
+
+    Examples
+    --------
+    >>> table = Measurements([[1, 1, 1], [1, 1, 1]], [[95, 100, 108], [80, 85, 90]], ("white", "white@30deg"))
+    >>> plain(table).name
+    ('white',)
+    """
     return measurements.select(np.array([tag(name) is None for name in measurements.name], dtype=bool))
 
 

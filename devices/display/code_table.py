@@ -35,7 +35,28 @@ class CodeTables:
 
 
 def curve_table(curve: Curve, entries: int = ENTRIES, root: int = 4) -> NDArray[np.float64]:
-    """Return unclipped codes (entries,) of ``curve`` over t in 0..1 with t the ``root``-th root of its light."""
+    """Return unclipped codes (entries,) of ``curve`` over t in 0..1 with t the ``root``-th root of its light.
+
+    Parameters
+    ----------
+    curve
+        The tone curve of a channel.
+    entries
+        The number of entries, at least 2.
+    root
+        Which root of light the table is even in, at least 1; 1 is light itself.
+
+    Returns
+    -------
+    ndarray
+        Device codes, shape (entries,), not clipped to 0..1, for light above the lift from none to full.
+
+    Examples
+    --------
+    >>> from devices.display import ToneCurve
+    >>> curve_table(ToneCurve(1.0, 0.0, 2.0), 3, root=2).round(3).tolist()
+    [0.0, 0.5, 1.0]
+    """
     light = np.linspace(0.0, 1.0, entries) ** root * (1.0 - curve.lift)
     return curve.unclipped_code(light)
 

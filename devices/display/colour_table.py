@@ -66,6 +66,14 @@ def convert_colours(file: str | Path | BinaryIO, model: DisplayModel, target: Ki
     ------
     DeviceError
         With file, line, column and value of what is wrong.
+
+    Examples
+    --------
+    >>> from devices.display import read_display
+    >>> model = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("quad-buffered").left
+    >>> file = io.BytesIO(b"red,green,blue" + bytes([10]) + b"255,255,255")
+    >>> convert_colours(file, model, "xyz").values.round(2).tolist()
+    [[26.74, 27.88, 31.2]]
     """
     table = read_colours(file, "code" if target == "xyz" else "xyz", full)
     if target == "xyz":

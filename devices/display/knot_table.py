@@ -27,7 +27,24 @@ _BEYOND = 2.0
 
 
 def knot_tables(curves: Sequence[TableCurve]) -> Singles:
-    """Return the pieces of ``curves``, shape (curves, pieces of the longest, 8); shorter ones end in pieces at 2."""
+    """Return the pieces of ``curves``, shape (curves, pieces of the longest, 8); shorter ones end in pieces at 2.
+
+    Parameters
+    ----------
+    curves
+        Tone curves by tables of knots, at least one.
+
+    Returns
+    -------
+    ndarray
+        Shape (curves, pieces, 8): of a piece √light and the code in 0..1 where it begins, its cubic, and its rises.
+
+    Examples
+    --------
+    >>> curve = TableCurve((0.0, 0.5, 1.0), (0.0, 0.2, 1.0))
+    >>> knot_tables([curve, curve]).shape[::2]
+    (2, 8)
+    """
     of_curves = [_pieces(curve) for curve in curves]
     tables = np.zeros((len(of_curves), max(len(pieces) for pieces in of_curves), NUMBERS))
     tables[:, :, 0] = _BEYOND

@@ -123,6 +123,16 @@ class Verification:
 def read_verification(path: Path) -> Verification:
     """Read the record at ``path``.
 
+    Parameters
+    ----------
+    path
+        The record of how a photodiode checked the onsets of pictures, YAML.
+
+    Returns
+    -------
+    Verification
+        The record, with the SHA-256 of the file.
+
     Raises
     ------
     InputError

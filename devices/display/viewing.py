@@ -51,10 +51,27 @@ def visual_angle_deg(size_mm: ArrayLike, distance_mm: float) -> Floats:
 def size_mm(angle_deg: ArrayLike, distance_mm: float) -> Floats:
     """Return the size that subtends ``angle_deg`` (any shape, below 180) at ``distance_mm``; undoes `visual_angle_deg`.
 
+    Parameters
+    ----------
+    angle_deg
+        Visual angle in degrees, any shape, below 180.
+    distance_mm
+        The viewing distance, above 0.
+
+    Returns
+    -------
+    ndarray
+        The size on the screen in millimetres, of the shape of ``angle_deg``.
+
     Raises
     ------
     DeviceError
         If the distance is not a finite number above 0.
+
+    Examples
+    --------
+    >>> size_mm([1.0, 12.23], 700.0).round(1).tolist()
+    [12.2, 150.0]
     """
     _refuse_not_positive("distance_mm", distance_mm)
     angle = np.asarray(angle_deg, dtype=np.float64)
@@ -66,12 +83,43 @@ def minimum_resolution(angle_deg: ArrayLike) -> Floats:
 
     The thesis reads the figure as pixels. That many pixels show gratings of half the frequency;
     `nyquist_resolution` is what hides the pixel grid from 60 cycles per degree.
+
+    Parameters
+    ----------
+    angle_deg
+        Visual angle in degrees, any shape, at least 0.
+
+    Returns
+    -------
+    ndarray
+        Cycles, which the thesis takes as pixels, of the shape of ``angle_deg``.
+
+    Examples
+    --------
+    >>> minimum_resolution([1.0, 20.0]).tolist()
+    [60.0, 1200.0]
     """
     return np.asarray(np.asarray(angle_deg, dtype=np.float64) * CYCLES_PER_DEGREE)
 
 
 def nyquist_resolution(angle_deg: ArrayLike) -> Floats:
-    """Return the pixels that a picture of ``angle_deg`` needs to carry 60 cycles per degree: two per cycle."""
+    """Return the pixels that a picture of ``angle_deg`` needs to carry 60 cycles per degree: two per cycle.
+
+    Parameters
+    ----------
+    angle_deg
+        Visual angle in degrees, any shape, at least 0.
+
+    Returns
+    -------
+    ndarray
+        Pixels, not rounded, of the shape of ``angle_deg``.
+
+    Examples
+    --------
+    >>> nyquist_resolution([1.0, 20.0]).tolist()
+    [120.0, 2400.0]
+    """
     return 2.0 * minimum_resolution(angle_deg)
 
 
@@ -106,10 +154,27 @@ def pixels_per_degree(pixel_pitch_mm: float, distance_mm: float) -> float:
 def mm_from_px(length_px: ArrayLike, pixel_pitch_mm: float) -> Floats:
     """Return millimetres for pixels (any shape) at a pitch.
 
+    Parameters
+    ----------
+    length_px
+        Length in pixels, any shape.
+    pixel_pitch_mm
+        The distance from pixel to pixel, above 0.
+
+    Returns
+    -------
+    ndarray
+        Length in millimetres, of the shape of ``length_px``.
+
     Raises
     ------
     DeviceError
         If the pitch is not a finite number above 0.
+
+    Examples
+    --------
+    >>> mm_from_px([100, 1920], 0.2768).round(2).tolist()
+    [27.68, 531.46]
     """
     return np.asarray(np.asarray(length_px, dtype=np.float64) * _refuse_not_positive("pixel_pitch_mm", pixel_pitch_mm))
 
@@ -117,10 +182,27 @@ def mm_from_px(length_px: ArrayLike, pixel_pitch_mm: float) -> Floats:
 def px_from_mm(length_mm: ArrayLike, pixel_pitch_mm: float) -> Floats:
     """Return pixels (not rounded) for millimetres (any shape) at a pitch.
 
+    Parameters
+    ----------
+    length_mm
+        Length in millimetres, any shape.
+    pixel_pitch_mm
+        The distance from pixel to pixel, above 0.
+
+    Returns
+    -------
+    ndarray
+        Length in pixels, not rounded, of the shape of ``length_mm``.
+
     Raises
     ------
     DeviceError
         If the pitch is not a finite number above 0.
+
+    Examples
+    --------
+    >>> px_from_mm([27.68, 100.0], 0.2768).round(1).tolist()
+    [100.0, 361.3]
     """
     return np.asarray(np.asarray(length_mm, dtype=np.float64) / _refuse_not_positive("pixel_pitch_mm", pixel_pitch_mm))
 

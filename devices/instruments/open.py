@@ -60,10 +60,32 @@ def open_instrument(name: str, wiring: Wiring) -> Instrument:
     Serial instruments take the options ``answer_s`` and ``measure_s``; `spotread` takes ``spotread``, the program's own
     options in one string; a simulated one takes those of `devices.instruments.simulated.Faults`.
 
+    Parameters
+    ----------
+    name
+        One of `INSTRUMENTS`, such as ``manual`` or ``simulated``.
+    wiring
+        The port, the options, the person to ask, and the display to simulate, as far as the instrument needs them.
+
+    Returns
+    -------
+    Instrument
+        The open instrument; its readings are XYZ with Y in cd/m².
+
     Raises
     ------
     DeviceError
         If there is no such instrument or option, or it cannot be opened.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> model = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("quad-buffered").left
+    >>> instrument = open_instrument("simulated", Wiring(model=model))
+    >>> type(instrument).__name__
+    'Simulated'
+    >>> instrument.close()
     """
     if name == "simulated":
         if wiring.model is None:

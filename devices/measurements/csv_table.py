@@ -34,13 +34,32 @@ _MOST_BYTES = 10_000_000
 def read_csv(path: Path, code_range: str | None = None) -> Measurements:
     """Read the measurements in the CSV file at ``path`` (UTF-8, with or without a byte-order mark).
 
-    ``code_range`` is what the file's codes run over, such as ``0..255``; where it is None, the file's own comment
-    counts, and failing that the largest code, if it determines the range: the result's ``assumptions`` then say so.
+    Parameters
+    ----------
+    path
+        A CSV file with the columns ``red,green,blue,X,Y,Z``, and ``name``, ``time_s`` and ``eye`` if it has them.
+    code_range
+        What the file's codes run over, such as ``0..255``. Where it is None, the file's own comment counts, and
+        failing that the largest code, if it determines the range: the result's ``assumptions`` then say so.
+
+    Returns
+    -------
+    Measurements
+        Codes in 0..1 and XYZ in cd/m², each of shape (n, 3), a row for each reading.
 
     Raises
     ------
     DeviceError
         With file, line, column, value and remedy of the first twenty faults.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_csv(Measurements([[1, 1, 1]], [[95, 100, 108]], ("white",)), Path(folder, "white.csv"))
+    ...     table = read_csv(Path(folder, "white.csv"))
+    >>> table.name, table.codes.tolist(), table.XYZ.tolist()
+    (('white',), [[1.0, 1.0, 1.0]], [[95.0, 100.0, 108.0]])
     """
     try:
         text = bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig")
@@ -166,7 +185,26 @@ def _number(cell: str, column: str, file: str, line: int, columns: dict[str, int
 
 
 def write_csv(measurements: Measurements, path: Path, full: float = 255.0) -> None:
-    """Write ``measurements`` to ``path`` as CSV whose codes run over 0..``full``; reading it gives the same table."""
+    """Write ``measurements`` to ``path`` as CSV whose codes run over 0..``full``; reading it gives the same table.
+
+    Parameters
+    ----------
+    measurements
+        The readings: codes in 0..1 and XYZ in cd/m².
+    path
+        The file to write; its folder must be there.
+    full
+        The code of full drive in the file, above 0.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_csv(Measurements([[0, 0.2, 1]], [[20, 16, 90]]), Path(folder, "blue.csv"), 10.0)
+    ...     text = Path(folder, "blue.csv").read_text()
+    >>> "# codes: 0..10" in text
+    True
+    """
     path.write_text(format_csv(measurements, full), encoding="utf-8")
 
 

@@ -177,6 +177,16 @@ class MeasurementLog:
 def read_session(file: Path) -> Session:
     """Read the measurement in ``file``; a last line that was cut short does not count.
 
+    Parameters
+    ----------
+    file
+        The log of a measurement, ``.jsonl``.
+
+    Returns
+    -------
+    Session
+        The header, the steps, and for each step its last reading (XYZ in cd/m²) or why it has none.
+
     Raises
     ------
     MeasuringError
@@ -225,7 +235,23 @@ def read_session(file: Path) -> Session:
 
 
 def step_facts(steps: tuple[Step, ...]) -> list[dict[str, Any]]:
-    """Return the steps as the header holds them: of a patch's fields, those that say something."""
+    """Return the steps as the header holds them: of a patch's fields, those that say something.
+
+    Parameters
+    ----------
+    steps
+        The showings of patches, in their order.
+
+    Returns
+    -------
+    list of dict
+        For each step its label, its codes in 0..1 and the fields that differ from a plain patch.
+
+    Examples
+    --------
+    >>> step_facts((Step(0, "white", Patch("white", (1.0, 1.0, 1.0))),))
+    [{'label': 'white', 'name': 'white', 'codes': (1.0, 1.0, 1.0)}]
+    """
     return [{"label": step.label, **_patch_facts(step.patch)} for step in steps]
 
 

@@ -73,6 +73,13 @@ def read_measurements(path: str | Path, code_range: str | None = None) -> Measur
 def write_measurements(session: Session, file: Path) -> None:
     """Write the readings of a measurement, whole or not at all: ``.ti3`` with spectra, CSV by any other name.
 
+    Parameters
+    ----------
+    session
+        A measurement with at least one reading.
+    file
+        The table to write. Its folder must be there; a file in its place is replaced.
+
     Raises
     ------
     MeasuringError

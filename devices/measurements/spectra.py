@@ -37,10 +37,28 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike) -> Floats:
     683 lm/W times the sum of spectrum, colour-matching functions of CIE 1931 2° (every nm, from colour-science) and the
     width of each band, which is half the way to either neighbour: any spacing up to 20 nm, even or not, such as 4 nm.
 
+    Parameters
+    ----------
+    spectra
+        Spectral radiance in W/(sr m² nm), shape (n, m), or (m,) for a single one.
+    wavelengths_nm
+        Wavelengths in nanometres, shape (m,), rising, at most 20 nm apart, over 400..700 nm at least.
+
+    Returns
+    -------
+    ndarray
+        XYZ in cd/m², shape (n, 3).
+
     Raises
     ------
     DeviceError
         If wavelengths do not rise, are too far apart, or leave out a part of 400..700 nm; or if shapes disagree.
+
+    Examples
+    --------
+    >>> wavelengths_nm = np.arange(380, 781, 5)
+    >>> xyz_from_spectra(np.full(81, 0.001), wavelengths_nm).round(1).tolist()
+    [[73.0, 73.0, 73.0]]
     """
     light = np.atleast_2d(np.asarray(spectra, dtype=np.float64))
     waves = np.asarray(wavelengths_nm, dtype=np.float64)

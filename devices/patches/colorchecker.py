@@ -36,7 +36,19 @@ class AskedColour:
 
 
 def colorchecker_xyY() -> tuple[tuple[str, ...], Floats]:
-    """Return the names of the 24 colours and their x, y and Y under D50, shape (24, 3), Y of a perfect white 1."""
+    """Return the names of the 24 colours and their x, y and Y under D50, shape (24, 3), Y of a perfect white 1.
+
+    Returns
+    -------
+    tuple of (tuple of str, ndarray)
+        The 24 names, and x, y and Y in 0..1, shape (24, 3), in the order of the chart.
+
+    Examples
+    --------
+    >>> names, xyY = colorchecker_xyY()
+    >>> names[0], xyY[0].tolist()
+    ('dark skin', [0.437484, 0.378523, 0.098324])
+    """
     text = (files("devices.patches") / "colorchecker.csv").read_text(encoding="utf-8")
     rows = list(csv.DictReader(line for line in text.splitlines() if not line.startswith("#")))
     return tuple(row["name"] for row in rows), np.array([[float(row[key]) for key in ("x", "y", "Y")] for row in rows])
@@ -46,6 +58,25 @@ def asked_of(model: DisplayModel) -> tuple[AskedColour, ...]:
     """Return the 24 colours as asked of a display: every one inside its gamut.
 
     Where the display's channels do not add up, how far a colour can go is found by halving.
+
+    Parameters
+    ----------
+    model
+        The display model of an eye.
+
+    Returns
+    -------
+    tuple of AskedColour
+        For each colour its name, its XYZ in cd/m², shape (3,), and whether it was desaturated to fit the gamut.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from devices.display import read_display
+    >>> model = read_display(Path("configs/displays/asus_vg248qe.yaml")).models("quad-buffered").left
+    >>> asked = asked_of(model)
+    >>> len(asked), [colour.name for colour in asked if colour.desaturated]
+    (24, ['cyan'])
     """
     names, xyY = colorchecker_xyY()
     lowest = np.array([float(curve.linear(0.0)) for curve in model.curves])
@@ -104,10 +135,26 @@ def _halved_share(model: DisplayModel, light: Floats, grey: Floats, lowest: Floa
 def colorchecker_XYZ(white_XYZ_cd_m2: ArrayLike) -> tuple[tuple[str, ...], Floats]:
     """Return the names and XYZ (24, 3) in cd/m² of a ColorChecker whose white patch has ``white_XYZ_cd_m2`` (3,).
 
+    Parameters
+    ----------
+    white_XYZ_cd_m2
+        XYZ of the white patch in cd/m², shape (3,), above 0.
+
+    Returns
+    -------
+    tuple of (tuple of str, ndarray)
+        The 24 names, and XYZ in cd/m², shape (24, 3), in the order of the chart.
+
     Raises
     ------
     DeviceError
         If the white is not three finite numbers above 0.
+
+    Examples
+    --------
+    >>> names, XYZ = colorchecker_XYZ([95.0, 100.0, 108.0])
+    >>> names[18], XYZ[18].round(2).tolist()
+    ('white 9.5', [94.82, 100.0, 108.02])
     """
     white = np.asarray(white_XYZ_cd_m2, dtype=np.float64)
     if white.shape != (3,) or not np.all(np.isfinite(white) & (white > 0)):

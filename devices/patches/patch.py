@@ -236,10 +236,34 @@ def steps(
     set's own black and white are not shown again; with 0, nothing is repeated. Sets come one after the other, but all
     patches of one arrangement of the instrument (in a measurement of ``eye``) together, so that it is moved least.
 
+    Parameters
+    ----------
+    patches
+        A set of patches, or several, which follow each other.
+    seed
+        The seed of the order.
+    repeat_every
+        After how many patches of a characterisation black and white are repeated, at least 0; 0 repeats none.
+    shuffled
+        Whether the patches are shuffled; if not, they keep the order of their set.
+    eye
+        Through which lens the measurement is made.
+
+    Returns
+    -------
+    tuple of Step
+        The showings, with positions from 0; a label such as ``white#2`` counts the showings of a patch.
+
     Raises
     ------
     DeviceError
         If ``repeat_every`` is negative, or a characterisation calls another colour black or white.
+
+    Examples
+    --------
+    >>> pair = PatchSet("pair", (Patch("red", (1.0, 0.0, 0.0)), Patch("blue", (0.0, 0.0, 1.0))))
+    >>> [step.label for step in steps(pair, 0, 0, shuffled=False)]
+    ['red', 'blue']
     """
     if repeat_every < 0:
         raise DeviceError(Finding(f"patches cannot be repeated every {repeat_every}", remedy="0 repeats none"))

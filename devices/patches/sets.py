@@ -183,12 +183,29 @@ def find_sets(
 ) -> tuple[PatchSet, ...]:
     """Return the sets called ``names``, each once; ``all`` is one set for each diagnosis.
 
-    ``every_s`` is the time between the readings of the warm-up, if not its own.
+    Parameters
+    ----------
+    names
+        Names as `find_patches` takes them, or ``all``; at least one.
+    code_range
+        What the codes of files run over, such as ``0..255``, if they do not say; None if they do.
+    every_s
+        Seconds between the readings of the warm-up, above 0; None takes the set's own time.
+
+    Returns
+    -------
+    tuple of PatchSet
+        The sets in the order of ``names``, with codes in 0..1.
 
     Raises
     ------
     DeviceError
         As `find_patches`, or if no set is named.
+
+    Examples
+    --------
+    >>> [patch_set.name for patch_set in find_sets(["grey", "dark", "grey"])]
+    ['grey', 'dark']
     """
     wanted = dict.fromkeys(set_name for name in names for set_name in (_ALL if name == ALL else (name,)))
     if not wanted:
@@ -204,12 +221,27 @@ def find_sets(
 def find_patches(name: str, code_range: str | None = None) -> PatchSet:
     """Return the built-in set called ``name``, or the set in the CSV file of that name.
 
-    ``code_range`` is what the codes of a file run over, such as ``0..255``, if the file does not say.
+    Parameters
+    ----------
+    name
+        One of `BUILT_IN`, or the path of a CSV file.
+    code_range
+        What the codes of a file run over, such as ``0..255``, if the file does not say; None if it does.
+
+    Returns
+    -------
+    PatchSet
+        The patches, with codes in 0..1.
 
     Raises
     ------
     DeviceError
         If there is neither, with the nearest name; or the file is wrong, with its line and column.
+
+    Examples
+    --------
+    >>> len(find_patches("table_c1").patches)
+    120
     """
     if name in BUILT_IN:
         return BUILT_IN[name]()

@@ -20,10 +20,32 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
     ``path`` stays as it was. The folder is made if need be, unless ``make_folder`` is false. The draft is named
     ``.NAME.TOKEN.part``; with ``keep_suffix`` the suffix of ``path`` follows, for writers that choose the format by it.
 
+    Parameters
+    ----------
+    path
+        The file to write; one in its place is replaced.
+    keep_suffix
+        Whether the draft ends in the suffix of ``path``.
+    make_folder
+        Whether to make the folder of ``path`` if it is missing.
+
+    Yields
+    ------
+    pathlib.Path
+        The draft, not yet there, in the folder of ``path``.
+
     Raises
     ------
     OSError
         If there is no folder, or the draft cannot be put in place of ``path``.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with whole_file(Path(folder, "scores.txt")) as draft:
+    ...         size = draft.write_text("0.75")
+    ...     [file.name for file in Path(folder).iterdir()]
+    ['scores.txt']
     """
     if make_folder:
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -72,10 +94,30 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
     If the body raises, ``path`` stays as it was and the draft is removed. The folder above is made if need be. A folder
     at ``path`` must be empty, or goes with all its content if ``replace`` is true.
 
+    Parameters
+    ----------
+    path
+        The folder to make.
+    replace
+        Whether a folder at ``path`` that is not empty is replaced.
+
+    Yields
+    ------
+    pathlib.Path
+        The draft, an empty folder beside ``path``.
+
     Raises
     ------
     OSError
         If the draft cannot be put in place of ``path``.
+
+    Examples
+    --------
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     with whole_folder(Path(folder, "results")) as draft:
+    ...         size = Path(draft, "scores.txt").write_text("0.75")
+    ...     [file.name for file in Path(folder, "results").iterdir()]
+    ['scores.txt']
     """
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".part", dir=path.parent))

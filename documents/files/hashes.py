@@ -34,6 +34,24 @@ def sha256_of_file(path: Path) -> str:
 
 
 def sha256_of_json(data: object) -> str:
-    """Return the SHA-256 of ``data`` as canonical JSON: sorted keys, no spaces, no NaN."""
+    """Return the SHA-256 of ``data`` as canonical JSON: sorted keys, no spaces, no NaN.
+
+    Parameters
+    ----------
+    data
+        Plain data that JSON can express, with finite numbers.
+
+    Returns
+    -------
+    str
+        64 hexadecimal digits, in lower case.
+
+    Examples
+    --------
+    >>> sha256_of_json({"b": 1, "a": 2}) == sha256_of_json({"a": 2, "b": 1})
+    True
+    >>> sha256_of_json([])[:8]
+    '4f53cda1'
+    """
     text = json.dumps(data, sort_keys=True, separators=(",", ":"), allow_nan=False)
     return hashlib.sha256(text.encode()).hexdigest()

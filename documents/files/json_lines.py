@@ -20,6 +20,18 @@ class DamagedLineError(Exception):
 def read_lines(content: bytes, take: Callable[[int, Any], None]) -> bytes:
     r"""Call ``take(number, line)`` for each JSON line of ``content``; return the bytes of an unfinished last line.
 
+    Parameters
+    ----------
+    content
+        The bytes of a file of JSON lines.
+    take
+        Called with the number of a line, from 1, and its value.
+
+    Returns
+    -------
+    bytes
+        The unfinished last line; empty if there is none.
+
     Raises
     ------
     DamagedLineError

@@ -6,7 +6,25 @@ from pathlib import Path
 
 
 def beside(file: Path, name: str) -> Path:
-    """Return the path of ``name`` as the ``file`` that names it means it: relative to its folder."""
+    """Return the path of ``name`` as the ``file`` that names it means it: relative to its folder.
+
+    Parameters
+    ----------
+    file
+        The file that names another.
+    name
+        A path, absolute or relative to the folder of ``file``.
+
+    Returns
+    -------
+    pathlib.Path
+        The path, as `tidy` returns it.
+
+    Examples
+    --------
+    >>> beside(Path("configs/rigs/asus_vg248qe_3dvision.yaml"), "../displays/asus_vg248qe.yaml").as_posix()
+    'configs/displays/asus_vg248qe.yaml'
+    """
     return tidy(file.parent / name)
 
 
@@ -15,6 +33,23 @@ def tidy(path: Path) -> Path:
 
     It does where ``folder`` is a folder; through a symbolic link ``..`` leads elsewhere, and of what is not there
     nothing is known: both stay as they are.
+
+    Parameters
+    ----------
+    path
+        A path, absolute or relative to the current folder.
+
+    Returns
+    -------
+    pathlib.Path
+        The same place by a path without needless detours.
+
+    Examples
+    --------
+    >>> tidy(Path("configs/../documents/files")).as_posix()
+    'documents/files'
+    >>> tidy(Path("nowhere/../documents")).as_posix()
+    'nowhere/../documents'
     """
     kept = Path(path.anchor)
     for part in path.relative_to(path.anchor).parts:

@@ -15,10 +15,27 @@ _OTHER = {";": "semicolons", "\t": "tabs"}
 def bounded_bytes(path: str | os.PathLike[str], most_bytes: int) -> bytes:
     """Return the content of the file at ``path``; one without an end, such as ``/dev/zero``, is read no further.
 
+    Parameters
+    ----------
+    path
+        The file to read.
+    most_bytes
+        The size in bytes up to which it is read, at least 0.
+
+    Returns
+    -------
+    bytes
+        All of the file.
+
     Raises
     ------
     OSError
         If it cannot be read or holds more than ``most_bytes``; ``strerror`` then says so.
+
+    Examples
+    --------
+    >>> bounded_bytes("configs/displays/asus_vg248qe.yaml", 1_000_000).startswith(b"#")
+    True
     """
     with Path(path).open("rb") as file:
         content = file.read(most_bytes + 1)
@@ -32,6 +49,27 @@ def other_separator(header: Sequence[str], file: str, line: int) -> Finding | No
 
     Such tables are refused, not read: where semicolons separate columns, spreadsheets write decimal commas, and ``0,5``
     then is one number in one program and two in another.
+
+    Parameters
+    ----------
+    header
+        The cells of the header, split at commas.
+    file
+        The file's name for the finding.
+    line
+        The line of the header, from 1.
+
+    Returns
+    -------
+    Finding or None
+        What is wrong, with a remedy; None if commas separate the columns.
+
+    Examples
+    --------
+    >>> other_separator(["red", "green", "blue"], "codes.csv", 1) is None
+    True
+    >>> other_separator(["red;green;blue"], "codes.csv", 1).message
+    'the table is separated by semicolons'
     """
     if len(header) != 1:
         return None

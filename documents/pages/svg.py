@@ -21,7 +21,32 @@ LONGEST_NAME = 26
 
 @contextmanager
 def drawing(salt: str, width_in: float, height_in: float, *, hatch_pt: float = 1.0) -> Iterator[tuple[Figure, Axes]]:
-    """Yield a figure with axes on no ground; equal ``salt`` and content give equal SVG."""
+    """Yield a figure with axes on no ground; equal ``salt`` and content give equal SVG.
+
+    Parameters
+    ----------
+    salt
+        What the names in the SVG are derived from, such as the name of the figure.
+    width_in
+        Width in inches, above 0.
+    height_in
+        Height in inches, above 0.
+    hatch_pt
+        Width of the lines of hatches in points, above 0.
+
+    Yields
+    ------
+    tuple of (matplotlib.figure.Figure, matplotlib.axes.Axes)
+        The figure and its axes; save the figure inside the ``with`` block.
+
+    Examples
+    --------
+    >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
+    ...     lines = axes.plot([0, 1], [0, 1])
+    ...     svg = svg_of(figure, "Scores")
+    >>> "Scores" in svg
+    True
+    """
     from matplotlib import rc_context
     from matplotlib.figure import Figure
 
@@ -41,7 +66,27 @@ def drawing(salt: str, width_in: float, height_in: float, *, hatch_pt: float = 1
 
 
 def svg_of(figure: Figure, label: str) -> str:
-    """Return an ``<svg>`` element: without XML prologue, metadata and fixed size, with ``label`` for those who hear."""
+    """Return an ``<svg>`` element: without XML prologue, metadata and fixed size, with ``label`` for those who hear.
+
+    Parameters
+    ----------
+    figure
+        The figure, from `drawing`.
+    label
+        A description for screen readers; it is escaped.
+
+    Returns
+    -------
+    str
+        The element, to be set into an HTML page.
+
+    Examples
+    --------
+    >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
+    ...     svg = svg_of(figure, "Scores & classes")
+    >>> svg.startswith("<svg viewBox="), 'aria-label="Scores &amp; classes"' in svg
+    (True, True)
+    """
     from markupsafe import escape
 
     out = io.StringIO()
@@ -54,7 +99,22 @@ def svg_of(figure: Figure, label: str) -> str:
 
 
 def rows_only(axes: Axes, rows: int) -> None:
-    """Draw faint lines along the rows and leave only the lower axis."""
+    """Draw faint lines along the rows and leave only the lower axis.
+
+    Parameters
+    ----------
+    axes
+        The axes to change.
+    rows
+        The number of rows, at y = 0, 1 and so on, at least 0.
+
+    Examples
+    --------
+    >>> with drawing("scores", 4.0, 2.0) as (figure, axes):
+    ...     rows_only(axes, 3)
+    >>> axes.spines["left"].get_visible(), axes.spines["bottom"].get_visible()
+    (False, True)
+    """
     axes.hlines(range(rows), 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=1)
     axes.tick_params(axis="y", length=0, colors=INK)
     axes.tick_params(axis="x", colors=INK)
@@ -63,5 +123,23 @@ def rows_only(axes: Axes, rows: int) -> None:
 
 
 def short(name: str) -> str:
-    """Return a name that fits beside a row."""
+    """Return a name that fits beside a row.
+
+    Parameters
+    ----------
+    name
+        A name of any length.
+
+    Returns
+    -------
+    str
+        The name, cut to 26 characters, with an ellipsis last, where it is longer.
+
+    Examples
+    --------
+    >>> short("manitoba")
+    'manitoba'
+    >>> len(short("a" * 40))
+    26
+    """
     return name if len(name) <= LONGEST_NAME else name[: LONGEST_NAME - 1] + "…"

@@ -14,6 +14,24 @@ def plain_table(texts: Sequence[str], numbers: Sequence[str] = ()) -> Table:
     """Return an empty table without lines: columns of text, aligned left, then columns of numbers, aligned right.
 
     Rows are added with `rich.table.Table.add_row`, as `rich.text.Text` where brackets are no markup.
+
+    Parameters
+    ----------
+    texts
+        Headings of the columns of text.
+    numbers
+        Headings of the columns of numbers.
+
+    Returns
+    -------
+    rich.table.Table
+        The table, without rows.
+
+    Examples
+    --------
+    >>> table = plain_table(["stimulus"], ["score"])
+    >>> [(column.header, column.justify) for column in table.columns]
+    [('stimulus', 'left'), ('score', 'right')]
     """
     from rich.table import Table
 
@@ -34,6 +52,14 @@ def print_table(table: Table, console: Console | None = None) -> None:
         What to print.
     console
         Where to print; standard output if None.
+
+    Examples
+    --------
+    >>> table = plain_table(["stimulus"], ["score"])
+    >>> table.add_row("a", "0.75")
+    >>> print_table(table)
+     stimulus  score
+     a          0.75
     """
     from rich.console import Console
 

@@ -38,7 +38,19 @@ def counted(count: float, one: str, many: str) -> str:
 def nearest(word: str, known: Iterable[str], *, cutoff: float = 0.6) -> str | None:
     """Return the word of ``known`` that is spelled most like ``word``; None if none is near.
 
-    ``cutoff`` is the least similarity in 0..1, as `difflib.get_close_matches` has it.
+    Parameters
+    ----------
+    word
+        The word as it was written.
+    known
+        The words to choose from.
+    cutoff
+        The least similarity in 0..1, as `difflib.get_close_matches` has it.
+
+    Returns
+    -------
+    str or None
+        A word of ``known``, or None.
 
     Examples
     --------
@@ -98,5 +110,21 @@ def hidden_character(text: str) -> str | None:
 
 
 def visible(text: str) -> str:
-    """Return ``text`` without hidden characters, and with spaces for tabs and ends of lines."""
+    """Return ``text`` without hidden characters, and with spaces for tabs and ends of lines.
+
+    Parameters
+    ----------
+    text
+        Any text, such as a name from a file.
+
+    Returns
+    -------
+    str
+        The text on a single line, without control characters, lone surrogates and direction marks.
+
+    Examples
+    --------
+    >>> visible("left" + chr(9) + "eye" + chr(0x202E))
+    'left eye'
+    """
     return "".join(" " if c in _LAYOUT else c for c in text if c in _LAYOUT or hidden_character(c) is None)

@@ -61,10 +61,34 @@ def plan_patches(
 ) -> PatchPlan:
     """Return the patches to show on a display in their order, from the one labelled ``start`` on.
 
+    Parameters
+    ----------
+    rig_or_display
+        A rig file, or a display file, which needs a ``mode``.
+    patches
+        The sets of patches.
+    show
+        How they are shown, and to which eye.
+    mode
+        The stereo mode; None takes the rig's own.
+    start
+        The label of the first patch to show; None begins with the first.
+
+    Returns
+    -------
+    PatchPlan
+        The showings in their order, and what to note about the choice.
+
     Raises
     ------
     InputError
         If a file is wrong, the mode cannot show what was chosen, or there is no such patch.
+
+    Examples
+    --------
+    >>> plan = plan_patches(Path("configs/rigs/asus_vg248qe_3dvision.yaml"), PatchOptions(), ShowOptions(eye="left"))
+    >>> plan.highest, plan.order[0].label
+    (255, 'black')
     """
     target = read_target(rig_or_display, mode)
     remark = target.check_eye(show.eye)
@@ -83,6 +107,22 @@ def show_plan(
     plan: PatchPlan, each_s: float | None, dialogue: Dialogue, on_shown: Callable[[Shown], None]
 ) -> PatchesShown:
     """Show the patches of ``plan`` full-screen, by keys, or each for ``each_s`` seconds after it has settled.
+
+    Parameters
+    ----------
+    plan
+        What to show, from `plan_patches`.
+    each_s
+        Seconds for which each patch stays after it has settled, at least 0; None: until a key is pressed.
+    dialogue
+        How to talk with the person beside the display.
+    on_shown
+        Called for each patch that stands on the screen.
+
+    Returns
+    -------
+    PatchesShown
+        How many patches were shown, and the table of them as CSV.
 
     Raises
     ------

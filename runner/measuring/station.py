@@ -105,6 +105,11 @@ def measure_display(
     dialogue
         How to talk with the person beside it; None: not at all.
 
+    Returns
+    -------
+    MeasurementReport
+        What was read, what was not, and the files.
+
     Raises
     ------
     InputError

@@ -133,6 +133,11 @@ def verify_display(
     dialogue
         How to talk with the person beside it; None: not at all.
 
+    Returns
+    -------
+    VerificationReport
+        The log, what was read, and the verdict in ΔE00; no verdict where the reading was stopped.
+
     Raises
     ------
     InputError

@@ -33,7 +33,23 @@ def json_schema(kind: FileKind) -> dict[str, Any]:
 
 
 def file_model(kind: FileKind) -> type[BaseModel]:
-    """Return the pydantic model of a kind of file; only what the kind needs is imported."""
+    """Return the pydantic model of a kind of file; only what the kind needs is imported.
+
+    Parameters
+    ----------
+    kind
+        The kind of file, one of `KINDS`.
+
+    Returns
+    -------
+    type of pydantic.BaseModel
+        The model that checks a file of this kind.
+
+    Examples
+    --------
+    >>> file_model("rig").__name__
+    'RigSpec'
+    """
     if kind == "experiment":
         from runner.protocol.experiment import ExperimentSpec
 
