@@ -67,10 +67,38 @@ def straighten(
     given by ``offset_px`` to about a tenth of a block of 64 pixels, and left as it is. Views of more than four million
     pixels are averaged down to measure.
 
+    Parameters
+    ----------
+    left, right
+        The views of both eyes, linear XYZ or RGB in any unit, of one shape (height, width, 3).
+    offset_px
+        The shift of the right view against the left one, across and down, in pixels; None finds it.
+    region
+        The part by which the views are registered: first column, first row, column and row after the last; None takes
+        all of them.
+    most_px
+        The largest shift to look for, across and down, in pixels.
+
+    Returns
+    -------
+    Straightened
+        Both views, cropped to what they share, the roll in degrees and the scale between them, and whether they were
+        undone.
+
     Raises
     ------
     StimulusError
         If the views cannot be registered (see `register`), or too few blocks have a vertical disparity.
+
+    Examples
+    --------
+    >>> from scipy.ndimage import gaussian_filter
+    >>> noise = np.random.default_rng(1).uniform(1, 20, (400, 400))
+    >>> light = np.repeat(gaussian_filter(noise, 1.5)[:, :, None], 3, axis=2).astype(np.float32)
+    >>> larger = warp(light, np.diag([1.01, 1.01, 1.0]), (400, 400)).picture
+    >>> straightened = straighten(light, larger)
+    >>> straightened.applied, round(straightened.roll_scale.scale, 3)
+    (True, 0.99)
     """
     planes = [light_plane(view, None, name) for view, name in ((left, "left"), (right, "right"))]
     if left.ndim != 3 or right.ndim != 3:

@@ -67,7 +67,25 @@ class Rectified:
 
 
 def focal_px(width_px: int, field_of_view_deg: float) -> float:
-    """Return the focal length, in pixels, of a picture ``width_px`` wide that spans ``field_of_view_deg`` across."""
+    """Return the focal length, in pixels, of a picture ``width_px`` wide that spans ``field_of_view_deg`` across.
+
+    Parameters
+    ----------
+    width_px
+        The width of the picture, in pixels.
+    field_of_view_deg
+        The angle that the picture spans across, above 0 and below 180 degrees.
+
+    Returns
+    -------
+    float
+        The focal length in pixels.
+
+    Examples
+    --------
+    >>> round(focal_px(2000, 90.0), 6)
+    1000.0
+    """
     if not 0.0 < field_of_view_deg < 180.0:
         raise StimulusError.of(f"field_of_view_deg is {field_of_view_deg}", "give an angle above 0 and below 180")
     return float(width_px / 2.0 / np.tan(np.radians(field_of_view_deg) / 2.0))
@@ -122,15 +140,31 @@ def rectify_toe_in(
 
     Parameters
     ----------
+    left, right
+        The views as the turned cameras took them, linear XYZ or RGB in any unit, of one shape (height, width, 3).
     toe_in_deg
-        How far each camera is turned inwards: half of the angle between them.
+        How far each camera is turned inwards: half of the angle between them, from 0 to below 45 degrees.
     focal_length_px
-        Of both cameras; `focal_px` gives it for a field of view.
+        Of both cameras, in pixels; `focal_px` gives it for a field of view.
+    viewing
+        Pixel pitch, distance and eyes, with which the keystone is also known in minutes of arc.
+
+    Returns
+    -------
+    Rectified
+        Both views, float32, cropped to what both saw, and the keystone that was undone.
 
     Raises
     ------
     StimulusError
         If the sizes differ, a value is NaN, the angle or the focal length cannot be, or nothing common is left.
+
+    Examples
+    --------
+    >>> light = np.full((200, 300, 3), 5.0, np.float32)
+    >>> pair = rectify_toe_in(light, light, toe_in_deg=3.0, focal_length_px=focal_px(300, 40.0))
+    >>> pair.left.shape == pair.right.shape, [round(corner) for corner in pair.keystone.vertical_px]
+    (True, [4, -4, -4, 4])
     """
     _check(toe_in_deg, focal_length_px)
     for view, name in ((left, "left"), (right, "right")):

@@ -22,7 +22,20 @@ _UNFINISHED = re.compile(r"\.([0-9a-f]{32})(-new|-old)?")
 
 
 def cache_folder() -> Path:
-    """Return where stimulus sets are kept: ``CYCLOPEAN_CACHE``, else ``cyclopean/stimuli`` in the user's cache."""
+    """Return where stimulus sets are kept: ``CYCLOPEAN_CACHE``, else ``cyclopean/stimuli`` in the user's cache.
+
+    Returns
+    -------
+    pathlib.Path
+        The folder, whether or not it exists.
+
+    Examples
+    --------
+    >>> from unittest.mock import patch
+    >>> with patch.dict(os.environ, CYCLOPEAN_CACHE="/data/stimuli"):
+    ...     cache_folder().as_posix()
+    '/data/stimuli'
+    """
     own = os.environ.get("CYCLOPEAN_CACHE")
     if own:
         return Path(own)
@@ -77,7 +90,24 @@ class CachedSet:
 
 
 def cached_sets() -> Iterator[CachedSet]:
-    """Yield the finished sets in the cache; those whose manifest cannot be read are left out."""
+    """Yield the finished sets in the cache; those whose manifest cannot be read are left out.
+
+    Yields
+    ------
+    CachedSet
+        The folder of a set, the facts of its manifest, and its size in bytes.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from unittest.mock import patch
+    >>> facts = {"digest": "f2", "recipe": {"kind": "pictures"}, "pixel_pitch_mm": 0.25, "stimuli": [{"name": "car"}]}
+    >>> with TemporaryDirectory() as folder, patch.dict(os.environ, CYCLOPEAN_CACHE=folder):
+    ...     Path(folder, "set").mkdir()
+    ...     _ = Path(folder, "set", MANIFEST).write_text(json.dumps(facts), encoding="utf-8")
+    ...     [(cached.kind, cached.pixel_pitch_mm, cached.names) for cached in cached_sets()]
+    [('pictures', 0.25, ('car',))]
+    """
     for manifest in _manifests():
         try:
             known = json.loads(manifest.read_text(encoding="utf-8"))
@@ -95,7 +125,28 @@ def cached_sets() -> Iterator[CachedSet]:
 
 
 def find_cached(digest: str, recipe_path: Path) -> StimulusSet | None:
-    """Return the set in the cache with this digest; None if there is none, or it is not as it was built."""
+    """Return the set in the cache with this digest; None if there is none, or it is not as it was built.
+
+    Parameters
+    ----------
+    digest
+        The SHA-256 of the set, as in its manifest and in the record of a session.
+    recipe_path
+        The recipe to name as its source; the file is not read.
+
+    Returns
+    -------
+    StimulusSet or None
+        The set, its pictures' SHA-256 compared with its manifest; None if there is no such set.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from unittest.mock import patch
+    >>> with TemporaryDirectory() as folder, patch.dict(os.environ, CYCLOPEAN_CACHE=folder):
+    ...     find_cached("0" * 64, Path("configs/stimuli/preliminary.yaml")) is None
+    True
+    """
     for manifest in _manifests():
         try:
             known = json.loads(manifest.read_text(encoding="utf-8"))
@@ -130,7 +181,27 @@ class Leftover:
 
 
 def leftovers(untouched_s: float = 0.0) -> Iterator[Leftover]:
-    """Yield the unfinished builds that were not written to for ``untouched_s``; a build may be at work in them."""
+    """Yield the unfinished builds that were not written to for ``untouched_s``; a build may be at work in them.
+
+    Parameters
+    ----------
+    untouched_s
+        For how long nothing was written to a build, at least, in seconds; 0 yields all.
+
+    Yields
+    ------
+    Leftover
+        The folder of an unfinished build, its pictures, its size in bytes, and for how long it was not written to.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from unittest.mock import patch
+    >>> with TemporaryDirectory() as folder, patch.dict(os.environ, CYCLOPEAN_CACHE=folder):
+    ...     Path(folder, "." + 32 * "0").mkdir()
+    ...     [(leftover.pictures, leftover.bytes) for leftover in leftovers()]
+    [(0, 0)]
+    """
     for folder in sorted(cache_folder().glob(".*")):
         if not _UNFINISHED.fullmatch(folder.name) or folder.is_symlink() or not folder.is_dir():
             continue
@@ -152,10 +223,30 @@ def remove_leftovers(untouched_s: float) -> tuple[Leftover, ...]:
 
     The folder of a build that is at work stays.
 
+    Parameters
+    ----------
+    untouched_s
+        For how long nothing was written to a build, at least, in seconds; 0 removes all that are not at work.
+
+    Returns
+    -------
+    tuple[Leftover, ...]
+        The builds that were removed.
+
     Raises
     ------
     InputError
         If a folder cannot be removed.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> from unittest.mock import patch
+    >>> with TemporaryDirectory() as folder, patch.dict(os.environ, CYCLOPEAN_CACHE=folder):
+    ...     Path(folder, "." + 32 * "0").mkdir()
+    ...     removed = remove_leftovers(0.0)
+    ...     len(removed), removed[0].folder.exists()
+    (1, False)
     """
     from filelock import Timeout
 

@@ -177,7 +177,23 @@ class ChartFit:
 
 
 def is_table(chart: str | Path) -> bool:
-    """Return whether ``chart`` names a table of colours, not a photograph."""
+    """Return whether ``chart`` names a table of colours, not a photograph.
+
+    Parameters
+    ----------
+    chart
+        A path; the file is not read.
+
+    Returns
+    -------
+    bool
+        True if it ends in ``.csv`` or ``.txt``, in small letters or capitals.
+
+    Examples
+    --------
+    >>> is_table("chart.csv"), is_table(Path("chart.NEF"))
+    (True, False)
+    """
     return str(chart).lower().endswith(_TABLES)
 
 
@@ -232,6 +248,18 @@ def fit_camera_to_chart(
     ------
     InputError
         If a file cannot be read, no chart is found, or the colours do not determine a camera model.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> rgb = np.random.default_rng(1).uniform(0.1, 0.9, (24, 3))
+    >>> XYZ = rgb @ np.array([[40.0, 20.0, 5.0], [30.0, 60.0, 10.0], [20.0, 10.0, 90.0]])
+    >>> with TemporaryDirectory() as folder:
+    ...     table = Path(folder, "chart.csv")
+    ...     np.savetxt(table, np.hstack([rgb, XYZ]), delimiter=",", header="R,G,B,X,Y,Z", comments="")
+    ...     fitted = fit_camera_to_chart(table)
+    >>> fitted.chart is None, fitted.notes
+    (True, ())
     """
     chart = Path(chart)
     photographed: PhotographedChart | None = None

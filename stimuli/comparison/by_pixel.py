@@ -107,10 +107,30 @@ def difference_map(photo: Rows, rendering: Rows, white_XYZ: ArrayLike, rows_done
 def summarise(delta_e: Floats32, limit: float, compared: Mask | None = None) -> DifferenceSummary:
     """Return the summary of a map of ΔE00, (height, width), where ``compared`` is true (everywhere without it).
 
+    Parameters
+    ----------
+    delta_e
+        ΔE00 at each pixel, (height, width), 0 or above, as `difference_map` gives it.
+    limit
+        The ΔE00 above which pixels are counted.
+    compared
+        Where pixels are compared, bool (height, width); None compares all.
+
+    Returns
+    -------
+    DifferenceSummary
+        Mean, median, percentiles and the largest ΔE00, and the percentage of pixels above ``limit``.
+
     Raises
     ------
     StimulusError
         If no pixel is compared.
+
+    Examples
+    --------
+    >>> summary = summarise(np.array([[0.0, 1.0], [1.0, 2.0]], np.float32), limit=1.4)
+    >>> summary.pixels, summary.mean, summary.largest, summary.above_limit_percent
+    (4, 1.0, 2.0, 25.0)
     """
     values = delta_e.ravel() if compared is None else delta_e[compared]
     if values.size == 0:

@@ -86,6 +86,17 @@ def compare_regions(
     ------
     StimulusError
         As `check_charts` and `area_means` do, or if the white's luminance is not known.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from stimuli.comparison import place_regions, read_regions
+    >>> regions = read_regions(Path("configs/regions/plate.yaml"))
+    >>> light = np.full((200, 300, 3), 5.0, np.float32)
+    >>> placed = place_regions(regions, light.shape)
+    >>> compared = compare_regions(light, light, placed, regions, white_XYZ=[95.047, 100.0, 108.883])
+    >>> compared.table.mean_delta_e
+    0.0
     """
     notes = [
         *check_charts(photo, placed.charts, "photograph", photo_saturated, regions.file),

@@ -41,7 +41,30 @@ def bands(shape: tuple[int, ...]) -> Iterator[slice]:
 
 
 def block_means(picture: Rows, side: int, channels: int | slice = slice(None)) -> Floats32:
-    """Return the means over squares of ``side`` pixels, of one channel or several; incomplete squares are left out."""
+    """Return the means over squares of ``side`` pixels, of one channel or several; incomplete squares are left out.
+
+    Parameters
+    ----------
+    picture
+        A picture in any unit, (height, width, 3): an array, or anything whose rows can be sliced.
+    side
+        The side of a square, in pixels, at least 1.
+    channels
+        The number of one channel, 0 to 2; all three without it.
+
+    Returns
+    -------
+    numpy.ndarray
+        The means in the picture's unit, float32, (height // side, width // side); of several channels
+        (height // side, width // side, 3).
+
+    Examples
+    --------
+    >>> picture = np.zeros((4, 5, 3), np.float32)
+    >>> picture[:2, :2] = 8.0
+    >>> block_means(picture, 2, 1).tolist()
+    [[8.0, 0.0], [0.0, 0.0]]
+    """
     height, width = picture.shape[:2]
     rows, columns = height // side, width // side
     means = np.empty((rows, columns) if isinstance(channels, int) else (rows, columns, 3), dtype=np.float32)

@@ -145,7 +145,24 @@ def decided(reasons: list[Reason], limits: Limits) -> Verdict:
 
 
 def decision_sentence(verdict: Verdict) -> str:
-    """Return the verdict in a sentence or two."""
+    """Return the verdict in a sentence or two.
+
+    Parameters
+    ----------
+    verdict
+        The verdict on one pair of pictures, or on both eyes'.
+
+    Returns
+    -------
+    str
+        The decision, with the number of limits that are not kept or of things that are not known.
+
+    Examples
+    --------
+    >>> hood = Reason("region 'hood'", "ΔE00", "fails", "'hood' differs by ΔE00 2.10", 2.1, 1.4)
+    >>> decision_sentence(decided([hood], Limits()))
+    'Not validated: 1 limit is not kept.'
+    """
     fails, undecided = len(verdict.having("fails")), len(verdict.having("cannot say"))
     if verdict.decision == "validated":
         return "Validated: within the limits, the rendering is the photograph."
@@ -155,7 +172,27 @@ def decision_sentence(verdict: Verdict) -> str:
 
 
 def outcome_lines(verdict: Verdict, outcome: Outcome) -> list[str]:
-    """Return the sentences of one outcome; what is the same for both eyes appears once, many regions in one line."""
+    """Return the sentences of one outcome; what is the same for both eyes appears once, many regions in one line.
+
+    Parameters
+    ----------
+    verdict
+        The verdict on one pair of pictures, or on both eyes'.
+    outcome
+        ``passes``, ``fails``, ``cannot say`` or ``noted``.
+
+    Returns
+    -------
+    list[str]
+        The sentences, without a full stop; empty if no reason has this outcome.
+
+    Examples
+    --------
+    >>> hood = Reason("region 'hood'", "ΔE00", "fails", "'hood' differs by ΔE00 2.10", 2.1, 1.4)
+    >>> verdict = decided([hood], Limits())
+    >>> outcome_lines(verdict, "fails"), outcome_lines(verdict, "noted")
+    (["'hood' differs by ΔE00 2.10"], [])
+    """
     lines = (
         _gathered(verdict.having(outcome))
         if outcome == "fails"
@@ -191,7 +228,24 @@ def _gathered(reasons: Sequence[Reason]) -> list[str]:
 
 
 def passing_lines(verdict: Verdict) -> list[str]:
-    """Return a line for each subject that passes: its numbers, of both eyes if there are two, and limits."""
+    """Return a line for each subject that passes: its numbers, of both eyes if there are two, and limits.
+
+    Parameters
+    ----------
+    verdict
+        The verdict on one pair of pictures, or on both eyes'.
+
+    Returns
+    -------
+    list[str]
+        A line for each subject; empty if none passes.
+
+    Examples
+    --------
+    >>> door = Reason("region 'door'", "ΔE00", "passes", "'door' differs by ΔE00 0.80", 0.8, 1.4)
+    >>> passing_lines(decided([door], Limits()))
+    ["region 'door': ΔE00 0.80 (limit 1.4)"]
+    """
     subjects: dict[str, dict[str, list[Reason]]] = {}
     for reason in verdict.having("passes"):
         eye, subject = _split(reason.subject)
@@ -209,7 +263,27 @@ def passing_lines(verdict: Verdict) -> list[str]:
 
 
 def passing_heading(verdict: Verdict) -> str:
-    """Return the heading of the lines of `passing_lines`."""
+    """Return the heading of the lines of `passing_lines`.
+
+    Parameters
+    ----------
+    verdict
+        The verdict on one pair of pictures, or on both eyes'.
+
+    Returns
+    -------
+    str
+        The heading; it names the order of the eyes where numbers of both are given.
+
+    Examples
+    --------
+    >>> door = Reason("region 'door'", "ΔE00", "passes", "'door' differs by ΔE00 0.80", 0.8, 1.4)
+    >>> verdict = decided([door], Limits())
+    >>> passing_heading(verdict)
+    'Within their limits:'
+    >>> passing_heading(together({"left eye": verdict, "right eye": verdict}))
+    'Within their limits, left eye / right eye:'
+    """
     pair = any(reason.subject.startswith(_EYES) for reason in verdict.reasons)
     return "Within their limits" + (", left eye / right eye" if pair else "") + ":"
 

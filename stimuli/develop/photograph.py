@@ -139,6 +139,18 @@ def develop_photographs(
     ------
     InputError
         If ``output`` does not suit, or a photograph would be written over.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> rgb = np.full((4, 6, 3), 0.25, np.float32)
+    >>> with TemporaryDirectory() as folder:
+    ...     photos = [Path(folder, name) for name in ("one.exr", "two.exr")]
+    ...     for photo in photos:
+    ...         write_camera_exr(photo, CameraImage(rgb, rgb >= 1, None, photo.name, ()))
+    ...     report = develop_photographs(photos, Path(folder, "developed"), DevelopOptions())
+    >>> [photograph.width_px for photograph in report.photographs], report.findings
+    ([6, 6], ())
     """
     places = _places(photos, output, into_folder)
     developed: list[DevelopedPhotograph] = []

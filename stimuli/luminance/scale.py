@@ -26,7 +26,23 @@ def eyes_once(image: StereoImage) -> tuple[XYZImage, ...]:
 
 
 def mean_luminance_cd_m2(image: StereoImage) -> float:
-    """Return the mean Y over all pixels and both eyes."""
+    """Return the mean Y over all pixels and both eyes.
+
+    Parameters
+    ----------
+    image
+        The picture, XYZ in cd/m².
+
+    Returns
+    -------
+    float
+        The mean in cd/m².
+
+    Examples
+    --------
+    >>> mean_luminance_cd_m2(StereoImage.flat(np.full((4, 6, 3), 5.0, np.float32)))
+    5.0
+    """
     return float(np.mean([eye[..., 1].mean(dtype=np.float64) for eye in eyes_once(image)]))
 
 
@@ -38,10 +54,29 @@ def max_luminance_cd_m2(image: StereoImage) -> float:
 def white_luminance_cd_m2(image: StereoImage, box: Box) -> float:
     """Return the median Y over both eyes of a white that was photographed along, in ``box``.
 
+    Parameters
+    ----------
+    image
+        The picture, XYZ in cd/m².
+    box
+        First row, first column, rows and columns of the white, in pixels, counted from 0.
+
+    Returns
+    -------
+    float
+        The median in cd/m².
+
     Raises
     ------
     StimulusError
         If the box does not lie in the picture.
+
+    Examples
+    --------
+    >>> light = np.full((4, 6, 3), 5.0, np.float32)
+    >>> light[:2, :2] = 80.0
+    >>> white_luminance_cd_m2(StereoImage.flat(light), (0, 0, 2, 2))
+    80.0
     """
     top, left, rows, columns = box
     if min(top, left) < 0 or min(rows, columns) < 1 or top + rows > image.height_px or left + columns > image.width_px:
@@ -57,10 +92,27 @@ def factor_to(luminance_cd_m2: float, target_cd_m2: float) -> float:
     With the mean, the maximum or a white of a picture as the luminance, this is the factor to a target mean, to a
     reference's maximum (Expression 4.11) or to a target white.
 
+    Parameters
+    ----------
+    luminance_cd_m2
+        The luminance of the picture, in cd/m², above 0.
+    target_cd_m2
+        The luminance that it is to have, in cd/m², above 0.
+
+    Returns
+    -------
+    float
+        The factor, above 0.
+
     Raises
     ------
     StimulusError
         If the luminance is not above 0, so that nothing can bring it to the target, or the target is not.
+
+    Examples
+    --------
+    >>> factor_to(20.0, 50.0)
+    2.5
     """
     if not (math.isfinite(target_cd_m2) and target_cd_m2 > 0):
         raise StimulusError(f"the target luminance is {target_cd_m2} cd/m²; it must be a finite number above 0")
@@ -89,7 +141,27 @@ def scaled(xyz_cd_m2: XYZImage, factor: float) -> XYZImage:
 
 
 def scaled_picture(image: StereoImage, factor: float) -> StereoImage:
-    """Return the picture with both eyes times one ``factor``; a flat picture stays flat. Raises as `scaled` does."""
+    """Return the picture with both eyes times one ``factor``; a flat picture stays flat. Raises as `scaled` does.
+
+    Parameters
+    ----------
+    image
+        The picture, XYZ in cd/m².
+    factor
+        What XYZ is multiplied by, finite and above 0.
+
+    Returns
+    -------
+    StereoImage
+        The picture, XYZ in cd/m², float32, of the same shape.
+
+    Examples
+    --------
+    >>> picture = StereoImage.flat(np.full((4, 6, 3), 5.0, np.float32))
+    >>> brighter = scaled_picture(picture, 2.0)
+    >>> brighter.left[0, 0].tolist(), brighter.is_flat
+    ([10.0, 10.0, 10.0], True)
+    """
     shown = [scaled(eye, factor) for eye in eyes_once(image)]
     return StereoImage(shown[0], shown[-1])
 

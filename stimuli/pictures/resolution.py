@@ -89,10 +89,33 @@ def display_resolution(
 ) -> Resolution:
     """Return what a display of ``pixel_pitch_mm`` at ``distance_mm`` keeps of a picture; width comes before height.
 
+    Parameters
+    ----------
+    picture_px
+        Width and height of the picture in pixels, at least 1.
+    size_mm
+        Width and height of the picture on the display, in mm.
+    pixel_pitch_mm
+        The pixel pitch of the display, in mm.
+    distance_mm
+        The distance from the eyes to the display, in mm.
+
+    Returns
+    -------
+    Resolution
+        The pixels that the display has for the picture and those that eyes need, and both frequencies in cycles per
+        degree.
+
     Raises
     ------
     InputError
         If a size, the pitch or the distance is not a finite number above 0.
+
+    Examples
+    --------
+    >>> kept = display_resolution((3000, 2000), (300.0, 200.0), pixel_pitch_mm=0.25, distance_mm=600.0)
+    >>> kept.display_px, round(kept.display_cycles_per_degree, 1), round(kept.picture_cycles_per_degree, 1)
+    ((1200, 800), 20.9, 52.4)
     """
     if min(picture_px) < 1:
         raise StimulusError(f"a picture has {picture_px[0]} × {picture_px[1]} pixels; expected at least 1")

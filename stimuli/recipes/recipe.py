@@ -62,7 +62,30 @@ def read_recipe(path: Path) -> tuple[RecipeKind, YamlSource]:
 
 
 def unreadable(file: str, where: Path_, source: YamlSource, reason: str) -> Finding:
-    """Return the finding on a ``file``, named in the recipe at ``where``, that cannot be read."""
+    """Return the finding on a ``file``, named in the recipe at ``where``, that cannot be read.
+
+    Parameters
+    ----------
+    file
+        The file as the recipe names it.
+    where
+        The keys and places that lead to it in the recipe, such as ``("stimuli", 0)``.
+    source
+        The recipe's text, which `read_recipe` returns.
+    reason
+        Why the file cannot be read, without a full stop.
+
+    Returns
+    -------
+    Finding
+        The fault, with the recipe's file, line and column.
+
+    Examples
+    --------
+    >>> _, source = read_recipe(Path("configs/stimuli/preliminary.yaml"))
+    >>> unreadable("car.exr", ("stimuli", 0), source, "there is no such file").message
+    "the picture 'car.exr' cannot be read: there is no such file"
+    """
     what = "picture" if where[0] == "stimuli" else "file"
     message = f"the {what} '{file}' cannot be read: {reason}"
     return source.finding(where, message, "check the path, relative to the recipe")

@@ -38,6 +38,28 @@ def scatter_flakes(plate: Plate, seed: int) -> Flakes:
     """Scatter the plate's flakes at random: equal plates and seeds give equal flakes.
 
     Their number is Poisson; each property draws from a stream of its own, so that a change to one leaves the others.
+
+    Parameters
+    ----------
+    plate
+        The plate, with the density, size, depth and tilt of its flakes.
+    seed
+        Of all random draws, 0 or above.
+
+    Returns
+    -------
+    Flakes
+        Places and sizes in mm and slopes, float32 arrays of one shape (n,). Places are from the middle of the plate.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from stimuli.recipes import read_recipe
+    >>> recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
+    >>> plate = recipe.plate.model_copy(update={"size_mm": (10.0, 5.0)}).plate()
+    >>> flakes = scatter_flakes(plate, seed=1)
+    >>> bool(np.abs(flakes.x_mm).max() <= 5), bool((flakes.x_mm == scatter_flakes(plate, seed=1).x_mm).all())
+    (True, True)
     """
     streams = [np.random.default_rng(child) for child in np.random.SeedSequence(seed).spawn(6)]
     number, place, depth, size, tilt, gather = streams

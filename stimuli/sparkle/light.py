@@ -125,7 +125,19 @@ def colour_under(
 
 
 def wavelengths_nm() -> Floats:
-    """Return the grid, shape (81,): 380 to 780 nm."""
+    """Return the grid, shape (81,): 380 to 780 nm.
+
+    Returns
+    -------
+    numpy.ndarray
+        Wavelengths in nm, 5 nm apart.
+
+    Examples
+    --------
+    >>> waves = wavelengths_nm()
+    >>> waves.shape, waves[:3].tolist(), float(waves[-1])
+    ((81,), [380.0, 385.0, 390.0], 780.0)
+    """
     return np.arange(FIRST_NM, LAST_NM + 1, STEP_NM, dtype=np.float64)
 
 

@@ -211,6 +211,17 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
     ------
     StimulusError
         If the plate has spectra and a lamp has none.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from stimuli.recipes import read_recipe
+    >>> recipe, _ = read_recipe(Path("configs/stimuli/manitoba_gray.yaml"))
+    >>> plate = recipe.plate.model_copy(update={"size_mm": (10.0, 5.0)}).plate()
+    >>> flakes = scatter_flakes(plate, seed=1)
+    >>> light = plate_light(plate, [recipe.lamp.lamp()], recipe.camera.camera(), "left", flakes)
+    >>> light.size_mm, light.counts["lamps"], light.counts["flakes"] == len(flakes)
+    ((10.0, 5.0), 1, True)
     """
     terms: list[Term] = []
     counts = Counter({"lamps": 0, "flakes": 0, "shaded": 0, "splatted": 0, "tiles": 0, "tiles_visited": 0})

@@ -175,6 +175,27 @@ def convert_spectral(
 ) -> SpectralReport:
     """Write the spectral picture ``file`` to ``output`` (.exr), in absolute XYZ or as a virtual ``camera`` records it.
 
+    Parameters
+    ----------
+    file
+        The spectral picture: OpenEXR (.exr) with a channel for each wavelength, or ENVI (.hdr, or the data beside it).
+    output
+        The OpenEXR file (.exr) to write.
+    light
+        The illuminant of a picture of reflectance, and the scale of its values.
+    quantity
+        ``radiance`` in W/(sr m² nm) or ``reflectance``, where the file does not declare it.
+    camera
+        The virtual camera that records the picture; without one it is written in XYZ in cd/m².
+    negative
+        What to do with XYZ below 0: ``refuse`` the picture, or ``clip`` to 0.
+
+    Returns
+    -------
+    SpectralReport
+        Size in pixels and the step that was taken; mean and largest luminance in cd/m², or the share of saturated
+        pixels of each channel of a camera.
+
     Raises
     ------
     InputError

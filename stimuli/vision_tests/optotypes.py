@@ -36,7 +36,32 @@ def ring_coverage(gap_px: float, side: Side) -> Floats:
 
 
 def landolt(gap_px: float, side: Side, size_px: int, ground_XYZ: Floats, ring_XYZ: Floats) -> StereoImage:
-    """Return a ring in the middle of a square of ``size_px``, made odd, the same for both eyes; XYZ in cd/m²."""
+    """Return a ring in the middle of a square of ``size_px``, made odd, the same for both eyes; XYZ in cd/m².
+
+    Parameters
+    ----------
+    gap_px
+        The gap of the ring and its width, in pixels, above 0, whole or not; the ring's diameter is five times as much.
+    side
+        Where the gap is: ``up``, ``down``, ``left`` or ``right``.
+    size_px
+        The side of the square, in pixels; made larger where the ring needs more.
+    ground_XYZ, ring_XYZ
+        XYZ of ground and ring, (3,), in cd/m².
+
+    Returns
+    -------
+    StereoImage
+        The square, XYZ in cd/m², float32, one array for both eyes.
+
+    Examples
+    --------
+    >>> ring = landolt(2.0, "right", 20, np.full(3, 80.0), np.zeros(3))
+    >>> ring.width_px, ring.is_flat
+    (21, True)
+    >>> ring.left[10, [6, 10, 14], 1].tolist()              # the ring on the left, its middle, and the gap
+    [0.0, 80.0, 80.0]
+    """
     covered = ring_coverage(gap_px, side)
     count = max(size_px | 1, len(covered))
     picture = np.empty((count, count, 3), dtype=np.float32)

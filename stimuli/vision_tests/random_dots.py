@@ -57,8 +57,30 @@ def stereogram(
 ) -> StereoImage:
     """Return a stereogram in which the square at ``side`` has ``parallax_px``, and all else lies on the screen.
 
-    ``parallax_px`` is the right eye's place minus the left eye's: negative is in front of the screen. ``ground_XYZ``
-    and ``dot_XYZ``, shape (3,), are in cd/m².
+    Parameters
+    ----------
+    field
+        The size of the field and of the square, in pixels, and the dots.
+    side
+        Where the square is: ``up``, ``down``, ``left`` or ``right`` of the middle.
+    parallax_px
+        The right eye's place of the square minus the left eye's, in pixels: negative is in front of the screen.
+    ground_XYZ, dot_XYZ
+        XYZ of ground and dots, (3,), in cd/m².
+    seed
+        A text: equal texts place equal dots.
+
+    Returns
+    -------
+    StereoImage
+        Both views, XYZ in cd/m², float32 (side_px, side_px, 3).
+
+    Examples
+    --------
+    >>> field = DotField(side_px=120, target_px=30.0, target_offset_px=35.0, spots_px=(1.5, 1.5), dots=600)
+    >>> picture = stereogram(field, "left", -4.0, np.full(3, 5.0), np.full(3, 80.0), seed="trial 1")
+    >>> picture.width_px, bool((picture.left[:, 75:] == picture.right[:, 75:]).all())
+    (120, True)
     """
     left, right = views(field, side, parallax_px, seed)
     return StereoImage(_lit(left, ground_XYZ, dot_XYZ), _lit(right, ground_XYZ, dot_XYZ))

@@ -238,12 +238,32 @@ def shared_sparkles(
 ) -> SharedSparkles:
     """Pair each sparkle with the nearest of the other eye, if that one's nearest is it, within ``tolerance_px``.
 
-    ``parallax_px`` is the right picture's horizontal position minus the left one's on the plane of the sparkles.
+    Parameters
+    ----------
+    left, right
+        The sparkles of each eye's picture, of one size: see `measure_sparkles`.
+    tolerance_px
+        How far two sparkles may lie apart to count as one, in pixels, above 0.
+    parallax_px
+        The right picture's horizontal position minus the left one's, in pixels, on the plane of the sparkles.
+
+    Returns
+    -------
+    SharedSparkles
+        How many sparkles each eye sees, how many both see, and how many would be paired by chance.
 
     Raises
     ------
     StimulusError
         If the pictures differ in size, or the tolerance is not above 0.
+
+    Examples
+    --------
+    >>> plate = np.full((128, 128), 1.0, np.float32)
+    >>> plate[20::40, 20::40] = 8.0                       # nine bright points
+    >>> left, right = measure_sparkles(plate), measure_sparkles(np.roll(plate, 5, axis=1))
+    >>> shared_sparkles(left, right).both, shared_sparkles(left, right, parallax_px=5.0).both
+    (0, 9)
     """
     if left.pixels != right.pixels:
         raise StimulusError(f"the left picture has {left.pixels} pixels and the right one {right.pixels}")
