@@ -48,7 +48,23 @@ def escape(text: str) -> str:
 
 
 def unescape(cell: str) -> str:
-    """Return the original text of a ``cell`` that `escape` returned."""
+    """Return the original text of a ``cell`` that `escape` returned.
+
+    Parameters
+    ----------
+    cell
+        One cell of a table, as text.
+
+    Returns
+    -------
+    str
+        The text before it was escaped.
+
+    Examples
+    --------
+    >>> escape("=1+1"), unescape(escape("=1+1"))
+    ('\\\\u003d1+1', '=1+1')
+    """
     if cell == '""':
         return ""
 

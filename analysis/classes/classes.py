@@ -112,6 +112,11 @@ def classify(
     df
         Degrees of freedom of ``covariance``: observers − 1 for a sandwich covariance, None for the model's.
 
+    Returns
+    -------
+    Classes
+        Labels and members of the classes, and z and adjusted p of every pair, shape (n (n − 1) / 2,).
+
     Raises
     ------
     ResultsError

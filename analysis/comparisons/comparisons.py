@@ -148,6 +148,18 @@ def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Compar
     The items are those that occur in the answers: first the ones in ``items``, in that order, then others in the
     order in which they are met. Answers that count zero times name their items and say nothing else.
 
+    Parameters
+    ----------
+    answers
+        Who was preferred over whom, how often, by which observer; or which two were tied.
+    items
+        Names of items in the order wanted; names that no answer has are left out.
+
+    Returns
+    -------
+    Comparisons
+        The answers as columns, and the counts of each pair of the n items.
+
     Raises
     ------
     ResultsError

@@ -44,6 +44,19 @@ def from_sessions(sessions: Sequence[SessionLog]) -> Comparisons:
     ResultsError
         If there is no session or no answer, a session stands there twice, the sessions belong to different
         experiments or show different stimuli, or a trial names no stimulus of its header.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> pair = ({"name": "a"}, {"name": "b"})
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
+    >>> answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
+    >>> trial = Trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> comparisons = from_sessions([log])
+    >>> comparisons.items, comparisons.wins.tolist()
+    (('a', 'b'), [[0.0, 1.0], [0.0, 0.0]])
     """
     refuse_mixtures(sessions)
     names = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]

@@ -86,10 +86,27 @@ def read_table(path: str | Path) -> Comparisons:
 def read_stream(stream: BinaryIO, file: str) -> Comparisons:
     """Read the comparisons in a binary stream of CSV, such as standard input; ``file`` is its name in findings.
 
+    Parameters
+    ----------
+    stream
+        CSV in UTF-8, with or without a byte-order mark; it is read to its end and left open.
+    file
+        Name of the stream in findings.
+
+    Returns
+    -------
+    Comparisons
+        Who was preferred over whom, by which observer.
+
     Raises
     ------
     ResultsError
         As `parse_table`, or if the stream is not UTF-8.
+
+    Examples
+    --------
+    >>> read_stream(io.BytesIO(b"winner,loser,count\\na,b,3\\nb,a,1\\n"), "standard input").wins.tolist()
+    [[0.0, 3.0], [1.0, 0.0]]
     """
     text = io.TextIOWrapper(stream, encoding="utf-8-sig", newline="")
     try:
@@ -107,12 +124,29 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
     ``outcome`` is ``tie`` prefers neither item; or ``ties`` says how many answers preferred neither, beside the
     ``count`` that preferred the winner. Blanks around a field do not belong to it; empty lines are passed over.
 
+    Parameters
+    ----------
+    lines
+        Lines of CSV, the heading first.
+    file
+        Name of the table in findings.
+
+    Returns
+    -------
+    Comparisons
+        Who was preferred over whom, by which observer.
+
     Raises
     ------
     ResultsError
         With the first twenty faults: an unknown, repeated or missing column, a line too long or too short, an
         empty name, an item against itself, a count that is no finite number above or at zero, a ``first`` that
         was not in the pair, or no comparison at all; or more items than fit into memory.
+
+    Examples
+    --------
+    >>> parse_table(["winner,loser,count", "a,b,3", "b,a,1"], "table.csv").wins.tolist()
+    [[0.0, 3.0], [1.0, 0.0]]
     """
     source = _Lines(lines)
     reader = csv.reader(source, strict=True)

@@ -55,7 +55,28 @@ class DrawnRow:
 
 
 def drawn_rows(effects: FactorEffects) -> tuple[DrawnRow, ...]:
-    """Return the rows, factor by factor; none where there is no finite maximum."""
+    """Return the rows, factor by factor; none where there is no finite maximum.
+
+    Parameters
+    ----------
+    effects
+        Effects of the factors, as `factor_effects` returns them.
+
+    Returns
+    -------
+    tuple[DrawnRow, ...]
+        A row for each level of a categorical factor, its reference level first, and one for each numeric factor.
+        Estimates and intervals are in nats.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.factors import factor_effects
+    >>> answers = from_answers([Answer("flat", "stereo", 10), Answer("stereo", "flat", 30)])
+    >>> effects = factor_effects(answers, {"flat": {"view": "flat"}, "stereo": {"view": "stereo"}})
+    >>> [(row.factor, row.level, round(row.estimate, 3)) for row in drawn_rows(effects)]
+    [('view', 'flat', 0.0), ('view', 'stereo', 1.099)]
+    """
     return tuple(row for factor in effects.factors for row in _of_factor(factor, effects))
 
 
@@ -96,10 +117,31 @@ def effects_svg(effects: FactorEffects, width_in: float = 6.5) -> str:
     The thick bar is the model's 95 % interval, the thin line with ends the one by observers. A reference level is a
     hollow circle at 0. The numbers are those of `drawn_rows`.
 
+    Parameters
+    ----------
+    effects
+        Effects of the factors, as `factor_effects` returns them.
+    width_in
+        Width of the figure in inches, above 0.
+
+    Returns
+    -------
+    str
+        One ``<svg>`` element, to stand in an HTML page.
+
     Raises
     ------
     ResultsError
         If there are no effects to draw.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.factors import factor_effects
+    >>> answers = from_answers([Answer("flat", "stereo", 10), Answer("stereo", "flat", 30)])
+    >>> effects = factor_effects(answers, {"flat": {"view": "flat"}, "stereo": {"view": "stereo"}})
+    >>> effects_svg(effects).startswith("<svg")
+    True
     """
     rows = drawn_rows(effects)
     if not rows:

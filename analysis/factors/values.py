@@ -109,10 +109,29 @@ def read_factors(
 def session_factors(sessions: Sequence[SessionLog]) -> dict[str, dict[str, Value]]:
     """Return the factors of each stimulus, by name, as the headers of ``sessions`` give them.
 
+    Parameters
+    ----------
+    sessions
+        Sessions whose stimuli belong together.
+
+    Returns
+    -------
+    dict[str, dict[str, Value]]
+        For each stimulus, the value of each factor: text or a number. It is empty for a stimulus without factors.
+
     Raises
     ------
     ResultsError
         If two sessions give different factors of one stimulus.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header
+    >>> stimuli = ({"name": "a", "factors": {"view": "stereo", "exposure": 0.5}},)
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+    >>> session_factors([SessionLog(Path("session.jsonl"), header, (), complete=True)])
+    {'a': {'view': 'stereo', 'exposure': 0.5}}
     """
     factors: dict[str, dict[str, Value]] = {}
     source: dict[str, SessionLog] = {}

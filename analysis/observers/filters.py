@@ -97,6 +97,17 @@ def keep(sessions: Sequence[SessionLog], rule: Filter) -> Kept:
     ------
     ResultsError
         If the rule names an unknown observer, has a negative limit, or leaves no observer.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from dataclasses import replace
+    >>> from analysis.records import Header
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> first = SessionLog(Path("1.jsonl"), header, (), complete=True)
+    >>> second = replace(first, header=replace(header, observer="02", session="s2"))
+    >>> keep([first, second], Filter(without=("02",))).sentence
+    'Left out: 02 (by hand).'
     """
     by_observer = sessions_by_observer(sessions)
     for name in rule.without:

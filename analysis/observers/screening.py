@@ -35,10 +35,32 @@ class Outcome:
 def outcomes(log: SessionLog) -> tuple[Outcome, ...]:
     """Return the outcome of every test completed in the session, in order; of a test taken twice, both.
 
+    Parameters
+    ----------
+    log
+        One session. Practice and tests that were not completed do not count.
+
+    Returns
+    -------
+    tuple[Outcome, ...]
+        An outcome for each completed test; empty if there was none.
+
     Raises
     ------
     ResultsError
         If a record of an outcome is damaged.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> result = {"passed": True, "threshold": 40, "estimate": 35.2, "pass_mark": 60, "unit": "arcsec"}
+    >>> data = {"test": "stereo_acuity", "outcome": result}
+    >>> trial = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> [(outcome.test, outcome.passed, outcome.threshold) for outcome in outcomes(log)]
+    [('stereo_acuity', True, 40.0)]
     """
     completed = []
     for trial in log.trials:
@@ -80,10 +102,25 @@ def passed(log: SessionLog, tests: Sequence[str] = ()) -> bool | None:
 def check_tests(sessions: Iterable[SessionLog], tests: Sequence[str]) -> None:
     """Check that each of ``tests`` was taken in some session.
 
+    Parameters
+    ----------
+    sessions
+        Sessions in which to look for the tests.
+    tests
+        Names of vision tests; none asks for nothing.
+
     Raises
     ------
     ResultsError
         If nobody took one of them.
+
+    Examples
+    --------
+    >>> check_tests([], [])
+    >>> check_tests([], ["stereo_acuity"])
+    Traceback (most recent call last):
+    ...
+    analysis.errors.ResultsError: nobody took the test of vision 'stereo_acuity' (no session has a test of vision)
     """
     known = list(dict.fromkeys(outcome.test for session in sessions for outcome in outcomes(session)))
     for test in tests:
@@ -95,7 +132,34 @@ def check_tests(sessions: Iterable[SessionLog], tests: Sequence[str]) -> None:
 def screened(
     logs: Iterable[SessionLog], tests: Sequence[str] = (), unscreened: Unscreened = "leave_out"
 ) -> tuple[SessionLog, ...]:
-    """Return the sessions whose observers passed (see `passed`); sessions without the tests are left out or kept."""
+    """Return the sessions whose observers passed (see `passed`); sessions without the tests are left out or kept.
+
+    Parameters
+    ----------
+    logs
+        Sessions of any observers; each is judged by its own tests.
+    tests
+        Names of the vision tests to pass; none stands for every test that was taken.
+    unscreened
+        ``keep`` or ``leave_out``: what becomes of a session without these tests.
+
+    Returns
+    -------
+    tuple[SessionLog, ...]
+        The sessions that remain, in their order.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> result = {"passed": True, "threshold": 40, "estimate": 35.2, "pass_mark": 60, "unit": "arcsec"}
+    >>> data = {"test": "stereo_acuity", "outcome": result}
+    >>> trial = Trial(0, 0, "screening", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> len(screened([log])), len(screened([log], ["near_acuity"])), len(screened([log], ["near_acuity"], "keep"))
+    (1, 0, 1)
+    """
     verdicts = [(log, passed(log, tests)) for log in logs]
     return tuple(log for log, verdict in verdicts if verdict or (verdict is None and unscreened == "keep"))
 
@@ -127,6 +191,26 @@ def threshold_estimate(strengths: Sequence[float], right: Sequence[bool], option
     The probability of a right answer is guess + (1 - guess - lapses) · logistic(slope · ln(strength / threshold)), with
     a slope of 4 and 0.02 lapses: a few answers cannot estimate these two. The search goes from half the smallest of
     ``strengths``, all above 0, to twice the largest; a maximum at either end gives None.
+
+    Parameters
+    ----------
+    strengths
+        Shape (m,): strength of each presentation, above 0, in the unit of the test.
+    right
+        Shape (m,): whether each answer was right.
+    options
+        Number of answers to choose from, at least 2; the guessing rate is 1 / options.
+
+    Returns
+    -------
+    float | None
+        The threshold in the unit of ``strengths``; None without answers, or without a maximum within the search.
+
+    Examples
+    --------
+    >>> threshold = threshold_estimate([1, 1, 2, 2, 4, 4], [False, False, True, False, True, True], 4)
+    >>> threshold is not None and 1 < threshold < 4
+    True
     """
     if not strengths:
         return None

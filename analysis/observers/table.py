@@ -149,12 +149,22 @@ def observers_in_sessions(
 
     Returns
     -------
-    A line for each observer, also one who answered nothing, and the agreement between them.
+    ObserverTable
+        A line for each observer, also one who answered nothing, and the agreement between them.
 
     Raises
     ------
     ResultsError
         As `analysis.records.results.refuse_mixtures`, or if a record is damaged.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> log = SessionLog(Path("session.jsonl"), header, (), complete=False)
+    >>> [(line.name, line.answers, line.flags) for line in observers_in_sessions([log]).lines]
+    [('01', 0.0, ('not completed',))]
     """
     refuse_mixtures(sessions)
     compared = any(is_comparison(trial) and not is_tie(trial) for session in sessions for trial in session.trials)

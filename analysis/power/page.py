@@ -122,10 +122,32 @@ class PairRow:
 def write_page(needed: Needed, output: Path, title: str, notes: Sequence[str] = ()) -> None:
     """Write the page, whole or not at all; its folder is made if need be. ``notes`` are sentences for its head.
 
+    Parameters
+    ----------
+    needed
+        The number of observers needed, with the power that it follows from.
+    output
+        The HTML file.
+    title
+        Title of the page, in plain text.
+    notes
+        Sentences in plain text for the head of the page.
+
     Raises
     ------
     OSError
         If the page cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from analysis.power import Plan, observers_needed, simulate_power
+    >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
+    >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     write_page(needed, Path(folder, "power.html"), "Two views")
+    ...     [file.name for file in Path(folder).iterdir()]
+    ['power.html']
     """
     page = render(needed, title, notes)
     write_whole(output, page)
@@ -194,7 +216,27 @@ def _pair_rows(needed: Needed) -> list[PairRow]:
 
 
 def assumed_notes(plan: Plan) -> list[str]:
-    """Return sentences that a reader needs before the numbers."""
+    """Return sentences that a reader needs before the numbers.
+
+    Parameters
+    ----------
+    plan
+        The simulated study.
+
+    Returns
+    -------
+    list[str]
+        Sentences in plain text; empty if there is nothing to note.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> theta, times, differs = np.array([1.0, -1.0]), np.array([1]), np.array([True])
+    >>> assumed_notes(Plan(("a", "b"), theta, times, differs))
+    []
+    >>> len(assumed_notes(Plan(("a", "b"), theta, times, differs, observer_sd=0.5)))
+    1
+    """
     if plan.observer_sd > 0 and plan.covariance == "model":
         return [
             "Observers are assumed to differ, but the model's standard errors treat all answers as independent: pairs "

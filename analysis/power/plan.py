@@ -141,10 +141,27 @@ def _linked(plan: Plan) -> int:
 def spread_theta(count: int, nats: float) -> Floats:
     """Return ``count`` log scores at equal steps over ``nats``, best first, with mean 0.
 
+    Parameters
+    ----------
+    count
+        Number of items, at least 0.
+    nats
+        Difference between the best and the last item in nats, at least 0.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        Shape (count,): log scores in nats, from nats / 2 down to −nats / 2.
+
     Raises
     ------
     ResultsError
         If ``nats`` is negative or not finite.
+
+    Examples
+    --------
+    >>> spread_theta(3, 2.0).tolist()
+    [1.0, 0.0, -1.0]
     """
     if not (np.isfinite(nats) and nats >= 0):
         raise ResultsError(Finding(f"the spread is {nats:g} nats", remedy="give 0 or more, such as 2"))
@@ -154,10 +171,27 @@ def spread_theta(count: int, nats: float) -> Floats:
 def score_theta(scores: Mapping[str, float], items: Sequence[str]) -> Floats:
     """Return log scores of ``items`` with mean 0, in nats.
 
+    Parameters
+    ----------
+    scores
+        Score of each item by name, above 0 and finite; only ratios between scores matter.
+    items
+        Names of the n items, in the order wanted.
+
+    Returns
+    -------
+    NDArray[np.float64]
+        Shape (n,): natural logarithms of the scores in nats, less their mean.
+
     Raises
     ------
     ResultsError
         If an item has no score, or a score is not positive and finite.
+
+    Examples
+    --------
+    >>> score_theta({"a": 4.0, "b": 1.0}, ["b", "a"]).round(3).tolist()
+    [-0.693, 0.693]
     """
     missing = [name for name in items if name not in scores]
     if missing:
@@ -181,6 +215,18 @@ def differing_pairs(theta: Floats, labels: Sequence[str] = ()) -> NDArray[np.boo
     labels
         The class of each item, such as "3+4"; two items that share no class differ. Without labels, or where a label
         is empty, items differ unless their scores are equal.
+
+    Returns
+    -------
+    NDArray[np.bool_]
+        Shape (P,), P = n (n − 1) / 2: True where a pair differs, in the order of ``numpy.triu_indices``.
+
+    Examples
+    --------
+    >>> differing_pairs(np.array([1.0, 0.0, 0.0])).tolist()
+    [True, True, False]
+    >>> differing_pairs(np.array([1.0, 0.5, 0.0]), ["1", "1+2", "2"]).tolist()
+    [False, True, False]
     """
     first, second = np.triu_indices(len(theta), 1)
     if not labels or not all(labels):

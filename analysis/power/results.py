@@ -235,6 +235,15 @@ def observers_needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target
     ------
     ResultsError
         If a name is no item's, a pair is named with itself, ``target`` is out of range, or no pair should differ.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from analysis.power import Plan, simulate_power
+    >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
+    >>> power = simulate_power(plan, [2, 100], replicates=50, workers=1)
+    >>> observers_needed(power).observers
+    100
     """
     check_target(target)
     chosen = chosen_pairs(power.plan.items, pairs) if pairs else np.flatnonzero(power.plan.differs)
@@ -254,13 +263,45 @@ def observers_needed(power: Power, pairs: Sequence[tuple[str, str]] = (), target
 
 
 def check_target(target: float) -> None:
-    """Raise ResultsError unless ``target`` lies between 0 and 1."""
+    """Raise ResultsError unless ``target`` lies between 0 and 1.
+
+    Parameters
+    ----------
+    target
+        The power wanted, above 0 and below 1.
+
+    Examples
+    --------
+    >>> check_target(0.8)
+    >>> check_target(80)
+    Traceback (most recent call last):
+    ...
+    analysis.errors.ResultsError: the power is 80 (give a chance between 0 and 1, such as 0.8)
+    """
     if not 0 < target < 1:
         raise ResultsError(Finding(f"the power is {target:g}", remedy="give a chance between 0 and 1, such as 0.8"))
 
 
 def chosen_pairs(items: Sequence[str], pairs: Sequence[tuple[str, str]]) -> NDArray[np.intp]:
-    """Return the indices of ``pairs``, by name, in the order of ``numpy.triu_indices``, each once."""
+    """Return the indices of ``pairs``, by name, in the order of ``numpy.triu_indices``, each once.
+
+    Parameters
+    ----------
+    items
+        Names of the n items.
+    pairs
+        Pairs of names; their order, and that of the two names, does not matter.
+
+    Returns
+    -------
+    NDArray[np.intp]
+        Shape (k,): ascending indices, from 0 to n (n − 1) / 2 − 1.
+
+    Examples
+    --------
+    >>> chosen_pairs(["a", "b", "c"], [("c", "b"), ("a", "b")]).tolist()
+    [0, 2]
+    """
     first, second = np.triu_indices(len(items), 1)
     index = {pair: place for place, pair in enumerate(zip(first.tolist(), second.tolist(), strict=True))}
     indices = []

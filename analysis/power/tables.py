@@ -72,7 +72,27 @@ def csv_rows(needed: Needed) -> Iterator[tuple[int, str, str, str, float, float]
 
 
 def write_csv(needed: Needed, file: TextIO | Path) -> None:
-    """Write every value as CSV with a heading, numbers in full."""
+    """Write every value as CSV with a heading, numbers in full.
+
+    Parameters
+    ----------
+    needed
+        The number of observers needed, with the power that it follows from.
+    file
+        An open text stream, or the path of a file, which is written whole or not at all.
+
+    Examples
+    --------
+    >>> import io
+    >>> import numpy as np
+    >>> from analysis.power import Plan, observers_needed, simulate_power
+    >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
+    >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
+    >>> stream = io.StringIO()
+    >>> write_csv(needed, stream)
+    >>> stream.getvalue().splitlines()[0]
+    'observers,quantity,item,other,value,standard_error'
+    """
     if isinstance(file, Path):
         with whole_file(file) as draft, draft.open("w", encoding="utf-8", newline="") as opened:
             write_csv(needed, opened)
@@ -83,7 +103,28 @@ def write_csv(needed: Needed, file: TextIO | Path) -> None:
 
 
 def print_power(needed: Needed, console: Console | None = None) -> None:
-    """Print a line per number of observers, then the answer; on standard output if ``console`` is None."""
+    """Print a line per number of observers, then the answer; on standard output if ``console`` is None.
+
+    Parameters
+    ----------
+    needed
+        The number of observers needed, with the power that it follows from.
+    console
+        Where to print; standard output if None.
+
+    Examples
+    --------
+    >>> import io
+    >>> from rich.console import Console
+    >>> import numpy as np
+    >>> from analysis.power import Plan, observers_needed, simulate_power
+    >>> plan = Plan(("a", "b"), np.array([1.0, -1.0]), times=np.array([1]), differs=np.array([True]))
+    >>> needed = observers_needed(simulate_power(plan, [2, 100], replicates=50, workers=1))
+    >>> console = Console(file=io.StringIO(), width=120)
+    >>> print_power(needed, console)
+    >>> "hardest pair" in console.file.getvalue()
+    True
+    """
     from rich.console import Console
     from rich.text import Text
 

@@ -138,6 +138,18 @@ def summarise_ratings(sessions: Sequence[SessionLog]) -> RatingSummary:
     ------
     ResultsError
         If the sessions cannot be analysed together, have no rating, or one that is not a number or names no stimulus.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> stimuli = ({"name": "a"},)
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+    >>> data = {"stimulus": "a", "ratings": {"depth": 4}}
+    >>> trial = Trial(0, 0, "rating", (), 1.2, "2026-01-31T09:31:00Z", data)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> summarise_ratings([log]).scales[0].scores[0].mean
+    4.0
     """
     refuse_mixtures(sessions)
     stimuli = [str(stimulus["name"]) for stimulus in sessions[0].header.stimuli]

@@ -191,7 +191,28 @@ class SessionLog:
 
 
 def session_files(folder: Path) -> Iterator[Path]:
-    """Yield the session logs in ``folder`` and below it, sorted, or ``folder`` itself if it is such a file."""
+    """Yield the session logs in ``folder`` and below it, sorted, or ``folder`` itself if it is such a file.
+
+    Parameters
+    ----------
+    folder
+        Folder of results, or one session log. A folder that does not exist has no logs.
+
+    Yields
+    ------
+    Path
+        Each file called ``session.jsonl``, sorted by path.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "01", FILE_NAME)
+    ...     file.parent.mkdir()
+    ...     file.touch()
+    ...     [found.parent.name for found in session_files(Path(folder))]
+    ['01']
+    """
     if folder.is_file():
         yield folder
     else:
@@ -218,6 +239,18 @@ def read_session(file: Path) -> SessionLog:
     ------
     ResultsError
         If the file is unreadable, is not a session log, or is damaged before its last line.
+
+    Examples
+    --------
+    >>> import json
+    >>> import tempfile
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, (), {}, {}, {}, {}, {})
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, FILE_NAME)
+    ...     _ = file.write_text(json.dumps(header.to_json()) + "\\n")
+    ...     log = read_session(file)
+    >>> log.header.observer, log.complete
+    ('01', False)
     """
     try:
         content = file.read_bytes()

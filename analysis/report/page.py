@@ -59,7 +59,8 @@ def write_report(
 
     Returns
     -------
-    The results on the page.
+    Report
+        The results on the page.
 
     Raises
     ------
@@ -67,6 +68,18 @@ def write_report(
         As `analysis.report.report.describe`.
     OSError
         If the page or a table cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from runner.session import simulate
+    >>> from analysis.records import read_results
+    >>> experiment, observers = "experiments/dynamic_range.yaml", "configs/observers/table_4_4.yaml"
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     simulated = simulate(experiment, observers, 1, results=folder)
+    ...     report = write_report(read_results(folder), Path(folder, "report.html"))
+    >>> report.kinds
+    ('Paired comparisons',)
     """
     report = describe(sessions, alpha, adjust, covariance, rule)
     sections = sections_of(report, published or {}, thumbnails or {})

@@ -127,13 +127,26 @@ def describe(
 
     Returns
     -------
-    A part for each kind of task that has answers.
+    Report
+        A part for each kind of task that has answers.
 
     Raises
     ------
     ResultsError
         If the sessions cannot be analysed together, have no answer or a damaged record; as
         `analysis.observers.filters`.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, SessionLog, Trial
+    >>> pair = ({"name": "a"}, {"name": "b"})
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
+    >>> answer = {"first": "a", "second": "b", "answer": "first", "chosen": "a", "rejected": "b"}
+    >>> trial = Trial(0, 0, "all_pairs", (), 1.2, "2026-01-31T09:31:00Z", answer)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> describe([log]).kinds
+    ('Paired comparisons',)
     """
     refuse_mixtures(sessions)
     kept = keep(sessions, rule or Filter())
@@ -166,7 +179,17 @@ def describe(
 
 
 def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
-    """Print the scores, a sentence for each part, who was left out, and the notes."""
+    """Print the scores, a sentence for each part, who was left out, and the notes.
+
+    Parameters
+    ----------
+    report
+        The results, as `describe` returns them.
+    published
+        Score (0 to 1) and class by stimulus, published before, to print beside the computed ones.
+    console
+        Where to print; standard output if None.
+    """
     from rich.console import Console
     from rich.text import Text
 

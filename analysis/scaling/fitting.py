@@ -44,6 +44,12 @@ def fit(wins: Floats, *, method: Method = "ml", most_iterations: int | None = No
     most_iterations
         Newton steps after which a fit stops without having converged; at least 1.
 
+    Returns
+    -------
+    Fit
+        Strengths of the n items in nats, their covariance, and how well the law fits. Where no finite strengths fit,
+        the fit has the reason: how the items are separated.
+
     Raises
     ------
     ResultsError
@@ -147,6 +153,8 @@ def fit_model(
 
     Parameters
     ----------
+    comparisons
+        Who was preferred over whom, by which observer.
     model
         ``bradley-terry`` [Bradley1952], ``davidson`` [Davidson1970] or ``rao-kupper`` [Rao1967] with ties, or
         ``thurstone``, Case V [Thurstone1927].
@@ -159,6 +167,13 @@ def fit_model(
         Fit what being shown first adds.
     covariance
         ``model``, the inverse of the observed information, or ``sandwich``, clustered by observer.
+
+    Returns
+    -------
+    Fit
+        Strengths of the n items (in nats, or standard deviations for ``thurstone``), their covariance, other
+        parameters, and how well the model fits. Where no finite strengths fit, the fit has the reason: how the
+        items are separated.
 
     Raises
     ------

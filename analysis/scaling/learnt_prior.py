@@ -83,6 +83,11 @@ def learnt_posterior(wins: Floats, before: Posterior | None = None, most_steps: 
     most_steps
         Steps after which σ is taken as it is, if it still moves by more than 1e-4 of it; ``converged`` says so.
 
+    Returns
+    -------
+    Posterior
+        Mode, shape (n,), and covariance, shape (n, n), of the strengths in nats, with the σ that was learnt.
+
     Examples
     --------
     >>> import numpy as np

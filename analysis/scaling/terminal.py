@@ -37,6 +37,18 @@ def print_scores(scores: Scores, published: Published | None = None, console: Co
         For each item, where there is one, a score and class published before, printed beside.
     console
         Where to print; standard output if None.
+
+    Examples
+    --------
+    >>> import io
+    >>> from rich.console import Console
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.scaling import score
+    >>> scores = score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)]))
+    >>> console = Console(file=io.StringIO(), width=120)
+    >>> print_scores(scores, console=console)
+    >>> console.file.getvalue().split()[:3]
+    ['item', 'wins', 'of']
     """
     from rich.console import Console
     from rich.table import Table
@@ -133,7 +145,27 @@ def _line(parameter: Parameter) -> str:
 
 
 def problem_lines(scores: Scores) -> list[str]:
-    """Say why there are no scores and what to do, or that the iteration did not converge; else return nothing."""
+    """Say why there are no scores and what to do, or that the iteration did not converge; else return nothing.
+
+    Parameters
+    ----------
+    scores
+        Scores of paired comparisons, as `score` returns them.
+
+    Returns
+    -------
+    list[str]
+        Lines of plain text; empty if the fit converged.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.scaling import score
+    >>> problem_lines(score(from_answers([Answer("a", "b", 30), Answer("b", "a", 10)])))
+    []
+    >>> problem_lines(score(from_answers([Answer("a", "b", 30)])))[0]
+    'no finite scores fit these comparisons:'
+    """
     fit = scores.fit
     if fit.separation:
         why = [f"  {sentence}" for sentence in fit.separation.sentences]

@@ -148,6 +148,19 @@ def summarise_series(
     ------
     ResultsError
         As `analysis.series.choices.gather`.
+
+    Examples
+    --------
+    >>> from pathlib import Path
+    >>> from analysis.records import Header, Trial
+    >>> pair = ({"name": "a"}, {"name": "b"})
+    >>> header = Header("views", "01", "s1", "2026-01-31T09:30:00Z", 1, "?", False, pair, {}, {}, {}, {}, {})
+    >>> data = {"series": "s", "stimuli": ["a", "b"], "chosen": "b", "chosen_index": 1, "path": [[1, 0.0]]}
+    >>> data |= {"dwell_s": [0.0, 2.5], "ratings": {"similarity": 4}}
+    >>> trial = Trial(0, 0, "best_of_series", (), 2.5, "2026-01-31T09:31:00Z", data)
+    >>> log = SessionLog(Path("session.jsonl"), header, (trial,), complete=True)
+    >>> [(level.level, level.share.value) for level in summarise_series([log]).levels]
+    [(1.0, 0.0), (2.0, 1.0)]
     """
     choices = gather(sessions, by=by, across=across, along=along)
     plan = choices.design

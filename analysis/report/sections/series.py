@@ -210,6 +210,17 @@ def score_figure(summary: SeriesSummary) -> BarFigure:
     """Return the score of each level, a bar for each kind of series: Figure 4.14.
 
     Without scores, it is the share of choices.
+
+    Parameters
+    ----------
+    summary
+        The results from choices in series.
+
+    Returns
+    -------
+    BarFigure
+        Mean scores, or shares of choices (0 to 1), with 95 % intervals: a group for each level, a bar for each kind of
+        series; None where a kind has no such level.
     """
     scored = any(level.score is not None for level in summary.levels)
     plan = summary.choices.design
@@ -232,6 +243,18 @@ def rating_figure(summary: SeriesSummary, scale: str) -> BarFigure:
 
     The thesis draws ``difficulty`` reversed: there a low number means hard to discern, here it is as rated, and a high
     number means hard.
+
+    Parameters
+    ----------
+    summary
+        The results from choices in series.
+    scale
+        Name of the rating scale, such as ``similarity``.
+
+    Returns
+    -------
+    BarFigure
+        Mean ratings in points of the scale with 95 % intervals: a group for each paint, a bar for each kind of series.
 
     Raises
     ------
