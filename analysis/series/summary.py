@@ -89,7 +89,7 @@ class SeriesSummary:
         plan, people = self.choices.design, len(self.choices.observers)
         who = f"{people} {'simulated ' if self.simulated else ''}observer{'' if people == 1 else 's'}"
         count, series = len(self.choices.choices), len(plan.series)
-        return f"{who}, {count:,} choices from {series} series."
+        return f"{who}, {count:,} choice{'' if count == 1 else 's'} from {series} series."
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
