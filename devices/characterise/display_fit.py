@@ -19,6 +19,7 @@ from devices.diagnostics.readings import plain, tag
 from devices.display.display_file import PanelSpec
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
+from devices.measurements.observer import require_cie_1931
 from documents import Finding
 from documents.text import counted
 
@@ -76,6 +77,8 @@ class DisplayFit:
         The panel that was measured, as the readings name it; empty where they do not.
     lens
         The one lens that stands for both eyes; None if the readings are of both or each eye was fitted apart.
+    assumptions
+        What was taken for granted of the readings, in sentences that the source in a display file names too.
     """
 
     mode: str | None
@@ -86,6 +89,7 @@ class DisplayFit:
     instrument: str
     panel: str
     lens: PatchEye | None
+    assumptions: tuple[str, ...] = ()
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -103,6 +107,7 @@ class DisplayFit:
                 f"{chosen.name} fitted to {readings}; "
                 f"held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
             )
+            source = "; ".join((source, *self.assumptions))
             models[eye] = model_lines(chosen.model, source)
         return ModeLines(models, self.parts.lines)
 
@@ -183,7 +188,7 @@ def fit_display(
     Raises
     ------
     DeviceError
-        If the readings cannot be those of a display, or no model predicts them; see
+        If the readings are not for CIE 1931 2°, cannot be those of a display, or no model predicts them; see
         `devices.characterise.choose.characterise`.
 
     Examples
@@ -194,6 +199,9 @@ def fit_display(
     >>> fit.eyes["both"].characterisation.chosen.held_out.mean < 0.01
     True
     """
+    for table in (measurements, without_glasses):
+        if table is not None:
+            require_cie_1931(table.observer, str(file))
     readings = plain(measurements)
     apart = {"left", "right"} <= set(readings.eye)
     chosen_eyes: tuple[PatchEye, ...] = ("left", "right") if eye == "both" and apart else (eye,)
@@ -209,7 +217,9 @@ def fit_display(
     through = set(readings.eye)
     lens = readings.eye[0] if chosen_eyes == ("both",) and len(through) == 1 and "both" not in through else None
     named = mode or readings.mode or None
-    return DisplayFit(named, eyes, parts, tuple(notes), str(file), readings.instrument, readings.panel, lens)
+    return DisplayFit(
+        named, eyes, parts, tuple(notes), str(file), readings.instrument, readings.panel, lens, readings.assumptions
+    )
 
 
 def _origin(file: str, instrument: str) -> str:

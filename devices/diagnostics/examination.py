@@ -17,6 +17,7 @@ from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.display_file import EyeModels, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
+from devices.measurements.observer import require_cie_1931
 from devices.measurements.read import read_measurements
 from documents import Finding, InputError
 
@@ -67,7 +68,7 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
     Raises
     ------
     InputError
-        With what is wrong with every file, or if one is named twice.
+        With what is wrong with every file, if one is named twice, or if readings are not for CIE 1931 2°.
 
     Examples
     --------
@@ -90,6 +91,7 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
         seen.add(file.resolve())
         try:
             measurements = read_measurements(file, codes if file.suffix.lower() == ".csv" else None)
+            require_cie_1931(measurements.observer, str(file))
         except InputError as error:
             findings += error.findings
             continue

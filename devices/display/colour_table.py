@@ -85,9 +85,12 @@ def convert_colours(file: str | Path | BinaryIO, model: DisplayModel, target: Ki
 def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float) -> ColourTable:
     """Read codes in 0..``full``, or XYZ; errors as `convert_colours`."""
     if isinstance(file, str | Path) and str(file).lower().endswith(".ti3"):
+        from devices.measurements.observer import require_cie_1931
         from devices.measurements.read import read_measurements
 
         readings = read_measurements(file)
+        if kind == "xyz":
+            require_cie_1931(readings.observer, str(file))
         values = full * readings.codes if kind == "code" else readings.XYZ
         return ColourTable(kind, values, ("name",), tuple((name,) for name in readings.name))
     name = str(file) if isinstance(file, str | Path) else "standard input"

@@ -7,6 +7,8 @@ from .log import Session as Session
 from .log import Shown as Shown
 from .log import read_session as read_session
 from .log import step_facts as step_facts
+from .observer import CIE_1931_2 as CIE_1931_2
+from .observer import OBSERVERS as OBSERVERS
 from .read import read_measurements as read_measurements
 from .read import write_measurements as write_measurements
 from .spectra import xyz_from_spectra as xyz_from_spectra

@@ -1,4 +1,4 @@
-"""One CGATS table as text, with the place of everything in it: keywords, the names of fields, rows."""
+"""The tables of a CGATS file as text, with the place of everything in it: keywords, the names of fields, rows."""
 
 from __future__ import annotations
 
@@ -25,9 +25,10 @@ class Cell:
 
 @dataclass(slots=True)
 class CgatsTable:
-    """The first table of a file; ``end`` is where something that lacks would have to stand."""
+    """A table of a file; ``end`` is where something that lacks would have to stand, ``kind`` the table's first word."""
 
     file: str
+    kind: str = ""
     keywords: dict[str, Cell] = field(default_factory=dict)
     fields: list[Cell] = field(default_factory=list)
     rows: list[list[Cell]] = field(default_factory=list)
@@ -42,8 +43,8 @@ class CgatsTable:
         return Finding(message, self.file, at.line, at.column, remedy)
 
 
-def read_table(lines: Sequence[str], file: str) -> CgatsTable:
-    """Read the first table in ``lines``; ``file`` is the name that findings carry.
+def read_table(lines: Sequence[str], file: str, after: int = 0) -> CgatsTable:
+    """Read the first table in ``lines`` after line number ``after``; ``file`` is the name that findings carry.
 
     Raises
     ------
@@ -54,7 +55,7 @@ def read_table(lines: Sequence[str], file: str) -> CgatsTable:
     table = CgatsTable(file)
     findings: list[Finding] = []
     inside, opened, done = "", table.end, False
-    for number, line in enumerate(lines, start=1):
+    for number, line in enumerate(lines[after:], start=after + 1):
         cells = [
             Cell(m[1].replace('""', '"') if m[1] is not None else m[2], number, m.start() + 1)
             for m in _TOKEN.finditer(line)
@@ -77,6 +78,8 @@ def read_table(lines: Sequence[str], file: str) -> CgatsTable:
             table.rows.append(cells)
         elif len(cells) > 1:
             table.keywords[first.text] = cells[1]
+        elif not table.kind:
+            table.kind = first.text
         table.end = first
         if done:
             break
@@ -108,6 +111,14 @@ def read_table(lines: Sequence[str], file: str) -> CgatsTable:
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
     return table
+
+
+def later_table(lines: Sequence[str], first: CgatsTable, kind: str) -> CgatsTable | None:
+    """Return the table that stands after ``first`` under the line ``kind``, or None; errors as `read_table`."""
+    for number in range(first.end.line, len(lines)):
+        if lines[number].strip() == kind:
+            return read_table(lines, first.file, number)
+    return None
 
 
 def _length(table: CgatsTable, row: list[Cell]) -> Finding | None:

@@ -1,7 +1,7 @@
 """Measurements as CSV: ``name,red,green,blue,X,Y,Z[,time_s][,eye]``, with what holds for all in comments above.
 
 The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``, ``# instrument: ...``,
-``# notes: ...`` and ``# panel: 1920x1080,0.2768,120,8``; ``R,G,B`` may stand for
+``# notes: ...``, ``# panel: 1920x1080,0.2768,120,8`` and ``# observer: CIE 1964 10``; ``R,G,B`` may stand for
 ``red,green,blue``, and names may be left out.
 """
 
@@ -18,6 +18,7 @@ import numpy as np
 
 from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
+from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
 from documents.files import bounded_bytes, other_separator
@@ -26,7 +27,7 @@ from documents.text import did_you_mean, nearest
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye")
 _ALSO = {"r": "red", "g": "green", "b": "blue"}
-_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel")
+_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel", "observer")
 _MOST_FINDINGS = 20
 _MOST_BYTES = 10_000_000
 
@@ -113,7 +114,11 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
             where = columns["eye"] + 1 if "eye" in columns else None
             findings.append(Finding(f"'{eye}' is no eye", file, line_number, where, "left, right or both"))
         eyes.append(cast(PatchEye, eye))
-    if findings:
+    observer = observer_name(header_values.get("observer", CIE_1931_2))
+    if observer is None:
+        what, remedy = f"the observer '{header_values['observer']}' is not known", f"one of {', '.join(OBSERVERS)}"
+        findings.append(Finding(what, file, said_line["observer"], remedy=remedy))
+    if findings or observer is None:
         raise DeviceError(findings[:_MOST_FINDINGS])
     declared = code_range if code_range is not None else header_values.get("codes")
     declared_line = None if code_range is not None else said_line.get("codes")
@@ -143,6 +148,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         notes=header_values.get("notes", ""),
         assumptions=tuple(text for text in (assumed, left_out) if text),
         panel=header_values.get("panel", ""),
+        observer=observer,
     )
 
 
@@ -215,6 +221,8 @@ def format_csv(measurements: Measurements, full: float = 255.0) -> str:
     for key in ("mode", "instrument", "notes", "panel"):
         if text := " ".join(str(getattr(measurements, key)).split()):
             out.write(f"# {key}: {text}\n")
+    if measurements.observer != CIE_1931_2:
+        out.write(f"# observer: {measurements.observer}\n")
     timed = measurements.time_s is not None
     writer = csv.writer(out, lineterminator="\n")
     writer.writerow(["name", *_NUMBERS, *(["time_s"] if timed else []), "eye"])

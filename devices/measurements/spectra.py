@@ -18,6 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
 from devices.measurements.cgats import CgatsTable
+from devices.measurements.observer import CIE_1931_2
 from devices.measurements.table import Measurements
 
 Floats = NDArray[np.float64]
@@ -31,10 +32,10 @@ _WATTS = 1e-3
 _OTHER_SCALE, _OTHER_LIGHT = 0.05, 0.02
 
 
-def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike) -> Floats:
+def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: str = CIE_1931_2) -> Floats:
     """Return XYZ in cd/m², shape (n, 3), of spectral radiance in W/(sr m² nm), shape (n, m).
 
-    683 lm/W times the sum of spectrum, colour-matching functions of CIE 1931 2° (every nm, from colour-science) and the
+    683 lm/W times the sum of spectrum, the observer's colour-matching functions (every nm, from colour-science) and the
     width of each band, which is half the way to either neighbour: any spacing up to 20 nm, even or not, such as 4 nm.
 
     Parameters
@@ -43,6 +44,8 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike) -> Floats:
         Spectral radiance in W/(sr m² nm), shape (n, m), or (m,) for a single one.
     wavelengths_nm
         Wavelengths in nanometres, shape (m,), rising, at most 20 nm apart, over 400..700 nm at least.
+    observer
+        ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2`` or ``CIE 2015 10``.
 
     Returns
     -------
@@ -70,15 +73,15 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike) -> Floats:
     if waves[0] > _MUST_COVER_NM[0] or waves[-1] < _MUST_COVER_NM[1]:
         raise DeviceError(f"spectra run over {waves[0]:g}..{waves[-1]:g} nm; 400..700 nm is the least that XYZ need")
     width = np.concatenate([[gaps[0]], 0.5 * (gaps[:-1] + gaps[1:]), [gaps[-1]]])
-    return np.asarray(EFFICACY * light @ (matching_functions(waves) * width[:, None]))
+    return np.asarray(EFFICACY * light @ (matching_functions(waves, observer) * width[:, None]))
 
 
-def matching_functions(wavelengths_nm: Floats) -> Floats:
-    """Return x̄, ȳ, z̄ of CIE 1931 2°, shape (m, 3), at any wavelengths, 0 where they are not tabulated."""
+def matching_functions(wavelengths_nm: Floats, observer: str = CIE_1931_2) -> Floats:
+    """Return x̄, ȳ, z̄ of ``observer``, shape (m, 3), at any wavelengths, 0 where they are not tabulated."""
     # Importing all of colour-science takes a second; only reading spectra waits for it.
     from colour.colorimetry.datasets.cmfs import MSDS_CMFS
 
-    table = MSDS_CMFS["CIE 1931 2 Degree Standard Observer"]
+    table = MSDS_CMFS[f"{observer} Degree Standard Observer"]
     known, values = np.asarray(table.wavelengths, dtype=np.float64), np.asarray(table.values, dtype=np.float64)
     columns = [np.interp(wavelengths_nm, known, values[:, i], left=0.0, right=0.0) for i in range(3)]
     return np.stack(columns, axis=1)
@@ -94,8 +97,12 @@ class Spectra:
     notes: list[str]
 
 
-def read_spectra(table: CgatsTable, fields: Sequence[str], values: Floats, XYZ: Floats | None) -> Spectra:
+def read_spectra(
+    table: CgatsTable, fields: Sequence[str], values: Floats, XYZ: Floats | None, observer: str = CIE_1931_2
+) -> Spectra:
     """Return the spectra whose ``fields`` hold ``values`` (n, m); ``XYZ`` (n, 3) are the file's, if it has any.
+
+    ``XYZ`` are compared with those of the spectra for the same ``observer``.
 
     Raises
     ------
@@ -107,7 +114,7 @@ def read_spectra(table: CgatsTable, fields: Sequence[str], values: Floats, XYZ: 
     waves, per_nm = waves[order], values[:, order] * _WATTS
     at = table.keywords.get("SPECTRAL_BANDS", next(cell for cell in table.fields if cell.text == fields[0]))
     try:
-        own = xyz_from_spectra(per_nm, waves)
+        own = xyz_from_spectra(per_nm, waves, observer)
     except DeviceError as error:
         raise DeviceError([table.finding(f.message, at, f.remedy) for f in error.findings]) from error
     if XYZ is None:

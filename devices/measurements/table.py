@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
+from devices.measurements.observer import CIE_1931_2
 
 Floats = NDArray[np.float64]
 PatchEye = Literal["left", "right", "both"]
@@ -20,12 +21,16 @@ PATCH_EYES: tuple[PatchEye, ...] = ("left", "right", "both")
 class Measurements:
     """Readings of patches, in the order in which they were read.
 
-    ``codes``: device codes as sent, shape (n, 3), in 0..1. ``XYZ``: shape (n, 3), CIE 1931 2°, absolute, Y in cd/m².
+    ``codes``: device codes as sent, shape (n, 3), in 0..1. ``XYZ``: shape (n, 3), for ``observer``, absolute, Y in
+    cd/m².
     ``name``: n names, ``patch1`` and on where none are given. ``time_s``: shape (n,), seconds from the first reading
     or any other moment, or None. ``eye``: through which lens each was read, n of ``left``, ``right``, ``both``.
     ``spectra``: shape (n, m), W/(sr m² nm), at ``wavelengths_nm``, shape (m,), or both None. ``assumptions`` says in
     sentences what the reader of a file took for granted. ``panel`` is what was measured, such as
-    ``1920x1080,0.2768,120,8`` (pixels, pixel pitch in mm, Hz, bits), where that is known.
+    ``1920x1080,0.2768,120,8`` (pixels, pixel pitch in mm, Hz, bits), where that is known. ``observer`` is one of
+    ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2`` and ``CIE 2015 10``: year and field in degrees. ``gamma_table`` is
+    the graphics card's table with which the readings hold: what it gives for codes 0..1 in k equal steps, shape (k, 3),
+    in 0..1; None where that is not known.
 
     Raises DeviceError if shapes disagree, a code lies outside 0..1, or a number is not finite.
     """
@@ -42,6 +47,8 @@ class Measurements:
     notes: str = ""
     assumptions: tuple[str, ...] = ()
     panel: str = ""
+    observer: str = CIE_1931_2
+    gamma_table: Floats | None = None
 
     def __post_init__(self) -> None:
         count = len(np.asarray(self.codes))
@@ -51,6 +58,8 @@ class Measurements:
         if self.wavelengths_nm is not None:
             bands = len(np.asarray(self.wavelengths_nm))
             shapes |= {"wavelengths_nm": (bands,), "spectra": (count, bands)}
+        if self.gamma_table is not None:
+            shapes["gamma_table"] = (max(len(np.asarray(self.gamma_table)), 2), 3)
         for what, shape in shapes.items():
             given = getattr(self, what)
             if given is None:
@@ -105,14 +114,21 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
     Raises
     ------
     DeviceError
-        If there is no table, or their modes differ.
+        If there is no table, or their modes or observers differ.
     """
     if not tables:
         raise DeviceError("there are no measurements to join")
     modes = {table.mode for table in tables if table.mode}
     if len(modes) > 1:
         raise DeviceError(f"measurements in different modes cannot be joined: {', '.join(sorted(modes))}")
+    observers = {table.observer for table in tables}
+    if len(observers) > 1:
+        raise DeviceError(f"measurements for different observers cannot be joined: {', '.join(sorted(observers))}")
     first = tables[0]
+    gamma = [table.gamma_table for table in tables]
+    one_table = all(
+        g is not None and first.gamma_table is not None and np.array_equal(g, first.gamma_table) for g in gamma
+    )
     panels = {table.panel for table in tables}
     waves = [table.wavelengths_nm for table in tables]
     same = all(
@@ -137,4 +153,6 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
         texts["notes"],
         tuple(dict.fromkeys(assumption for table in tables for assumption in table.assumptions)),
         panels.pop() if len(panels) == 1 else "",
+        first.observer,
+        first.gamma_table if one_table else None,
     )

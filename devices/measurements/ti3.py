@@ -14,9 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.errors import DeviceError
-from devices.measurements.cgats import Cell, CgatsTable, read_table
+from devices.measurements.cgats import Cell, CgatsTable, later_table, read_table
+from devices.measurements.observer import CIE_1931_2, argyll_observer
 from devices.measurements.spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
+from devices.measurements.ti3_statements import IDENTITY, calibration_lines, read_statements
 from documents import Finding
 from documents.files import bounded_bytes
 
@@ -27,10 +29,15 @@ _NAMES = ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID")
 # Ten thousand readings with a spectrum each.
 _MOST_BYTES = 50_000_000
 _MODE, _EYE, _TIME = "STEREO_MODE", "EYE", "TIME_S"
+# Argyll writes a zero as -0.00100 at times. This much of 100 is a fortieth of a code of 8 bits.
+_ROUNDING = 0.01
 
 
 def read_ti3(path: Path) -> Measurements:
-    """Read the first table of the ``.ti3`` file at ``path``.
+    """Read the readings of the ``.ti3`` file at ``path``, and the calibration that they were taken through.
+
+    A calibration (the table CAL after the readings) is applied to the codes: ``codes`` are those that the panel
+    received, and ``gamma_table`` is the identity; ``assumptions`` says how far it is from that.
 
     XYZ that are normalised to a white of 100 are brought back to cd/m² by ``LUMINANCE_XYZ_CDM2``; where the file has
     none, they stay relative and ``assumptions`` says so. Spectra (``SPEC_nnn``, in mW/(sr m² nm)) are brought to the
@@ -39,7 +46,7 @@ def read_ti3(path: Path) -> Measurements:
     Raises
     ------
     DeviceError
-        With file, line, column and remedy of what is wrong.
+        With file, line, column and remedy of what is wrong: also readings of a printer, or of codes at video levels.
     """
     try:
         lines = bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig", errors="replace").splitlines()
@@ -66,18 +73,20 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
     times = _numbers(table, (_TIME,), findings)[:, 0] if _TIME in names else None
     if findings:
         raise DeviceError(findings[:20])
+    stated = read_statements(table, later_table(lines, table, "CAL"))
     scale, notes = _absolute(table)
+    notes = [*stated.notes(), *notes]
     XYZ = None if light is None else light * scale
     spectra: Spectra | None = None
     if spectral:
-        spectra = read_spectra(table, spectral, values * scale, XYZ)
+        spectra = read_spectra(table, spectral, values * scale, XYZ, stated.observer)
         notes += spectra.notes
     if XYZ is None:
         assert spectra is not None
         XYZ = spectra.XYZ
     named = next((names.index(name) for name in _NAMES if name in names), None)
     return Measurements(
-        codes / 100.0,
+        stated.codes_sent(codes / 100.0),
         XYZ,
         tuple(f"patch{i + 1}" if named is None else row[named].text for i, row in enumerate(table.rows)),
         times,
@@ -88,6 +97,8 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         instrument=_keyword_text(table, "TARGET_INSTRUMENT"),
         notes=_keyword_text(table, "DESCRIPTOR"),
         assumptions=tuple(notes),
+        observer=stated.observer,
+        gamma_table=None if stated.calibration is None else IDENTITY,
     )
 
 
@@ -105,10 +116,10 @@ def _numbers(table: CgatsTable, names: tuple[str, ...], findings: list[Finding],
                 value = math.nan
             if not math.isfinite(value):
                 findings.append(table.finding(f"{every[place]} is '{cell.text}'", cell, "a finite number is needed"))
-            elif highest < math.inf and not 0 <= value <= highest:
+            elif highest < math.inf and not -_ROUNDING <= value <= highest + _ROUNDING:
                 what = f"{every[place]} is {cell.text}"
                 findings.append(table.finding(what, cell, f"device values are 0..{highest:g}"))
-            values[index, column] = value
+            values[index, column] = value if highest == math.inf else min(max(value, 0.0), highest)
     return values
 
 
@@ -171,6 +182,8 @@ def format_ti3(measurements: Measurements) -> str:
     ]
     if measurements.instrument:
         head.append(f"TARGET_INSTRUMENT {_quoted(measurements.instrument)}")
+    if measurements.observer != CIE_1931_2:
+        head.append(f"OBSERVER {_quoted(argyll_observer(measurements.observer))}")
     if measurements.mode:
         head += [f'KEYWORD "{_MODE}"', f"{_MODE} {_quoted(measurements.mode)}"]
     keywords, spectral = spectral_head(measurements)
@@ -190,7 +203,7 @@ def format_ti3(measurements: Measurements) -> str:
         rows.append(
             " ".join([str(index + 1), _quoted(measurements.name[index]), *codes, *light, *spectra[index], *own])
         )
-    return "\n".join([*head, *rows, "END_DATA"]) + "\n"
+    return "\n".join([*head, *rows, "END_DATA", *calibration_lines(measurements.gamma_table)]) + "\n"
 
 
 def _quoted(text: str) -> str:

@@ -1,0 +1,168 @@
+"""What a ``.ti3`` states of its readings: the device, the observer, the levels sent and the calibration in force.
+
+ArgyllCMS's dispread writes the calibration that it was given (-k: loaded in the graphics card, -K: applied to the
+codes) as a second table, CAL. Either way the panel received CAL(code), so that this is the code which gives the same
+light through an identity table. With -E each value v was sent as (16 + 219 v) / 255 [Argyll].
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.errors import DeviceError
+from devices.measurements.cgats import CgatsTable
+from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
+from documents import Finding
+
+Floats = NDArray[np.float64]
+
+IDENTITY: Floats = np.repeat([[0.0], [1.0]], 3, axis=1)
+_CAL_FIELDS = ("RGB_I", "RGB_R", "RGB_G", "RGB_B")
+_COLOURS = ("red", "green", "blue")
+# Half a code of 16 bits is lost in writing a table; less than a quarter of a code of 10 bits changes no verdict.
+_ROUNDING, _SAME = 1e-5, 0.25 / 1023
+_MOST_FINDINGS = 20
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Statements:
+    """``observer`` by name; ``calibration``: codes in equal or other steps and what they became, (k, 4), or None."""
+
+    observer: str
+    calibration: Floats | None
+
+    def codes_sent(self, codes: Floats) -> Floats:
+        """Return the codes in 0..1 that the panel received, shape (n, 3)."""
+        if self.calibration is None:
+            return codes
+        steps, values = self.calibration[:, 0], self.calibration[:, 1:]
+        return np.stack([np.interp(codes[:, i], steps, values[:, i]) for i in range(3)], axis=1)
+
+    def notes(self) -> list[str]:
+        """Return what was taken for granted of the calibration, in sentences."""
+        if self.calibration is None:
+            return []
+        steps, values = self.calibration[:, 0], self.calibration[:, 1:]
+        departure = float(np.abs(values - steps[:, None]).max())
+        if departure <= _SAME:
+            return []
+        notes = [
+            "the readings were taken through a calibration of the graphics card's table, up to "
+            f"{departure:.2g} of full code from the identity; the codes are those that it sent, so that the model "
+            "holds with an identity table"
+        ]
+        low = [f"{colour} {v:.3g}" for colour, v in zip(_COLOURS, values.min(axis=0), strict=True) if v > _SAME]
+        high = [f"{colour} {v:.3g}" for colour, v in zip(_COLOURS, values.max(axis=0), strict=True) if v < 1 - _SAME]
+        beyond = [f"{word} {', '.join(codes)}" for word, codes in (("below", low), ("above", high)) if codes]
+        if beyond:
+            notes.append(f"the calibration sent no codes {' and '.join(beyond)}: what they give is extrapolated")
+        return notes
+
+
+def read_statements(table: CgatsTable, calibration: CgatsTable | None) -> Statements:
+    """Return what ``table`` and the CAL table after it, if there is one, state of the readings.
+
+    Raises
+    ------
+    DeviceError
+        With line and column: if these are no readings of a display driven over full range; if the observer is not
+        known; if the calibration is not one of three channels over 0..1.
+    """
+    findings = [*_of_a_display(table), *_full_range(table)]
+    if calibration is not None:
+        findings += _full_range(calibration)
+    observer = CIE_1931_2
+    if (said := table.keywords.get("OBSERVER")) is not None:
+        known = observer_name(said.text)
+        if known is None:
+            remedy = f"one of {', '.join(OBSERVERS)} (1931_2, 1964_10, 2012_2, 2012_10)"
+            findings.append(table.finding(f"the observer '{said.text}' is not known", said, remedy))
+        observer = known or observer
+    curves = None if calibration is None else _calibration(calibration, findings)
+    if findings:
+        raise DeviceError(findings[:_MOST_FINDINGS])
+    return Statements(observer, curves)
+
+
+def _of_a_display(table: CgatsTable) -> list[Finding]:
+    findings = []
+    if table.kind in ("CTI1", "CTI2"):
+        at = table.fields[0]
+        remedy = "the .ti3 that dispread writes"
+        findings.append(table.finding(f"{table.kind} is a list of patches to measure, not of readings", at, remedy))
+    device = table.keywords.get("DEVICE_CLASS")
+    if device is not None and device.text.strip().upper() != "DISPLAY":
+        remedy = "readings of a display: DISPLAY"
+        findings.append(table.finding(f"DEVICE_CLASS is '{device.text}'", device, remedy))
+    colours = table.keywords.get("COLOR_REP")
+    if colours is not None and not colours.text.strip().upper().startswith("RGB"):
+        findings.append(table.finding(f"COLOR_REP is '{colours.text}'", colours, "RGB_XYZ"))
+    return findings
+
+
+def _full_range(table: CgatsTable) -> list[Finding]:
+    """Refuse codes of 16..235: of what 0..255 give, which are the codes sent here, such readings say nothing."""
+    said = table.keywords.get("TV_OUTPUT_ENCODING")
+    levels = table.keywords.get("OUTPUT_ENCODING")
+    remedy = "set the display and the graphics card to full range (0..255), and measure without -E"
+    if said is not None and said.text.strip().upper() != "NO":
+        what = f"TV_OUTPUT_ENCODING is '{said.text}': the codes were sent as 16..235 of 255"
+        return [table.finding(what, said, remedy)]
+    if levels is not None and levels.text.split() not in (["0", "255"], ["0.0", "255.0"]):
+        return [table.finding(f"OUTPUT_ENCODING is '{levels.text}', not 0 255", levels, remedy)]
+    return []
+
+
+def _calibration(table: CgatsTable, findings: list[Finding]) -> Floats | None:
+    names = table.names()
+    missing = [name for name in _CAL_FIELDS if name not in names]
+    if missing:
+        findings.append(table.finding(f"the calibration has no {', '.join(missing)}", table.fields[0]))
+        return None
+    places = [names.index(name) for name in _CAL_FIELDS]
+    before = len(findings)
+    values = np.zeros((len(table.rows), 4))
+    for index, row in enumerate(table.rows):
+        for column, place in enumerate(places):
+            value = _number(row[place].text)
+            if not -_ROUNDING <= value <= 1 + _ROUNDING:
+                what = f"{_CAL_FIELDS[column]} of the calibration is '{row[place].text}'"
+                findings.append(table.finding(what, row[place], "a number in 0..1 is needed"))
+            values[index, column] = value
+    if len(findings) > before:
+        return None
+    values = np.clip(values, 0.0, 1.0)
+    steps = values[:, 0]
+    if len(steps) < 2 or np.any(np.diff(steps) <= 0) or steps[0] > _SAME or steps[-1] < 1 - _SAME:
+        at = table.rows[0][places[0]]
+        findings.append(table.finding("RGB_I of the calibration does not rise from 0 to 1", at))
+        return None
+    return values
+
+
+def _number(text: str) -> float:
+    try:
+        value = float(text)
+    except ValueError:
+        return math.nan
+    return value if math.isfinite(value) else math.nan
+
+
+def calibration_lines(gamma_table: Floats | None) -> Sequence[str]:
+    """Return the CAL table of a ``.ti3`` with ``gamma_table`` (k, 3) at equal steps; nothing where it is None."""
+    if gamma_table is None:
+        return []
+    head = ["", "CAL", "", 'DESCRIPTOR "Device calibration state"', 'ORIGINATOR "cyclopean"', 'DEVICE_CLASS "DISPLAY"']
+    head += ['COLOR_REP "RGB"', "", "NUMBER_OF_FIELDS 4", "BEGIN_DATA_FORMAT", " ".join(_CAL_FIELDS)]
+    head += ["END_DATA_FORMAT", "", f"NUMBER_OF_SETS {len(gamma_table)}", "BEGIN_DATA"]
+    steps = np.linspace(0.0, 1.0, len(gamma_table))
+    rows = [
+        " ".join(f"{value:.7g}" for value in (step, *row))
+        for step, row in zip(steps.tolist(), gamma_table.tolist(), strict=True)
+    ]
+    return [*head, *rows, "END_DATA"]
