@@ -1,0 +1,12 @@
+from .cone_fundamentals import Departure as Departure
+from .cone_fundamentals import cone_fundamentals as cone_fundamentals
+from .individuals import STANDARD_DEVIATIONS as STANDARD_DEVIATIONS
+from .individuals import categorical_observers as categorical_observers
+from .individuals import individual_observer as individual_observer
+from .individuals import individual_observers as individual_observers
+from .observer_spec import ObserverSpec as ObserverSpec
+from .observers import DEFAULT_OBSERVER as DEFAULT_OBSERVER
+from .observers import STANDARD_OBSERVERS as STANDARD_OBSERVERS
+from .observers import ColorimetricObserver as ColorimetricObserver
+from .observers import colorimetric_observer as colorimetric_observer
+from .observers import mixed_observers as mixed_observers
