@@ -15,7 +15,7 @@ from devices.characterise.display_yaml import model_lines
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.thesis import ThesisFits, thesis_fits
-from devices.diagnostics.readings import plain, tag
+from devices.diagnostics.readings import is_plain, plain, tag
 from devices.display.display_file import PanelSpec
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
@@ -237,14 +237,15 @@ def _fit_eye(readings: Measurements, model: Name | Literal["auto"], seed: int) -
 
 
 def _notes_on_tags(measurements: Measurements) -> list[str]:
-    """Return a note on the tagged readings that nothing here uses."""
-    tags = [known for name in measurements.name if (known := tag(name)) is not None]
-    unused = sum(known.kind not in _USED_TAGS for known in tags)
+    """Return a note on the readings that nothing here uses: tagged ones, and those of a part of the picture."""
+    tags = [tag(name) for name, kept in zip(measurements.name, is_plain(measurements), strict=True) if not kept]
+    unused = sum(known is None or known.kind not in _USED_TAGS for known in tags)
     if not unused:
         return []
     readings = counted(unused, "reading", "readings")
     were = "was" if unused == 1 else "were"
-    return [f"{readings} at angles, on surrounds or while warming up (@ in the name) {were} left out"]
+    what = "at angles, on surrounds, while warming up or for other diagnoses (@ in the name, or a patch with an area)"
+    return [f"{readings} {what} {were} left out"]
 
 
 def _notes_on_leakage(parts: MeasuredParts) -> list[str]:

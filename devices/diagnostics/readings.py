@@ -3,9 +3,10 @@
 A name may say after its ``@`` where on the panel, from what angle, or beside what the patch was read:
 ``gray120@r1c3`` was read in row 1, column 3 of a grid over the panel; ``white@30deg`` and ``white@v-20deg`` from 30° to
 the right and 20° below; ``gray120@on-white`` as a patch on a white screen; ``black@other=red`` while the other eye's
-picture was red; ``gray120@warm-up`` while the display warmed up; ``white@no-glasses`` without the glasses. ``#2`` and
-so on behind a name counts its showings. Every other name is a plain reading: full screen, at the centre, straight
-ahead, through the glasses, once the display is warm.
+picture was red; ``gray120@warm-up`` while the display warmed up; ``white@no-glasses`` without the glasses;
+``grey120@cable`` to show what codes pass on their way to the light. ``#2`` and so on behind a name counts its showings.
+Every other name is a plain reading: full screen, at the centre, straight ahead, through the glasses, once the display
+is warm. A reading whose patch did not fill the picture (`Measurements.area`) is never plain.
 """
 
 from __future__ import annotations
@@ -20,13 +21,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.measurements import Measurements
 
-Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses"]
+Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses", "cable"]
 _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("place", re.compile(r"r([1-9]\d?)c([1-9]\d?)", re.IGNORECASE)),
     ("angle", re.compile(r"([hv]?)([+-]?\d+(?:\.\d+)?)(?:deg|°)", re.IGNORECASE)),
     ("surround", re.compile(r"on[- ](.+)", re.IGNORECASE)),
     ("other", re.compile(r"other=(.+)", re.IGNORECASE)),
     ("warm-up", re.compile(r"warm-?up", re.IGNORECASE)),
+    ("cable", re.compile(r"cable[- ]?(.*)", re.IGNORECASE)),
     ("no-glasses", re.compile(r"(?:no|without)[- ]glasses", re.IGNORECASE)),
 )
 
@@ -66,7 +68,7 @@ def plain(measurements: Measurements) -> Measurements:
     Returns
     -------
     Measurements
-        The readings whose names have no tag, in their order.
+        The readings whose names have no tag and whose patches filled the picture, in their order.
 
     Examples
     --------
@@ -74,7 +76,13 @@ def plain(measurements: Measurements) -> Measurements:
     >>> plain(table).name
     ('white',)
     """
-    return measurements.select(np.array([tag(name) is None for name in measurements.name], dtype=bool))
+    return measurements.select(is_plain(measurements))
+
+
+def is_plain(measurements: Measurements) -> NDArray[np.bool_]:
+    """Return which readings are plain, shape (n,): no tag in the name, and a patch that filled the picture."""
+    untagged_names = np.array([tag(name) is None for name in measurements.name], dtype=bool)
+    return np.asarray(untagged_names & (measurements.filled == 1.0))
 
 
 def tagged(measurements: Measurements, kind: Kind) -> list[tuple[int, Tag]]:
@@ -112,8 +120,9 @@ class Ramp:
 def by_code(measurements: Measurements) -> dict[tuple[float, ...], list[int]]:
     """Return the numbers of the plain readings of each code, in the order in which they were read."""
     rows: dict[tuple[float, ...], list[int]] = {}
+    counted = is_plain(measurements)
     for row, code in enumerate(np.round(measurements.codes, SAME_DIGITS)):
-        if tag(measurements.name[row]) is None:
+        if counted[row]:
             rows.setdefault(tuple(float(value) for value in code), []).append(row)
     return rows
 

@@ -1,5 +1,8 @@
 """Measurements as CSV: ``name,red,green,blue,X,Y,Z[,time_s][,eye]``, with what holds for all in comments above.
 
+Patches that did not fill the picture have the share of it that they filled in ``area``, and the codes around them in
+``surround_red,surround_green,surround_blue``; empty cells stand for all of it, and for black.
+
 The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``, ``# instrument: ...``,
 ``# notes: ...``, ``# panel: 1920x1080,0.2768,120,8`` and ``# observer: CIE 1964 10``; ``R,G,B`` may stand for
 ``red,green,blue``, and names may be left out.
@@ -25,7 +28,9 @@ from documents.files import bounded_bytes, other_separator
 from documents.text import did_you_mean, nearest
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
-_KNOWN = ("name", *_NUMBERS, "time_s", "eye")
+_SURROUND = ("surround_red", "surround_green", "surround_blue")
+_KNOWN = ("name", *_NUMBERS, "time_s", "eye", "area", *_SURROUND)
+_COLUMNS = "name,red,green,blue,X,Y,Z,time_s,eye"
 _ALSO = {"r": "red", "g": "green", "b": "blue"}
 _SAID = ("codes", "mode", "eye", "instrument", "notes", "panel", "observer")
 _MOST_FINDINGS = 20
@@ -88,7 +93,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         elif bare:
             kept.append((number, bare))
     if len(kept) < 2:
-        raise DeviceError(Finding("the table holds no measurements", file, remedy=f"columns: {','.join(_KNOWN)}"))
+        raise DeviceError(Finding("the table holds no measurements", file, remedy=f"columns: {_COLUMNS}"))
     try:
         rows = [(number, next(csv.reader([line], strict=True))) for number, line in kept]
     except csv.Error as error:
@@ -96,6 +101,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
     columns, ignored = _header(rows[0][1], file, rows[0][0])
     findings: list[Finding] = []
     values = np.full((len(rows) - 1, 7), np.nan)
+    area, surround = np.ones(len(rows) - 1), np.zeros((len(rows) - 1, 3))
     names: list[str] = []
     eyes: list[PatchEye] = []
     everywhere = header_values.get("eye", "both")
@@ -108,6 +114,15 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         for place, column in enumerate((*_NUMBERS, "time_s")):
             if column in columns:
                 values[index, place] = _number(cells[columns[column]], column, file, line_number, columns, findings)
+        if "area" in columns and cells[columns["area"]].strip():
+            area[index] = _number(cells[columns["area"]], "area", file, line_number, columns, findings)
+            if area[index] <= 0 or area[index] > 1:
+                what = f"the area is {cells[columns['area']].strip()}"
+                remedy = "a share of the picture above 0 and at most 1"
+                findings.append(Finding(what, file, line_number, columns["area"] + 1, remedy))
+        for place, column in enumerate(_SURROUND):
+            if column in columns and cells[columns[column]].strip():
+                surround[index, place] = _number(cells[columns[column]], column, file, line_number, columns, findings)
         names.append(cells[columns["name"]].strip() if "name" in columns else f"patch{index + 1}")
         eye = (cells[columns["eye"]].strip() if "eye" in columns else "") or everywhere
         if eye not in PATCH_EYES:
@@ -122,8 +137,9 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         raise DeviceError(findings[:_MOST_FINDINGS])
     declared = code_range if code_range is not None else header_values.get("codes")
     declared_line = None if code_range is not None else said_line.get("codes")
+    largest = max(float(values[:, :3].max()), float(surround.max()))
     full, assumed = full_code(
-        float(values[:, :3].max()), None if declared is None else parse_code_range(declared, file, declared_line), file
+        largest, None if declared is None else parse_code_range(declared, file, declared_line), file
     )
     codes = values[:, :3] / full
     for index, code_row in enumerate(codes):
@@ -134,6 +150,9 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
                 findings.append(
                     Finding(f"the code {asked:g} lies outside 0..{full:g}", file, rows[index + 1][0], where)
                 )
+    for index, place in np.argwhere((surround < 0) | (surround > full)):
+        what = f"the code {surround[index, place]:g} lies outside 0..{full:g}"
+        findings.append(Finding(what, file, rows[index + 1][0], columns[_SURROUND[place]] + 1))
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
     left_out = f"the columns {', '.join(ignored)} were not read" if ignored else ""
@@ -149,6 +168,8 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         assumptions=tuple(text for text in (assumed, left_out) if text),
         panel=header_values.get("panel", ""),
         observer=observer,
+        area=area if "area" in columns else None,
+        surround=surround / full if set(_SURROUND) & set(columns) else None,
     )
 
 
@@ -171,10 +192,10 @@ def _header(cells: list[str], file: str, line: int) -> tuple[dict[str, int], lis
         else:
             columns[column] = place
     missing = [column for column in _NUMBERS if column not in columns]
+    if set(_SURROUND) & set(columns):
+        missing += [column for column in ("area", *_SURROUND) if column not in columns]
     if missing:
-        raise DeviceError(
-            Finding(f"the header has no {', '.join(missing)}", file, line, remedy=f"columns: {','.join(_KNOWN)}")
-        )
+        raise DeviceError(Finding(f"the header has no {', '.join(missing)}", file, line, remedy=f"columns: {_COLUMNS}"))
     return columns, ignored
 
 
@@ -225,11 +246,19 @@ def format_csv(measurements: Measurements, full: float = 255.0) -> str:
         out.write(f"# observer: {measurements.observer}\n")
     timed = measurements.time_s is not None
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(["name", *_NUMBERS, *(["time_s"] if timed else []), "eye"])
+    parts = measurements.area is not None or measurements.surround is not None
+    more = ["area", *_SURROUND] if parts else []
+    writer.writerow(["name", *_NUMBERS, *(["time_s"] if timed else []), "eye", *more])
     for index in range(len(measurements)):
-        codes = [f"{round(code * full, 10):.12g}" for code in measurements.codes[index]]
+        codes = [_code(code, full) for code in measurements.codes[index]]
         light = [repr(float(value)) for value in measurements.XYZ[index]]
         time = [repr(float(measurements.time_s[index]))] if measurements.time_s is not None else []
         name = " ".join(measurements.name[index].split()).lstrip("#") or f"patch{index + 1}"
-        writer.writerow([name, *codes, *light, *time, measurements.eye[index]])
+        filled = repr(float(measurements.filled[index]))
+        around = [filled, *(_code(code, full) for code in measurements.around[index])] if parts else []
+        writer.writerow([name, *codes, *light, *time, measurements.eye[index], *around])
     return out.getvalue()
+
+
+def _code(code: float, full: float) -> str:
+    return f"{round(code * full, 10):.12g}"

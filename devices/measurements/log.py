@@ -281,6 +281,8 @@ def _patch(line: Mapping[str, Any]) -> Patch:
         str(line.get("angle", "")),
         bool(line.get("glasses", True)),
         float(line.get("wait_s", 0.0)),
+        None if line.get("area") is None else float(line["area"]),
+        None if line.get("before") is None else _triple(line["before"]),
     )
 
 

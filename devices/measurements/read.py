@@ -116,6 +116,7 @@ def measurements_of(session: Session) -> Measurements:
     patches = [session.steps[reading.position].patch for reading in kept]
     wavelengths = {reading.reading.wavelengths_nm for reading in kept}
     order = f"{header['set']} ({header['set_source']}), seed {header['seed']}, begun {header['begun_utc']}"
+    parts = any(patch.filled < 1 for patch in patches)
     spectral = len(wavelengths) == 1 and bool(kept[0].reading.wavelengths_nm)
     return Measurements(
         np.array(
@@ -131,4 +132,6 @@ def measurements_of(session: Session) -> Measurements:
         str(header["instrument"]),
         "; ".join(filter(None, (str(header.get("notes", "")), order))),
         panel=str(header.get("panel", "")),
+        area=np.array([patch.filled for patch in patches]) if parts else None,
+        surround=np.array([patch.surround for patch in patches]) if parts else None,
     )

@@ -30,9 +30,11 @@ class Measurements:
     ``1920x1080,0.2768,120,8`` (pixels, pixel pitch in mm, Hz, bits), where that is known. ``observer`` is one of
     ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2`` and ``CIE 2015 10``: year and field in degrees. ``gamma_table`` is
     the graphics card's table with which the readings hold: what it gives for codes 0..1 in k equal steps, shape (k, 3),
-    in 0..1; None where that is not known.
+    in 0..1; None where that is not known. ``area``: shape (n,), the
+    share of the picture that each patch filled, above 0 and at most 1; None: all of it each time. ``surround``: shape
+    (n, 3), the codes around each patch, in 0..1; None: black. It means nothing where the area is 1.
 
-    Raises DeviceError if shapes disagree, a code lies outside 0..1, or a number is not finite.
+    Raises DeviceError if shapes disagree, a code or an area lies outside its range, or a number is not finite.
     """
 
     codes: Floats
@@ -49,10 +51,13 @@ class Measurements:
     panel: str = ""
     observer: str = CIE_1931_2
     gamma_table: Floats | None = None
+    area: Floats | None = None
+    surround: Floats | None = None
 
     def __post_init__(self) -> None:
         count = len(np.asarray(self.codes))
         shapes: dict[str, tuple[int, ...]] = {"codes": (count, 3), "XYZ": (count, 3), "time_s": (count,)}
+        shapes |= {"area": (count,), "surround": (count, 3)}
         if (self.spectra is None) != (self.wavelengths_nm is None):
             raise DeviceError("spectra and their wavelengths go together; one of them is missing")
         if self.wavelengths_nm is not None:
@@ -71,8 +76,12 @@ class Measurements:
                 raise DeviceError(f"{what} of measurements holds a number that is not finite")
             array.flags.writeable = False
             object.__setattr__(self, what, array)
-        if count and (self.codes.min() < 0 or self.codes.max() > 1):
-            raise DeviceError(f"codes must lie in 0..1; they lie in {self.codes.min():g}..{self.codes.max():g}")
+        for what in ("codes", "surround"):
+            held = getattr(self, what)
+            if count and held is not None and (held.min() < 0 or held.max() > 1):
+                raise DeviceError(f"{what} must lie in 0..1; they lie in {held.min():g}..{held.max():g}")
+        if count and self.area is not None and (self.area.min() <= 0 or self.area.max() > 1):
+            raise DeviceError(f"an area is a share above 0 and at most 1, not {self.area.min():g}..{self.area.max():g}")
         names = self.name or tuple(f"patch{number}" for number in range(1, count + 1))
         eyes = self.eye or ("both",) * count
         if len(names) != count or len(eyes) != count:
@@ -97,11 +106,23 @@ class Measurements:
             time_s=None if self.time_s is None else self.time_s[index],
             eye=tuple(self.eye[i] for i in index),
             spectra=None if self.spectra is None else self.spectra[index],
+            area=None if self.area is None else self.area[index],
+            surround=None if self.surround is None else self.surround[index],
         )
 
     def for_eye(self, eye: PatchEye) -> Measurements:
         """Return the readings through the lens of ``eye``, and those that hold for both."""
         return self.select(np.array([lens in (eye, "both") for lens in self.eye], dtype=bool))
+
+    @property
+    def filled(self) -> Floats:
+        """The share of the picture that each patch filled, shape (n,): 1 where nothing else is known."""
+        return np.ones(len(self)) if self.area is None else self.area
+
+    @property
+    def around(self) -> Floats:
+        """The codes around each patch, shape (n, 3), in 0..1: black where nothing else is known."""
+        return np.zeros((len(self), 3)) if self.surround is None else self.surround
 
     def says(self, *sentences: str) -> Measurements:
         """Return the same table with more ``assumptions``."""
@@ -155,4 +176,6 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
         panels.pop() if len(panels) == 1 else "",
         first.observer,
         first.gamma_table if one_table else None,
+        None if all(table.area is None for table in tables) else np.concatenate([table.filled for table in tables]),
+        None if all(table.surround is None for table in tables) else np.concatenate([table.around for table in tables]),
     )

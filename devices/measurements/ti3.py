@@ -1,7 +1,8 @@
 """ArgyllCMS's ``.ti3``: display readings as CGATS, RGB in percent, XYZ, and spectra where there are any.
 
-Stereo mode, eyes and times have no place in Argyll's own files; here they are a keyword and fields that are declared
-as CGATS asks (``KEYWORD "EYE"``), and that other programs pass over.
+Stereo mode, eyes, times, and the area and surround of patches that did not fill the picture have no place in Argyll's
+own files; here they are a keyword and fields that are declared as CGATS asks (``KEYWORD "EYE"``), and that other
+programs pass over.
 """
 
 from __future__ import annotations
@@ -28,9 +29,10 @@ _RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
 _NAMES = ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID")
 # Ten thousand readings with a spectrum each.
 _MOST_BYTES = 50_000_000
-_MODE, _EYE, _TIME = "STEREO_MODE", "EYE", "TIME_S"
 # Argyll writes a zero as -0.00100 at times. This much of 100 is a fortieth of a code of 8 bits.
 _ROUNDING = 0.01
+_MODE, _EYE, _TIME, _AREA = "STEREO_MODE", "EYE", "TIME_S", "PATCH_AREA"
+_SURROUND = ("SURROUND_R", "SURROUND_G", "SURROUND_B")
 
 
 def read_ti3(path: Path) -> Measurements:
@@ -71,6 +73,9 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
     values = _numbers(table, tuple(spectral), findings)
     eyes = _eyes(table, findings)
     times = _numbers(table, (_TIME,), findings)[:, 0] if _TIME in names else None
+    area = _numbers(table, (_AREA,), findings, highest=100.0)[:, 0] / 100.0 if _AREA in names else None
+    surrounded = set(_SURROUND) <= set(names)
+    surround = _numbers(table, _SURROUND, findings, highest=100.0) / 100.0 if surrounded else None
     if findings:
         raise DeviceError(findings[:20])
     stated = read_statements(table, later_table(lines, table, "CAL"))
@@ -99,6 +104,8 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         assumptions=tuple(notes),
         observer=stated.observer,
         gamma_table=None if stated.calibration is None else IDENTITY,
+        area=area,
+        surround=surround,
     )
 
 
@@ -189,7 +196,7 @@ def format_ti3(measurements: Measurements) -> str:
     keywords, spectral = spectral_head(measurements)
     eyes = [] if set(measurements.eye) <= {"both"} else [[_EYE, *measurements.eye]]
     times = [] if measurements.time_s is None else [[_TIME, *(repr(float(time)) for time in measurements.time_s)]]
-    besides = [*eyes, *times]
+    besides = [*eyes, *times, *_parts(measurements)]
     head += [f'KEYWORD "{column[0]}"' for column in besides]
     fields = ["SAMPLE_ID", "SAMPLE_NAME", *_RGB, *_XYZ, *spectral, *(column[0] for column in besides)]
     head += [*keywords, "", f"NUMBER_OF_FIELDS {len(fields)}", "BEGIN_DATA_FORMAT", " ".join(fields)]
@@ -204,6 +211,16 @@ def format_ti3(measurements: Measurements) -> str:
             " ".join([str(index + 1), _quoted(measurements.name[index]), *codes, *light, *spectra[index], *own])
         )
     return "\n".join([*head, *rows, "END_DATA", *calibration_lines(measurements.gamma_table)]) + "\n"
+
+
+def _parts(measurements: Measurements) -> list[list[str]]:
+    """Return the columns, in percent, of what the patches filled and what was around them; none if all filled it."""
+    if measurements.area is None and measurements.surround is None:
+        return []
+    area = [_AREA, *(f"{round(100.0 * share, 10):.12g}" for share in measurements.filled)]
+    around = measurements.around.T
+    sides = [[name, *(f"{round(100.0 * code, 10):.12g}" for code in around[i])] for i, name in enumerate(_SURROUND)]
+    return [area, *sides]
 
 
 def _quoted(text: str) -> str:

@@ -5,6 +5,7 @@ from .colorchecker import AskedColour as AskedColour
 from .colorchecker import asked_of as asked_of
 from .colorchecker import colorchecker_xyY as colorchecker_xyY
 from .colorchecker import colorchecker_XYZ as colorchecker_XYZ
+from .patch import BEFORE_SETTLINGS as BEFORE_SETTLINGS
 from .patch import Patch as Patch
 from .patch import PatchSet as PatchSet
 from .patch import Step as Step

@@ -1,41 +1,39 @@
-"""Patches, each a name, device codes and how it is to be read; sets of them, also from CSV; their order.
+"""Patches, each a name, device codes and how it is to be read; sets of them; their order.
 
-The CSV has the columns ``name,red,green,blue``, with ``# codes: 0..255`` above. The order is shuffled from a seed, with
-black and white again and again for drift.
+The order is shuffled from a seed, with black and white again and again for drift.
 """
 
 from __future__ import annotations
 
-import csv
 import math
 import random
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 from devices.errors import DeviceError
-from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.arrangement import Arrangement, PatchEye, Place, degrees
 from documents import Finding
-from documents.files import other_separator
 
 Codes = tuple[float, float, float]
-_COLUMNS = ("red", "green", "blue")
-_MOST_FINDINGS = 20
+# What fills the screen before a patch stands for so many times as long as the patch settles.
+BEFORE_SETTLINGS = 10.0
+_MIDDLE = 1.0 / 9.0
 
 
 @dataclass(frozen=True, slots=True)
 class Patch:
     """A colour of device ``codes`` in 0..1 (red, green, blue), over all of an eye's area unless a field limits it.
 
-    ``around`` are the codes around a patch that fills but the middle, ``other`` those of the eye that is not read;
-    without them a patch at a ``place`` has black around it, and the other eye sees what the measurement says.
+    ``around`` are the codes around a patch that fills but the middle, ``area`` the share of the eye's area that the
+    middle is, in its shape (a ninth without it); ``other`` are the codes of the eye that is not read. Without them a
+    patch with an area or at a ``place`` has black around it, and the other eye sees what the measurement says.
+    ``before`` are codes that fill the screen before the patch, for `BEFORE_SETTLINGS` times as long as it settles.
     ``eye`` is whose lens it is read through, None for the measurement's own; ``angle`` and ``glasses`` are as in
     `Arrangement`. ``wait_s`` is the least time between the reading before and this one.
 
     Raises DeviceError if a code is not in 0..1, the name is empty or holds '#', a comma or an end of line, another eye
-    is named without an eye to read, or the wait is below 0.
+    is named without an eye to read, the wait is below 0, or the area is not above 0 and at most 1 or goes with a place.
     """
 
     name: str
@@ -47,11 +45,13 @@ class Patch:
     angle: str = ""
     glasses: bool = True
     wait_s: float = 0.0
+    area: float | None = None
+    before: Codes | None = None
 
     def __post_init__(self) -> None:
         if not self.name.strip() or any(character in self.name for character in '#,"\n\r'):
             raise DeviceError(f"a patch needs a name without '#', quotes and commas, not '{self.name}'")
-        for codes in (self.codes, self.around, self.other):
+        for codes in (self.codes, self.around, self.other, self.before):
             if codes is not None and not _are_codes(codes):
                 raise DeviceError(f"the patch '{self.name}' has the codes {codes}; three in 0..1 are needed")
         if self.other is not None and self.eye not in ("left", "right"):
@@ -60,12 +60,35 @@ class Patch:
             )
         if not 0.0 <= self.wait_s < math.inf:
             raise DeviceError(f"the patch '{self.name}' cannot wait {self.wait_s} s")
+        if self.area is not None and not 0.0 < self.area <= 1.0:
+            what = f"the patch '{self.name}' has the area {self.area}"
+            raise DeviceError(f"{what}; a share of the picture above 0 and at most 1 is needed")
+        if self.area is not None and self.place is not None:
+            raise DeviceError(f"the patch '{self.name}' stands in a cell of a grid, which is its area")
+
+    @property
+    def filled(self) -> float:
+        """The share of the picture that the patch fills: all of it, a ninth, its ``area``, or a cell of its grid."""
+        if self.place is not None:
+            return 1.0 / (self.place.rows * self.place.columns)
+        return self.area or (1.0 if self.around is None else _MIDDLE)
+
+    @property
+    def surround(self) -> Codes:
+        """The codes around the patch, black where it has none."""
+        return self.around or (0.0, 0.0, 0.0)
+
+    @property
+    def shown_before(self) -> Patch | None:
+        """What fills the screen before the patch, None if nothing does."""
+        return None if self.before is None else replace(self, codes=self.before, around=None, area=None, before=None)
 
     def rounded(self, highest: int) -> Patch:
         """Return the patch as a surface of codes 0..``highest`` shows it."""
         around = None if self.around is None else _rounded(self.around, highest)
         other = None if self.other is None else _rounded(self.other, highest)
-        return replace(self, codes=_rounded(self.codes, highest), around=around, other=other)
+        before = None if self.before is None else _rounded(self.before, highest)
+        return replace(self, codes=_rounded(self.codes, highest), around=around, other=other, before=before)
 
     def arrangement(self, eye: PatchEye) -> Arrangement:
         """Return how the instrument stands, in a measurement of ``eye``."""
@@ -124,93 +147,6 @@ def _first_repeated(names: Iterable[tuple[str, PatchEye | None]]) -> str | None:
             return name[0]
         seen.add(name)
     return None
-
-
-def read_patches(path: Path, code_range: str | None = None) -> PatchSet:
-    """Read the patches in the CSV file at ``path``; ``code_range`` is what its codes run over, if it does not say.
-
-    Raises
-    ------
-    DeviceError
-        With file, line, column, value and remedy of the first twenty faults.
-    """
-    try:
-        text = path.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from None
-    except UnicodeDecodeError:
-        raise DeviceError(Finding("the patches are not UTF-8 text", str(path), remedy="save it as UTF-8")) from None
-    except OSError as error:
-        raise DeviceError(Finding(f"the patches cannot be read: {error.strerror}", str(path))) from None
-    return parse_patches(text, str(path), path.stem, code_range)
-
-
-def parse_patches(text: str, file: str, name: str, code_range: str | None = None) -> PatchSet:
-    """Read the patches in ``text``; ``file`` is the name that findings carry; else as `read_patches`."""
-    header_values: dict[str, tuple[str, int]] = {}
-    lines: list[tuple[int, str]] = []
-    for number, line in enumerate(text.splitlines(), start=1):
-        if line.lstrip().startswith("#"):
-            key, _, value = line.lstrip("# ").partition(":")
-            header_values[key.strip().lower()] = value.strip(), number
-        elif line.strip():
-            lines.append((number, line))
-    if len(lines) < 2:
-        raise DeviceError(Finding("there are no patches", file, remedy="a header name,red,green,blue and a line each"))
-    try:
-        rows = [(number, [cell.strip() for cell in next(csv.reader([line], strict=True))]) for number, line in lines]
-    except csv.Error as error:
-        raise DeviceError(Finding(f"the patches are not CSV: {error}", file)) from None
-    if separated := other_separator(rows[0][1], file, rows[0][0]):
-        raise DeviceError(separated)
-    header = [cell.lower() for cell in rows[0][1]]
-    missing = [column for column in _COLUMNS if column not in header]
-    if missing:
-        remedy = "columns: name,red,green,blue"
-        raise DeviceError(Finding(f"the header has no {', '.join(missing)}", file, rows[0][0], remedy=remedy))
-    places = [header.index(column) for column in _COLUMNS]
-    findings: list[Finding] = []
-    values = [_codes(cells, number, len(header), places, file, findings) for number, cells in rows[1:]]
-    if findings:
-        raise DeviceError(findings[:_MOST_FINDINGS])
-    declared, declared_line = (code_range, None) if code_range is not None else header_values.get("codes", (None, None))
-    largest = max(max(codes) for codes in values)
-    full, _ = full_code(largest, None if declared is None else parse_code_range(declared, file, declared_line), file)
-    patches: list[Patch] = []
-    seen: dict[str, int] = {}
-    for (number, cells), (red, green, blue) in zip(rows[1:], values, strict=True):
-        called = cells[header.index("name")] if "name" in header else f"patch{len(patches) + 1}"
-        if called in seen:
-            findings.append(Finding(f"'{called}' stands in line {seen[called]} too", file, number, remedy="rename one"))
-            continue
-        seen[called] = number
-        try:
-            patches.append(Patch(called, (red / full, green / full, blue / full)))
-        except DeviceError as error:
-            remedy = f"codes run over 0..{full:g}"
-            findings += [Finding(finding.message, file, number, remedy=remedy) for finding in error.findings]
-    if findings:
-        raise DeviceError(findings[:_MOST_FINDINGS])
-    return PatchSet(name, tuple(patches), header_values.get("source", (file, 0))[0])
-
-
-def _codes(
-    cells: list[str], line: int, width: int, places: list[int], file: str, findings: list[Finding]
-) -> tuple[float, float, float]:
-    if len(cells) != width:
-        findings.append(Finding(f"the line has {len(cells)} fields, the header {width}", file, line))
-        return 0.0, 0.0, 0.0
-    codes = []
-    for place, column in zip(places, _COLUMNS, strict=True):
-        try:
-            value = float(cells[place])
-        except ValueError:
-            value = math.nan
-        if not math.isfinite(value):
-            remedy = "a finite number is needed"
-            findings.append(Finding(f"{column} is '{cells[place]}'", file, line, place + 1, remedy))
-        codes.append(value)
-    return codes[0], codes[1], codes[2]
 
 
 @dataclass(frozen=True, slots=True)

@@ -13,7 +13,8 @@ from types import MappingProxyType
 
 from devices.errors import DeviceError
 from devices.patches.arrangement import PatchEye, Place
-from devices.patches.patch import Codes, Patch, PatchSet, parse_patches, read_patches
+from devices.patches.patch import Codes, Patch, PatchSet
+from devices.patches.patch_file import parse_patches, read_patches
 from documents import Finding
 from documents.text import did_you_mean
 

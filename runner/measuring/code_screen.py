@@ -5,6 +5,7 @@ While a person is asked to do something, words stand over it.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -28,7 +29,6 @@ from runner.presenter.surfaces.surface import Buffer, Surface
 from runner.presenter.words import coverage, squeezed
 
 Shares = tuple[float, float, float, float]
-_MIDDLE: Shares = (1 / 3, 1 / 3, 2 / 3, 2 / 3)
 _INK = 0.6  # the code of words' grey
 _EYES: Mapping[Buffer, Eye | None] = MappingProxyType(
     {Buffer.BACK: None, Buffer.BACK_LEFT: "left", Buffer.BACK_RIGHT: "right"}
@@ -61,10 +61,10 @@ class EyeCodes:
         plain = cls.of(patch.codes, eye)
         if patch.other is not None:
             return cls(patch.codes, patch.other) if eye == "left" else cls(patch.other, patch.codes)
-        if patch.place is None and patch.around is None:
+        if patch.filled == 1.0:
             return plain
-        around = cls.of(patch.around or BLACK, eye)
-        window = _MIDDLE if patch.place is None else patch.place.window
+        around = cls.of(patch.surround, eye)
+        window = _middle(patch.filled) if patch.place is None else patch.place.window
         return cls(plain.left, plain.right, window, (around.left, around.right), of_panel=patch.place is not None)
 
     @property
@@ -89,6 +89,12 @@ class EyeCodes:
         inside = Rectangle(over.left + left, over.top + top, right - left, bottom - top)
         around = self.around[1] if eye == "right" else self.around[0]
         return [(area.rectangle, around), (inside.intersection(area.rectangle), self.eye(eye))]
+
+
+def _middle(area: float) -> Shares:
+    """Return the edges of a window in the middle that fills ``area`` of the whole, in its shape."""
+    edge = (1.0 - math.sqrt(area)) / 2.0
+    return edge, edge, 1.0 - edge, 1.0 - edge
 
 
 class CodeScreen:

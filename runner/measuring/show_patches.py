@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from devices.errors import MeasuringError
-from devices.patches import Arrangement, PatchEye, Step, steps
+from devices.patches import BEFORE_SETTLINGS, Arrangement, PatchEye, Step, steps
 from runner.measuring.keys import Keys
 from runner.measuring.options import Dialogue, PatchOptions, ShowOptions
 from runner.measuring.patch_screen import PatchScreen
@@ -136,7 +136,7 @@ def show_plan(
         if screen.highest != plan.highest:
             order = tuple(Step(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
         hold_s = None if each_s is None else show.settle_s + each_s
-        times_s = show_patches(screen, order, show.eye, hold_s, dialogue.say, on_shown)
+        times_s = show_patches(screen, order, show.eye, hold_s, dialogue.say, on_shown, show.settle_s)
         table = patch_table(order, show.eye, plan.target.mode.name, screen.surface.bits, times_s)
     return PatchesShown(len(times_s), len(order), table)
 
@@ -148,11 +148,13 @@ def show_patches(
     hold_s: float | None,
     say: Callable[[str], None],
     on_shown: Callable[[Shown], None],
+    settle_s: float = 0.0,
 ) -> dict[int, float]:
     """Show ``order`` and return when each was last shown, in seconds from the first, by position.
 
     Each stands for ``hold_s`` seconds, or until a key if that is None. What a person must move first is announced, and
-    with keys stands on the screen until one is pressed.
+    with keys stands on the screen until one is pressed. What a patch names to be shown before it stands for
+    `BEFORE_SETTLINGS` times ``settle_s``.
     """
     keys = Keys(screen, say)
     times_s: dict[int, float] = {}
@@ -161,6 +163,9 @@ def show_patches(
     stands = Arrangement(eye)
     while index < len(order) and not keys.stops:
         step = order[index]
+        if before := step.patch.shown_before:
+            screen.show_patch(before, eye)
+            keys.wait(BEFORE_SETTLINGS * settle_s)
         screen.show_patch(step.patch, eye)
         wanted = step.patch.arrangement(eye)
         if request := wanted.request(stands):
@@ -185,14 +190,16 @@ def patch_table(
     out = io.StringIO()
     out.write(f"# codes: 0..{highest}\n# mode: {mode}\n")
     writer = csv.writer(out, lineterminator="\n")
-    writer.writerow(
-        ["name", "red", "green", "blue", "X", "Y", "Z", *(["time_s"] if times_s is not None else []), "eye"]
-    )
+    parts = any(step.patch.filled < 1 for step in order)
+    more = [*(["time_s"] if times_s is not None else []), "eye"]
+    more += ["area", "surround_red", "surround_green", "surround_blue"] if parts else []
+    writer.writerow(["name", "red", "green", "blue", "X", "Y", "Z", *more])
     for step in order:
         if times_s is None or step.position in times_s:
             codes = [round(code * highest) for code in step.patch.codes]
             time_s = [times_s[step.position]] if times_s is not None else []
-            writer.writerow([step.patch.name, *codes, "", "", "", *time_s, step.patch.eye or eye])
+            around = [step.patch.filled, *(round(code * highest) for code in step.patch.surround)] if parts else []
+            writer.writerow([step.patch.name, *codes, "", "", "", *time_s, step.patch.eye or eye, *around])
     return out.getvalue()
 
 

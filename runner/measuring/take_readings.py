@@ -15,7 +15,7 @@ from queue import Empty, SimpleQueue
 
 from devices.instruments import GarbledError, Instrument, InstrumentError, LostError, RangeError, Reading, Showing
 from devices.measurements import MeasurementLog
-from devices.patches import Arrangement, PatchEye, Step
+from devices.patches import BEFORE_SETTLINGS, Arrangement, PatchEye, Step
 from runner.measuring.keys import Keys
 from runner.measuring.patch_screen import PatchScreen
 
@@ -75,7 +75,8 @@ def take_readings(
         keys.wait_while_paused()
         if keys.stops:
             return Outcome(taken, tuple(failed), _STOPPED)
-        shown = screen.show_patch(step.patch, eye)
+        before = step.patch.shown_before
+        shown = screen.show_patch(before or step.patch, eye)
         wanted = step.patch.arrangement(eye)
         request = wanted.request(stands)
         if request and not ready(request):
@@ -83,6 +84,9 @@ def take_readings(
         stands = wanted
         keys.wait(read_at_s + step.patch.wait_s - elapsed_s() - settle_s if step.patch.wait_s else 0.0)
         began_s = time.monotonic()
+        if before is not None:
+            keys.wait(BEFORE_SETTLINGS * settle_s)
+            shown = screen.show_patch(step.patch, eye)
         keys.wait(settle_s)
         if keys.stops:
             return Outcome(taken, tuple(failed), _STOPPED)

@@ -12,7 +12,7 @@ from analysis.comparisons.table import read_table
 from devices.camera.correspondence_file import read_correspondences, read_reference
 from devices.display.colour_table import read_colours
 from devices.measurements.read import read_measurements
-from devices.patches.patch import read_patches
+from devices.patches.patch_file import read_patches
 from documents import Finding, InputError
 from documents.files.tables import bounded_bytes, other_separator
 from stimuli.spectral.curves import read_illuminant

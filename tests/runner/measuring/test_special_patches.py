@@ -11,13 +11,15 @@ from click.testing import CliRunner, Result
 
 from devices.diagnostics.examination import MeasuredSet, examine
 from devices.display.display_file import read_display
+from devices.instruments.simulated import Simulated
 from devices.measurements import read_csv
 from devices.measurements.log import MeasurementLog, read_session, step_facts
-from devices.patches import Patch, Place, find_sets, steps
+from devices.patches import Patch, PatchSet, Place, find_sets, steps
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.code_screen import CodeScreen, EyeCodes
 from runner.measuring.keys import Keys
+from runner.measuring.take_readings import take_readings
 from runner.ports import KeyPress
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode
@@ -98,6 +100,34 @@ def test_a_surround_is_around_the_middle(mode: str) -> None:
         seen = screen.seen_by("left")[:, 0]
     assert set(seen) == {51.0, 255.0}
     assert (seen == 51).mean() == pytest.approx(1 / 9, abs=0.02)
+
+
+@pytest.mark.parametrize("mode", ["flat", "checkerboard"])
+@pytest.mark.parametrize("area", [0.04, 0.25, 0.64])
+def test_a_patch_fills_its_area_and_black_is_around_it(mode: str, area: float) -> None:
+    with _open(mode) as surface, CodeScreen(surface, find_mode(mode)) as screen:
+        screen.show_patch(Patch("white", WHITE, area=area), "both")
+        seen = screen.seen_by("left")[:, 0]
+    assert set(seen) == {0.0, 255.0}
+    assert (seen == 255).mean() == pytest.approx(area, abs=0.03)
+
+
+def test_what_a_patch_names_before_it_stands_first(tmp_path: Path) -> None:
+    order = steps(PatchSet("s", (Patch("black", BLACK, before=WHITE, area=0.25),), characterisation=False), 1)
+    looks: list[float] = []
+    with _open("flat") as surface, CodeScreen(surface, find_mode("flat")) as screen:
+        whole, swap = screen.surface.size_px[0] * screen.surface.size_px[1], surface.swap
+
+        def shown() -> None:
+            looks.append(float((screen.seen_by("left")[:, 0] == 255).sum() / whole))
+            swap()
+
+        surface.swap = shown  # type: ignore[method-assign]  # looks at what is shown
+        instrument = Simulated(read_display(Path("configs/displays/asus_vg248qe.yaml")).models("quad-buffered").left)
+        with MeasurementLog.create(tmp_path / "m.jsonl", {"steps": step_facts(order)}) as log:
+            outcome = take_readings(screen, instrument, log, order, "both", 0.0, lambda: 1.0)
+    assert outcome.taken == 1
+    assert looks == [1.0, 0.0]
 
 
 def test_eyes_that_share_pixels_cannot_see_different_ones() -> None:
