@@ -24,6 +24,7 @@ from devices.display.code_table import curve_table
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from runner.presenter.arithmetic import Arithmetic, Real3, Real3x3
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
@@ -40,11 +41,9 @@ HARD_GAMMA = 2.9
 ENTRIES = (256, 1024, 4096)
 
 CLOSED_FORM = """
-#define Light float
-#define Lights vec3
 uniform float gamma;
-float code_of_light(int channel, float light) {
-    return pow(light, 1.0 / gamma);
+float code_by_table(int channel, Real light) {
+    return pow(max(float_of(light), 0.0), 1.0 / gamma);
 }
 """
 COPY = """
@@ -66,21 +65,23 @@ class Variant:
     root: int = 0
     entries: int = 0
     half: bool = False
-    doubles: bool = True
+    arithmetic: Arithmetic | None = Arithmetic.DOUBLES  # None is 32 bits
 
 
 def variants() -> list[Variant]:
-    """Return the closed form, tables of three sizes under three spacings, half floats, and 32-bit matrices."""
+    """Return the closed form, tables of three sizes under three spacings, half floats, and other arithmetic."""
     name, fourth = shader_file("table_fourth_root.glsl")
     found = [
         Variant("closed form", "pow", ("closed_form.glsl", CLOSED_FORM)),
-        Variant("closed form, 32-bit matrix", "pow", ("closed_form.glsl", CLOSED_FORM), doubles=False),
+        Variant("closed form, 32-bit matrix", "pow", ("closed_form.glsl", CLOSED_FORM), arithmetic=None),
     ]
     for spacing, (root, expression) in ROOTS.items():
         inverse = name, fourth.replace("sqrt(sqrt(light))", expression)
         found += [Variant(f"{spacing}, float32", f"{n} entries", inverse, root, n) for n in ENTRIES]
     found += [Variant("fourth root, half", f"{n} entries", (name, fourth), 4, n, half=True) for n in ENTRIES]
-    found.append(Variant("fourth root, 32-bit matrix", "1024 entries", (name, fourth), 4, 1024, doubles=False))
+    found.append(Variant("fourth root, 32-bit matrix", "1024 entries", (name, fourth), 4, 1024, arithmetic=None))
+    for kind in (Arithmetic.TWO_FLOATS, Arithmetic.GUARDED):
+        found.append(Variant(f"fourth root, {kind.value}", "1024 entries", (name, fourth), 4, 1024, arithmetic=kind))
     return found
 
 
@@ -120,25 +121,28 @@ def test_picture(display: DisplayModel) -> NDArray[np.float32]:
     return np.concatenate(parts).reshape(height, width, 3).astype(np.float32)
 
 
-def _in_singles(text: str) -> str:
-    return text.replace("dmat3", "mat3").replace("dvec3", "vec3").replace("double(", "float(")
+def _in_singles() -> Part:
+    """Return the arithmetic of the colour passes in 32 bits."""
+    name, text = shader_file(Arithmetic.DOUBLES.file)
+    return name, text.replace("dmat3", "mat3").replace("dvec3", "vec3").replace("Real double", "Real float")
 
 
 class Pass:
     """A variant compiled for a display, like runner.presenter.colour_pass.ColourPass."""
 
     def __init__(self, context: moderngl.Context, variant: Variant, display: DisplayModel) -> None:
-        parts = [variant.inverse, shader_file("encode.glsl"), shader_file("colour_pass.frag")]
-        if not variant.doubles:
-            parts = [(name, _in_singles(text)) for name, text in parts]
-        self._program = compile_program(context, shader_file("area.vert"), parts, doubles=variant.doubles)
+        after = ("by_table.glsl", "encode.glsl", "mean_xyz.glsl", "colour_pass.frag")
+        parts = [variant.inverse, *(shader_file(name) for name in after)]
+        if variant.arithmetic is None:
+            parts.insert(0, _in_singles())
+        self._program = compile_program(context, shader_file("area.vert"), parts, variant.arithmetic)
         self._area = context.vertex_array(self._program, [])
         self._table: moderngl.Texture | None = None
         uniforms: dict[str, Uniform] = {
-            "linear_from_XYZ": tuple(display.linear_from_XYZ.T.ravel().tolist()),
-            "black_XYZ": (0.0, 0.0, 0.0),
-            "lift": (0.0, 0.0, 0.0),
-            "scale": (1.0, 1.0, 1.0),
+            "linear_from_XYZ": Real3x3(display.linear_from_XYZ),
+            "black_light": Real3(np.zeros(3)),
+            "lift": Real3(np.zeros(3)),
+            "scale": Real3(np.ones(3)),
             "box": (1, 1),
             "picture_XYZ": 0,
         }

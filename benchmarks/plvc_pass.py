@@ -28,7 +28,7 @@ from devices.display.knot_table import knot_tables
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.display.table_curve import TableCurve
-from runner.presenter.code_pass import by_columns
+from runner.presenter.arithmetic import Arithmetic, Real3, Real3x3
 from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.shaders import Part, Uniform, compile_program, set_uniform, shader_file
 from runner.presenter.surfaces.surface import Buffer, Surface, open_surface
@@ -38,9 +38,9 @@ SIZES = (17, 33, 65)
 # Trilinear by hand: hardware filtering has 8 fraction bits. Axes are fourth roots of light, as in the one table.
 LOOKUP = """
 uniform sampler3D cube;
-uniform dvec3 full;
-vec3 looked_up(dvec3 light) {
-    vec3 share = vec3(clamp(light / full, dvec3(0.0), dvec3(1.0)));
+uniform vec3 full;
+vec3 looked_up(Real3 light) {
+    vec3 share = clamp(floats_of(light) / full, 0.0, 1.0);
     ivec3 last = textureSize(cube, 0) - 1;
     vec3 place = sqrt(sqrt(share)) * vec3(last);
     ivec3 low = clamp(ivec3(place), ivec3(0), last - 1);
@@ -54,7 +54,7 @@ vec3 looked_up(dvec3 light) {
     return found;
 }
 """
-START = "    dvec3 T = asked;\n"
+START = "    Real3 T = asked;\n"
 CODES = "    return codes_of_linear(channels_of(0, asked));\n"
 
 
@@ -69,6 +69,7 @@ class Way:
     size: int
     steps: int | None
     by_knots: bool = True
+    arithmetic: Arithmetic = Arithmetic.DOUBLES
 
     @property
     def parameter(self) -> str:
@@ -86,7 +87,9 @@ def ways() -> list[Way]:
     found = [Way("table of codes", size, None, by_knots=False) for size in SIZES]
     found += [Way("Newton from a table", size, steps) for size in SIZES for steps in (1, 2)]
     found += [Way("Newton, curves by the one table", 0, 4, by_knots=False)]
-    return found + [Way("Newton, curves by knots", 0, steps) for steps in range(1, 6)]
+    found += [Way("Newton, curves by knots", 0, steps) for steps in range(1, 6)]
+    others = (Arithmetic.TWO_FLOATS, Arithmetic.GUARDED)
+    return found + [Way(f"Newton, curves by knots, {kind.value}", 0, 5, arithmetic=kind) for kind in others]
 
 
 def fitted() -> Plvc:
@@ -112,7 +115,8 @@ class Pass:
         interaction = channel_interaction(model)
         by_knots = way is not None and way.by_knots
         inverse = "knots.glsl" if by_knots else "table_fourth_root.glsl"
-        parts: list[Part] = [shader_file(inverse), shader_file("encode.glsl")]
+        switch = "by_knots.glsl" if by_knots else "by_table.glsl"
+        parts: list[Part] = [shader_file(name) for name in (inverse, switch, "encode.glsl")]
         self._textures: list[moderngl.Texture | moderngl.Texture3D] = []
         if by_knots:
             pieces = knot_tables([curve for curve in model.curves if isinstance(curve, TableCurve)])
@@ -121,10 +125,10 @@ class Pass:
             tables = np.stack([curve_table(curve) for curve in model.curves]).astype(np.float32)
             self._textures.append(context.texture((tables.shape[1], 3), 1, tables.tobytes(), dtype="f4"))
         values: dict[str, Uniform] = {
-            "linear_from_XYZ": by_columns(model.linear_from_XYZ),
-            "black_XYZ": tuple(model.black_XYZ_cd_m2.tolist()),
-            "lift": (0.0, 0.0, 0.0),
-            "scale": (1.0, 1.0, 1.0),
+            "linear_from_XYZ": Real3x3(model.linear_from_XYZ),
+            "black_light": Real3(model.linear_from_XYZ @ model.black_XYZ_cd_m2),
+            "lift": Real3(np.zeros(3)),
+            "scale": Real3(np.ones(3)),
             "levels": 0.0,
             "box": (1, 1),
             "picture_XYZ": 0,
@@ -143,7 +147,7 @@ class Pass:
                 self._textures.append(context.texture3d((way.size,) * 3, 3, cube.tobytes(), alignment=1, dtype="f4"))
                 values |= {"cube": 2, "full": tuple(full.tolist())}
                 parts.append(("lookup.glsl", LOOKUP))
-                text = text.replace(START, "    dvec3 T = dvec3(looked_up(asked));\n")
+                text = text.replace(START, "    Real3 T = real3(looked_up(asked));\n")
                 if way.steps is None:
                     text = text.replace(CODES, "    return vec4(looked_up(asked), 1.0);\n")
                     values = {key: value for key, value in values.items() if not key.startswith("plvc")}
@@ -152,8 +156,9 @@ class Pass:
             if way.steps is not None:
                 values["plvc_steps"] = (way.steps, way.steps)
             parts.append((name, text))
-        parts.append(shader_file("colour_pass.frag"))
-        self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
+        parts += [shader_file("mean_xyz.glsl"), shader_file("colour_pass.frag")]
+        arithmetic = Arithmetic.DOUBLES if way is None else way.arithmetic
+        self._program = compile_program(context, shader_file("area.vert"), parts, arithmetic)
         self._area = context.vertex_array(self._program, [])
         for name, value in values.items():
             set_uniform(self._program, name, value)

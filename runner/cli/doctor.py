@@ -58,6 +58,7 @@ def _print(report: MachineReport) -> None:
             click.echo(f"  not here: {surface.problem}")
             continue
         click.echo(f"  {facts.renderer}, OpenGL {facts.gl_version}, display server {facts.display_server}")
+        click.echo(f"  colours computed in {facts.arithmetic}")
         for mode, reason in surface.modes.items():
             click.echo(f"  {mode}: {'yes' if reason is None else f'no, {reason}'}")
         click.echo(f"  codes of 10 bits: {'yes' if ten_bits.given else f'no, {ten_bits.problem}'}")

@@ -6,21 +6,17 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
-from numpy.typing import NDArray
 
 from devices.compensation import Size
 from devices.display import ENTRIES, Curve, Eye, TableCurve, curve_table, knot_tables
 from documents import Finding
+from runner.presenter.arithmetic import Real3
+from runner.presenter.arithmetic_choice import arithmetic_of
 from runner.presenter.bands import InBands, bands, to_the_end
 from runner.presenter.depth import BITS, CODE_FORMATS, Bits, CodeFormat, code_texture, highest_code
 from runner.presenter.dithering import Dithering
 from runner.presenter.errors import PresentationError
 from runner.presenter.shaders import Uniform, compile_program, set_uniform, shader_file
-
-
-def by_columns(matrix: NDArray[np.float64]) -> tuple[float, ...]:
-    """Return a matrix as OpenGL reads it."""
-    return tuple(matrix.T.ravel().tolist())
 
 
 def release_codes(codes: moderngl.Framebuffer) -> None:
@@ -65,6 +61,8 @@ class CodePass:
         if any(by_knots) and not all(by_knots):
             files.insert(0, "knots_or_table.glsl")
             common["by_knots"] = tuple(int(by_knot) for by_knot in by_knots)
+        else:
+            files.insert(0, "by_knots.glsl" if any(by_knots) else "by_table.glsl")
         if not all(by_knots):
             files.insert(0, "table_fourth_root.glsl")
             # Where dithered, the light of the codes decides, and not the table.
@@ -74,10 +72,10 @@ class CodePass:
             files.insert(0, "knots.glsl")
             tables["knots"] = _knots(context, curves)
         parts = [shader_file(name) for name in files]
-        self._program = compile_program(context, shader_file("area.vert"), parts, doubles=True)
+        self._program = compile_program(context, shader_file("area.vert"), parts, arithmetic_of(context).kind)
         self._area = context.vertex_array(self._program, [])
         lift = np.array([curve.lift for curve in curves])
-        common |= {"lift": tuple(lift.tolist()), "scale": tuple((1.0 / (1.0 - lift)).tolist())}
+        common |= {"lift": Real3(lift), "scale": Real3(1.0 / (1.0 - lift))}
         if dithering is not None:
             tables |= dithering.textures(context, curves)
             common["mask_shifts_px"] = dithering.shifts_px(eye)

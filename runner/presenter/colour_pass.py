@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.compensation import Mixture, squeezed_size
 from devices.display import MIXTURES, MOST_STEPS, NODES, DisplayModel, Eye, Plvc, TableCurve
+from runner.presenter.arithmetic import Real3, Real3x3
 from runner.presenter.bands import InBands, to_the_end
-from runner.presenter.code_pass import CodePass, by_columns, release_codes
+from runner.presenter.code_pass import CodePass, release_codes
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
 from runner.presenter.shaders import Uniform
@@ -52,21 +54,21 @@ def channel_interaction(own: DisplayModel, other: DisplayModel | None = None) ->
         )
     terms = [_terms(model) for model in models]
     uniforms: dict[str, Uniform] = {
-        "plvc_powers": tuple(row for powers, _, _ in terms for row in powers),
-        "plvc_mixtures": tuple(row for _, mixtures, _ in terms for row in mixtures),
+        "plvc_powers": Real3(np.concatenate([powers.reshape(-1, 3) for powers, _, _ in terms])),
+        "plvc_mixtures": Real3(np.concatenate([mixtures for _, mixtures, _ in terms])),
         "plvc_steps": (terms[0][2], terms[1][2]),
     }
     return ChannelInteraction(("plvc.glsl",), uniforms, cost=COST)
 
 
-def _terms(model: DisplayModel) -> tuple[list[tuple[float, ...]], list[tuple[float, ...]], int]:
-    """Return powers (15, 3), mixtures (10, 3) and the steps to undo them."""
+def _terms(model: DisplayModel) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Return powers (3, 5, 3), mixtures (10, 3) and the steps to undo them."""
     powers, mixtures, steps = np.zeros((3, len(NODES) + 1, 3)), np.zeros((MIXTURES, 3)), 1
     powers[:, 0] = np.eye(3)
     if isinstance(model, Plvc):
         assert model.steps  # refuses what cannot be undone
         powers, mixtures, steps = model.powers, model.mixtures, MOST_STEPS
-    return [tuple(row) for row in powers.reshape(-1, 3).tolist()], [tuple(row) for row in mixtures.tolist()], steps
+    return powers, mixtures, steps
 
 
 __all__ = ["ColourPass", "release_codes"]
@@ -100,15 +102,15 @@ class ColourPass:
             model.curves,
             ["picture_XYZ"],
             {
-                "linear_from_XYZ": by_columns(model.linear_from_XYZ),
-                "black_XYZ": tuple(model.black_XYZ_cd_m2.tolist()),
+                "linear_from_XYZ": Real3x3(model.linear_from_XYZ),
+                "black_light": Real3(model.linear_from_XYZ @ model.black_XYZ_cd_m2),
                 "box": squeeze,
                 **interaction.uniforms,
             },
             dithering,
             eye,
             bits,
-            interaction.files,
+            [*interaction.files, "mean_xyz.glsl"],
         )
 
     def run(self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None) -> moderngl.Framebuffer:
@@ -156,10 +158,11 @@ class MixedPass:
             mixture.curves,
             ["left_XYZ", "right_XYZ"],
             {
-                "linear_from_left": by_columns(mixture.left),
-                "linear_from_right": by_columns(mixture.right),
-                "left_black": tuple(mixture.left_black_XYZ_cd_m2.tolist()),
-                "right_black": tuple(mixture.right_black_XYZ_cd_m2.tolist()),
+                "linear_from_left": Real3x3(mixture.left),
+                "linear_from_right": Real3x3(mixture.right),
+                "black_light": Real3(
+                    mixture.left @ mixture.left_black_XYZ_cd_m2 + mixture.right @ mixture.right_black_XYZ_cd_m2
+                ),
             },
             dithering,
             bits=bits,

@@ -8,8 +8,9 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, GainMap, PixelGrid, channel_crosstalk, squeezed_size
 from devices.display import DisplayModel, Eye, EyeModels
+from runner.presenter.arithmetic import Real, Real3, Real3x3
 from runner.presenter.bands import InBands, to_the_end
-from runner.presenter.code_pass import CodePass, by_columns
+from runner.presenter.code_pass import CodePass
 from runner.presenter.colour_pass import channel_interaction
 from runner.presenter.depth import Bits, CodeFormat
 from runner.presenter.dithering import Dithering
@@ -24,7 +25,7 @@ CORNER = PixelGrid((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 class CompensatedPass:
     """The pass of ``eye``. Squeezing, dithering and bits are as in `ColourPass`.
 
-    XYZ is averaged first where the signal is squeezed. Then follow, in 64 bits, the steps of
+    XYZ is averaged first where the signal is squeezed. Then follow, in `Arithmetic`, the steps of
     `devices.compensation.crosstalk_cancel.cancel_crosstalk`, then `devices.compensation.gain_map.GainMap.corrected`,
     then the codes.
     """
@@ -55,16 +56,16 @@ class CompensatedPass:
             ["own_XYZ", "other_XYZ", "gains", "reading_steps"],
             {
                 "box": squeeze,
-                "own_linear_from_XYZ": by_columns(own.linear_from_XYZ),
-                "own_black_XYZ": tuple(own.black_XYZ_cd_m2.tolist()),
+                "own_linear_from_XYZ": Real3x3(own.linear_from_XYZ),
+                "black_light": _black_light(own),
                 **_cancelling(models, correction, eye),
-                **_evening(own, correction.gain_map),
+                **_evening(correction.gain_map),
                 **interaction.uniforms,
             },
             dithering,
             eye,
             bits,
-            [*interaction.files, "plvc_within.glsl" if interaction.files else "within.glsl"],
+            [*interaction.files, "plvc_within.glsl" if interaction.files else "within.glsl", "mean_xyz.glsl"],
         )
 
     def run(
@@ -123,29 +124,33 @@ def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str
     from_own, from_other = (from_left, from_right) if eye == "left" else (from_right, from_left)
     return {
         "cancels": int(mix is not None),
-        "lift_share": (correction.lift_share,) * 3,
-        "other_linear_from_XYZ": by_columns(other.linear_from_XYZ),
-        "other_black_XYZ": tuple(other.black_XYZ_cd_m2.tolist()),
+        "lift_share": Real3(np.full(3, correction.lift_share)),
+        "other_linear_from_XYZ": Real3x3(other.linear_from_XYZ),
+        "other_black_light": _black_light(other),
         "own_limits": _limits(own),
         "other_limits": _limits(other),
-        "other_from_own": by_columns(from_own),
-        "other_from_other": by_columns(from_other),
-        "leak": by_columns(leak),
+        "other_from_own": Real3x3(from_own),
+        "other_from_other": Real3x3(from_other),
+        "leak": Real3x3(leak),
     }
 
 
-def _limits(model: DisplayModel) -> tuple[float, ...]:
+def _black_light(model: DisplayModel) -> Real3:
+    """Return black in units of the primaries."""
+    return Real3(model.linear_from_XYZ @ model.black_XYZ_cd_m2)
+
+
+def _limits(model: DisplayModel) -> Real3:
     """Return the least and then the most light that each channel can give."""
     ends = [[float(curve.linear(code)) for curve in model.curves] for code in (0.0, 1.0)]
-    return tuple(np.clip(ends, 0.0, 1.0).ravel().tolist())
+    return Real3(np.clip(ends, 0.0, 1.0))
 
 
-def _evening(own: DisplayModel, gain_map: GainMap | None) -> dict[str, Uniform]:
+def _evening(gain_map: GainMap | None) -> dict[str, Uniform]:
     """Return the uniforms that even the panel out, apart from where the picture stands."""
     return {
         "evens": int(gain_map is not None),
-        "delivered_share": (1.0 if gain_map is None else gain_map.delivered_share,) * 3,
-        "black_light": tuple((own.linear_from_XYZ @ own.black_XYZ_cd_m2).tolist()),
+        "delivered_share": Real(np.array(1.0 if gain_map is None else gain_map.delivered_share)),
     }
 
 

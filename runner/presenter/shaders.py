@@ -8,14 +8,13 @@ from importlib.resources import files
 
 import moderngl
 
+from runner.presenter.arithmetic import Arithmetic, Real, Real3, Real3x3, as_doubles, as_floats
 from runner.presenter.errors import GraphicsError
 
 Part = tuple[str, str]  # the file's name and its text
-Uniform = (
-    int | float | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...] | tuple[tuple[float, ...], ...]
-)
+Uniform = int | float | tuple[int, ...] | tuple[float, ...] | tuple[tuple[int, int], ...] | Real | Real3 | Real3x3
 
-_HEADERS = {False: "#version 330 core\n", True: "#version 330 core\n#extension GL_ARB_gpu_shader_fp64 : require\n"}
+_HEADER = "#version 330 core\n"
 # Mesa writes 0:14(5), Nvidia 0(14), others 0:14, and Mesa forgets the number of the part that #line can give: so
 # each part has a range of line numbers of its own.
 _LINES_PER_PART = 100_000
@@ -28,27 +27,24 @@ def shader_file(name: str) -> Part:
 
 
 def compile_program(
-    context: moderngl.Context, vertex: Part, fragment: Sequence[Part], *, doubles: bool = False
+    context: moderngl.Context, vertex: Part, fragment: Sequence[Part], arithmetic: Arithmetic | None = None
 ) -> moderngl.Program:
     """Compile a program of one vertex file and several fragment files joined in order.
 
-    ``doubles`` asks for 64-bit arithmetic (GL_ARB_gpu_shader_fp64, part of OpenGL 4.0).
+    With ``arithmetic``, the file of its types and functions comes before ``fragment``.
 
     Raises
     ------
     GraphicsError
         With the driver's log, its places named by file and line, if the driver refuses the program.
     """
-    if doubles and context.version_code < 400 and "GL_ARB_gpu_shader_fp64" not in context.extensions:
-        raise GraphicsError(
-            f"the driver {context.info['GL_RENDERER']} cannot compute with 64 bits in a shader "
-            "(GL_ARB_gpu_shader_fp64), and 32 bits do not hold the colours' accuracy; update it or use another"
-        )
-    header = _HEADERS[doubles]
+    header, fragment = _HEADER, list(fragment)
+    if arithmetic is not None:
+        header, fragment = arithmetic.header(context), [shader_file(arithmetic.file), *fragment]
     try:
-        return context.program(_join(_HEADERS[False], [vertex]), fragment_shader=_join(header, fragment))
+        return context.program(_join(_HEADER, [vertex]), fragment_shader=_join(header, fragment))
     except moderngl.Error as error:
-        stage = [vertex] if "vertex_shader" in str(error) else list(fragment)
+        stage = [vertex] if "vertex_shader" in str(error) else fragment
         raise GraphicsError(_named(str(error), [name for name, _ in stage])) from None
 
 
@@ -57,10 +53,28 @@ def set_uniform(program: moderngl.Program, name: str, value: Uniform) -> None:
 
     Of an array, drivers keep what the program uses; what it is given beyond that is left out.
     """
+    if isinstance(value, (Real, Real3, Real3x3)):
+        _set_reals(program, name, value)
+        return
     member = program[name]
     if isinstance(value, tuple) and isinstance(value[0], tuple):
         value = value[: member.array_length]  # type: ignore[union-attr]  # an attribute has none
     member.value = value  # type: ignore[union-attr]  # a member may be an attribute, which has no value
+
+
+def _set_reals(program: moderngl.Program, name: str, value: Real | Real3 | Real3x3) -> None:
+    """Set a uniform as the program's arithmetic has it: one of doubles, or several of floats."""
+    if name in program:
+        doubles = as_doubles(value)
+        if isinstance(doubles, tuple) and isinstance(doubles[0], tuple):
+            doubles = doubles[: program[name].array_length]  # type: ignore[union-attr]
+        program[name].value = doubles  # type: ignore[union-attr]
+        return
+    used = [(part, floats) for part, floats in as_floats(name, value) if part in program]
+    if not used:
+        raise KeyError(name)
+    for part, floats in used:
+        program[part].value = floats  # type: ignore[union-attr]
 
 
 def _join(header: str, parts: Sequence[Part]) -> str:

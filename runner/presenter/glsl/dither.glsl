@@ -2,18 +2,18 @@
 // p = (light - y_k) / (y_(k+1) - y_k), so that the mean light of a mask period is the light asked for.
 // In place of encode.glsl. The NumPy twin is devices.compensation.dither.tabled_dither_codes.
 
-uniform dvec3 lift;
-uniform dvec3 scale;              // 1 / (1 - lift)
+uniform Real3 lift;
+uniform Real3 scale;              // 1 / (1 - lift)
 uniform sampler2D code_lights;    // light of codes 0..levels, row = channel
 uniform usampler2D dither_mask;   // ranks 0..4095, 64 x 64
 uniform ivec2 mask_shifts_px[3];  // where each channel starts in the mask
 uniform int height_px;            // of the framebuffer: OpenGL counts rows from below
 
-float code_of_light(int channel, Light light);
+float code_of_light(int channel, Real light);
 
 float dithered_code(int channel, float light) {
     int levels = textureSize(code_lights, 0).x - 1;
-    int lower = clamp(int(floor(code_of_light(channel, light) * float(levels))), 0, levels - 1);
+    int lower = clamp(int(floor(code_of_light(channel, real(light)) * float(levels))), 0, levels - 1);
     float low = texelFetch(code_lights, ivec2(lower, channel), 0).r;
     float high = texelFetch(code_lights, ivec2(lower + 1, channel), 0).r;
     // The table of codes may err across the boundary of a code; the light of the codes decides.
@@ -34,8 +34,7 @@ float dithered_code(int channel, float light) {
     return float(upper ? lower + 1 : lower) / float(levels);
 }
 
-vec4 codes_of_linear(dvec3 asked) {
-    dvec3 linear = clamp(asked, dvec3(0.0), dvec3(1.0));
-    vec3 light = vec3(max((linear - lift) * scale, dvec3(0.0)));
+vec4 codes_of_linear(Real3 asked) {
+    vec3 light = max(floats_of(mul(sub(limit(asked, 0.0, 1.0), lift), scale)), vec3(0.0));
     return vec4(dithered_code(0, light.r), dithered_code(1, light.g), dithered_code(2, light.b), 1.0);
 }

@@ -1,15 +1,15 @@
 // Each channel's linear light to its code, rounded to levels.
 
-uniform dvec3 lift;
-uniform dvec3 scale;              // 1 / (1 - lift)
+uniform Real3 lift;
+uniform Real3 scale;              // 1 / (1 - lift)
 uniform float levels;             // 255 rounds to codes of 8 bits; 0 leaves them as they are
 
-float code_of_light(int channel, Light light);
+float code_of_light(int channel, Real light);
 
-vec4 codes_of_linear(dvec3 asked) {
-    dvec3 linear = clamp(asked, dvec3(0.0), dvec3(1.0));
-    Lights light = Lights(max((linear - lift) * scale, dvec3(0.0)));
-    vec3 code = vec3(code_of_light(0, light.r), code_of_light(1, light.g), code_of_light(2, light.b));
+vec4 codes_of_linear(Real3 asked) {
+    Real3 light = mul(sub(limit(asked, 0.0, 1.0), lift), scale);
+    vec3 code = vec3(code_of_light(0, channel_of(light, 0)), code_of_light(1, channel_of(light, 1)),
+                     code_of_light(2, channel_of(light, 2)));
     code = clamp(code, 0.0, 1.0);
     return vec4(levels > 0.0 ? floor(code * levels + 0.5) / levels : code, 1.0);
 }

@@ -3,8 +3,6 @@
 
 uniform ivec3 by_knots;
 
-float code_of_either(int channel, double light) {
-    return by_knots[channel] != 0 ? code_of_light(channel, light) : code_of_light(channel, float(light));
+float code_of_light(int channel, Real light) {
+    return by_knots[channel] != 0 ? code_by_knots(channel, light) : code_by_table(channel, light);
 }
-
-#define code_of_light code_of_either

@@ -1,14 +1,10 @@
 // The inverse tone curve from a table over the fourth root of light: row = channel, linear between entries.
 // texelFetch and our own interpolation, because hardware filtering has 8 fraction bits.
 
-#ifndef Light
-#define Light float
-#define Lights vec3
-#endif
-
 uniform sampler2D code_table;
 
-float code_of_light(int channel, float light) {
+float code_by_table(int channel, Real asked) {
+    float light = max(float_of(asked), 0.0);
     int last = textureSize(code_table, 0).x - 1;
     float place = sqrt(sqrt(light)) * float(last);
     int below = clamp(int(place), 0, last - 1);

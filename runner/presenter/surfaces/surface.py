@@ -38,7 +38,8 @@ class SurfaceFacts:
     """What a record must say of how it was shown: plain words and numbers.
 
     ``bits`` is what a channel's codes have; keys, wheel and mouse are stamped as they are reported, ``gamepads`` to
-    ``gamepad_resolution_ms``.
+    ``gamepad_resolution_ms``. ``arithmetic`` is what colours are computed in; see
+    `runner.presenter.arithmetic_choice`.
     """
 
     backend: str
@@ -54,6 +55,7 @@ class SurfaceFacts:
     bits: Bits = 8
     gamepads: tuple[str, ...] = ()
     gamepad_resolution_ms: float | None = None
+    arithmetic: str = ""
 
 
 class Surface(Protocol):

@@ -68,6 +68,13 @@ def random_stereo() -> Callable[..., StereoImage]:
     )
 
 
+@pytest.fixture(params=["doubles", "two-floats"])
+def each_arithmetic(request: pytest.FixtureRequest, monkeypatch: pytest.MonkeyPatch) -> str:
+    """What the colour passes compute in, in turn: of a module, by ``pytest.mark.usefixtures("each_arithmetic")``."""
+    monkeypatch.setenv("CYCLOPEAN_ARITHMETIC", request.param)
+    return str(request.param)
+
+
 @pytest.fixture
 def egl() -> Iterator[EglSurface]:
     """An offscreen surface of 640 × 480."""

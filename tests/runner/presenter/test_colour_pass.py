@@ -14,6 +14,8 @@ from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.dithering import Dithering
 from runner.presenter.surfaces.egl import EglSurface
 
+pytestmark = pytest.mark.usefixtures("each_arithmetic")
+
 # Of one 8-bit code. Where a channel's light is zero but for the last bit of a double (1e-17), the two differ by
 # 1e-17 ^ (1 / 2.9): 0.001 of a code. The table's first cell, below code 0.02, is 0.002 off the closed form at 2.9.
 TWIN_TOLERANCE_CODES = 1.5e-3

@@ -22,6 +22,8 @@ from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures.stereo_image import StereoImage
 
+pytestmark = pytest.mark.usefixtures("each_arithmetic")
+
 Make = Callable[..., DisplayModel]
 Stereo = Callable[..., StereoImage]
 

@@ -21,6 +21,8 @@ from runner.presenter.colour_pass import ColourPass, MixedPass
 from runner.presenter.dithering import Dithering
 from runner.presenter.surfaces.egl import EglSurface
 
+pytestmark = pytest.mark.usefixtures("each_arithmetic")
+
 CRT = Path(__file__).parents[4] / "shared" / "data" / "displays" / "apple17_crt_2000.csv"
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
 CODES = np.linspace(0.0, 1.0, 31)

@@ -31,6 +31,8 @@ from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.egl import EglSurface
 from stimuli.pictures.stereo_image import StereoImage
 
+pytestmark = pytest.mark.usefixtures("each_arithmetic")
+
 PRIMARIES = np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]])
 Floats = NDArray[np.float64]
 

@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
+import pytest
 
 from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
 from runner.presenter.colour_pass import ColourPass, release_codes
 from runner.presenter.surfaces.egl import EglSurface
+
+pytestmark = pytest.mark.usefixtures("each_arithmetic")
 
 
 def test_tables_reach_the_framebuffer_exactly(egl: EglSurface) -> None:
