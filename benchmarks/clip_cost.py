@@ -45,8 +45,7 @@ def at_once(model: DisplayModel, xyz_cd_m2: NDArray[np.float32]) -> float:
     """Return the mean ΔE00, all pixels in one go, those that were clipped compared."""
     asked = xyz_cd_m2.reshape(-1, 3).astype(np.float64)
     linear = model.linear(asked)
-    lowest = [max(0.0, float(curve.linear(0.0))) for curve in model.curves]
-    highest = [min(1.0, float(curve.linear(1.0))) for curve in model.curves]
+    lowest, highest = model.limits
     changed = ((linear < lowest) | (linear > highest)).any(axis=1)
     model.clipping(asked)
     shown, white = model.xyz(model.code(asked[changed])), model.white_XYZ_cd_m2

@@ -74,6 +74,7 @@ def pair(models: EyeModels) -> dict[Eye, View]:
 
 def solved(models: EyeModels, correction: Correction, views: dict[Eye, View]) -> Pair:
     """Return the XYZ to ask of each eye's display model, as `cancel_crosstalk` has it but without its report."""
+    models = models.normalised
     sent: Pair = {eye: view.astype(np.float64) for eye, view in views.items()}
     if correction.crosstalk is not None:
         mix = channel_crosstalk(models, correction.crosstalk)

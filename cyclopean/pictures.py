@@ -52,8 +52,8 @@ def display(path: str | Path) -> Result[Display]:
         {
             "mode": mode,
             "eye": eye,
-            "white_luminance_cd_m2": float(models.eye(eye).white_XYZ_cd_m2[1]),
-            "black_luminance_cd_m2": float(models.eye(eye).black_XYZ_cd_m2[1]),
+            "white_luminance_cd_m2": float(models.eye(eye).shown_white_XYZ_cd_m2[1]),
+            "black_luminance_cd_m2": float(models.eye(eye).shown_black_XYZ_cd_m2[1]),
             "source": read.sources[mode],
         }
         for mode, models in read.modes.items()

@@ -15,6 +15,7 @@ from .dither import dither_codes as dither_codes
 from .dither import dither_thresholds as dither_thresholds
 from .dither import mask_shifts_px as mask_shifts_px
 from .dither_mask import load_mask as load_mask
+from .eye_costs import NOTICED_DELTA_E_00 as NOTICED_DELTA_E_00
 from .eye_costs import eye_clip_costs as eye_clip_costs
 from .eye_view import EyeView as EyeView
 from .eye_view import PixelGrid as PixelGrid

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.display.model import GAMUT_TOLERANCE, Clipping, DisplayModel
+from devices.display.model import Clipping, DisplayModel, outside_limits
 
 Floats = NDArray[np.float64]
 _BLOCK = 1 << 13
@@ -45,24 +45,22 @@ class ClipCost:
 def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
     """Return what showing XYZ in cd/m², shape (..., 3), on ``model`` costs; pixels shown as asked are not compared."""
     asked = np.asarray(xyz_cd_m2).reshape(-1, 3)
-    lowest = np.array([max(0.0, float(curve.linear(0.0))) for curve in model.curves])
-    highest = np.array([min(1.0, float(curve.linear(1.0))) for curve in model.curves])
-    counts = np.zeros(5, dtype=np.int64)
+    lowest, highest = model.limits
+    parts = []
     total = largest = 0.0
     for part in blocks(len(asked)):
         block = asked[part].astype(np.float64)
         linear = np.ascontiguousarray(model.linear(block).T)
-        # The channels' own limits lie in 0..1, so that a block within them holds nothing to count or to compare.
+        # A block within the channels' limits holds nothing to count or to compare.
         if (linear.min(axis=1) >= lowest).all() and (linear.max(axis=1) <= highest).all():
             continue
-        counts += _outside(linear)
+        parts.append(outside_limits(linear.T, model.limits, model.gamut_tolerance))
         changed = ((linear < lowest[:, None]) | (linear > highest[:, None])).any(axis=0)
         if changed.any():
             difference = _difference(model, block[changed], linear[:, changed])
             total += float(difference.sum())
             largest = max(largest, float(difference.max()))
-    red, green, blue, any_channel, above_full = (int(count) for count in counts)
-    clipping = Clipping(len(asked), red, green, blue, any_channel, above_full)
+    clipping = replace(counted_together(parts), pixels=len(asked))
     return ClipCost(clipping, total / max(len(asked), 1), largest)
 
 
@@ -77,16 +75,10 @@ def counted_together(parts: Sequence[Clipping]) -> Clipping:
     return Clipping(**{name: sum(getattr(part, name) for part in parts) for name in names})
 
 
-def _outside(linear: Floats) -> NDArray[np.int64]:
-    """Count as `DisplayModel.clipping`, of linear light (3, n): red, green, blue, any channel, above full."""
-    above = linear > 1.0 + GAMUT_TOLERANCE
-    outside = (linear < -GAMUT_TOLERANCE) | above
-    return np.array([*outside.sum(axis=1), outside.any(axis=0).sum(), above.any(axis=0).sum()], dtype=np.int64)
-
-
 def _difference(model: DisplayModel, asked: Floats, linear: Floats) -> Floats:
     """Return the ΔE00 (n,) of XYZ (n, 3) to what is shown of their linear light (3, n)."""
-    codes = [curve.code(np.clip(channel, 0.0, 1.0)) for curve, channel in zip(model.curves, linear, strict=True)]
+    kept = np.clip(linear.T, *model.limits).T
+    codes = [curve.code(channel) for curve, channel in zip(model.curves, kept, strict=True)]
     shown = model.xyz(np.stack(codes, axis=1))
     white = model.white_XYZ_cd_m2
     # Lab is defined for light only: what lies below no light at all is as black as black.
@@ -126,8 +118,8 @@ def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike) -> NDArray[np.float32]
     """
     asked = np.asarray(xyz_cd_m2, dtype=np.float64)
     linear = model.linear(asked)
-    above = np.any(linear > 1.0 + GAMUT_TOLERANCE, axis=-1, keepdims=True)
-    below = np.any(linear < -GAMUT_TOLERANCE, axis=-1, keepdims=True)
+    above = np.any(linear > model.limits[1] + model.gamut_tolerance, axis=-1, keepdims=True)
+    below = np.any(linear < model.limits[0] - model.gamut_tolerance, axis=-1, keepdims=True)
     white = model.white_XYZ_cd_m2
     share = np.clip(_DIMMED * asked[..., 1:2] / white[1], 0.0, 1.0)
     marked = share * white

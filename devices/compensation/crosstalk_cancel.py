@@ -1,6 +1,7 @@
 """Cancel crosstalk within what a display can show, and report what was left.
 
-A channel cannot give less light than at code 0, so that a dark place opposite a bright one keeps a ghost. Per pixel:
+Light is counted from that of code 0, as readings of crosstalk are: black on black is what is taken off them. A channel
+cannot give less than that, so that a dark place opposite a bright one keeps a ghost. Per pixel:
 
 1. each eye's picture becomes light in units of its own display's primaries, clipped to what the channels can give;
 2. the six equations of `devices.compensation.crosstalk`, written in that light, give what to send to both eyes;
@@ -25,7 +26,7 @@ from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.crosstalk import Crosstalk
 from devices.display.display_file import EyeModels
-from devices.display.model import GAMUT_TOLERANCE, DisplayModel
+from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
 
@@ -68,7 +69,7 @@ class CancelCost:
 
 @dataclass(frozen=True, eq=False, slots=True)
 class Cancelled:
-    """What to send to each eye, light in units of its primaries, shape (..., 3), and what it cost.
+    """What to send to each eye, light in units of its model's primaries, shape (..., 3), and what it cost.
 
     Where channels add up, that is the linear light of each, as a share of full.
     """
@@ -118,7 +119,8 @@ def cancel_crosstalk(
 ) -> Cancelled:
     """Return what to send so that the eyes see ``left_XYZ`` and ``right_XYZ``, cd/m², same shape (..., 3).
 
-    ``lift_share`` is the share of each eye's white (above black) that is added to every pixel; see `needed_lift`.
+    ``lift_share`` is the share of each eye's white (code 1, above code 0) that is added to every pixel; see
+    `needed_lift`.
 
     Parameters
     ----------
@@ -157,21 +159,22 @@ def cancel_crosstalk(
         refuse_lift(models)
     if not 0.0 <= lift_share <= 1.0:
         raise DeviceError(f"the lift is {lift_share}; it must be a share of white in 0..1")
-    lifted_left = _in_gamut(models.left, left_XYZ) + lift_share
-    lifted_right = _in_gamut(models.right, right_XYZ) + lift_share
-    wanted_left, wanted_right = _clip(models.left, lifted_left), _clip(models.right, lifted_right)
-    mix = channel_crosstalk(models, crosstalk)
+    shown = models.normalised
+    lifted_left = _in_gamut(shown.left, left_XYZ) + lift_share
+    lifted_right = _in_gamut(shown.right, right_XYZ) + lift_share
+    wanted_left, wanted_right = _clip(shown.left, lifted_left), _clip(shown.right, lifted_right)
+    mix = channel_crosstalk(shown, crosstalk)
     left, right = mix.solve(wanted_left, wanted_right)
-    needed_left = wanted_left - _clip(models.right, right) @ mix.left.T
-    needed_right = wanted_right - _clip(models.left, left) @ mix.right.T
-    left, right = _clip(models.left, needed_left), _clip(models.right, needed_right)
+    needed_left = wanted_left - _clip(shown.right, right) @ mix.left.T
+    needed_right = wanted_right - _clip(shown.left, left) @ mix.right.T
+    left, right = _clip(shown.left, needed_left), _clip(shown.right, needed_right)
     seen_left, seen_right = mix.seen(left, right)
     return Cancelled(
-        left,
-        right,
+        _in_units_of(models.left, left),
+        _in_units_of(models.right, right),
         lift_share,
-        _cost(models.left, left_XYZ, lifted_left, needed_left, seen_left),
-        _cost(models.right, right_XYZ, lifted_right, needed_right, seen_right),
+        _cost(shown.left, left_XYZ, lifted_left, needed_left, seen_left),
+        _cost(shown.right, right_XYZ, lifted_right, needed_right, seen_right),
     )
 
 
@@ -211,6 +214,7 @@ def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, ri
     0.01
     """
     refuse_lift(models)
+    models = models.normalised
     mix = channel_crosstalk(models, crosstalk)
     wanted = _in_gamut(models.left, left_XYZ), _in_gamut(models.right, right_XYZ)
     lift = 0.0
@@ -220,7 +224,7 @@ def needed_lift(models: EyeModels, crosstalk: Crosstalk, left_XYZ: ArrayLike, ri
         if np.any(gain <= 0):
             raise DeviceError("the eyes' white leaks so strongly that lifting the black level takes light away")
         if light.size:
-            lift = max(lift, float(((_limits(model)[0] - light) / gain).max()))
+            lift = max(lift, float(((model.limits[0] - light) / gain).max()))
     return lift
 
 
@@ -245,22 +249,23 @@ def seen_XYZ(
     DeviceError
         If the shapes differ or a code is not finite.
     """
-    black = models.left.black_XYZ_cd_m2, models.right.black_XYZ_cd_m2
+    black = models.left.shown_black_XYZ_cd_m2, models.right.shown_black_XYZ_cd_m2
     sent = models.left.xyz(left_code) - black[0], models.right.xyz(right_code) - black[1]
     seen = crosstalk.seen(*sent) if crosstalk else sent
     return seen[0] + black[0], seen[1] + black[1]
 
 
-def _limits(model: DisplayModel) -> tuple[Floats, Floats]:
-    """Return the least and the most light that each channel can give, (3,) each."""
-    lowest = np.array([max(0.0, float(curve.linear(0.0))) for curve in model.curves])
-    highest = np.array([min(1.0, float(curve.linear(1.0))) for curve in model.curves])
-    return lowest, highest
+def _in_units_of(model: DisplayModel, light: Floats) -> Floats:
+    """Return light in units of the normalised model as light in units of ``model``."""
+    if model.normalised is model:
+        return light
+    lowest, highest = model.limits
+    return lowest + (highest - lowest) * light
 
 
 def _clip(model: DisplayModel, linear: Floats) -> Floats:
     """Return light in units of the primaries, clipped to what the channels can give."""
-    return model.light_of(np.clip(model.channels(linear), *_limits(model)))
+    return model.light_of(np.clip(model.channels(linear), *model.limits))
 
 
 def _in_gamut(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
@@ -272,11 +277,11 @@ def _in_gamut(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
 
 
 def _cost(model: DisplayModel, asked_XYZ: ArrayLike, lifted: Floats, needed: Floats, seen: Floats) -> CancelCost:
-    lowest, highest = _limits(model)
+    lowest, highest = model.limits
     asked = np.asarray(asked_XYZ, dtype=np.float64).reshape(-1, 3)
     channels = model.channels(needed)
-    negative = (channels < lowest - GAMUT_TOLERANCE).any(axis=-1)
-    above = (np.maximum(channels, model.channels(lifted)) > highest + GAMUT_TOLERANCE).any(axis=-1)
+    negative = (channels < lowest - model.gamut_tolerance).any(axis=-1)
+    above = (np.maximum(channels, model.channels(lifted)) > highest + model.gamut_tolerance).any(axis=-1)
     residual = (seen - _clip(model, lifted)) @ model.primaries_XYZ_cd_m2.T
     white = model.white_XYZ_cd_m2
     shown = (model.black_XYZ_cd_m2 + seen @ model.primaries_XYZ_cd_m2.T).reshape(-1, 3)

@@ -95,6 +95,7 @@ def dither_tables(model: DisplayModel, levels: int = LEVELS_8_BITS, entries: int
     DeviceError
         If levels is not in 1..65535.
     """
+    model = model.normalised
     tables = code_tables(model, entries)
     lights = [np.maximum(code_lights(curve, levels) - curve.lift, 0.0) / (1.0 - curve.lift) for curve in model.curves]
     return DitherTables(tables, np.stack(lights).astype(np.float32))
@@ -231,6 +232,7 @@ def tabled_dither_codes(
 
     Arguments and errors are those of `dither_codes`; the number of levels is that of ``tables``.
     """
+    model = model.normalised
     linear = _linear(model, xyz_cd_m2)
     # The matrix and the lift work in 64 bits, as in the colour pass; from here on a shader has 32.
     lift = np.array([curve.lift for curve in model.curves])
@@ -264,4 +266,4 @@ def _linear(model: DisplayModel, xyz_cd_m2: ArrayLike) -> Floats:
     linear = model.linear(xyz_cd_m2)
     if not np.all(np.isfinite(linear)):
         raise DeviceError(f"{np.count_nonzero(~np.isfinite(linear))} values of the picture are not finite numbers")
-    return np.clip(linear, 0.0, 1.0)
+    return np.clip(linear, *model.limits)

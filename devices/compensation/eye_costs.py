@@ -23,7 +23,7 @@ from devices.colour.spaces import xyz_to_lab
 from devices.compensation.clipping import ClipCost, blocks, clip_cost, counted_together
 from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
-from devices.display.model import Clipping
+from devices.display.model import Clipping, outside_limits, rounding_of
 
 Floats = NDArray[np.float64]
 Pixels = NDArray[np.floating]
@@ -79,6 +79,11 @@ def mixed_costs(
     ``percent_noticed``: pixels that the clip changes by ΔE00 of 1 or more; ``projection_delta_e_00_mean`` and
     ``projection_delta_e_00_max``: what was asked of the eye against what it would see if nothing were clipped.
     """
+    limits = mixture.limits
+    tolerance = np.maximum(
+        rounding_of(mixture.left, models.left.shown_white_XYZ_cd_m2),
+        rounding_of(mixture.right, models.right.shown_white_XYZ_cd_m2),
+    )
     views: dict[Eye, Pixels] = {"left": left_XYZ.reshape(-1, 3), "right": right_XYZ.reshape(-1, 3)}
     clippings = []
     sums = {eye: _Sums() for eye in EYES}
@@ -86,13 +91,11 @@ def mixed_costs(
     for part in blocks(pixels):
         asked = {eye: views[eye][part].astype(np.float64) for eye in EYES}
         light = mixture.light(asked["left"], asked["right"])
-        clipped = np.clip(light, 0.0, 1.0)
+        clipped = np.clip(light, *limits)
         shown = np.stack([curve.linear(curve.code(clipped[:, i])) for i, curve in enumerate(mixture.curves)], axis=1)
-        # A display whose curves fall short of full light shows less than the clip leaves; a difference by rounding
-        # is none.
+        # A difference by rounding is none.
         changed = (np.abs(shown - light) > 1e-12).any(axis=1)
-        # Whichever eye's model: the light of its channels is what was put in.
-        clippings.append(models.left.clipping(_display(models, "left", light)))
+        clippings.append(outside_limits(light, limits, tolerance))
         for eye in EYES:
             through = mixture.through(eye)
             white = _display(models, eye, np.ones(3)) @ through.T

@@ -10,14 +10,14 @@ E. Dubois (2001), "A projection method to generate anaglyph stereo images", Proc
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.display.display_file import Eye, EyeModels
-from devices.display.model import DisplayModel
+from devices.display.model import DisplayModel, curve_limits, normalised_curves
 from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
 from documents import Finding
@@ -49,6 +49,31 @@ class Mixture:
         """Return what the filter before ``eye`` does to XYZ, shape (3, 3)."""
         return self.left_through if eye == "left" else self.right_through
 
+    @property
+    def limits(self) -> tuple[Floats, Floats]:
+        """The least and the most linear light that each channel can give, (3,) each: at code 0 and at code 1."""
+        return curve_limits(self.curves)
+
+    @property
+    def normalised(self) -> Mixture:
+        """The same mixture, its linear light 0 at code 0 and 1 at code 1, as a colour pass takes it."""
+        curves = normalised_curves(self.curves)
+        if curves is self.curves:
+            return self
+        lowest, highest = self.limits
+        # The light at code 0 joins the blacks: what both views take off together is what matters.
+        both = np.concatenate([self.left, self.right], axis=1)
+        more = np.linalg.lstsq(both, lowest, rcond=None)[0]
+        span = (highest - lowest)[:, np.newaxis]
+        return replace(
+            self,
+            left=self.left / span,
+            right=self.right / span,
+            left_black_XYZ_cd_m2=self.left_black_XYZ_cd_m2 + more[:3],
+            right_black_XYZ_cd_m2=self.right_black_XYZ_cd_m2 + more[3:],
+            curves=curves,
+        )
+
     def swapped(self) -> Mixture:
         """Return the mixture with the two views exchanged."""
         return Mixture(
@@ -69,7 +94,7 @@ class Mixture:
 
     def code(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> Floats:
         """Return device codes in 0..1, shape (..., 3), for XYZ in cd/m² of both views, shape (..., 3) each."""
-        linear = np.clip(self.light(left_XYZ_cd_m2, right_XYZ_cd_m2), 0.0, 1.0)
+        linear = np.clip(self.light(left_XYZ_cd_m2, right_XYZ_cd_m2), *self.limits)
         return np.stack([curve.code(linear[..., i]) for i, curve in enumerate(self.curves)], axis=-1)
 
 

@@ -62,7 +62,8 @@ def curve_table(curve: Curve, entries: int = ENTRIES, root: int = 4) -> NDArray[
 
 
 def code_tables(model: DisplayModel, entries: int = ENTRIES) -> CodeTables:
-    """Build the three channels' tables of ``model``."""
+    """Build the three channels' tables of ``model``, in units of `DisplayModel.normalised`."""
+    model = model.normalised
     lift = np.array([curve.lift for curve in model.curves])
     codes = np.stack([curve_table(curve, entries) for curve in model.curves])
     return CodeTables(codes.astype(np.float32), lift, 1.0 / (1.0 - lift))
@@ -70,7 +71,7 @@ def code_tables(model: DisplayModel, entries: int = ENTRIES) -> CodeTables:
 
 def table_codes(model: DisplayModel, xyz_cd_m2: NDArray[np.float64], tables: CodeTables) -> NDArray[np.float64]:
     """Return codes (..., 3) by way of the tables: the NumPy twin of ``colour_pass.frag``, in float64."""
-    linear = np.clip(model.linear(xyz_cd_m2), 0.0, 1.0)
+    linear = np.clip(model.normalised.linear(xyz_cd_m2), 0.0, 1.0)
     t = np.sqrt(np.sqrt(np.maximum((linear - tables.lift) * tables.scale, 0.0)))
     last = tables.codes.shape[1] - 1
     channels = [np.interp(t[..., i] * last, np.arange(last + 1), tables.codes[i].astype(np.float64)) for i in range(3)]

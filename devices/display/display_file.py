@@ -141,6 +141,11 @@ class EyeModels:
         """Return the model for ``eye``."""
         return self.left if eye == "left" else self.right
 
+    @property
+    def normalised(self) -> EyeModels:
+        """The same in units of what codes 0 and 1 give, see `DisplayModel.normalised`."""
+        return EyeModels(self.left.normalised, self.right.normalised)
+
 
 @dataclass(frozen=True, slots=True)
 class Display:

@@ -2,23 +2,32 @@
 
 XYZ = black + M · curve(code): an additive display with a black term (Fairchild & Wyble 1998; Day, Taplin &
 Berns 2004; thesis Expressions 3.10 to 3.14).
+
+A curve need not run from 0 at code 0 to 1 at code 1: one with an offset gives light at code 0, and a fitted one may end
+at 0.983. What the display can show is what lies between the two (`DisplayModel.limits`), and everything that asks
+whether a colour can be shown asks that: "maximum code" in thesis Table 4.3.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from devices.display.tone_curve import Curve
+from devices.display.tone_curve import Curve, ToneCurve
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
 
-# Linear light may leave 0..1 by this much before it counts as out of gamut: float32 arithmetic alone does.
+# Linear light may leave its limits by this much before it counts as out of gamut, or by more where rounding does.
 GAMUT_TOLERANCE = 1e-6
+# Pictures are stored in float32. Half a unit in the last place of each of X, Y and Z, and as much for their sums.
+_ROUNDING = 2.0**-23
+# Ends of a curve that are 0 and 1 but for rounding.
+_EXACT = 1e-12
 
 
 @dataclass(frozen=True, eq=False)
@@ -54,8 +63,47 @@ class DisplayModel:
 
     @cached_property
     def white_XYZ_cd_m2(self) -> Floats:
-        """XYZ (3,) at linear light 1 in every channel."""
+        """XYZ (3,) at linear light 1 in every channel: the model's unit of white, which codes may not reach, or pass.
+
+        `shown_white_XYZ_cd_m2` is the white that is shown.
+        """
         return np.asarray(self.black_XYZ_cd_m2 + self.primaries_XYZ_cd_m2.sum(axis=1))
+
+    @cached_property
+    def limits(self) -> tuple[Floats, Floats]:
+        """The least and the most linear light that each channel can give, (3,) each: at code 0 and at code 1."""
+        return curve_limits(self.curves)
+
+    @cached_property
+    def gamut_tolerance(self) -> Floats:
+        """How far linear light, (3,), may leave `limits` before it counts: what a picture in float32 may err by.
+
+        A colour asked for as exactly the light of code 0 or 1 then counts as inside, however it was computed.
+        """
+        return rounding_of(self.linear_from_XYZ, self.shown_white_XYZ_cd_m2)
+
+    @cached_property
+    def shown_white_XYZ_cd_m2(self) -> Floats:
+        """XYZ (3,) at code 1 in every channel: the brightest white that the display can show."""
+        return self.xyz_of_linear(self.limits[1])
+
+    @cached_property
+    def shown_black_XYZ_cd_m2(self) -> Floats:
+        """XYZ (3,) at code 0 in every channel: the darkest black that the display can show."""
+        return self.xyz_of_linear(self.limits[0])
+
+    @cached_property
+    def normalised(self) -> DisplayModel:
+        """The same display in other units: its black is the light of code 0, its primaries what code 1 adds to it.
+
+        Its curves run from 0 to 1, so that what can be shown is linear light in 0..1; colour passes need no other
+        limits. It is the model itself where that is so already.
+        """
+        curves = normalised_curves(self.curves)
+        if curves is self.curves:
+            return self
+        lowest, highest = self.limits
+        return DisplayModel(self.shown_black_XYZ_cd_m2, self.primaries_XYZ_cd_m2 * (highest - lowest), curves)
 
     def xyz(self, code: ArrayLike) -> Floats:
         """Return XYZ in cd/m², shape (..., 3), for device codes in 0..1, shape (..., 3)."""
@@ -91,29 +139,53 @@ class DisplayModel:
 
     def code(self, xyz_cd_m2: ArrayLike) -> Floats:
         """Return device codes in 0..1, shape (..., 3), for XYZ in cd/m², shape (..., 3), clipping to the gamut."""
-        linear = np.clip(self.linear(xyz_cd_m2), 0.0, 1.0)
+        linear = np.clip(self.linear(xyz_cd_m2), *self.limits)
         return np.stack([curve.code(linear[..., i]) for i, curve in enumerate(self.curves)], axis=-1)
 
     def clipping(self, xyz_cd_m2: ArrayLike) -> Clipping:
-        """Count the pixels of XYZ in cd/m², shape (..., 3), that lie outside the gamut."""
-        linear = self.linear(xyz_cd_m2).reshape(-1, 3)
-        below = linear < -GAMUT_TOLERANCE
-        above = linear > 1.0 + GAMUT_TOLERANCE
-        outside = below | above
-        red, green, blue = (int(count) for count in outside.sum(axis=0))
-        return Clipping(
-            pixels=len(linear),
-            red=red,
-            green=green,
-            blue=blue,
-            any_channel=int(outside.any(axis=1).sum()),
-            above_full=int(above.any(axis=1).sum()),
-        )
+        """Count the pixels of XYZ in cd/m², shape (..., 3), outside the gamut: below code 0 or above code 1."""
+        return outside_limits(self.linear(xyz_cd_m2), self.limits, self.gamut_tolerance)
+
+
+def curve_limits(curves: Sequence[Curve]) -> tuple[Floats, Floats]:
+    """Return the linear light at code 0 and at code 1 of ``curves``, (n,) each."""
+    lowest, highest = (np.array([float(curve.linear(code)) for curve in curves]) for code in (0.0, 1.0))
+    return lowest, highest
+
+
+def normalised_curves(curves: tuple[Curve, Curve, Curve]) -> tuple[Curve, Curve, Curve]:
+    """Return ``curves`` scaled to run from 0 at code 0 to 1 at code 1; the very same where they do."""
+    lowest, highest = curve_limits(curves)
+    if np.all(np.abs(lowest) <= _EXACT) and np.all(np.abs(highest - 1.0) <= _EXACT):
+        return curves
+    red, green, blue = (curve.normalised() if isinstance(curve, ToneCurve) else curve for curve in curves)
+    return red, green, blue
+
+
+def rounding_of(linear_from_XYZ: Floats, white_XYZ_cd_m2: Floats) -> Floats:
+    """Return by how much linear light, (3,), may err of XYZ up to ``white_XYZ_cd_m2`` stored in float32."""
+    return np.maximum(GAMUT_TOLERANCE, _ROUNDING * (np.abs(linear_from_XYZ) @ np.abs(white_XYZ_cd_m2)))
+
+
+def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: Floats | float) -> Clipping:
+    """Count the pixels of linear light, shape (..., 3), that leave ``limits`` by more than ``tolerance``."""
+    channels = np.asarray(linear, dtype=np.float64).reshape(-1, 3)
+    above = channels > limits[1] + tolerance
+    outside = (channels < limits[0] - tolerance) | above
+    red, green, blue = (int(count) for count in outside.sum(axis=0))
+    return Clipping(
+        pixels=len(channels),
+        red=red,
+        green=green,
+        blue=blue,
+        any_channel=int(outside.any(axis=1).sum()),
+        above_full=int(above.any(axis=1).sum()),
+    )
 
 
 @dataclass(frozen=True, slots=True)
 class Clipping:
-    """How many of a picture's ``pixels`` ask a channel for light it has not got (below 0 or above full)."""
+    """How many of a picture's ``pixels`` ask a channel for less light than at code 0, or for more than at code 1."""
 
     pixels: int
     red: int

@@ -53,6 +53,13 @@ class ToneCurve:
         light = np.asarray(light_above_lift, dtype=np.float64)
         return np.asarray((light ** (1.0 / self.gamma) - self.offset) / self.gain)
 
+    def normalised(self) -> ToneCurve:
+        """Return the curve of the same shape that gives light 0 at code 0 and 1 at code 1: (y − y₀) / (y₁ − y₀)."""
+        lowest, highest = (float(self.linear(code)) for code in (0.0, 1.0))
+        span = highest - lowest
+        scale = span ** (-1.0 / self.gamma)
+        return ToneCurve(self.gain * scale, self.offset * scale, self.gamma, (self.lift - lowest) / span)
+
 
 # What a display model asks of a channel's curve: `lift`, `linear`, `code` and `unclipped_code`.
 Curve = ToneCurve | TableCurve

@@ -138,7 +138,7 @@ class Simulated:
             return np.zeros(3)
         eye = self._side(showing)
         model = self._display.models.right if eye == "left" else self._display.models.left
-        light = simulated_XYZ(model, np.array(showing.other), self._faults) - model.black_XYZ_cd_m2
+        light = simulated_XYZ(model, np.array(showing.other), self._faults) - model.shown_black_XYZ_cd_m2
         leaks = self._display.crosstalk
         matrix = np.zeros((3, 3)) if leaks is None else leaks.left if eye == "left" else leaks.right
         return np.asarray((matrix + self._faults.crosstalk * np.eye(3)) @ light)

@@ -79,8 +79,7 @@ def asked_of(model: DisplayModel) -> tuple[AskedColour, ...]:
     (24, ['cyan'])
     """
     names, xyY = colorchecker_xyY()
-    lowest = np.array([float(curve.linear(0.0)) for curve in model.curves])
-    highest = np.array([min(1.0, float(curve.linear(1.0))) for curve in model.curves])
+    lowest, highest = model.limits
     full = model.light_of(highest)
     white = model.primaries_XYZ_cd_m2 @ full
     wanted = _adapted(XYZ_from_xyY(xyY), white) @ model.linear_from_XYZ.T

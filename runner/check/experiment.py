@@ -8,6 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
+from devices.compensation import NOTICED_DELTA_E_00
 from devices.display import CYCLES_PER_DEGREE, Rig, pixels_per_degree, read_rig, visual_angle_deg
 from documents import Finding, InputError, load_document
 from documents.files import beside
@@ -197,6 +198,11 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
     report.facts["clipping_cost_mean_delta_e_00"] = _per_eye(clipping, "delta_e_00_mean")
     if design.mode.mixture(design.rig.models) is not None:
         report.facts["filters_cost_mean_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_mean")
+    ghosts = {name: costs["crosstalk"] for name, costs in clipping.items() if "crosstalk" in costs}
+    if ghosts:
+        report.facts["ghost_percent"] = _per_eye(ghosts, "percent_negative")
+        report.facts["ghost_cost_max_delta_e_00"] = _per_eye(ghosts, "delta_e_00_max")
+        _ghosts(report, design, source)
     worst = {name: max(eyes) for name, eyes in report.facts["clipped_percent"].items()}
     over = {name: percent for name, percent in worst.items() if percent > options.clip_limit_percent}
     if over:
@@ -211,6 +217,24 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
     if design.rig.gain_map:
         what = f"the gain map costs {100 * design.rig.gain_map.luminance_lost:.1f} % of the luminance"
         report.warnings.append(source.finding(("rig",), what))
+
+
+def _ghosts(report: CheckReport, design: Experiment, source: YamlSource) -> None:
+    """Warn of pictures that keep a ghost of the other eye's, where crosstalk cannot be cancelled."""
+    percents, costs = report.facts["ghost_percent"], report.facts["ghost_cost_max_delta_e_00"]
+    kept = [name for name, eyes in percents.items() if max(eyes) > 0.0 and max(costs[name]) >= NOTICED_DELTA_E_00]
+    if not kept:
+        return
+    most = max(kept, key=lambda name: max(percents[name]))
+    what = (
+        f"crosstalk cannot be cancelled everywhere in {len(kept)} of {counted(len(percents), 'stimulus', 'stimuli')}: "
+        f"{_some(kept)}; most in '{most}', where {max(percents[most]):.2f} % of an eye's pixels keep a ghost, "
+        f"and ΔE00 is at most {max(costs[most]):.1f}"
+    )
+    models, can_lift = design.rig.models, not design.rig.lift_black
+    can_lift = can_lift and models.left.additive and models.right.additive
+    remedy = "write lift_black: true in the rig file, or accept it" if can_lift else ""
+    report.warnings.append(source.finding(("stimuli",), what, remedy))
 
 
 def _sizes(report: CheckReport, design: Experiment, source: YamlSource, stimuli: StimulusSet) -> None:

@@ -7,7 +7,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from devices.camera import read_camera
-from devices.display import pixels_per_degree, read_display, read_rig, read_verification
+from devices.display import EYES, pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
 from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.experiment import check_experiment, check_onsets, missing_pictures
@@ -22,7 +22,7 @@ def check_display(report: CheckReport, options: CheckOptions) -> None:
     """Check a display file."""
     display = read_display(report.file)
     white = {
-        mode: {"left": round(float(m.left.white_XYZ_cd_m2[1]), 2), "right": round(float(m.right.white_XYZ_cd_m2[1]), 2)}
+        mode: {eye: round(float(m.eye(eye).shown_white_XYZ_cd_m2[1]), 2) for eye in EYES}
         for mode, m in display.modes.items()
     }
     report.facts.update({"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white})

@@ -34,6 +34,8 @@ _APART = (
     "clipping_cost_mean_delta_e_00",
     "filters_cost_mean_delta_e_00",
     "clip_limit_percent",
+    "ghost_percent",
+    "ghost_cost_max_delta_e_00",
     "clipping_costs_computed",
     "clipping_costs_cached",
     "trials",
@@ -127,6 +129,9 @@ def _lines(facts: Mapping[str, Any]) -> Iterator[str]:
     if "clipped_percent" in facts:
         yield ""
         yield from _clipping(facts)
+    if "ghost_percent" in facts:
+        yield ""
+        yield from _ghosts(facts["ghost_percent"], facts["ghost_cost_max_delta_e_00"])
     if "screen" in facts:
         yield ""
         yield from _screen(facts["screen"])
@@ -181,6 +186,13 @@ def _clipping(facts: Mapping[str, Any]) -> Iterator[str]:
         line = f"{name:<{name_width}}{left:>8.2f}{right:>8.2f}   {cost_left:>9.3f}{cost_right:>8.3f}"
         line += f"   {filters[name][0]:>15.3f}{filters[name][1]:>8.3f}" if filters else ""
         yield line + ("  !" if max(left, right) > facts["clip_limit_percent"] else "")
+
+
+def _ghosts(percents: Mapping[str, Sequence[float]], costs: Mapping[str, Sequence[float]]) -> Iterator[str]:
+    name_width = max([_LABEL - 2, *(len(name) for name in percents)]) + 2
+    yield f"{'ghosts of crosstalk':<{name_width}}{'% left':>8}{'right':>8}   {'largest ΔE00':>12}{'right':>8}"
+    for name, (left, right) in percents.items():
+        yield f"{name:<{name_width}}{left:>8.2f}{right:>8.2f}   {costs[name][0]:>12.1f}{costs[name][1]:>8.1f}"
 
 
 def _screen(screen: Mapping[str, Any] | str) -> Iterator[str]:

@@ -68,8 +68,9 @@ def command(
     """Show one stereo image with the display's response inverted.
 
     FILE is an OpenEXR picture; it stands at 1:1 in the middle of each eye's area until Escape is pressed. The
-    shares of pixels that the display cannot show are printed for each eye. Crosstalk and a gain map of the display
-    file are compensated. Where both eyes see the same pixels, the flat version is shown.
+    shares of pixels that the display cannot show, and that keep a ghost of the other eye's picture, are printed for
+    each eye. Crosstalk and a gain map of the display file are compensated. Where both eyes see the same pixels, the
+    flat version is shown.
     Of a screenshot of 10 bits, the upper 10 of each 16-bit value are the code.
     """
     from runner.cli.main import WorkError
@@ -127,5 +128,23 @@ def _in_words(shown: ShownPicture) -> str:
             f"{share['percent_above_full']:.2f} % above full drive; "
             f"that costs {share['delta_e_00_mean']:.3f} ΔE00 on average, at most {share['delta_e_00_max']:.1f}"
         )
+        if shown.crosstalk:
+            lines.append(f"{eye} eye: {_ghosts(shown.crosstalk[eye])}")
     lines += [f"written: {path}" for path in shown.screenshots]
     return "\n".join(lines)
+
+
+def _ghosts(cost: Mapping[str, float]) -> str:
+    """Say what crosstalk could not be cancelled for an eye."""
+    percent = cost["percent_negative"]
+    if percent == 0.0 and cost["percent_above_full"] == 0.0:
+        return "crosstalk is cancelled at every pixel"
+    words = (
+        f"crosstalk cannot be cancelled at {percent:.2f} % of the pixels, which keep a ghost of the other eye's picture"
+    )
+    if cost["percent_above_full"]:
+        words += f", and {cost['percent_above_full']:.2f} % would need more than full drive"
+    return (
+        f"{words}; what this eye sees is {cost['delta_e_00_mean']:.3f} ΔE00 on average, at most "
+        f"{cost['delta_e_00_max']:.1f}, from what was asked"
+    )

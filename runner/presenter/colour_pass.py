@@ -94,6 +94,7 @@ class ColourPass:
         bits: Bits = 8,
     ) -> None:
         self._squeeze = squeeze
+        model = model.normalised
         interaction = channel_interaction(model)
         self._cost = interaction.cost
         self._pass = CodePass(
@@ -152,6 +153,7 @@ class MixedPass:
     def __init__(
         self, context: moderngl.Context, mixture: Mixture, dithering: Dithering | None = None, bits: Bits = 8
     ) -> None:
+        mixture = mixture.normalised
         self._pass = CodePass(
             context,
             "mixed_pass.frag",

@@ -19,6 +19,7 @@ from runner.presenter.shaders import Uniform
 Floats = NDArray[np.float64]
 COST = 1  # plain colour passes more, about; see benchmarks/crosstalk.py
 INVERSIONS = 3
+_LIMITS = Real3(np.array([[0.0] * 3, [1.0] * 3]))
 CORNER = PixelGrid((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 
 
@@ -45,6 +46,7 @@ class CompensatedPass:
         self._context = context
         gains = np.ones((1, 1)) if correction.gain_map is None else correction.gain_map.gains
         self._gains = _texture(context, gains[..., np.newaxis])
+        models = models.normalised
         own, other = models.eye(eye), models.eye("right" if eye == "left" else "left")
         interaction = channel_interaction(own, other)
         # Where crosstalk is cancelled, channels are undone for both eyes, and again for what is clipped.
@@ -114,7 +116,7 @@ class CompensatedPass:
 
 def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str, Uniform]:
     """Return the uniforms that take off what leaks from the other eye."""
-    own, other = (models.left, models.right) if eye == "left" else (models.right, models.left)
+    other = models.right if eye == "left" else models.left
     mix = channel_crosstalk(models, correction.crosstalk) if correction.crosstalk else None
     leak = np.zeros((3, 3)) if mix is None else mix.left if eye == "left" else mix.right
     unmixing = np.eye(6) if mix is None else mix.unmixing
@@ -127,8 +129,9 @@ def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str
         "lift_share": Real3(np.full(3, correction.lift_share)),
         "other_linear_from_XYZ": Real3x3(other.linear_from_XYZ),
         "other_black_light": _black_light(other),
-        "own_limits": _limits(own),
-        "other_limits": _limits(other),
+        # As the models are normalised, what their channels can give is 0 to 1.
+        "own_limits": _LIMITS,
+        "other_limits": _LIMITS,
         "other_from_own": Real3x3(from_own),
         "other_from_other": Real3x3(from_other),
         "leak": Real3x3(leak),
@@ -138,12 +141,6 @@ def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str
 def _black_light(model: DisplayModel) -> Real3:
     """Return black in units of the primaries."""
     return Real3(model.linear_from_XYZ @ model.black_XYZ_cd_m2)
-
-
-def _limits(model: DisplayModel) -> Real3:
-    """Return the least and then the most light that each channel can give."""
-    ends = [[float(curve.linear(code)) for curve in model.curves] for code in (0.0, 1.0)]
-    return Real3(np.clip(ends, 0.0, 1.0))
 
 
 def _evening(gain_map: GainMap | None) -> dict[str, Uniform]:

@@ -68,9 +68,10 @@ class ShowOptions:
 class ShownPicture:
     """A picture as it was shown.
 
-    ``clipping`` holds for each eye what the gamut clip costs: shares of pixels in percent, costs in ΔE00. ``flat`` is
-    whether both eyes saw the same picture, ``work`` the presenter's so far, ``closed`` whether the window was closed
-    before Escape was pressed.
+    ``clipping`` holds for each eye what the gamut clip costs: shares of pixels in percent, costs in ΔE00. ``crosstalk``
+    holds for each eye what could not be cancelled of the other's picture, as a trial's record does; it is empty where
+    none was measured. ``flat`` is whether both eyes saw the same picture, ``work`` the presenter's so far, ``closed``
+    whether the window was closed before Escape was pressed.
     """
 
     file: str
@@ -78,6 +79,7 @@ class ShownPicture:
     picture_px: tuple[int, int]
     flat: bool
     clipping: Mapping[Eye, dict[str, float]]
+    crosstalk: Mapping[str, Any]
     surface: SurfaceFacts
     screenshots: tuple[str, ...]
     work: Counters
@@ -110,7 +112,8 @@ def show_picture(
     Returns
     -------
     ShownPicture
-        What the gamut clip costs each eye, what it was shown on, and the screenshots.
+        What the gamut clip and the crosstalk that could not be cancelled cost each eye, what it was shown on, and the
+        screenshots.
 
     Raises
     ------
@@ -177,6 +180,7 @@ def show_picture(
             (image.width_px, image.height_px),
             image.is_flat,
             eye_clip_costs(models, compensation.mixture, *views),
+            compensation.uncancelled((image.left, image.right)),
             facts,
             tuple(str(path) for path in files),
             presenter.counters,

@@ -65,7 +65,7 @@ def thumbnails(
 def small(model: DisplayModel, xyz_cd_m2: NDArray[np.floating], width_px: int) -> Floats:
     """Return what the display makes of a picture (height, width, 3) in cd/m², averaged to at most ``width_px``."""
     height, width, _ = xyz_cd_m2.shape
-    light = model.light_of(np.clip(model.linear(xyz_cd_m2), 0.0, 1.0))
+    light = model.light_of(np.clip(model.linear(xyz_cd_m2), *model.limits))
     step = max(1, min(-(-width // width_px), height))
     rows, columns = height // step, width // step
     blocks = light[: rows * step, : columns * step].reshape(rows, step, columns, step, 3)

@@ -109,8 +109,8 @@ def make_header(
             "source": rig.display.sources[rig.characterised_as],
             "panel": panel.model_dump(mode="json"),
             "white_XYZ_cd_m2": {
-                "left": [round(float(v), 6) for v in rig.models.left.white_XYZ_cd_m2],
-                "right": [round(float(v), 6) for v in rig.models.right.white_XYZ_cd_m2],
+                "left": [round(float(v), 6) for v in rig.models.left.shown_white_XYZ_cd_m2],
+                "right": [round(float(v), 6) for v in rig.models.right.shown_white_XYZ_cd_m2],
             },
             "distance_mm": rig.distance_mm,
             "glasses": rig.glasses,

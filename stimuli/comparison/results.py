@@ -64,7 +64,7 @@ class ViewingConditions:
     def _of(cls, modes: list[Any], pixel_pitch_mm: float, distance_mm: float) -> ViewingConditions:
         from devices.display import pixels_per_degree
 
-        whites = [model.white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
+        whites = [model.shown_white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
         white = max(whites, key=lambda white: float(white[1]), default=None)
         return cls(pixels_per_degree(pixel_pitch_mm, distance_mm), white, pixel_pitch_mm, distance_mm)
 

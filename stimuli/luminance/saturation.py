@@ -1,10 +1,10 @@
 """Pixels that a display cannot show bright enough, and from which factor on.
 
-A pixel is saturated where a channel's linear light is above 1: the thesis's "maximum gray level value" (its note 6 to
-Section 4.5.2.2). Linear light is M⁻¹ (k·XYZ − black), so that each channel's grows linearly with the factor k, and
-pixel i saturates above
+A pixel is saturated where a channel's linear light is above m, that of code 1: the thesis's "maximum gray level value"
+(its note 6 to Section 4.5.2.2). Linear light is M⁻¹ (k·XYZ − black), so that each channel's grows linearly with the
+factor k, and pixel i saturates above
 
-    k_i = min over channels c of (1 + b_c) / a_ic,  a_i = M⁻¹ XYZ_i,  b = M⁻¹ black,
+    k_i = min over channels c of (m_c + b_c) / a_ic,  a_i = M⁻¹ XYZ_i,  b = M⁻¹ black,
 
 where channels with a_ic ≤ 0 never do. How many pixels saturate at any factor is then known from one transform of the
 picture, and the largest factor with at most m saturated pixels is an order statistic, the (m + 1)-th smallest k_i.
@@ -37,6 +37,8 @@ _EYES: tuple[Eye, Eye] = ("left", "right")
 Floats = NDArray[np.float64]
 # Pixels transformed at a time.
 _BLOCK = 1 << 18
+# A factor this far beyond the one at which additive channels would saturate is none.
+_MOST_TIMES = 1e6
 
 
 @dataclass(frozen=True, slots=True)
@@ -185,20 +187,27 @@ class LargestFactor:
 
 
 def measure_saturation(xyz_cd_m2: XYZImage, model: DisplayModel, factor: float = 1.0) -> Saturation:
-    """Count the pixels of XYZ in cd/m², shape (..., 3), that saturate ``model`` when multiplied by ``factor``."""
+    """Count the pixels of XYZ in cd/m², shape (..., 3), that saturate ``model`` when multiplied by ``factor``.
+
+    As `DisplayModel.clipping` counts them above full: what is just full but for the rounding of float32 is not.
+    """
     channels = np.zeros(3, dtype=np.int64)
     pixels = any_channel = 0
-    for drive in _drives(xyz_cd_m2, model):
-        above = drive * factor > 1.0
-        channels += above.sum(axis=1)
-        any_channel += int(above.any(axis=0).sum())
-        pixels += drive.shape[1]
+    flat = xyz_cd_m2.reshape(-1, 3)
+    for start in range(0, len(flat), _BLOCK):
+        above = _saturated(flat[start : start + _BLOCK], model, factor)
+        channels += above.sum(axis=0)
+        any_channel += int(above.any(axis=1).sum())
+        pixels += len(above)
     red, green, blue = (int(count) for count in channels)
     return Saturation(pixels, red, green, blue, any_channel)
 
 
 def saturation_factors(xyz_cd_m2: XYZImage, model: DisplayModel) -> Floats:
-    """Return the factor above which each pixel of XYZ, shape (..., 3), saturates: shape (...), infinity for never."""
+    """Return the factor above which each pixel of XYZ, shape (..., 3), saturates: shape (...), infinity for never.
+
+    For a display whose channels add up; where they do not, `largest_factor` halves an interval.
+    """
     drives = np.concatenate([drive.max(axis=0) for drive in _drives(xyz_cd_m2, model)])
     return _factor_of(drives).reshape(xyz_cd_m2.shape[:-1])
 
@@ -206,7 +215,9 @@ def saturation_factors(xyz_cd_m2: XYZImage, model: DisplayModel) -> Floats:
 def largest_factor(xyz_cd_m2: XYZImage, model: DisplayModel, limit_percent: float) -> LargestFactor:
     """Return the largest factor at which at most ``limit_percent`` of the pixels of XYZ, (..., 3), saturate ``model``.
 
-    Blocks that hold nothing above the factor found so far are not sorted.
+    Blocks that hold nothing above the factor found so far are not sorted. Where channels do not add up (see
+    `devices.display.plvc`), light does not grow linearly with the factor, and an interval is halved, in which ever
+    fewer pixels are left to look at.
 
     Raises
     ------
@@ -232,7 +243,45 @@ def largest_factor(xyz_cd_m2: XYZImage, model: DisplayModel, limit_percent: floa
             fullest = np.partition(fullest, len(fullest) - keep)[-keep:]
         if len(fullest) == keep:
             least = float(fullest.min())
-    return LargestFactor(float(_factor_of(np.array([fullest.min()]))[0]), allowed, pixels)
+    factor = float(_factor_of(np.array([fullest.min()]))[0])
+    if model.additive or not np.isfinite(factor):
+        return LargestFactor(factor, allowed, pixels)
+    return _by_halving(xyz_cd_m2, model, allowed, factor)
+
+
+def _by_halving(xyz_cd_m2: XYZImage, model: DisplayModel, allowed: int, guess: float) -> LargestFactor:
+    """Return as `largest_factor`, to 1e-12 of the factor; pixels that are sure to saturate, or not to, are dropped."""
+    flat = xyz_cd_m2.reshape(-1, 3)
+    transformed = saturated_below = 0
+
+    def saturated(factor: float) -> NDArray[np.bool_]:
+        nonlocal transformed
+        transformed += len(flat)
+        parts = (flat[at : at + _BLOCK] for at in range(0, len(flat), _BLOCK))
+        return np.concatenate([_saturated(part, model, factor).any(axis=1) for part in parts])
+
+    low = high = guess
+    while (above := saturated(high)).sum() <= allowed:
+        low, high = high, 2.0 * high
+        if high > guess * _MOST_TIMES:
+            return LargestFactor(np.inf, allowed, transformed)
+    flat = flat[above]
+    while low == high or (above := saturated(low)).sum() > allowed:
+        low = 0.5 * low
+    while high - low > 1e-12 * high:
+        middle = 0.5 * (low + high)
+        above = saturated(middle)
+        if saturated_below + above.sum() <= allowed:
+            low, saturated_below, flat = middle, saturated_below + int(above.sum()), flat[~above]
+        else:
+            high, flat = middle, flat[above]
+    return LargestFactor(low, allowed, transformed)
+
+
+def _saturated(xyz_cd_m2: XYZImage, model: DisplayModel, factor: float) -> NDArray[np.bool_]:
+    """Return which channels of XYZ (n, 3) times ``factor`` are above full, (n, 3)."""
+    linear = model.linear(factor * xyz_cd_m2.astype(np.float64))
+    return np.asarray(linear > model.limits[1] + model.gamut_tolerance)
 
 
 def _factor_of(drives: Floats) -> Floats:
@@ -240,8 +289,8 @@ def _factor_of(drives: Floats) -> Floats:
 
 
 def _drives(xyz_cd_m2: XYZImage, model: DisplayModel) -> Iterator[Floats]:
-    """Yield blocks (3, n) of a / (1 + b): what a channel is filled to per factor, 1 being full."""
-    room = 1.0 + model.linear_from_XYZ @ model.black_XYZ_cd_m2
+    """Yield blocks (3, n) of a / (m + b): what a channel is filled to per factor, 1 being full."""
+    room = model.limits[1] + model.linear_from_XYZ @ model.black_XYZ_cd_m2
     if np.any(room <= 0):
         message = "the display's black alone fills a channel: no picture can be fitted to it"
         raise StimulusError.of(message, "check black_XYZ_cd_m2 and primaries_XYZ_cd_m2 of the display")

@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.display import EyeModels
 
 Floats = NDArray[np.float64]
-# Room that is left below each channel's full drive, and what is let pass at either end: float32 pictures round.
+# Room that is left below each channel's light at code 1, and what is let pass at either end: float32 pictures round.
 _MARGIN, _ROUNDING = 1e-5, 5e-7
 _GRID = 4096
 
@@ -44,8 +44,8 @@ class ShownRange:
     def holds(self, xyz_cd_m2: ArrayLike) -> bool:
         """Return whether XYZ in cd/m², shape (..., 3), lies within the gamut of both eyes."""
         return all(
-            bool(np.all((linear >= -_ROUNDING) & (linear <= 1.0 + _ROUNDING)))
-            for linear in (model.linear(xyz_cd_m2) for model in (self.models.left, self.models.right))
+            bool(np.all((linear >= model.limits[0] - _ROUNDING) & (linear <= model.limits[1] + _ROUNDING)))
+            for model, linear in ((model, model.linear(xyz_cd_m2)) for model in (self.models.left, self.models.right))
         )
 
     def _between(self, share: float) -> Floats:
@@ -61,8 +61,8 @@ class ShownRange:
         for model in models:
             start = model.linear(self._between(0.0))
             slope = model.linear(self._between(1.0)) - start
-            lowest = max(lowest, float(np.max(-start / slope)))
-            highest = min(highest, float(np.min((1.0 - _MARGIN - start) / slope)))
+            lowest = max(lowest, float(np.max((model.limits[0] - start) / slope)))
+            highest = min(highest, float(np.min((model.limits[1] - _MARGIN - start) / slope)))
         return lowest, highest
 
     def _longest_run(self) -> tuple[float, float]:
@@ -70,8 +70,10 @@ class ShownRange:
         shares = np.linspace(0.0, 1.0, _GRID + 1)
         left = self.models.left
         greys = left.black_XYZ_cd_m2 + shares[:, None] * (left.white_XYZ_cd_m2 - left.black_XYZ_cd_m2)
-        lights = np.concatenate([model.linear(greys) for model in (left, self.models.right)], axis=1)
-        inside = np.all((lights >= -_ROUNDING) & (lights <= 1.0 - _MARGIN), axis=1)
+        inside = np.ones(len(shares), dtype=bool)
+        for model in (left, self.models.right):
+            light, (lowest, highest) = model.linear(greys), model.limits
+            inside &= np.all((light >= lowest - _ROUNDING) & (light <= highest - _MARGIN), axis=1)
         edges = np.flatnonzero(np.diff(np.concatenate([[False], inside, [False]]).astype(int)))
         starts, ends = edges[::2], edges[1::2]
         if not len(starts):

@@ -64,7 +64,36 @@ def clipping_section(header: Header, names: Sequence[str]) -> Section | None:
         "between requested and shown colours, over all its pixels."
     )
     table = Table("clipping", "Clipping to the gamut", columns, rows, folded=len(rows) > 40)
-    return Section("clipping", "Clipping to the display's gamut", (table, Paragraph(words, small=True)))
+    blocks = (table, Paragraph(words, small=True), *_ghosts(header, names))
+    return Section("clipping", "Clipping to the display's gamut", blocks)
+
+
+def _ghosts(header: Header, names: Sequence[str]) -> tuple[Table | Paragraph, ...]:
+    """Return what crosstalk could not be cancelled of each stimulus and eye; nothing where none was measured."""
+    known = {str(stimulus["name"]): (stimulus.get("clipping") or {}).get("crosstalk") for stimulus in header.stimuli}
+    keys = ("percent_negative", "percent_above_full", "delta_e_00_mean", "delta_e_00_max")
+    rows = tuple(
+        (name, eye, *(cost.get(key) for key in keys))
+        for name in names
+        for eye, cost in (known.get(name) or {}).items()
+        if eye in ("left", "right")
+    )
+    if not rows:
+        return ()
+    columns = (
+        Column("Stimulus", "stimulus"),
+        Column("Eye", "eye"),
+        Column("With a ghost", "percent_with_ghost", "number", 2, "%"),
+        Column("Above full drive", "percent_above_full", "number", 2, "%"),
+        Column("Mean ΔE₀₀", "delta_e_00_mean", "number", 3),
+        Column("Largest ΔE₀₀", "delta_e_00_max", "number", 1),
+    )
+    words = (
+        "Share of each stimulus's pixels at which crosstalk could not be cancelled, so that the eye saw a ghost of the "
+        "other eye's picture, and the colour difference between requested and seen colours, gamut and lift included."
+    )
+    table = Table("ghosts", "Crosstalk that could not be cancelled", columns, rows, folded=len(rows) > 40)
+    return table, Paragraph(words, small=True)
 
 
 def timing_section(sessions: Sequence[SessionLog]) -> Section:

@@ -4,6 +4,8 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
@@ -49,11 +51,39 @@ def test_the_cost_is_the_ciede2000_of_asked_and_shown() -> None:
 
 
 def test_light_that_a_channel_s_full_drive_does_not_reach_is_a_cost() -> None:
-    """Table 3.6's red gives 0.98 of its light at full drive; asked for 1 it is not out of gamut but falls short."""
+    """Table 3.6's red gives 0.98 of its light at full drive; asked for 1 it falls short, and counts."""
     model = read_display(ASUS).models("side-by-side").left
     cost = clip_cost(model, model.primaries_XYZ_cd_m2[:, 0])
-    assert cost.clipping.any_channel == 0
+    assert (cost.clipping.red, cost.clipping.green, cost.clipping.above_full) == (1, 0, 1)
     assert cost.delta_e_00_max > 0.1
+    white = clip_cost(model, model.white_XYZ_cd_m2)
+    assert white.clipping.any_channel == 1
+    assert white.delta_e_00_max == pytest.approx(1.17, abs=0.01)
+    assert clip_cost(model, model.shown_white_XYZ_cd_m2).delta_e_00_max < 1e-6
+
+
+def test_a_cost_comes_with_a_count() -> None:
+    """A grey of 0.5 cd/m² on a CRT whose offsets shine at code 0: it was counted as shown, at ΔE00 above 10."""
+    curve = ToneCurve(0.75, 0.25, 2.2)
+    model = DisplayModel(np.zeros(3), _plain().primaries_XYZ_cd_m2, (curve, curve, curve))
+    white = model.white_XYZ_cd_m2
+    cost = clip_cost(model, np.broadcast_to(0.5 / white[1] * white, (4, 5, 3)))
+    assert cost.to_json()["percent_any"] == 100.0
+    assert cost.to_json()["percent_above_full"] == 0.0
+    assert cost.delta_e_00_mean > 10.0
+
+
+@given(st.integers(0, 2**32 - 1))
+def test_what_costs_is_what_counts(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    curves = [ToneCurve(*rng.uniform((0.7, -0.1, 1.4, -0.01), (1.1, 0.25, 2.6, 0.03))) for _ in range(3)]
+    model = DisplayModel(np.full(3, 0.05), _plain().primaries_XYZ_cd_m2, (curves[0], curves[1], curves[2]))
+    asked = (rng.uniform(0.0, 1.15, (40, 3)) ** 2) * model.shown_white_XYZ_cd_m2
+    for pixel in asked.astype(np.float32):
+        cost = clip_cost(model, pixel)
+        assert (cost.delta_e_00_max > 1e-3) <= (cost.clipping.any_channel == 1)
+        shown = model.xyz(model.code(pixel))
+        assert (cost.clipping.any_channel == 1) == (np.abs(shown - pixel).max() > 3e-4)
 
 
 def test_leaving_out_the_pixels_shown_as_asked_changes_nothing() -> None:
@@ -71,8 +101,8 @@ def _slow(model: DisplayModel, xyz_cd_m2: np.ndarray) -> tuple[float, float, tup
     """Mean and maximum ΔE00 and the counts, of all pixels at once."""
     asked = np.asarray(xyz_cd_m2, dtype=np.float64).reshape(-1, 3)
     linear = model.linear(asked)
-    lowest = [max(0.0, float(curve.linear(0.0))) for curve in model.curves]
-    highest = [min(1.0, float(curve.linear(1.0))) for curve in model.curves]
+    lowest = [float(curve.linear(0.0)) for curve in model.curves]
+    highest = [float(curve.linear(1.0)) for curve in model.curves]
     changed = ((linear < lowest) | (linear > highest)).any(axis=1)
     white = model.white_XYZ_cd_m2
     difference = delta_e_2000(

@@ -63,7 +63,8 @@ def _slow(
         above = [asked - model.black_XYZ_cd_m2 for asked, model in zip((left, right), models, strict=True)]
         light = np.linalg.lstsq(stacked, np.concatenate(above), rcond=None)[0] / full
         curves = models[0].curves
-        given = [float(c.linear(c.code(np.clip(v, 0.0, 1.0)))) for c, v in zip(curves, light, strict=True)]
+        ends = np.array([[float(c.linear(code)) for c in curves] for code in (0.0, 1.0)])
+        given = [float(c.linear(c.code(v))) for c, v in zip(curves, np.clip(light, *ends), strict=True)]
         clip, projection = [], []
         for asked, model, filtered in zip((left, right), models, through, strict=True):
 
@@ -76,7 +77,7 @@ def _slow(
             projection.append(delta_e_2000(xyz_to_lab(asked.astype(float), model.white_XYZ_cd_m2), wished))
         clips.append(clip)
         projections.append(projection)
-        outside.append((light < -1e-6) | (light > 1 + 1e-6))
+        outside.append((light < ends[0] - 1e-6) | (light > ends[1] + 1e-6))
     return np.array(clips).T, np.array(projections).T, np.array(outside)
 
 

@@ -43,9 +43,71 @@ def test_clipping_counts_pixels_and_channels() -> None:
     model = read_display(ASUS).models("quad-buffered").left
     linear = np.array([[0.5, 0.5, 0.5], [1.2, 0.5, 0.5], [0.5, -0.1, 0.5], [1.5, 1.5, -0.5], [0.0, 1.0, 0.0]])
     found = model.clipping(linear @ model.primaries_XYZ_cd_m2.T)
-    assert (found.pixels, found.red, found.green, found.blue) == (5, 2, 2, 1)
-    assert (found.any_channel, found.above_full) == (3, 2)
-    assert found.percent(found.any_channel) == pytest.approx(60.0)
+    # Red gives 0.001 at code 0, for its offset: the green of linear light (0, 1, 0) has not enough of none.
+    assert (found.pixels, found.red, found.green, found.blue) == (5, 3, 2, 1)
+    assert (found.any_channel, found.above_full) == (4, 2)
+    assert found.percent(found.any_channel) == pytest.approx(80.0)
+
+
+# A CRT's file: curves with an offset of 0.25 and a black of 0, so that code 0 is far from dark.
+CRT = DisplayModel(
+    np.zeros(3),
+    np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]]),
+    (ToneCurve(0.75, 0.25, 2.1), ToneCurve(0.75, 0.25, 2.1), ToneCurve(0.75, 0.25, 2.1)),
+)
+
+
+def test_light_below_that_of_code_0_counts() -> None:
+    black = CRT.xyz([0.0, 0.0, 0.0])
+    assert black[1] > 5.0
+    grey = 0.5 / black[1] * black
+    found = CRT.clipping(np.stack([grey, 0.999 * black, 1.001 * black]))
+    assert (found.any_channel, found.red, found.above_full) == (2, 2, 0)
+    assert CRT.code(grey) == pytest.approx(0.0, abs=1e-12)
+    assert CRT.shown_black_XYZ_cd_m2 == pytest.approx(black)
+
+
+def test_the_shipped_display_s_nominal_white_counts_and_the_white_that_it_shows_does_not() -> None:
+    """Red ends at 0.983 of its light and blue at 0.991; green goes on to 1.082."""
+    model = read_display(ASUS).models("quad-buffered").left
+    found = model.clipping(model.white_XYZ_cd_m2)
+    assert (found.red, found.green, found.blue, found.above_full) == (1, 0, 1, 1)
+    assert model.clipping(model.shown_white_XYZ_cd_m2).any_channel == 0
+    assert model.shown_white_XYZ_cd_m2 == pytest.approx(model.xyz([1.0, 1.0, 1.0]), abs=1e-12)
+    assert model.code(model.shown_white_XYZ_cd_m2) == pytest.approx(1.0, abs=1e-12)
+
+
+_curves = st.builds(ToneCurve, st.floats(0.6, 1.1), st.floats(-0.1, 0.3), st.floats(1.2, 2.8), st.floats(-0.02, 0.05))
+
+
+@given(st.tuples(_curves, _curves, _curves), st.lists(st.sampled_from([0.0, 1.0, 0.3]), min_size=3, max_size=3))
+def test_a_colour_at_a_limit_is_inside_however_it_was_stored(
+    curves: tuple[ToneCurve, ToneCurve, ToneCurve], code: list[float]
+) -> None:
+    model = DisplayModel(np.array([0.05, 0.06, 0.08]), CRT.primaries_XYZ_cd_m2, curves)
+    asked = model.xyz(code)
+    step = np.where(np.random.default_rng(0).random((50, 3)) < 0.5, 1, -1)
+    stored = np.nextafter(asked.astype(np.float32), (asked + step).astype(np.float32)).astype(np.float64)
+    assert model.clipping(np.stack([asked, asked.astype(np.float32)])).any_channel == 0
+    assert model.clipping(stored).any_channel == 0
+    off = model.primaries_XYZ_cd_m2[:, 0] * 1e-4
+    assert model.clipping(model.xyz([0.0, 0.3, 0.3]) - off).red == 1
+    assert model.clipping(model.xyz([1.0, 0.3, 0.3]) + off).above_full == 1
+
+
+@given(st.tuples(_curves, _curves, _curves), st.integers(0, 2**32 - 1))
+def test_a_normalised_model_is_the_same_display(curves: tuple[ToneCurve, ToneCurve, ToneCurve], seed: int) -> None:
+    model = DisplayModel(np.array([0.05, 0.06, 0.08]), CRT.primaries_XYZ_cd_m2, curves)
+    same = model.normalised
+    lowest, highest = same.limits
+    assert np.abs(lowest).max() < 1e-12
+    assert np.abs(highest - 1.0).max() < 1e-12
+    codes = np.random.default_rng(seed).random((20, 3))
+    assert np.abs(same.xyz(codes) - model.xyz(codes)).max() < 1e-9
+    asked = np.random.default_rng(seed).uniform(0.0, 1.3, (20, 3)) * model.shown_white_XYZ_cd_m2
+    assert np.abs(same.code(asked) - model.code(asked)).max() < 1e-9
+    assert same.clipping(asked) == model.clipping(asked)
+    assert same.normalised.clipping(asked) == same.clipping(asked)
 
 
 def test_primaries_that_cannot_be_told_apart_are_refused() -> None:

@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
 
 from devices.display.code_table import code_tables, table_codes
 from devices.display.display_file import read_display
@@ -13,6 +15,7 @@ from devices.display.model import DisplayModel
 from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
 
+Floats = NDArray[np.float64]
 FINITE = st.floats(allow_nan=False, allow_infinity=False)
 
 
@@ -43,6 +46,48 @@ def test_it_never_falls_and_is_finite(curve: TableCurve, values: list[float]) ->
 def test_it_runs_through_its_entries(curve: TableCurve) -> None:
     np.testing.assert_allclose(curve.linear(curve.codes), curve.light, atol=1e-12)
     np.testing.assert_allclose(curve.code(curve.light), curve.codes, atol=1e-9)
+
+
+def _as_the_page_says(codes: tuple[float, ...], light: tuple[float, ...], at: Floats) -> Floats:
+    """The formulae of docs/display.md, "What exactly is a table between its entries?", one code at a time."""
+    x, r = np.array(codes), np.sqrt(light)
+    h = np.diff(x)
+    rise = np.diff(r) / h
+
+    def end(h0: float, h1: float, rise0: float, rise1: float) -> float:
+        return max(((2 * h0 + h1) * rise0 - h0 * rise1) / (h0 + h1), 0.0)
+
+    d = [end(h[0], h[1], rise[0], rise[1])]
+    for k in range(1, len(h)):
+        w1, w2 = 2 * h[k] + h[k - 1], h[k] + 2 * h[k - 1]
+        d.append((w1 + w2) / (w1 / rise[k - 1] + w2 / rise[k]))
+    d.append(end(h[-1], h[-2], rise[-1], rise[-2]))
+    found = []
+    for code in at:
+        k = next((k for k in range(len(h)) if code <= x[k + 1]), len(h) - 1)
+        t = (code - x[k]) / h[k]
+        root = r[k] * (1 + 2 * t) * (1 - t) ** 2 + r[k + 1] * t**2 * (3 - 2 * t)
+        found.append((root + h[k] * t * (1 - t) * (d[k] * (1 - t) - d[k + 1] * t)) ** 2)
+    return np.array(found)
+
+
+@settings(deadline=None)
+@given(tables(), st.lists(st.floats(0, 1), min_size=1, max_size=9))
+def test_it_is_the_curve_that_the_page_defines(curve: TableCurve, codes: list[float]) -> None:
+    at = np.array([*codes, *curve.codes, 0.5 * (curve.codes[0] + curve.codes[1])])
+    np.testing.assert_allclose(curve.linear(at), _as_the_page_says(curve.codes, curve.light, at), rtol=0, atol=1e-11)
+    scipy_s = PchipInterpolator(curve.codes, np.sqrt(curve.light))(at) ** 2
+    np.testing.assert_allclose(curve.linear(at), scipy_s, rtol=0, atol=1e-11)
+
+
+def test_a_cubic_through_light_itself_is_another_curve() -> None:
+    """Read so, a table of seventeen readings of gamma 2.2 gives codes up to more than one of 8 bits off."""
+    codes = np.linspace(0.0, 1.0, 17)
+    curve = TableCurve(tuple(codes), tuple(codes**2.2))
+    at = np.linspace(0.0, 1.0, 1021)
+    other = PchipInterpolator(codes, codes**2.2)(at)
+    assert np.abs(curve.code(other) - at).max() * 255 > 1.0
+    assert np.abs(curve.linear(at) - at**2.2).max() < 0.2 * np.abs(other - at**2.2).max()
 
 
 @pytest.mark.parametrize(

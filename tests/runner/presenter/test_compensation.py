@@ -12,6 +12,8 @@ from click.testing import CliRunner
 from PIL import Image
 
 from analysis.records.session_record import read_session, session_files
+from analysis.report.blocks import Table
+from analysis.report.sections.shown import clipping_section
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.compensation.crosstalk_cancel import seen_XYZ
@@ -113,6 +115,25 @@ def test_what_cannot_be_cancelled_is_told_per_eye(study: Study) -> None:
     assert told["left"]["percent_negative"] == 100.0
     assert told["left"]["delta_e_00_mean"] > 1.0
     assert told["right"]["percent_negative"] == 0.0
+
+
+def test_check_and_report_tell_of_ghosts(study: Study) -> None:
+    _leaky(study)
+    plain = CliRunner().invoke(group, ["check", str(study.experiment), "--no-screen"]).output
+    _dark_against_bright(study.folder)
+    words = CliRunner().invoke(group, ["check", str(study.experiment), "--no-screen"]).output
+    assert "most in 'one', where 100.00 % of an eye's pixels keep a ghost" not in plain
+    assert "most in 'one', where 100.00 % of an eye's pixels keep a ghost" in " ".join(words.split())
+    assert "write lift_black: true in the rig file" in " ".join(words.split())
+    assert "ghosts of crosstalk" in words
+    _report(study)
+    (file,) = session_files(study.results)
+    log = read_session(file)
+    section = clipping_section(log.header, ["one", "two"])
+    assert section is not None
+    table = next(block for block in section.blocks if isinstance(block, Table) and block.name == "ghosts")
+    assert [row[:2] for row in table.rows] == [("one", "left"), ("one", "right"), ("two", "left"), ("two", "right")]
+    assert table.rows[0][2] == 100.0
 
 
 def test_lifting_the_black_level_leaves_nothing_to_clip(study: Study) -> None:

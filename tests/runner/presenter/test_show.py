@@ -15,6 +15,8 @@ import pytest
 from numpy.typing import NDArray
 from PIL import Image
 
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
 from devices.display.display_file import read_display
 from stimuli.pictures.exr_read import read_exr
 from stimuli.pictures.exr_write import write_exr
@@ -253,5 +255,23 @@ def test_a_leaking_display_s_crosstalk_is_cancelled(show: Run, tmp_path: Path) -
     seen = seen_XYZ(models, loaded.crosstalk("side-by-side"), codes[:, :32], codes[:, 32:])
     for light, asked in zip(seen, (shares * white, shares[:, ::-1] * white), strict=True):
         assert np.abs(light / asked - 1).max() < 0.02
+    done = show(file, "--display", display, "--mode", "side-by-side", "--headless", "--screenshot", picture)
+    assert "left eye: crosstalk is cancelled at every pixel\nright eye:" in done.stdout
     uncancelled = seen_XYZ(models, loaded.crosstalk("side-by-side"), models.left.code(shares * white), codes[:, 32:])
     assert np.abs(uncancelled[0] / (shares * white) - 1).max() > 0.04
+
+    # A dark picture opposite white keeps a ghost, and the command says so, as a trial's record would.
+    dark = np.full((32, 32, 3), 0.0005, np.float32) * white
+    write_exr(file, StereoImage(dark, shares[:, ::-1] * white))
+    words = show(file, "--display", display, "--mode", "side-by-side", "--headless", "--screenshot", picture).stdout
+    assert "left eye: crosstalk cannot be cancelled at 100.00 % of the pixels, which keep a ghost" in words
+    assert "right eye: crosstalk is cancelled at every pixel" in words
+    told = show(file, "--display", display, "--mode", "side-by-side", "--headless", "--screenshot", picture, "--json")
+    ghosts = json.loads(told.stdout)["crosstalk"]
+    codes = np.asarray(Image.open(picture)) / 255
+    light = seen_XYZ(models, loaded.crosstalk("side-by-side"), codes[:, :32], codes[:, 32:])[0]
+    truth = delta_e_2000(xyz_to_lab(dark, white), xyz_to_lab(light, white))
+    assert truth.mean() > 5.0
+    assert ghosts["left"]["delta_e_00_mean"] == pytest.approx(truth.mean(), abs=0.05)
+    assert ghosts["left"]["delta_e_00_max"] == pytest.approx(truth.max(), abs=0.1)
+    assert ghosts["right"]["percent_negative"] == 0.0

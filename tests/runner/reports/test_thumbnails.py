@@ -79,8 +79,7 @@ def test_light_is_averaged_after_the_displays_clipping(model: DisplayModel) -> N
             [
                 np.mean(
                     [
-                        model.black_XYZ_cd_m2
-                        + model.primaries_XYZ_cd_m2 @ np.clip(model.linear(xyz[row, column]), 0, 1)
+                        model.xyz(model.code(xyz[row, column]))
                         for row in range(top * step, (top + 1) * step)
                         for column in range(left * step, (left + 1) * step)
                     ],

@@ -14,6 +14,8 @@ from numpy.typing import NDArray
 
 from devices.display.display_file import EyeModels, read_display
 from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
+from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
 from stimuli.errors import StimulusError
 from stimuli.luminance.saturation import largest_factor, measure_saturation, saturation_factors, tone_mapping
@@ -39,7 +41,8 @@ def sparkling(seed: int, shape: tuple[int, int] = (60, 80)) -> XYZImage:
 
 def saturated_pixels_plain(xyz: XYZImage, model: DisplayModel, factor: float) -> int:
     """The slow obvious twin: transform the whole picture at this factor."""
-    return int((model.linear(xyz.astype(np.float64) * factor) > 1.0).any(axis=-1).sum())
+    full = [float(curve.linear(1.0)) for curve in model.curves]
+    return int((model.linear(xyz.astype(np.float64) * factor) > full).any(axis=-1).sum())
 
 
 def largest_factor_by_bisection(xyz: XYZImage, model: DisplayModel, limit_percent: float) -> float:
@@ -101,9 +104,38 @@ def test_pixels_that_never_saturate() -> None:
     assert largest_factor(one, thesis(), 100.0).factor == math.inf
 
 
+def test_white_that_the_display_shows_is_not_saturated() -> None:
+    model = thesis()
+    white = np.broadcast_to(model.shown_white_XYZ_cd_m2, (5, 6, 3)).astype(np.float32)
+    assert measure_saturation(white, model).any_channel == 0
+    assert measure_saturation(white, model, 1.0001).any_channel == 30
+    assert largest_factor(white, model, 0.0).factor == pytest.approx(1.0, abs=1e-6)
+    # Linear light 1 of every channel, which red and blue do not reach.
+    nominal = np.broadcast_to(model.white_XYZ_cd_m2, (5, 6, 3)).astype(np.float32)
+    counts = measure_saturation(nominal, model)
+    assert (counts.red, counts.green, counts.blue) == (30, 0, 30)
+
+
+def test_channels_that_act_on_each_other_saturate_by_their_own_light() -> None:
+    own = np.tile(thesis().primaries_XYZ_cd_m2.T[:, np.newaxis], (1, 4, 1))
+    mixtures = np.zeros((10, 3))
+    mixtures[:3] = [[-1.5, -1.4, -0.2], [-0.8, -0.5, -1.5], [-0.9, -1.2, -1.4]]
+    table = TableCurve((0.0, 0.3, 1.0), (0.0, 0.07, 1.0))
+    model = Plvc(np.array([0.02, 0.02, 0.03]), thesis().primaries_XYZ_cd_m2, (table, table, table), own, mixtures)
+    xyz = sparkling(3, (40, 50))
+    for limit in (0.0, 0.3, 5.0):
+        found = largest_factor(xyz, model, limit)
+        at, beyond = (saturated_pixels_plain(xyz, model, found.factor * (1 + off)) for off in (-1e-5, 1e-5))
+        assert at <= found.allowed_pixels < beyond
+        assert measure_saturation(xyz, model, found.factor).any_channel <= found.allowed_pixels
+        assert found.pixels_transformed < 12 * 2000
+    assert measure_saturation(xyz, model, 3.0).any_channel == saturated_pixels_plain(xyz, model, 3.0)
+    assert largest_factor(np.zeros((4, 5, 3), np.float32), model, 0.0).factor == math.inf
+
+
 def test_a_limit_in_whole_pixels() -> None:
     """0.3 % of 1000 pixels are three of them, and a channel that is just full is not saturated."""
-    white = thesis().white_XYZ_cd_m2
+    white = thesis().shown_white_XYZ_cd_m2
     xyz = (white * np.linspace(0.001, 1.0, 1000)[:, None]).astype(np.float32)[None]
     found = largest_factor(xyz, thesis(), 0.3)
     assert found.allowed_pixels == 3
@@ -118,7 +150,7 @@ def table_4_3(max_luminance: float, red_at: float, red_percent: float) -> XYZIma
     model = thesis()
     white = model.white_XYZ_cd_m2
     count = round(red_percent * 1000)
-    full = np.array([1.0, 0.5, 0.5]) @ model.primaries_XYZ_cd_m2.T
+    full = np.array([model.limits[1][0], 0.5, 0.5]) @ model.primaries_XYZ_cd_m2.T
     xyz = np.tile(0.1 * white / red_at, (100_000, 1))
     # One pixel more than the share starts to saturate just above that factor, the others well below it.
     xyz[: count + 1] = full / red_at
