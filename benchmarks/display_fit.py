@@ -8,7 +8,8 @@ from pathlib import Path
 
 from curves import seconds, write
 
-from devices.characterise.choose import NAMES, PARAMETRIC, characterise
+from devices.characterise.choose import characterise
+from devices.characterise.cross_validation import NAMES, PARAMETRIC
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.table_fit import fit_plvc, fit_table

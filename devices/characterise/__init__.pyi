@@ -1,6 +1,6 @@
 from .channel_fit import COEFFICIENTS as COEFFICIENTS
 from .choose import Candidate as Candidate
-from .choose import Name as Name
+from .cross_validation import Name as Name
 from .display_fit import DisplayFit as DisplayFit
 from .display_fit import EyeFit as EyeFit
 from .display_fit import fit_display as fit_display

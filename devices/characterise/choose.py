@@ -1,8 +1,8 @@
 """Fit every candidate, judge each on readings that it was not fitted to, and choose the simplest that does well.
 
-Cross-validation in five folds, seeded. Black and each channel's highest code alone stay in every training set and are
-not judged, because no one would characterise a display without them. The model with the fewest free numbers wins whose
-held-out mean is within 0.05 ΔE00 of the best and whose 95th percentile is within 0.2.
+The model with the fewest free numbers wins whose held-out mean is within 0.05 ΔE00 of the best and whose 95th
+percentile is within 0.2; see `devices.characterise.cross_validation`. Readings that no model predicts from the others
+are left out first, see `devices.characterise.outliers`.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.characterise.channel_fit import Kind
+from devices.characterise.cross_validation import NAMES, CrossValidation, Name, repeats
 from devices.characterise.figures import (
     Errors,
     ModelNumbers,
@@ -23,10 +23,10 @@ from devices.characterise.figures import (
     r_squared,
     table_error_codes,
 )
-from devices.characterise.parametric import Fitted, fit_parametric
-from devices.characterise.patches import Patches, patches
+from devices.characterise.outliers import Screened, screen
+from devices.characterise.patches import Patches
 from devices.characterise.readings_check import check_readings
-from devices.characterise.table_fit import fit_plvc, fit_table
+from devices.diagnostics.channels import additivity
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.errors import DeviceError
@@ -35,18 +35,17 @@ from documents import Finding
 from documents.text import counted
 
 Floats = NDArray[np.float64]
-Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc"]
-NAMES: tuple[Name, ...] = ("gamma", "gog", "ggo", "gogo", "table", "plvc")
-PARAMETRIC: tuple[Kind, ...] = ("gamma", "gog", "ggo", "gogo")
 
 MARGIN_MEAN, MARGIN_P95 = 0.05, 0.2
-FOLDS = 5
 # Beyond this the readings are not those of a display that any of the models describes.
 MOST_MEAN = 3.0
 _NOTABLE_MEAN = 1.0
-# A reading is doubted when the robust fit misses it by this much, and by this many times the median.
-_DOUBT, _DOUBT_TIMES = 4.0, 6.0
-_MOST_DOUBTED = 0.1
+_MOST_WRONG = 0.1
+_NAMED = 12
+# Mixtures that differ from the sum of their channels by so much, in per cent, are why models that add up fail.
+_NOT_ADDITIVE = 5.0
+# Repeats that differ by less than this share of what the model misses are not why it does.
+_AGREE = 0.5
 # With fewer held-out readings than this, the choice is little more than a guess.
 _FEW = 30
 
@@ -102,11 +101,24 @@ class Candidate:
 
 
 @dataclass(frozen=True, slots=True)
+class AllKept:
+    """The choice with all readings kept: the ``model``'s name, and its ``held_out`` errors."""
+
+    model: Name
+    held_out: Errors
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {"chosen": self.model, "held_out_delta_e_2000": self.held_out.to_json()}
+
+
+@dataclass(frozen=True, slots=True)
 class Characterisation:
     """The ``chosen`` candidate and why, all of them, how they were judged, and where the chosen one errs.
 
     ``notes``: sentences about the readings that a reader must know. ``where_it_errs``: plain sentences. ``patches``:
-    the readings that were fitted; those ``left_out`` are named.
+    the readings that were fitted; those ``left_out`` are named, and ``all_kept`` is the choice with them, None where
+    there are none. ``fits_made``: how often all models were fitted.
     """
 
     chosen: Candidate
@@ -117,7 +129,9 @@ class Characterisation:
     notes: tuple[str, ...]
     where_it_errs: tuple[str, ...]
     left_out: tuple[str, ...]
+    all_kept: AllKept | None
     patches: Patches
+    fits_made: int
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -131,12 +145,17 @@ class Characterisation:
             "said": list(self.notes),
             "where_it_errs": list(self.where_it_errs),
             "left_out": list(self.left_out),
+            "all_kept": None if self.all_kept is None else self.all_kept.to_json(),
             "candidates": [candidate.to_json() for candidate in self.candidates],
         }
 
 
-def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto", *, seed: int = 1) -> Characterisation:
+def characterise(
+    readings: Measurements, model: Name | Literal["auto"] = "auto", *, seed: int = 1, keep_all: bool = False
+) -> Characterisation:
     """Fit the candidates to ``readings`` and choose, or take ``model``.
+
+    With ``keep_all`` no reading is left out, however wrong it looks.
 
     Raises
     ------
@@ -148,109 +167,126 @@ def characterise(readings: Measurements, model: Name | Literal["auto"] = "auto",
     if {"left", "right"} <= eyes:
         raise DeviceError(Finding("the readings are of both eyes", remedy="choose one with --eye left or --eye right"))
     notes = list(readings.assumptions) + list(check_readings(readings))
-    kept, doubted = _sound(readings)
-    if doubted:
-        notes.append(
-            counted(len(doubted), "reading disagrees with the rest and was", "readings disagree with the rest and were")
-            + f" left out: {', '.join(doubted)}"
-        )
-    data = patches(readings.codes[kept], readings.XYZ[kept])
-    names = tuple(readings.name[i] for i in kept)
-    starts: dict[str, Floats] = {}
-    whole = fit_all(data, starts)
-    folds = _folds(data, seed)
-    delta = {name: np.full(len(data), np.nan) for name in NAMES}
-    for fold in folds:
-        training = data.select(np.setdiff1d(np.arange(len(data)), fold))
-        for name, fit in fit_all(training, starts, judged=False).items():
-            delta[name][fold] = differences(fit[0], data.select(fold))
-    if not folds:
+    screened = screen(readings.codes, readings.XYZ, seed)
+    wrong = np.zeros(len(readings), dtype=bool) if keep_all else screened.wrong
+    judged = screened.all_kept if keep_all else screened.kept
+    if not len(judged.judged):
         raise DeviceError(Finding("no readings are left to judge a model by", remedy="measure more patches"))
-    judged = np.concatenate(folds)
-    if len(judged) < _FEW:
+    chosen, reason, candidates = _chosen_of(judged, model)
+    before = None
+    if screened.wrong.any():
+        other, _, _ = _chosen_of(screened.all_kept, model)
+        before = None if keep_all else AllKept(other.name, other.held_out)
+        notes.append(_on_wrong(readings, screened, before, chosen, keep_all=keep_all))
+    names = tuple(readings.name[i] for i in np.flatnonzero(~wrong))
+    if len(judged.judged) < _FEW:
         notes.append(
-            f"only {counted(len(judged), 'reading was', 'readings were')} held out, too few to choose or judge "
+            f"only {counted(len(judged.judged), 'reading was', 'readings were')} held out, too few to choose or judge "
             "a model by: measure more"
         )
-    candidates = tuple(_candidate(name, whole[name], data, delta[name][judged], judged) for name in NAMES)
-    chosen, reason = _choose(candidates, model)
     mean = chosen.held_out.mean
-    if mean > MOST_MEAN:
-        raise DeviceError(
-            Finding(
-                f"{'no model predicts' if model == 'auto' else model + ' does not predict'} these readings: "
-                f"the mean held-out difference of {chosen.name} is {mean:.1f} ΔE00",
-                remedy="check the range of the codes and the order of the rows, or measure again"
-                if model == "auto"
-                else "let --model auto choose",
-            )
-        )
     if mean > _NOTABLE_MEAN:
-        notes.append(f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: measure again, or more")
+        why = _not_additive(readings, judged.patches, mean)
+        if mean > MOST_MEAN:
+            raise DeviceError(_no_model(model, chosen, why))
+        notes.append(
+            f"the chosen model errs by {mean:.2f} ΔE00 on average, which people see: "
+            + (why[0] if why else "measure again, or more")
+        )
     if chosen.unusable:
         notes.append(f"{chosen.name} was asked for; {chosen.unusable}")
-    errs = _where(delta[chosen.name], data, names, judged)
-    return Characterisation(chosen, reason, candidates, len(folds), seed, tuple(notes), errs, doubted, data)
+    errs = _where(judged.delta_e_2000[chosen.name], judged.patches, names, judged.judged)
+    left_out = tuple(readings.name[i] for i in np.flatnonzero(wrong))
+    return Characterisation(
+        chosen,
+        reason,
+        candidates,
+        judged.folds,
+        seed,
+        tuple(notes),
+        errs,
+        left_out,
+        before,
+        judged.patches,
+        screened.fits_made,
+    )
 
 
-def fit_all(
-    data: Patches, starts: dict[str, Floats], *, judged: bool = True
-) -> dict[Name, tuple[DisplayModel, int, float, Fitted | None]]:
-    """Fit every model; numbers found are kept in ``starts`` and begin the fits of nearly the same patches."""
-    out: dict[Name, tuple[DisplayModel, int, float, Fitted | None]] = {}
-    for kind in PARAMETRIC:
-        fitted, numbers = fit_parametric(data, kind, starts.get(kind), judged=judged)
-        starts.setdefault(kind, numbers)
-        out[kind] = (fitted.model, fitted.free_numbers, fitted.condition, fitted)
-    tables = fit_table(data, out["gogo"][0], judged=judged)
-    out["table"] = (tables.model, tables.free_numbers, tables.condition, tables)
-    model, numbers_of, condition = fit_plvc(data, tables, judged=judged)
-    out["plvc"] = (model, numbers_of, condition, None)
-    return out
-
-
-def _sound(readings: Measurements) -> tuple[NDArray[np.intp], tuple[str, ...]]:
-    """Return the rows that agree with a robust fit, and the names of the others; refuse if these are many."""
-    data = patches(readings.codes, readings.XYZ)
-    delta = np.min([differences(fit_parametric(data, kind)[0].model, data) for kind in ("gog", "gogo")], axis=0)
-    doubted = delta > max(_DOUBT, _DOUBT_TIMES * float(np.median(delta)))
-    names = tuple(readings.name[i] for i in np.flatnonzero(doubted))
-    if doubted.mean() > _MOST_DOUBTED:
+def _on_wrong(
+    readings: Measurements, screened: Screened, before: AllKept | None, chosen: Candidate, *, keep_all: bool
+) -> str:
+    """Return the note on readings that disagree with the rest; refuse if these are many."""
+    rows = np.flatnonzero(screened.wrong)
+    by = [f"{readings.name[i]} (by {screened.delta_e_2000[i]:.1f} ΔE00)" for i in rows]
+    listed = ", ".join(by[:_NAMED]) + (" and more" if len(by) > _NAMED else "")
+    if keep_all:
+        single, many = "reading disagrees with the rest and stays", "readings disagree with the rest and stay"
+        return f"{counted(len(rows), single, many)}: {listed}"
+    if screened.wrong.mean() > _MOST_WRONG:
         raise DeviceError(
             Finding(
-                f"{len(names)} of {len(delta)} readings {'disagrees' if len(names) == 1 else 'disagree'} with "
-                f"the rest, by up to {delta.max():.1f} ΔE00: "
-                + ", ".join(names[:12])
-                + (" and more" if len(names) > 12 else ""),
-                remedy="measure them again; from so many wrong readings no model can be trusted",
+                f"{len(rows)} of {len(readings)} readings {'disagrees' if len(rows) == 1 else 'disagree'} with the "
+                f"rest: {listed}",
+                remedy="measure them again; from so many wrong readings no model can be trusted. --keep-all fits "
+                "them all the same",
             )
         )
-    return np.flatnonzero(~doubted), names
+    assert before is not None
+    single, many = "reading disagrees with the rest and was", "readings disagree with the rest and were"
+    with_them = (
+        f"{before.model} with a mean of {before.held_out.mean:.2f} ΔE00, 95th percentile {before.held_out.p95:.2f}, "
+        f"largest {before.held_out.max:.2f}"
+    )
+    without = f"{chosen.name} with {chosen.held_out.mean:.2f}, {chosen.held_out.p95:.2f} and {chosen.held_out.max:.2f}"
+    return (
+        f"{counted(len(rows), single, many)} left out: {listed}; --keep-all keeps {'it' if len(rows) == 1 else 'them'} "
+        f"and chooses {with_them}, in place of {without}"
+    )
 
 
-def _folds(data: Patches, seed: int) -> list[NDArray[np.intp]]:
-    held = np.ones(len(data), dtype=bool)
-    held[np.all(data.codes == 0, axis=1)] = False
-    for channel in range(3):
-        alone = np.all(np.delete(data.codes, channel, axis=1) == 0, axis=1)
-        if alone.any():
-            held[alone & (data.codes[:, channel] == data.codes[alone, channel].max())] = False
-    # Repeats of a patch are judged together: one must not help to predict the other.
-    _, group = np.unique(data.codes, axis=0, return_inverse=True)
-    groups = np.unique(group.ravel()[held])
-    order = np.random.default_rng(seed).permutation(groups)
-    folds = [np.flatnonzero(held & np.isin(group.ravel(), part)) for part in np.array_split(order, FOLDS)]
-    return [fold for fold in folds if len(fold)]
+def _not_additive(readings: Measurements, data: Patches, mean: float) -> tuple[str, str] | None:
+    """Return why mixtures, and not bad readings, are behind an error of ``mean`` ΔE00, and what to do; or None."""
+    found = additivity(readings)
+    if found.value is None:
+        return None
+    apart_percent = np.abs([line.y for line in found.series[-1].lines]).max(axis=0)
+    if float(np.median(apart_percent)) < _NOT_ADDITIVE:
+        return None  # one mixture that differs is a wrong reading
+    group = repeats(data.codes)
+    apart = [
+        data.apart_delta_e_2000(int(rows[0]), rows[1:]).max()
+        for rows in (np.flatnonzero(group == g) for g in np.flatnonzero(np.bincount(group) > 1))
+    ]
+    if apart and float(np.median(apart)) > _AGREE * mean:
+        return None
+    agree = f", while repeats agree within {max(apart):.2g} ΔE00" if apart else ""
+    return (
+        f"mixtures are not additive, up to {found.value:.3g} % from the sum of their channels{agree}",
+        "the display mixes colours itself (a white segment, brilliant or dynamic colour, a gamut setting): switch that "
+        "off in its menu and measure again",
+    )
 
 
-def _candidate(
-    name: Name,
-    fit: tuple[DisplayModel, int, float, Fitted | None],
-    data: Patches,
-    held_out: Floats,
-    judged: NDArray[np.intp],
-) -> Candidate:
-    model, free_numbers, condition, fitted = fit
+def _no_model(asked: str, chosen: Candidate, why: tuple[str, str] | None) -> Finding:
+    problem = (
+        f"{'no model predicts' if asked == 'auto' else asked + ' does not predict'} these readings: "
+        f"the mean held-out difference of {chosen.name} is {chosen.held_out.mean:.1f} ΔE00"
+    )
+    if asked != "auto":
+        return Finding(problem, remedy="let --model auto choose")
+    if why:
+        return Finding(f"{problem}; {why[0]}", remedy=why[1])
+    return Finding(problem, remedy="check the range of the codes and the order of the rows, or measure again")
+
+
+def _chosen_of(judged: CrossValidation, asked: str) -> tuple[Candidate, str, tuple[Candidate, ...]]:
+    candidates = tuple(_candidate(name, judged) for name in NAMES)
+    return (*_choose(candidates, asked), candidates)
+
+
+def _candidate(name: Name, judged: CrossValidation) -> Candidate:
+    fit, data = judged.fits[name], judged.patches
+    model = fit.model
     unusable = ""
     if isinstance(model, Plvc):
         try:
@@ -260,13 +296,13 @@ def _candidate(
     return Candidate(
         name,
         model,
-        free_numbers,
-        errors_of(held_out, data.XYZ[judged, 1]),
+        fit.free_numbers,
+        errors_of(judged.delta_e_2000[name][judged.judged], data.XYZ[judged.judged, 1]),
         errors_of(differences(model, data), data.XYZ[:, 1]),
         r_squared(data.XYZ, model.xyz(data.codes)),
-        condition,
-        fitted.standard_errors if fitted else {},
-        fitted.at_bound if fitted else (),
+        fit.condition,
+        fit.fitted.standard_errors if fit.fitted else {},
+        fit.fitted.at_bound if fit.fitted else (),
         unusable,
         None if unusable else table_error_codes(model),
         None if unusable else inversion_error_codes(model),

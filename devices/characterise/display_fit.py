@@ -10,7 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Literal
 
-from devices.characterise.choose import Characterisation, Name, characterise
+from devices.characterise.choose import Characterisation, characterise
+from devices.characterise.cross_validation import Name
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.mode_file import ModeLines, write_mode
@@ -159,6 +160,7 @@ def fit_display(
     mode: str | None = None,
     without_glasses: Measurements | None = None,
     seed: int = 1,
+    keep_all: bool = False,
     file: str | Path = "readings",
 ) -> DisplayFit:
     """Fit display models to measurements, and choose the one that predicts held-out readings best.
@@ -177,6 +179,8 @@ def fit_display(
         Readings of the same patches without the glasses.
     seed
         Random seed of the cross-validation folds.
+    keep_all
+        Whether readings that no model predicts from the others are kept, not left out.
     file
         The file of the measurements, which the source in a display file names.
 
@@ -208,7 +212,7 @@ def fit_display(
     eyes: dict[PatchEye, EyeFit] = {}
     if model != "none":
         for each in chosen_eyes:
-            eyes[each] = _fit_eye(readings if each == "both" else readings.for_eye(each), model, seed)
+            eyes[each] = _fit_eye(readings if each == "both" else readings.for_eye(each), model, seed, keep_all)
     origin = _origin(str(file), readings.instrument)
     parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
     notes = [*parts.notes, *_notes_on_tags(measurements)]
@@ -226,8 +230,8 @@ def _origin(file: str, instrument: str) -> str:
     return Path(file).name + (f" by {instrument}" if instrument else "")
 
 
-def _fit_eye(readings: Measurements, model: Name | Literal["auto"], seed: int) -> EyeFit:
-    characterisation = characterise(readings, model, seed=seed)
+def _fit_eye(readings: Measurements, model: Name | Literal["auto"], seed: int, keep_all: bool) -> EyeFit:
+    characterisation = characterise(readings, model, seed=seed, keep_all=keep_all)
     patches = characterisation.patches
     try:
         return EyeFit(characterisation, thesis_fits(patches.codes, patches.XYZ), characterisation.notes)

@@ -10,8 +10,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.characterise.patches import Patches
-from devices.colour.ciede2000 import delta_e_2000
-from devices.colour.spaces import xyz_to_lab
 from devices.display.code_table import code_tables, table_codes
 from devices.display.knot_table import knotted_codes
 from devices.display.model import DisplayModel
@@ -101,7 +99,7 @@ class ModelNumbers:
 
 def differences(model: Model, patches: Patches) -> Floats:
     """Return ΔE00 (n,) between what ``model`` predicts and what was measured."""
-    return delta_e_2000(xyz_to_lab(model.xyz(patches.codes), patches.white), patches.lab)
+    return patches.delta_e_2000(model.xyz(patches.codes))
 
 
 def errors_of(delta_e: Floats, luminance: Floats) -> Errors:

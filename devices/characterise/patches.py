@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.characterise.metric import difference_roots, lab_slopes
+from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 
 Floats = NDArray[np.float64]
@@ -42,16 +43,26 @@ class Patches:
         """Return the derivatives of `residuals` by XYZ, shape (n, 3, 3)."""
         return np.asarray(self.roots @ lab_slopes(XYZ, self.white))
 
+    def delta_e_2000(self, XYZ: Floats) -> Floats:
+        """Return ΔE00 (n,) between ``XYZ`` (n, 3) and what was measured."""
+        return delta_e_2000(xyz_to_lab(XYZ, self.white), self.lab)
 
-def patches(codes: Floats, XYZ: Floats) -> Patches:
+    def apart_delta_e_2000(self, row: int, others: NDArray[np.intp]) -> Floats:
+        """Return by how much the readings ``others`` differ from that of ``row``."""
+        return delta_e_2000(self.lab[others], self.lab[row])
+
+
+def patches(codes: Floats, XYZ: Floats, white: Floats | None = None) -> Patches:
     """Return readings, shapes (n, 3) and (n, 3), ready to fit. Readings below zero are kept as they are.
 
-    White is the mean reading at full drive of all channels, or the sum of the channels' own where there is none.
+    Where ``white`` is None it is the mean reading at full drive of all channels, or the sum of the channels' own where
+    there is none.
     """
     dark = np.all(codes == 0, axis=1)
     black = XYZ[dark].mean(axis=0) if dark.any() else np.zeros(3)
     full = np.all(codes == 1, axis=1)
-    white = XYZ[full].mean(axis=0) if full.any() else black + primaries_at_full(codes, XYZ, black).sum(axis=1)
+    if white is None:
+        white = XYZ[full].mean(axis=0) if full.any() else black + primaries_at_full(codes, XYZ, black).sum(axis=1)
     lab = xyz_to_lab(XYZ, white)
     return Patches(codes, XYZ, black, white, lab, difference_roots(lab))
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 @click.option("--without-glasses", metavar="FILE", help="Readings of the same patches without glasses.")
 @click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not state it.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the cross-validation folds.")
+@click.option("--keep-all", is_flag=True, help="Leave no reading out, even one that disagrees with all others.")
 @click.option("-o", "--output", metavar="DISPLAY.yaml", help="Display file to create, or to write the mode into.")
 @click.option(
     "--panel",
@@ -52,6 +53,7 @@ def command(
     without_glasses: str | None,
     code_range: str | None,
     seed: int,
+    keep_all: bool,
     output: str | None,
     panel: str | None,
     replace: bool,
@@ -87,6 +89,7 @@ def command(
         mode=mode,
         without_glasses=bare[0].measurements if bare else None,
         seed=seed,
+        keep_all=keep_all,
         file=file,
     )
     if output and not fit.eyes and not fit.parts.lines:

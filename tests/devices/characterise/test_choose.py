@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 from numpy.typing import ArrayLike
 
-from devices.characterise.choose import NAMES, characterise
+from devices.characterise.choose import characterise
+from devices.characterise.cross_validation import NAMES
 from devices.characterise.example_displays import (
     THESIS_CURVES,
     liquid_crystal_XYZ,
@@ -175,8 +176,51 @@ def test_a_few_wrong_readings_are_left_out_and_named() -> None:
     XYZ[[20, 100]] *= 2.0
     found = characterise(Measurements(CODES, XYZ))
     assert found.left_out == ("patch21", "patch101")
-    assert any("patch21, patch101" in sentence for sentence in found.notes)
+    note = next(sentence for sentence in found.notes if "disagree" in sentence)
+    assert "patch21 (by " in note
+    assert "patch101 (by " in note
+    assert "--keep-all" in note
+    assert found.all_kept is not None
+    assert f"largest {found.all_kept.held_out.max:.2f}" in note
+    assert found.all_kept.held_out.max > 5 > found.chosen.held_out.max
     assert found.chosen.name == "gog"
+
+
+def test_all_are_kept_where_that_is_asked_for() -> None:
+    XYZ = noisy(THESIS, 0.002, 1)
+    XYZ[20] *= 2.0
+    found = characterise(Measurements(CODES, XYZ), keep_all=True)
+    assert found.left_out == ()
+    assert found.all_kept is None
+    assert len(found.patches) == 120
+    assert any("disagrees with the rest and stays: patch21" in sentence for sentence in found.notes)
+
+
+def test_with_no_reading_left_out_nothing_is_said_of_it() -> None:
+    found = characterise(Measurements(CODES, noisy(THESIS, 0.002, 1)))
+    assert found.left_out == ()
+    assert found.all_kept is None
+    assert not any("disagree" in sentence for sentence in found.notes)
+
+
+def _white_segment(codes: np.ndarray) -> np.ndarray:
+    """A projector that adds 80 % of white's light to what its channels have in common."""
+    return np.asarray(thesis_display().xyz(codes) + 0.8 * codes.min(axis=1, keepdims=True) ** 2.2 * THESIS[-1])
+
+
+def test_a_display_that_mixes_colours_itself_is_refused_for_that_and_not_for_its_readings() -> None:
+    rng = np.random.default_rng(4)
+    codes = np.concatenate([CODES, np.round(255 * rng.uniform(0, 1, (60, 3))) / 255, CODES[-3:]])
+    try:
+        found = characterise(Measurements(codes, noisy(_white_segment(codes), 0.0008, 1)))
+    except DeviceError as error:
+        text = str(error)
+    else:
+        text = next(sentence for sentence in found.notes if "errs by" in sentence)
+        assert found.left_out == ()
+    assert "mixtures are not additive" in text
+    assert "repeats agree" in text
+    assert "measure again, or more" not in text
 
 
 @pytest.mark.parametrize("unit", [1e-3, 1e4])

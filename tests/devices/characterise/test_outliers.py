@@ -1,0 +1,106 @@
+"""The screen finds wrong readings on displays of every kind, and drops none where none is wrong."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
+from devices.characterise.outliers import screen
+from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
+from devices.display.table_curve import TableCurve
+
+Floats = NDArray[np.float64]
+CODES = table_c1_codes()
+PRIMARIES = np.array([[41.2, 35.8, 18.0], [21.3, 71.5, 7.2], [1.9, 11.9, 95.0]])
+
+
+def s_shaped(steepness: float = 8.0) -> DisplayModel:
+    """An additive panel whose curve is a logistic one, which no GOG follows."""
+    x = np.linspace(0.0, 1.0, 65)
+    light = 1.0 / (1.0 + np.exp(-steepness * (x - 0.55)))
+    light = np.maximum((light - light[0]) / (light[-1] - light[0]), 1e-6 * x)
+    curve = TableCurve(tuple(x.tolist()), tuple(light.tolist()))
+    return DisplayModel(0.002 * PRIMARIES.sum(axis=1), PRIMARIES, (curve, curve, curve))
+
+
+def plvc(seed: int = 3) -> Plvc:
+    """A panel with that curve whose channels change colour with their level and take light from each other."""
+    rng, model = np.random.default_rng(seed), s_shaped(6.0)
+    own = PRIMARIES.T[:, None] * (1.0 + 0.03 * rng.uniform(-1, 1, (3, 4, 3)))
+    mixtures = 0.02 * rng.uniform(-1, 1, (10, 3)) * PRIMARIES.sum(axis=1)
+    return Plvc(model.black_XYZ_cd_m2, PRIMARIES, model.curves, own, mixtures)
+
+
+DISPLAYS: dict[str, Callable[[Floats], Floats]] = {
+    "S-shaped": s_shaped().xyz,
+    "steeply S-shaped": s_shaped(12.0).xyz,
+    "PLVC": plvc().xyz,
+    "interaction": liquid_crystal_XYZ,
+    "additive": thesis_display().xyz,
+}
+
+
+@pytest.mark.parametrize("display", DISPLAYS)
+@pytest.mark.parametrize("noise", [0.002, 0.005])
+def test_a_clean_display_loses_no_reading(display: str, noise: float) -> None:
+    for seed in range(2):
+        assert not screen(CODES, noisy(DISPLAYS[display](CODES), noise, seed), 1).wrong.any()
+
+
+@pytest.mark.parametrize("display", DISPLAYS)
+def test_one_reading_off_by_a_fifth_is_found_and_no_other(display: str) -> None:
+    XYZ = noisy(DISPLAYS[display](CODES), 0.002, 1)
+    XYZ[49] *= 0.8
+    assert np.flatnonzero(screen(CODES, XYZ, 1).wrong).tolist() == [49]
+
+
+@pytest.mark.parametrize("display", DISPLAYS)
+def test_swapped_rows_are_found_and_no_other(display: str) -> None:
+    XYZ = noisy(DISPLAYS[display](CODES), 0.002, 2)
+    XYZ[[18, 70]] = XYZ[[70, 18]]
+    assert np.flatnonzero(screen(CODES, XYZ, 1).wrong).tolist() == [18, 70]
+
+
+@pytest.mark.parametrize("display", ["S-shaped", "interaction", "additive"])
+def test_the_reading_of_the_patch_before_is_found_and_no_other(display: str) -> None:
+    codes = CODES[np.random.default_rng(7).permutation(len(CODES))]
+    XYZ = noisy(DISPLAYS[display](codes), 0.002, 3)
+    XYZ[60] = XYZ[59]
+    assert np.flatnonzero(screen(codes, XYZ, 1).wrong).tolist() == [60]
+
+
+def test_what_a_repeat_confirms_stays() -> None:
+    codes = np.concatenate([CODES, CODES[[49, 49]]])
+    XYZ = noisy(DISPLAYS["additive"](codes), 0.002, 1)
+    XYZ[[49, 120, 121]] *= 0.8  # the display is so there, whatever the models think of it
+    assert not screen(codes, XYZ, 1).wrong.any()
+
+
+def test_what_a_repeat_contradicts_goes() -> None:
+    codes = np.concatenate([CODES, CODES[[49]]])
+    XYZ = noisy(DISPLAYS["additive"](codes), 0.002, 1)
+    XYZ[49] *= 0.8
+    assert np.flatnonzero(screen(codes, XYZ, 1).wrong).tolist() == [49]
+
+
+@pytest.mark.parametrize("anchor", [0, 26, 52, 78], ids=["black", "red", "green", "blue"])
+def test_black_and_primaries_go_only_where_all_else_contradicts_them(anchor: int) -> None:
+    for display in DISPLAYS.values():
+        XYZ = noisy(display(CODES), 0.002, 1)
+        XYZ[anchor] = XYZ[119] if anchor == 0 else 0.3 * XYZ[anchor]
+        found = screen(CODES, XYZ, 1)
+        assert anchor in np.flatnonzero(found.wrong)
+        assert found.wrong.sum() <= 2
+
+
+def test_a_fifth_of_wrong_readings_is_found_to_the_last() -> None:
+    XYZ = noisy(DISPLAYS["additive"](CODES), 0.002, 1)
+    rng = np.random.default_rng(6)
+    rows = rng.choice(120, 24, replace=False)
+    XYZ[rows] *= rng.uniform(1.5, 3, (24, 3))
+    assert np.flatnonzero(screen(CODES, XYZ, 1).wrong).tolist() == sorted(rows.tolist())

@@ -1,0 +1,58 @@
+"""The screen both ways: it finds planted wrong readings on displays of every kind, and drops none of clean ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.characterise.example_displays import noisy
+from devices.characterise.outliers import screen
+from devices.characterise.patches import patches
+from tests.devices.characterise.test_outliers import CODES, DISPLAYS
+
+pytestmark = pytest.mark.stress
+
+Floats = NDArray[np.float64]
+# A reading that is off by so much is to be found.
+SEEN_DELTA_E = 3.0
+
+
+def _planted(kind: str, XYZ: Floats, rng: np.random.Generator) -> tuple[Floats, set[int]]:
+    """Return the readings with a fault, and its rows."""
+    out, row = XYZ.copy(), int(rng.integers(1, len(XYZ)))
+    if kind == "20 % off":
+        out[row] *= rng.choice([0.8, 1.2])
+        return out, {row}
+    if kind == "the patch before":
+        out[row] = out[row - 1]
+        return out, {row}
+    other = int(rng.integers(1, len(XYZ)))
+    out[[row, other]] = out[[other, row]]
+    return out, {row, other}
+
+
+@pytest.mark.parametrize("display", DISPLAYS)
+def test_clean_displays_lose_none(display: str) -> None:
+    dropped = [
+        int(screen(CODES, noisy(DISPLAYS[display](CODES), 0.002 if seed % 2 else 0.005, seed), 1).wrong.sum())
+        for seed in range(30)
+    ]
+    assert sum(dropped) == 0
+
+
+@pytest.mark.parametrize("kind", ["20 % off", "the patch before", "swapped rows"])
+def test_planted_readings_are_found_and_no_others(kind: str) -> None:
+    found, to_find, extra = 0, 0, 0
+    for display in DISPLAYS.values():
+        true = patches(CODES, display(CODES))
+        for seed in range(12):
+            XYZ, rows = _planted(kind, noisy(true.XYZ, 0.002, seed), np.random.default_rng(seed))
+            off = true.delta_e_2000(XYZ)
+            seen = {row for row in rows if off[row] >= SEEN_DELTA_E}
+            wrong = set(np.flatnonzero(screen(CODES, XYZ, 1).wrong).tolist())
+            found += len(seen & wrong)
+            to_find += len(seen)
+            extra += len(wrong - rows)
+    assert found >= 0.95 * to_find
+    assert extra <= 1
