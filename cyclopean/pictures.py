@@ -63,7 +63,9 @@ def display(path: str | Path) -> Result[Display]:
     return Result(read, rows, f"Display {Path(path).name}: {across} x {down} px, modes {', '.join(sorted(read.modes))}")
 
 
-def fit_display(measurements: str | Path, mode: str | None = None, *, codes: str | None = None) -> Result[DisplayFit]:
+def fit_display(
+    measurements: str | Path, mode: str | None = None, *, codes: str | None = None, observer: str | None = None
+) -> Result[DisplayFit]:
     """Fit display models to measurements through the glasses, and choose the one that predicts held-out readings best.
 
     Parameters
@@ -74,6 +76,9 @@ def fit_display(measurements: str | Path, mode: str | None = None, *, codes: str
         The stereo mode that was measured; None takes the readings' own.
     codes
         The range of the codes of a CSV table that does not name it, such as ``0..255``.
+    observer
+        The colorimetric observer, such as ``CIE 2015 10``, for which the model is fitted from the readings' spectra;
+        None takes that of the readings.
 
     Returns
     -------
@@ -103,7 +108,7 @@ def fit_display(measurements: str | Path, mode: str | None = None, *, codes: str
     from devices.characterise import fit_display as fit
     from devices.measurements import read_measurements
 
-    fitted = fit(read_measurements(Path(measurements), codes), mode=mode, file=measurements)
+    fitted = fit(read_measurements(Path(measurements), codes), mode=mode, file=measurements, observer=observer)
     rows = [
         {"eye": eye, "chosen": candidate is own.characterisation.chosen, **candidate.to_json()}
         for eye, own in fitted.eyes.items()

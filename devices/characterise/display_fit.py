@@ -16,11 +16,12 @@ from devices.characterise.display_yaml import model_lines
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.thesis import ThesisFits, thesis_fits
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.readings import is_plain, plain, tag
 from devices.display.display_file import PanelSpec
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
-from devices.measurements.observer import require_cie_1931
+from devices.measurements.observer import for_observer
 from documents import Finding
 from documents.text import counted
 
@@ -80,6 +81,8 @@ class DisplayFit:
         The one lens that stands for both eyes; None if the readings are of both or each eye was fitted apart.
     assumptions
         What was taken for granted of the readings, in sentences that the source in a display file names too.
+    observer
+        The colorimetric observer whose XYZ the model gives.
     """
 
     mode: str | None
@@ -91,11 +94,18 @@ class DisplayFit:
     panel: str
     lens: PatchEye | None
     assumptions: tuple[str, ...] = ()
+    observer: str = DEFAULT_OBSERVER
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
         eyes: dict[str, Any] = {eye: fit.to_json() for eye, fit in self.eyes.items()}
-        return {"mode": self.mode, "parts": self.parts.to_json(), "said": list(self.notes), **eyes}
+        return {
+            "mode": self.mode,
+            "observer": self.observer,
+            "parts": self.parts.to_json(),
+            "said": list(self.notes),
+            **eyes,
+        }
 
     def mode_lines(self) -> ModeLines:
         """Return the mode as lines of a display file."""
@@ -109,7 +119,7 @@ class DisplayFit:
                 f"held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
             )
             source = "; ".join((source, *self.assumptions))
-            models[eye] = model_lines(chosen.model, source)
+            models[eye] = model_lines(chosen.model, source, self.observer)
         return ModeLines(models, self.parts.lines)
 
     def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> WrittenMode:
@@ -162,6 +172,7 @@ def fit_display(
     seed: int = 1,
     keep_all: bool = False,
     file: str | Path = "readings",
+    observer: str | None = None,
 ) -> DisplayFit:
     """Fit display models to measurements, and choose the one that predicts held-out readings best.
 
@@ -183,6 +194,9 @@ def fit_display(
         Whether readings that no model predicts from the others are kept, not left out.
     file
         The file of the measurements, which the source in a display file names.
+    observer
+        The colorimetric observer of the model, such as ``CIE 2015 10``; for another than that of the readings they
+        need spectra. None takes that of the readings.
 
     Returns
     -------
@@ -192,8 +206,8 @@ def fit_display(
     Raises
     ------
     DeviceError
-        If the readings are not for CIE 1931 2°, cannot be those of a display, or no model predicts them; see
-        `devices.characterise.choose.characterise`.
+        If the readings are for another observer and have no spectra, cannot be those of a display, or no model predicts
+        them; see `devices.characterise.choose.characterise`.
 
     Examples
     --------
@@ -203,9 +217,9 @@ def fit_display(
     >>> fit.eyes["both"].characterisation.chosen.held_out.mean < 0.01
     True
     """
-    for table in (measurements, without_glasses):
-        if table is not None:
-            require_cie_1931(table.observer, str(file))
+    measurements = for_observer(measurements, observer or measurements.observer, str(file))
+    if without_glasses is not None:
+        without_glasses = for_observer(without_glasses, measurements.observer)
     readings = plain(measurements)
     apart = {"left", "right"} <= set(readings.eye)
     chosen_eyes: tuple[PatchEye, ...] = ("left", "right") if eye == "both" and apart else (eye,)
@@ -222,7 +236,16 @@ def fit_display(
     lens = readings.eye[0] if chosen_eyes == ("both",) and len(through) == 1 and "both" not in through else None
     named = mode or readings.mode or None
     return DisplayFit(
-        named, eyes, parts, tuple(notes), str(file), readings.instrument, readings.panel, lens, readings.assumptions
+        named,
+        eyes,
+        parts,
+        tuple(notes),
+        str(file),
+        readings.instrument,
+        readings.panel,
+        lens,
+        readings.assumptions,
+        readings.observer,
     )
 
 

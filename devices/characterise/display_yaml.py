@@ -6,6 +6,7 @@ from collections.abc import Iterable
 
 import yaml
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.display.model_spec import MixturesSpec
 from devices.display.plvc import Plvc
@@ -15,8 +16,8 @@ from devices.display.tone_curve import ToneCurve
 _COLOURS = ("red", "green", "blue")
 
 
-def model_lines(model: DisplayModel, source: str) -> list[str]:
-    """Return the YAML lines of ``model``, not indented: black, primaries, curve and ``source``."""
+def model_lines(model: DisplayModel, source: str, observer: str = DEFAULT_OBSERVER) -> list[str]:
+    """Return the YAML lines of ``model``, not indented: black, primaries, curve, ``observer`` and ``source``."""
     lines = [f"black_XYZ_cd_m2: {_numbers(model.black_XYZ_cd_m2.tolist())}", "primaries_XYZ_cd_m2:"]
     for channel, colour in enumerate(_COLOURS):
         lines.append(f"  {colour + ':':6} {_numbers(model.primaries_XYZ_cd_m2[:, channel].tolist())}")
@@ -40,7 +41,7 @@ def model_lines(model: DisplayModel, source: str) -> list[str]:
         for colour, tone in zip(_COLOURS, curves, strict=True):
             rest = "" if plain else f"gain: {tone.gain!r}, offset: {_number(tone.offset)}, "
             lines.append(f"  {colour + ':':6} {{{rest}gamma: {tone.gamma!r}}}")
-    return [*lines, f"source: {quoted(source)}"]
+    return [*lines, f"observer: {observer}", f"source: {quoted(source)}"]
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -36,7 +36,7 @@ STANDARD_OBSERVERS: tuple[str, ...] = tuple(_TABLES)
 # Other ways to write the names: ArgyllCMS's, and the usual ones.
 _ALSO: Mapping[str, str] = MappingProxyType(
     {"19312": "CIE 1931 2", "196410": "CIE 1964 10", "20152": "CIE 2015 2", "201510": "CIE 2015 10"}
-    | {"20122": "CIE 2015 2", "201210": "CIE 2015 10"}
+    | {"20122": "CIE 2015 2", "201210": "CIE 2015 10", "20062": "CIE 2015 2", "200610": "CIE 2015 10"}
 )
 _CIE_2006 = re.compile(r"CIE 2006 (\d+(?:\.\d+)?) age (\d+(?:\.\d+)?)", re.ASCII)
 # 540 THz in air, where the candela defines 683 lm/W.
@@ -116,7 +116,8 @@ def colorimetric_observer(name: str) -> ColorimetricObserver:
 
 def canonical_name(name: str) -> str:
     """Return the one way in which the name of an observer is written; DeviceError if there is no such observer."""
-    plain = re.sub(r"[\s_\-°,]+", " ", name.replace("deg", " ")).strip().lower()
+    plain = re.sub(r"degrees?|deg|observer|[\s_\-°,]+", " ", name.lower()).strip()
+    plain = re.sub(r" +", " ", plain)
     if match := re.fullmatch(r"(?:cie )?2006 (\d+(?:\.\d+)?) (?:age|aged) (\d+(?:\.\d+)?)", plain, re.ASCII):
         return cie_2006_name(float(match[1]), float(match[2]))
     known = _ALSO.get(plain.removeprefix("cie").replace(" ", ""))

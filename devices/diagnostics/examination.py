@@ -17,7 +17,7 @@ from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.display_file import EyeModels, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
-from devices.measurements.observer import require_cie_1931
+from devices.measurements.observer import CIE_1931_2, for_observer
 from devices.measurements.read import read_measurements
 from documents import Finding, InputError
 
@@ -50,7 +50,7 @@ class MeasuredSet:
     measurements: Measurements
 
 
-def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
+def read_sets(files: Sequence[Path], codes: str | None, observer: str | None = CIE_1931_2) -> list[MeasuredSet]:
     """Return the readings of each of ``files``, called by their files' names.
 
     Parameters
@@ -59,6 +59,8 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
         Files of measurements, as `devices.measurements.read_measurements` reads them, each named once.
     codes
         The range of the codes of CSV files that do not name it, such as ``0..255``; None if they all do.
+    observer
+        The colorimetric observer of all XYZ, to which readings with spectra are turned; None leaves each at its own.
 
     Returns
     -------
@@ -68,7 +70,8 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
     Raises
     ------
     InputError
-        With what is wrong with every file, if one is named twice, or if readings are not for CIE 1931 2°.
+        With what is wrong with every file, if one is named twice, or if readings are for another observer and have no
+        spectra.
 
     Examples
     --------
@@ -91,7 +94,8 @@ def read_sets(files: Sequence[Path], codes: str | None) -> list[MeasuredSet]:
         seen.add(file.resolve())
         try:
             measurements = read_measurements(file, codes if file.suffix.lower() == ".csv" else None)
-            require_cie_1931(measurements.observer, str(file))
+            if observer is not None:
+                measurements = for_observer(measurements, observer, str(file))
         except InputError as error:
             findings += error.findings
             continue

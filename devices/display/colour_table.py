@@ -11,6 +11,7 @@ from typing import BinaryIO, Literal, TextIO
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from documents import Finding
@@ -42,7 +43,13 @@ class ColourTable:
             writer.writerow([*cells, *(f"{value:.10g}" for value in values)])
 
 
-def convert_colours(file: str | Path | BinaryIO, model: DisplayModel, target: Kind, full: float = 255.0) -> ColourTable:
+def convert_colours(
+    file: str | Path | BinaryIO,
+    model: DisplayModel,
+    target: Kind,
+    full: float = 255.0,
+    observer: str = DEFAULT_OBSERVER,
+) -> ColourTable:
     """Convert a table of device codes to XYZ, or back.
 
     Parameters
@@ -56,6 +63,8 @@ def convert_colours(file: str | Path | BinaryIO, model: DisplayModel, target: Ki
         ``xyz`` or ``code``: what the table is converted to.
     full
         The code of full drive.
+    observer
+        The colorimetric observer of the display model's XYZ.
 
     Returns
     -------
@@ -75,22 +84,22 @@ def convert_colours(file: str | Path | BinaryIO, model: DisplayModel, target: Ki
     >>> convert_colours(file, model, "xyz").values.round(2).tolist()
     [[26.74, 27.88, 31.2]]
     """
-    table = read_colours(file, "code" if target == "xyz" else "xyz", full)
+    table = read_colours(file, "code" if target == "xyz" else "xyz", full, observer)
     if target == "xyz":
         return replace(table, kind=target, values=model.xyz(table.values / full))
     outside = model.clipping(table.values).any_channel
     return replace(table, kind=target, values=model.code(table.values) * full, outside=outside)
 
 
-def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float) -> ColourTable:
+def read_colours(file: str | Path | BinaryIO, kind: Kind, full: float, observer: str = DEFAULT_OBSERVER) -> ColourTable:
     """Read codes in 0..``full``, or XYZ; errors as `convert_colours`."""
     if isinstance(file, str | Path) and str(file).lower().endswith(".ti3"):
-        from devices.measurements.observer import require_cie_1931
+        from devices.measurements.observer import for_observer
         from devices.measurements.read import read_measurements
 
         readings = read_measurements(file)
         if kind == "xyz":
-            require_cie_1931(readings.observer, str(file))
+            readings = for_observer(readings, observer, str(file))
         values = full * readings.codes if kind == "code" else readings.XYZ
         return ColourTable(kind, values, ("name",), tuple((name,) for name in readings.name))
     name = str(file) if isinstance(file, str | Path) else "standard input"

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal, TypeVar
 
 from pydantic import BaseModel, Discriminator, Field, PositiveFloat, PositiveInt, Tag
 
+from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
 from devices.compensation.crosstalk import Crosstalk, check_leakage
 from devices.compensation.gain_map import GainMap
 from devices.display.model import DisplayModel
@@ -97,15 +98,23 @@ class PerEyeSpec(_ExtrasSpec):
         """Where the numbers come from."""
         return next((spec.source for spec in (self.left, self.right) if spec), "")
 
+    @property
+    def observer(self) -> str:
+        """The colorimetric observer of the XYZ."""
+        return next((str(spec.observer) for spec in (self.left, self.right) if spec), DEFAULT_OBSERVER)
+
     def lacking(self) -> tuple[Eye, ...]:
         """Return the eyes without a model; each that has one is tried."""
         made = {"left": self.left and self.left.model(), "right": self.right and self.right.model()}
         return tuple(eye for eye in EYES if made[eye] is None)
 
     def eye_models(self) -> EyeModels:
-        """Return each eye's model; DeviceError if one is lacking."""
+        """Return each eye's model; DeviceError if one is lacking, or the two are for different observers."""
         if self.left is None or self.right is None:
             raise DeviceError(f"the {' and '.join(self.lacking())} eye has no characterisation")
+        observers = [("the left eye", str(self.left.observer)), ("the right eye", str(self.right.observer))]
+        if mixed := mixed_observers(observers):
+            raise DeviceError(mixed)
         return EyeModels(self.left.model(), self.right.model())
 
 
@@ -149,7 +158,10 @@ class EyeModels:
 
 @dataclass(frozen=True, slots=True)
 class Display:
-    """A display file, read: its panel and its characterised modes; ``lacking`` holds modes that want an eye still."""
+    """A display file, read: its panel and its characterised modes; ``lacking`` holds modes that want an eye still.
+
+    ``observers`` is the colorimetric observer of each mode's XYZ, such as ``CIE 1931 2``.
+    """
 
     file: str
     panel: PanelSpec
@@ -158,6 +170,7 @@ class Display:
     crosstalks: dict[str, Crosstalk] = field(default_factory=dict)
     gain_maps: dict[str, GainMap] = field(default_factory=dict)
     lacking: dict[str, tuple[Eye, ...]] = field(default_factory=dict)
+    observers: dict[str, str] = field(default_factory=dict)
 
     def crosstalk(self, mode: str) -> Crosstalk | None:
         """Return what leaks between the eyes in ``mode``, None if it was not measured; errors as `models`."""
@@ -239,6 +252,7 @@ def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display
         return
     models = _located(mode.eye_models, source, ("modes", measured))
     display.modes[name], display.sources[name] = models, mode.source
+    display.observers[name] = str(mode.observer)
     if crosstalk_spec := mode.crosstalk:
 
         def crosstalk() -> Crosstalk:

@@ -7,6 +7,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import Field, PositiveFloat
 
+from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.gain_map import GainMap, Normalise, Positions
 from devices.display.model import DisplayModel
@@ -152,6 +153,7 @@ class ModelSpec(Strict):
     black_XYZ_cd_m2: Triple
     primaries_XYZ_cd_m2: PrimariesSpec
     curve: Annotated[CurveSpec | TableCurveSpec | PlvcSpec, Field(discriminator="kind")]
+    observer: ObserverSpec = DEFAULT_OBSERVER
     source: str = ""
 
     def model(self) -> DisplayModel:

@@ -10,6 +10,7 @@ from typing import Any, Literal, TypeVar
 
 from pydantic import Field, PositiveFloat
 
+from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import refuse_lift
 from devices.compensation.gain_map import GainMap
@@ -36,6 +37,7 @@ class RigSpec(Strict):
     lift_black: bool = False
     dither: Literal["none", "shared", "independent"] = "none"
     photodiode_verification: str | None = Field(default=None, min_length=1)
+    observer: ObserverSpec = DEFAULT_OBSERVER
 
 
 @dataclass(frozen=True, slots=True)
@@ -46,7 +48,7 @@ class Rig:
     allowed. ``mode_options`` are as the file has them; the presenter's modes know which there are. ``lift_black`` asks
     for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
     dithered, and whether the eyes share the mask; ``photodiode_verification`` is the record of onsets checked with a
-    photodiode, or None.
+    photodiode, or None. ``observer`` is the colorimetric observer of all XYZ: of the display's and of the stimuli's.
     """
 
     file: str
@@ -61,6 +63,7 @@ class Rig:
     lift_black: bool
     dither: Literal["none", "shared", "independent"]
     photodiode_verification: Verification | None
+    observer: str = DEFAULT_OBSERVER
 
     @property
     def output_bits(self) -> Literal[8, 10]:
@@ -107,7 +110,7 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
     ------
     InputError
         If the rig, its display file or its verification record is wrong or missing, or the display was not
-        characterised in the mode.
+        characterised in the mode, or for another colorimetric observer than the rig's.
 
     Examples
     --------
@@ -148,6 +151,12 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         models = display.models(characterised_as)
     except InputError as error:
         raise error if mode else located(error, "mode") from None
+    if display.observers[characterised_as] != spec.observer:
+        what = f"the rig is for the observer {spec.observer}, its display in this mode for "
+        what += display.observers[characterised_as]
+        remedy = f"write observer: {display.observers[characterised_as]}, or fit the display again with "
+        remedy += f"display fit --observer '{spec.observer}' from readings with spectra"
+        raise located(DeviceError(Finding(what, remedy=remedy)), "observer")
     if spec.lift_black and display.crosstalk(characterised_as):
         try:
             refuse_lift(models)
@@ -166,4 +175,5 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         spec.lift_black,
         spec.dither,
         verification,
+        str(spec.observer),
     )

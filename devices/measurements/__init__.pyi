@@ -9,8 +9,10 @@ from .log import read_session as read_session
 from .log import step_facts as step_facts
 from .observer import CIE_1931_2 as CIE_1931_2
 from .observer import OBSERVERS as OBSERVERS
+from .observer import for_observer as for_observer
 from .read import read_measurements as read_measurements
 from .read import write_measurements as write_measurements
+from .spectra import sampling_error as sampling_error
 from .spectra import xyz_from_spectra as xyz_from_spectra
 from .table import Measurements as Measurements
 from .table import PatchEye as PatchEye

@@ -1,4 +1,4 @@
-"""The names of the observers whose colour-matching functions give XYZ, and how files write them.
+"""The observers that readings are for, as files of measurements write them, and readings turned to another observer.
 
 ArgyllCMS writes ``1931_2``, ``1964_10``, ``2012_2`` and ``2012_10`` (the keyword ``OBSERVER`` of a ``.ti3``, the option
 ``-Q`` of dispread); its 2012 functions are those that the CIE published in 2015 (CIE 170-2:2015).
@@ -6,27 +6,27 @@ ArgyllCMS writes ``1931_2``, ``1964_10``, ``2012_2`` and ``2012_10`` (the keywor
 
 from __future__ import annotations
 
-import re
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
+from devices.colour_matching.observers import DEFAULT_OBSERVER, STANDARD_OBSERVERS, canonical_name
 from devices.errors import DeviceError
 from documents import Finding
 
-CIE_1931_2 = "CIE 1931 2"
-OBSERVERS = (CIE_1931_2, "CIE 1964 10", "CIE 2015 2", "CIE 2015 10")
-_WRITTEN = re.compile(
-    r"(?:CIE[ _]*)?(1931|1964|2006|2012|2015)[ _,]*(2|10)(?:[ _]*(?:°|deg|degrees?))?(?:[ _]*observer)?", re.IGNORECASE
-)
-_YEARS = {"2006": "2015", "2012": "2015"}
+if TYPE_CHECKING:
+    from devices.measurements.table import Measurements
+
+CIE_1931_2 = DEFAULT_OBSERVER
+OBSERVERS = STANDARD_OBSERVERS
 _ARGYLL = {"CIE 1931 2": "1931_2", "CIE 1964 10": "1964_10", "CIE 2015 2": "2012_2", "CIE 2015 10": "2012_10"}
 
 
 def observer_name(text: str) -> str | None:
     """Return which of the observers' names ``text`` means, such as ``1964_10``; None if it means none of them."""
-    match = _WRITTEN.fullmatch(text.strip())
-    if match is None:
+    try:
+        return canonical_name(text)
+    except DeviceError:
         return None
-    name = f"CIE {_YEARS.get(match[1], match[1])} {match[2]}"
-    return name if name in OBSERVERS else None
 
 
 def argyll_observer(observer: str) -> str:
@@ -35,12 +35,50 @@ def argyll_observer(observer: str) -> str:
 
 
 def require_cie_1931(observer: str, file: str | None = None) -> None:
-    """Raise DeviceError unless ``observer`` is CIE 1931 2°, for which colours are computed."""
+    """Raise DeviceError unless ``observer`` is CIE 1931 2°, for which a display is judged."""
     if observer != CIE_1931_2:
         raise DeviceError(
             Finding(
-                f"the readings are for the observer {observer}°; colours are computed for {CIE_1931_2}°",
+                f"the readings are for the observer {observer}°; a display is judged for {CIE_1931_2}°",
                 file,
                 remedy="measure with the CIE 1931 2° observer (in ArgyllCMS: -Q 1931_2), or give the spectra alone",
             )
         )
+
+
+def for_observer(measurements: Measurements, observer: str, file: str | None = None) -> Measurements:
+    """Return the readings with XYZ for another colorimetric observer, summed from their spectra.
+
+    Parameters
+    ----------
+    measurements
+        The readings.
+    observer
+        The observer's name, as `devices.colour_matching.colorimetric_observer` reads it.
+    file
+        The file of the readings, for messages.
+
+    Returns
+    -------
+    Measurements
+        The same table where it is for that observer already.
+
+    Raises
+    ------
+    DeviceError
+        If the readings are for another observer and have no spectra, or spectra from which XYZ cannot be summed.
+    """
+    from devices.measurements.spectra import sampling_note, xyz_from_spectra
+
+    name = canonical_name(observer)
+    if name == measurements.observer:
+        return measurements
+    if measurements.spectra is None or measurements.wavelengths_nm is None:
+        remedy = f"give readings with spectra, or use them for {measurements.observer}"
+        what = f"the readings are XYZ for {measurements.observer} without spectra: they give none for {name}"
+        raise DeviceError(Finding(what, file, remedy=remedy))
+    waves = measurements.wavelengths_nm
+    XYZ = xyz_from_spectra(measurements.spectra, waves, name)
+    seen = replace(measurements, XYZ=XYZ, observer=name)
+    notes = sampling_note(measurements.spectra, waves, name)
+    return seen.says(f"XYZ for {name} were summed from the spectra", *notes)

@@ -16,15 +16,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from devices.colour_matching.observers import colorimetric_observer
 from devices.errors import DeviceError
 from devices.measurements.cgats import CgatsTable
 from devices.measurements.observer import CIE_1931_2
 from devices.measurements.table import Measurements
+from documents import Finding
 
 Floats = NDArray[np.float64]
-# Luminous efficacy, lm/W, at 540 THz.
-EFFICACY = 683.0
 _MOST_SPACING_NM = 20.0
+# Beyond it what the spacing may do to XYZ is said.
+_FINE_NM = 5.0
 _MUST_COVER_NM = (400.0, 700.0)
 FIELD = re.compile(r"SPEC_(\d+(?:\.\d+)?)")
 _WATTS = 1e-3
@@ -35,8 +37,9 @@ _OTHER_SCALE, _OTHER_LIGHT = 0.05, 0.02
 def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: str = CIE_1931_2) -> Floats:
     """Return XYZ in cd/m², shape (n, 3), of spectral radiance in W/(sr m² nm), shape (n, m).
 
-    683 lm/W times the sum of spectrum, the observer's colour-matching functions (every nm, from colour-science) and the
-    width of each band, which is half the way to either neighbour: any spacing up to 20 nm, even or not, such as 4 nm.
+    The observer's luminous efficacy (683 lm/W for CIE 1931 2°) times the sum of spectrum, colour-matching functions and
+    the width of each band, which is half the way to either neighbour: any spacing up to 20 nm, even or not, such as
+    4 nm.
 
     Parameters
     ----------
@@ -45,7 +48,7 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: st
     wavelengths_nm
         Wavelengths in nanometres, shape (m,), rising, at most 20 nm apart, over 400..700 nm at least.
     observer
-        ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2`` or ``CIE 2015 10``.
+        The name of a colorimetric observer, such as ``CIE 1931 2``, ``CIE 2015 10`` or ``CIE 2006 4 age 45``.
 
     Returns
     -------
@@ -55,7 +58,8 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: st
     Raises
     ------
     DeviceError
-        If wavelengths do not rise, are too far apart, or leave out a part of 400..700 nm; or if shapes disagree.
+        If there is no such observer; if wavelengths do not rise, are too far apart, or leave out a part of 400..700 nm;
+        or if shapes disagree.
 
     Examples
     --------
@@ -69,22 +73,77 @@ def xyz_from_spectra(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: st
         raise DeviceError(f"spectra of shape {light.shape} do not go with {waves.size} wavelengths")
     gaps = np.diff(waves)
     if not np.all(np.isfinite(waves)) or np.any(gaps <= 0) or gaps.max() > _MOST_SPACING_NM:
-        raise DeviceError(f"wavelengths must rise in steps of at most {_MOST_SPACING_NM:g} nm")
+        what = f"wavelengths must rise in steps of at most {_MOST_SPACING_NM:g} nm"
+        raise DeviceError(Finding(what, remedy=f"measure finer: XYZ for {observer} cannot be summed"))
     if waves[0] > _MUST_COVER_NM[0] or waves[-1] < _MUST_COVER_NM[1]:
-        raise DeviceError(f"spectra run over {waves[0]:g}..{waves[-1]:g} nm; 400..700 nm is the least that XYZ need")
+        what = f"spectra run over {waves[0]:g}..{waves[-1]:g} nm; 400..700 nm is the least that XYZ need"
+        raise DeviceError(Finding(what, remedy=f"measure wider: XYZ for {observer} cannot be summed"))
+    return light @ _band_weights(waves, observer)
+
+
+def _band_weights(waves: Floats, observer: str) -> Floats:
+    """Return XYZ in cd/m², shape (m, 3), of 1 W/(sr m² nm) in each band alone."""
+    gaps = np.diff(waves)
     width = np.concatenate([[gaps[0]], 0.5 * (gaps[:-1] + gaps[1:]), [gaps[-1]]])
-    return np.asarray(EFFICACY * light @ (matching_functions(waves, observer) * width[:, None]))
+    seen = colorimetric_observer(observer)
+    return np.asarray(seen.efficacy_lm_W * seen.functions_at(waves) * width[:, None])
 
 
 def matching_functions(wavelengths_nm: Floats, observer: str = CIE_1931_2) -> Floats:
     """Return x̄, ȳ, z̄ of ``observer``, shape (m, 3), at any wavelengths, 0 where they are not tabulated."""
-    # Importing all of colour-science takes a second; only reading spectra waits for it.
-    from colour.colorimetry.datasets.cmfs import MSDS_CMFS
+    return colorimetric_observer(observer).functions_at(wavelengths_nm)
 
-    table = MSDS_CMFS[f"{observer} Degree Standard Observer"]
-    known, values = np.asarray(table.wavelengths, dtype=np.float64), np.asarray(table.values, dtype=np.float64)
-    columns = [np.interp(wavelengths_nm, known, values[:, i], left=0.0, right=0.0) for i in range(3)]
-    return np.stack(columns, axis=1)
+
+def sampling_error(spectra: ArrayLike, wavelengths_nm: ArrayLike, observer: str = CIE_1931_2) -> float:
+    """Return what the spacing of spectra may do to their XYZ, as a share of the largest Y.
+
+    It is by how much XYZ change where the spectra are joined by straight lines and summed at every nm. For 9 of
+    10 spectra of three peaks, 20 to 100 nm wide, drawn at random, the true error stays below it up to 20 nm.
+
+    Parameters
+    ----------
+    spectra
+        Spectral radiance, shape (n, m), or (m,) for a single one.
+    wavelengths_nm
+        Wavelengths in nanometres, shape (m,), as `xyz_from_spectra` takes them.
+    observer
+        The name of a colorimetric observer.
+
+    Returns
+    -------
+    float
+        The largest change of X, Y or Z, divided by the largest Y; 0 where there is no light.
+
+    Raises
+    ------
+    DeviceError
+        As `xyz_from_spectra`.
+
+    Examples
+    --------
+    >>> coarse, fine = np.arange(380, 781, 20), np.arange(380, 781)
+    >>> round(sampling_error(np.exp(-(((coarse - 530) / 20) ** 2)), coarse), 3) > 0.02
+    True
+    >>> sampling_error(np.exp(-(((fine - 530) / 20) ** 2)), fine) < 1e-12
+    True
+    """
+    light, waves = np.atleast_2d(np.asarray(spectra, dtype=np.float64)), np.asarray(wavelengths_nm, dtype=np.float64)
+    own = xyz_from_spectra(light, waves, observer)
+    fine = np.union1d(np.arange(np.ceil(waves[0]), np.floor(waves[-1]) + 1), waves)
+    # Straight lines between bands: each band's weight is spread over the wavelengths up to its neighbours.
+    hats = np.stack([np.interp(fine, waves, row) for row in np.eye(len(waves))], axis=1)
+    joined = light @ (hats.T @ _band_weights(fine, observer))
+    brightest = float(own[:, 1].max(initial=0.0))
+    return float(np.abs(joined - own).max() / brightest) if brightest > 0 else 0.0
+
+
+def sampling_note(spectra: Floats, wavelengths_nm: Floats, observer: str) -> list[str]:
+    """Return a sentence on what the spacing of spectra may do to their XYZ; none where it is 5 nm or less."""
+    spacing = float(np.diff(wavelengths_nm).max())
+    if spacing <= _FINE_NM:
+        return []
+    share = 100 * sampling_error(spectra, wavelengths_nm, observer)
+    return [f"spectra at steps of {spacing:g} nm: XYZ for {observer} may be off by up to {share:.2g} % of white"]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -118,7 +177,8 @@ def read_spectra(
     except DeviceError as error:
         raise DeviceError([table.finding(f.message, at, f.remedy) for f in error.findings]) from error
     if XYZ is None:
-        return Spectra(per_nm, waves, own, [*notes, "XYZ were summed from the spectra, which were taken to be in mW"])
+        notes += ["XYZ were summed from the spectra, which were taken to be in mW"]
+        return Spectra(per_nm, waves, own, [*notes, *sampling_note(per_nm, waves, observer)])
     power = float(own[:, 1] @ own[:, 1])
     scale = float(own[:, 1] @ XYZ[:, 1]) / power if power > 0 else 1.0
     if scale <= 0 or not math.isfinite(scale):

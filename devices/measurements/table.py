@@ -28,7 +28,8 @@ class Measurements:
     ``spectra``: shape (n, m), W/(sr m² nm), at ``wavelengths_nm``, shape (m,), or both None. ``assumptions`` says in
     sentences what the reader of a file took for granted. ``panel`` is what was measured, such as
     ``1920x1080,0.2768,120,8`` (pixels, pixel pitch in mm, Hz, bits), where that is known. ``observer`` is one of
-    ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2`` and ``CIE 2015 10``: year and field in degrees. ``gamma_table`` is
+    ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2`` and ``CIE 2015 10``, or another that
+    `devices.colour_matching.colorimetric_observer` knows. ``gamma_table`` is
     the graphics card's table with which the readings hold: what it gives for codes 0..1 in k equal steps, shape (k, 3),
     in 0..1; None where that is not known. ``area``: shape (n,), the
     share of the picture that each patch filled, above 0 and at most 1; None: all of it each time. ``surround``: shape

@@ -9,6 +9,7 @@ from typing import Any, Literal
 
 from pydantic import BaseModel, ConfigDict
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.compensation import Crosstalk, GainMap
 from devices.display import EyeModels, PanelSpec, RigSpec, read_display
 from devices.errors import MeasuringError
@@ -44,6 +45,7 @@ class Target:
     mode_options: dict[str, Any] = field(default_factory=dict)
     crosstalk: Crosstalk | None = None
     gain_map: GainMap | None = None
+    observer: str = DEFAULT_OBSERVER
 
     @property
     def simulated(self) -> SimulatedDisplay | None:
@@ -143,7 +145,8 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     if display is None or mode not in display.modes:
         return Target(path, display_file, spec.panel, stereo_mode, None, options)
     crosstalk, gain_map = display.crosstalk(mode), display.gain_map(mode)
-    return Target(path, display_file, spec.panel, stereo_mode, display.modes[mode], options, crosstalk, gain_map)
+    models, observer = display.modes[mode], display.observers[mode]
+    return Target(path, display_file, spec.panel, stereo_mode, models, options, crosstalk, gain_map, observer)
 
 
 def wiring_of(target: Target, show: ShowOptions, instrument: InstrumentOptions, dialogue: Dialogue) -> Wiring:

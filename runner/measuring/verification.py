@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import delta_e_2000, xyz_to_lab
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import DisplayModel
 from devices.errors import MeasuringError
 from devices.instruments import Faults, Showing, Simulated, SimulatedDisplay
@@ -146,6 +147,12 @@ def verify_display(
     dialogue = dialogue or Dialogue()
     target = read_target(display_file, mode)
     display = target.characterised()
+    if target.observer != DEFAULT_OBSERVER:
+        what = (
+            f"the mode '{target.mode.name}' is for the observer {target.observer}; XYZ are read for {DEFAULT_OBSERVER}"
+        )
+        remedy = "verify a mode that was fitted to the same readings for that observer"
+        raise MeasuringError(Finding(what, str(display_file), remedy=remedy))
     eye = show.eye
     if eye == "both" and display.models.left is not display.models.right:
         what = f"the mode '{target.mode.name}' was characterised per eye"

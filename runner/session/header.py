@@ -107,6 +107,7 @@ def make_header(
             "mode": rig.mode,
             "characterised_as": rig.characterised_as,
             "source": rig.display.sources[rig.characterised_as],
+            "colorimetric_observer": rig.observer,
             "panel": panel.model_dump(mode="json"),
             "white_XYZ_cd_m2": {
                 "left": [round(float(v), 6) for v in rig.models.left.shown_white_XYZ_cd_m2],

@@ -30,8 +30,11 @@ def command(file: str, display_file: str, mode: str, eye: str, target: str, full
 
     from devices.display import Eye, Kind, convert_colours, read_display
 
-    model = read_display(Path(display_file)).models(mode).eye(cast(Eye, eye))
-    table = convert_colours(sys.stdin.buffer if file == "-" else file, model, cast(Kind, target), full)
+    display = read_display(Path(display_file))
+    model = display.models(mode).eye(cast(Eye, eye))
+    table = convert_colours(
+        sys.stdin.buffer if file == "-" else file, model, cast(Kind, target), full, display.observers[mode]
+    )
     if table.outside:
         click.echo(f"cyclopean: {table.outside} of {len(table.values)} colours lie outside the gamut", err=True)
     table.write(sys.stdout)

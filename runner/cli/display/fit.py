@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     help="Display model; auto takes the simplest that predicts held-out readings well, none fits none.",
 )
 @click.option("--without-glasses", metavar="FILE", help="Readings of the same patches without glasses.")
+@click.option("--observer", metavar="NAME", help="Colorimetric observer, if not the readings' own: CIE 2015 10, …")
 @click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not state it.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the cross-validation folds.")
 @click.option("--keep-all", is_flag=True, help="Leave no reading out, even one that disagrees with all others.")
@@ -51,6 +52,7 @@ def command(
     eye: str,
     model: str,
     without_glasses: str | None,
+    observer: str | None,
     code_range: str | None,
     seed: int,
     keep_all: bool,
@@ -79,7 +81,7 @@ def command(
     from devices.measurements import PatchEye
 
     shape = _panel(panel) if panel else None
-    measured, *bare = read_sets([Path(path) for path in (file, without_glasses) if path], code_range)
+    measured, *bare = read_sets([Path(path) for path in (file, without_glasses) if path], code_range, observer=None)
     if output and not mode and not plain(measured.measurements).mode:
         raise click.UsageError("the file does not name a mode; give --mode with -o")
     fit = fit_display(
@@ -91,6 +93,7 @@ def command(
         seed=seed,
         keep_all=keep_all,
         file=file,
+        observer=observer,
     )
     if output and not fit.eyes and not fit.parts.lines:
         raise click.UsageError("--model none writes crosstalk or a gain map, and the readings give neither")

@@ -78,18 +78,20 @@ def test_an_observer_that_is_not_known_is_refused_with_its_place(tmp_path: Path)
         read_measurements(file)
 
 
-def test_readings_for_another_observer_reach_no_computation_of_colours(tmp_path: Path) -> None:
+def test_readings_for_another_observer_are_not_mixed(tmp_path: Path) -> None:
     codes = table_c1_codes()
     other = Measurements(codes, thesis_display().xyz(codes), observer="CIE 1964 10")
-    with pytest.raises(DeviceError, match="for the observer CIE 1964 10°"):
-        fit_display(other)
-    with pytest.raises(DeviceError, match="for the observer CIE 1964 10°"):
+    with pytest.raises(DeviceError, match="XYZ for CIE 1964 10 without spectra"):
         fit_display(replace(other, observer=CIE_1931_2), without_glasses=other)
     write_ti3(other, tmp_path / "d.ti3")
-    with pytest.raises(DeviceError, match=r"d.ti3: .*for the observer CIE 1964 10°"):
+    with pytest.raises(DeviceError, match=r"d.ti3: .*XYZ for CIE 1964 10 without spectra"):
         read_sets([tmp_path / "d.ti3"], None)
-    with pytest.raises(DeviceError, match="for the observer CIE 1964 10°"):
+    assert read_sets([tmp_path / "d.ti3"], None, observer=None)[0].measurements.observer == "CIE 1964 10"
+    with pytest.raises(DeviceError, match="XYZ for CIE 1964 10 without spectra"):
         convert_colours(tmp_path / "d.ti3", thesis_display(), "code")
+    assert len(convert_colours(tmp_path / "d.ti3", thesis_display(), "code", observer="CIE 1964 10").values) == len(
+        codes
+    )
     with pytest.raises(DeviceError, match="different observers cannot be joined: CIE 1931 2, CIE 1964 10"):
         joined([replace(other, observer=CIE_1931_2), other])
 
