@@ -124,7 +124,8 @@ def evaluate_yaml(example: Example) -> None:
         file.write_text(json.dumps(data), encoding="utf-8")
         if kind == "rig":
             find_mode(data["mode"], ModeOptions.parse(data.get("mode_options", {})))
-            display = {**_DISPLAY, "modes": {data["mode"]: _MODE}}
+            own = {key: data[key] for key in ("observer",) if key in data}
+            display = {**_DISPLAY, "modes": {data["mode"]: {**_MODE, **own}}}
             (file.parent / _RIG["display"]).write_text(json.dumps(display), encoding="utf-8")
     report = check_file(file, CheckOptions(screen="skip", pictures=False))
     assert not report.errors, [str(error) for error in report.errors]
