@@ -17,6 +17,7 @@ from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.thesis import ThesisFits, thesis_fits
 from devices.colour_matching import DEFAULT_OBSERVER
+from devices.diagnostics.drift import Drift, estimate_drift
 from devices.diagnostics.readings import is_plain, plain, tag
 from devices.display.display_file import PanelSpec
 from devices.errors import DeviceError
@@ -32,12 +33,14 @@ _USED_TAGS = frozenset({"other", "place", "no-glasses"})
 class EyeFit:
     """The models fitted to one eye's readings, and the fits by the thesis's two methods.
 
-    ``thesis`` is None where those methods do not apply; ``notes`` then say why.
+    ``thesis`` is None where those methods do not apply; ``notes`` then say why. ``drift`` is the drift during the run
+    that the readings were corrected for, None where they were not.
     """
 
     characterisation: Characterisation
     thesis: ThesisFits | None
     notes: tuple[str, ...]
+    drift: Drift | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -45,6 +48,7 @@ class EyeFit:
             **self.characterisation.to_json(),
             "numbers": self.characterisation.chosen.numbers.to_json(),
             "said": list(self.notes),
+            "drift": None if self.drift is None else self.drift.to_json(),
             "thesis": None if self.thesis is None else self.thesis.to_json(),
         }
 
@@ -118,7 +122,8 @@ class DisplayFit:
                 f"{chosen.name} fitted to {readings}; "
                 f"held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
             )
-            source = "; ".join((source, *self.assumptions))
+            drift = () if fit.drift is None else (f"corrected for drift: {fit.drift.words}",)
+            source = "; ".join((source, *drift, *self.assumptions))
             models[eye] = model_lines(chosen.model, source, self.observer)
         return ModeLines(models, self.parts.lines)
 
@@ -173,6 +178,7 @@ def fit_display(
     keep_all: bool = False,
     file: str | Path = "readings",
     observer: str | None = None,
+    correct_drift: bool = True,
 ) -> DisplayFit:
     """Fit display models to measurements, and choose the one that predicts held-out readings best.
 
@@ -197,6 +203,9 @@ def fit_display(
     observer
         The colorimetric observer of the model, such as ``CIE 2015 10``; for another than that of the readings they
         need spectra. None takes that of the readings.
+    correct_drift
+        Whether readings are brought to the end of the run by the patches that were read more than once, where these
+        show a drift (`devices.diagnostics.drift`).
 
     Returns
     -------
@@ -226,7 +235,8 @@ def fit_display(
     eyes: dict[PatchEye, EyeFit] = {}
     if model != "none":
         for each in chosen_eyes:
-            eyes[each] = _fit_eye(readings if each == "both" else readings.for_eye(each), model, seed, keep_all)
+            own = readings if each == "both" else readings.for_eye(each)
+            eyes[each] = _fit_eye(own, model, seed, keep_all=keep_all, correct_drift=correct_drift)
     origin = _origin(str(file), readings.instrument)
     parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
     notes = [*parts.notes, *_notes_on_tags(measurements)]
@@ -253,14 +263,23 @@ def _origin(file: str, instrument: str) -> str:
     return Path(file).name + (f" by {instrument}" if instrument else "")
 
 
-def _fit_eye(readings: Measurements, model: Name | Literal["auto"], seed: int, keep_all: bool) -> EyeFit:
+def _fit_eye(
+    readings: Measurements, model: Name | Literal["auto"], seed: int, *, keep_all: bool, correct_drift: bool
+) -> EyeFit:
+    drift = estimate_drift(readings) if correct_drift else None
+    notes: tuple[str, ...] = ()
+    if drift is not None and drift.seen:
+        readings = drift.corrected(readings)
+        notes = (f"{drift.words}; the readings were brought to the end of the run, --no-drift-correction keeps them",)
+    else:
+        drift = None
     characterisation = characterise(readings, model, seed=seed, keep_all=keep_all)
+    notes += characterisation.notes
     patches = characterisation.patches
     try:
-        return EyeFit(characterisation, thesis_fits(patches.codes, patches.XYZ), characterisation.notes)
+        return EyeFit(characterisation, thesis_fits(patches.codes, patches.XYZ), notes, drift)
     except DeviceError as error:
-        note = f"no tables by the thesis's methods: {error}"
-        return EyeFit(characterisation, None, (*characterisation.notes, note))
+        return EyeFit(characterisation, None, (*notes, f"no tables by the thesis's methods: {error}"), drift)
 
 
 def _notes_on_tags(measurements: Measurements) -> list[str]:

@@ -4,6 +4,8 @@ from .diagnosis import Line as Line
 from .diagnosis import Panel as Panel
 from .diagnosis import Verdicts as Verdicts
 from .diagnosis import numbers as numbers
+from .drift import Drift as Drift
+from .drift import estimate_drift as estimate_drift
 from .examination import MeasuredSet as MeasuredSet
 from .examination import examine as examine
 from .examination import judge_display as judge_display

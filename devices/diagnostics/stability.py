@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.diagnostics.diagnosis import Check, Diagnosis, Line, Panel, Table, numbers
+from devices.diagnostics.drift import estimate_drift
 from devices.diagnostics.readings import brightest, by_code, patch_name, untagged
 from devices.errors import DeviceError
 from devices.measurements import Measurements
@@ -74,9 +75,10 @@ _FEWEST_READINGS = 3
 
 
 def drift(measurements: Measurements) -> Diagnosis:
-    """Judge the change of luminance from the first to the last repeated reading, in %, by one slope for all codes.
+    """Judge how much luminance changed during the run, in %, by the smooth drift that repeated readings show.
 
-    Codes darker than 1 % of the brightest are left out. Where no times were kept, the order of the readings counts.
+    Where none is seen beyond noise, by one slope for all codes from the first to the last repeated reading. Codes
+    darker than 1 % of the brightest are left out. Where no times were kept, the order of the readings counts.
     """
     groups = by_code(measurements)
     if len(groups) < _FEWEST_CODES:
@@ -110,7 +112,16 @@ def drift(measurements: Measurements) -> Diagnosis:
     panel = Panel("", label, "luminance from its mean, %", (*lines, trend), (-0.5, 0.5))
     over = f"{span:.3g} minutes" if timed else f"{span:.0f} readings (no times were kept)"
     words = f"Repeated patches {'rose' if total > 0 else 'fell'} by {abs(total):.2g} % over {over}."
-    return DRIFT.judged(abs(total), words, series=(panel,))
+    found = estimate_drift(measurements)
+    if not found.seen:
+        return DRIFT.judged(abs(total), words, series=(panel,))
+    smooth = np.linspace(found.start, found.end, 200)
+    course = 100 * (found.gains(smooth) / found.gains(smooth).mean() - 1)
+    curve = Line("trend", numbers(smooth / 60 if timed else smooth + 1), numbers(course), "accent", "line")
+    panel = Panel("", label, "luminance from its mean, %", (*lines, curve), (-0.5, 0.5))
+    value = found.range_percent if found.light is not None else abs(total)
+    words = f"{found.words[0].upper()}{found.words[1:]}. display fit corrects the readings by this."
+    return DRIFT.judged(value, words, series=(panel,))
 
 
 Floats = NDArray[np.float64]

@@ -12,6 +12,7 @@ from hypothesis import strategies as st
 
 from devices.diagnostics.channels import additivity, headroom
 from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.drift import estimate_drift
 from devices.diagnostics.examination import MeasuredSet, examine
 from devices.diagnostics.eyewear import crosstalk
 from devices.diagnostics.stability import drift, warm_up
@@ -30,6 +31,12 @@ def test_false_alarms_are_rarer_than_one_in_two_hundred_for_each_check() -> None
         for one in examine([MeasuredSet("a", characterisation(seed))], models=EyeModels(MODEL, MODEL)):
             blamed[one.name] += one.passed is False
     assert max(blamed.values()) <= RUNS // 200, blamed
+
+
+def test_noise_alone_is_corrected_for_drift_in_one_of_a_hundred_runs() -> None:
+    for noise in (0.0005, 0.002, 0.02):
+        seen = sum(estimate_drift(characterisation(seed, noise)).seen for seed in range(RUNS))
+        assert seen <= 20, noise  # more in 1 of 500 at 1 %
 
 
 def test_a_steady_display_is_rarely_called_still_warming_up() -> None:

@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 @click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not state it.")
 @click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the cross-validation folds.")
 @click.option("--keep-all", is_flag=True, help="Leave no reading out, even one that disagrees with all others.")
+@click.option("--no-drift-correction", is_flag=True, help="Keep the readings where repeated patches show a drift.")
 @click.option("-o", "--output", metavar="DISPLAY.yaml", help="Display file to create, or to write the mode into.")
 @click.option(
     "--panel",
@@ -56,6 +57,7 @@ def command(
     code_range: str | None,
     seed: int,
     keep_all: bool,
+    no_drift_correction: bool,
     output: str | None,
     panel: str | None,
     replace: bool,
@@ -66,7 +68,8 @@ def command(
 
     FILE is a table of measurements: CSV, ArgyllCMS .ti3, a Psychtoolbox calibration .mat, or the .jsonl of
     `display measure`. Every model is judged on readings that it was not fitted to. Where the file has readings of
-    either eye, each is fitted by itself. Readings beside the other eye's picture, at places of a grid and without
+    either eye, each is fitted by itself. Where patches that were read again show that the light drifted during the
+    run, the readings are brought to its end. Readings beside the other eye's picture, at places of a grid and without
     glasses (@ in their names) give crosstalk, a gain map, and what the glasses take.
 
     With -o the chosen model, crosstalk and gain map go into a mode of a display file. All else in the file stays, and
@@ -94,6 +97,7 @@ def command(
         keep_all=keep_all,
         file=file,
         observer=observer,
+        correct_drift=not no_drift_correction,
     )
     if output and not fit.eyes and not fit.parts.lines:
         raise click.UsageError("--model none writes crosstalk or a gain map, and the readings give neither")

@@ -1,0 +1,198 @@
+"""Drift during a run: found and taken off where it is planted, and nothing corrected where there is only noise."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.characterise import fit_display
+from devices.colour.ciede2000 import delta_e_2000
+from devices.colour.spaces import xyz_to_lab
+from devices.diagnostics.drift import estimate_drift
+from devices.diagnostics.stability import drift
+from devices.diagnostics.time_trend import trend_in_time
+from devices.measurements import Measurements
+from tests.devices.diagnostics.simulated import MODEL, characterisation
+
+Floats = NDArray[np.float64]
+Course = Callable[[Floats], Floats]
+NOISE = 0.002
+DAYLIGHT = np.array([0.95, 1.0, 1.08])
+ONE: Course = np.ones_like
+NONE: Course = np.zeros_like
+
+
+def run(seed: int, light: Course = ONE, added: Course = NONE, noise: float = NOISE) -> tuple[Measurements, Floats]:
+    """Return Table C.1 read while light is multiplied and added to over time 0..1, and XYZ as at the end."""
+    exact = characterisation(seed, 0.0)
+    assert exact.time_s is not None
+    time = exact.time_s / exact.time_s.max()
+    read = exact.XYZ * light(time)[:, None] + added(time)[:, None] * DAYLIGHT
+    end = exact.XYZ * light(np.ones(1)) + added(np.ones(1)) * DAYLIGHT
+    scatter = np.random.default_rng(1000 + seed).standard_normal((2, len(exact), 3))
+    return replace(exact, XYZ=read * (1 + noise * scatter[0, :, :1]) + 0.0005 * scatter[1]), end
+
+
+def error_percent(found: Measurements, truth: Floats, *, dark: bool = False) -> float:
+    """Return the root mean square error of luminance, in %, of patches brighter or darker than 1 cd/m²."""
+    rows = (truth[:, 1] < 1) == dark
+    return 100 * float(np.sqrt(np.mean((found.XYZ[rows, 1] / truth[rows, 1] - 1) ** 2)))
+
+
+COURSES: dict[str, Course] = {
+    "a line": lambda t: 1 + 0.13 * t,
+    "settling": lambda t: 1 - 0.13 * np.exp(-t / 0.2),
+    "falling": lambda t: 1 - 0.13 * t,
+    "a wave": lambda t: 1 + 0.03 * np.sin(5 * t),
+    "a small line": lambda t: 1 + 0.015 * t,
+}
+
+
+@pytest.mark.parametrize("name", COURSES)
+@pytest.mark.parametrize("seed", range(3))
+def test_a_planted_drift_is_removed_to_a_small_fraction(name: str, seed: int) -> None:
+    readings, truth = run(seed, COURSES[name])
+    found = estimate_drift(readings)
+    assert found.seen
+    before, after = error_percent(readings, truth), error_percent(found.corrected(readings), truth)
+    assert after < max(0.1 * before, 3 * 100 * NOISE)
+    ends = COURSES[name](np.array([0.0, 1.0]))
+    assert found.change_percent == pytest.approx(100 * (ends[1] / ends[0] - 1), abs=2.5)
+    assert found.light is not None
+    assert found.light.error_after < 0.5 * found.light.error_before
+
+
+def test_noise_alone_is_corrected_in_one_run_of_a_hundred_and_costs_next_to_nothing() -> None:
+    seen, before, after = 0, [], []
+    for seed in range(120):
+        readings, truth = run(seed)
+        found = estimate_drift(readings)
+        seen += found.seen
+        before.append(error_percent(readings, truth))
+        after.append(error_percent(found.corrected(readings), truth))
+    assert seen <= 5  # more in 1 of 1000 series of 120 runs at 1 %
+    assert np.mean(after) < 1.02 * np.mean(before)
+
+
+def test_without_drift_the_readings_stay_the_same_object() -> None:
+    readings, _ = run(1)
+    found = estimate_drift(readings)
+    assert not found.seen
+    assert found.words == ""
+    assert found.corrected(readings) is readings
+    once = Measurements(np.eye(3), 10 * np.eye(3) + 1)
+    assert not estimate_drift(once).seen
+    assert not estimate_drift(characterisation(1, 0.0)).seen  # repeats that agree exactly
+
+
+def test_a_backlight_takes_black_with_it_and_daylight_is_added() -> None:
+    for light, added, kind in (
+        (COURSES["a line"], NONE, "with the light"),
+        (ONE, lambda t: 0.05 * t, "measured"),
+        (COURSES["a line"], lambda t: 0.5 * t, "measured"),
+    ):
+        readings, truth = run(2, light, added)
+        found = estimate_drift(readings)
+        put_right = found.corrected(readings)
+        assert found.black_kind == kind
+        assert error_percent(put_right, truth) < 1.0
+        assert error_percent(put_right, truth, dark=True) < max(0.1 * error_percent(readings, truth, dark=True), 1.5)
+
+
+def test_a_change_of_the_channels_balance_is_followed() -> None:
+    exact = characterisation(3, 0.0)
+    assert exact.time_s is not None
+    time = exact.time_s / exact.time_s.max()
+    matrix, black = MODEL.primaries_XYZ_cd_m2, MODEL.black_XYZ_cd_m2
+    light = (exact.XYZ - black) @ np.linalg.inv(matrix).T
+    gains = np.stack([1 + 0.05 * time, np.ones_like(time), 1 - 0.08 * time], axis=1)
+    noise = 1 + NOISE * np.random.default_rng(5).standard_normal((len(time), 1))
+    readings = replace(exact, XYZ=((light * gains) @ matrix.T + black) * noise)
+    truth = (light * gains[-1]) @ matrix.T + black
+    white = truth[np.argmax(truth[:, 1])]
+    put_right = estimate_drift(readings).corrected(readings)
+    lit = truth[:, 1] > 0.5
+    apart = [delta_e_2000(xyz_to_lab(t.XYZ, white), xyz_to_lab(truth, white))[lit] for t in (readings, put_right)]
+    assert apart[1].mean() < 0.15 * apart[0].mean()
+
+
+def test_an_odd_reading_hides_no_drift_and_makes_none() -> None:
+    for course in (ONE, COURSES["a line"]):
+        readings, truth = run(4, course)
+        odd = np.flatnonzero(np.all(readings.codes == 1, axis=1))[5]
+        XYZ = readings.XYZ.copy()
+        XYZ[odd] *= 0.7
+        found = estimate_drift(replace(readings, XYZ=XYZ))
+        assert found.seen == (course is not ONE)
+        others = np.arange(len(readings)) != odd
+        kept = found.corrected(replace(readings, XYZ=XYZ)).select(others)
+        assert error_percent(kept, truth[others]) < 1.0
+
+
+def test_four_whites_away_from_the_ends_suffice() -> None:
+    seen = 0
+    for seed in range(10):
+        readings, truth = run(seed, COURSES["a line"])
+        whites = np.flatnonzero(np.all(readings.codes == 1, axis=1))
+        blacks = np.flatnonzero(np.all(readings.codes == 0, axis=1))
+        gone = [*np.delete(whites, [1, 4, 7, 9]), *blacks[1:]]
+        rows = np.setdiff1d(np.arange(len(readings)), gone)
+        found = estimate_drift(readings.select(rows))
+        seen += found.seen
+        if found.seen:
+            put_right = found.corrected(readings.select(rows))
+            assert error_percent(put_right, truth[rows]) < 0.4 * error_percent(readings, truth)
+    assert seen >= 5
+
+
+def test_readings_in_quick_succession_show_no_drift_of_the_run() -> None:
+    """Each patch read three times in a row, rising within the three: a slow panel, not a drift over the run."""
+    codes = np.repeat(np.linspace(0.2, 1.0, 30)[:, None] * np.ones(3), 3, axis=0)
+    light = MODEL.xyz(codes) * np.tile([0.9, 0.98, 1.0], 30)[:, None]
+    assert not estimate_drift(Measurements(codes, light, time_s=np.arange(90.0))).seen
+
+
+def test_spectra_follow_their_readings() -> None:
+    readings, _ = run(1, COURSES["a line"])
+    spectra = np.ones((len(readings), 2)) * readings.XYZ[:, 1:2]
+    put_right = estimate_drift(readings).corrected(
+        replace(readings, spectra=spectra, wavelengths_nm=np.array([500.0, 510.0]))
+    )
+    assert put_right.spectra is not None
+    np.testing.assert_allclose(put_right.spectra[:, 0], put_right.XYZ[:, 1])
+
+
+def test_the_report_and_the_fit_say_how_much() -> None:
+    readings, truth = run(6, COURSES["a line"])
+    verdict = drift(readings)
+    assert verdict.passed is False
+    assert verdict.value == pytest.approx(13, abs=1)
+    assert "Light rose by 13 % over" in verdict.words
+    assert "the error of repeated readings falls from" in verdict.words
+
+    white = truth[np.argmax(truth[:, 1])]
+    fits = [fit_display(readings, model="gogo", correct_drift=flag).eyes["both"] for flag in (True, False)]
+    apart = [
+        delta_e_2000(xyz_to_lab(fit.characterisation.chosen.model.xyz(readings.codes), white), xyz_to_lab(truth, white))
+        for fit in fits
+    ]
+    assert apart[0].mean() < 0.25 * apart[1].mean()
+    assert fits[0].notes[0].startswith("light rose by 13 %")
+    assert not any("light rose" in note for note in fits[1].notes)
+    assert fits[0].drift is not None
+    assert fits[0].to_json()["drift"]["range_percent"] == pytest.approx(13, abs=1)
+    assert fits[1].to_json()["drift"] is None
+    lines = fit_display(readings, model="gogo").mode_lines().models["both"]
+    assert "corrected for drift: light rose by 13 %" in " ".join(lines)
+
+
+def test_a_trend_needs_repeats_at_different_times() -> None:
+    assert trend_in_time([0, 1, 2], [1, 2, 3], [0, 1, 2], 0.01) is None
+    assert trend_in_time([0, 0, 0, 0], [1, 2, 3, 4], [0, 0, 0, 0], 0.01) is None
+    found = trend_in_time(np.arange(12), 0.1 * np.arange(12) + [0, 0.001] * 6, np.zeros(12), 0.01)
+    assert found is not None
+    np.testing.assert_allclose(np.diff(found.at([0, 11, 20])), [1.1, 0.0], atol=0.01)
