@@ -19,7 +19,6 @@ from runner.presenter.shaders import Uniform
 Floats = NDArray[np.float64]
 COST = 1  # plain colour passes more, about; see benchmarks/crosstalk.py
 INVERSIONS = 3
-_LIMITS = Real3(np.array([[0.0] * 3, [1.0] * 3]))
 CORNER = PixelGrid((0.5, 0.5), (1, 1))  # the picture's corner is the panel's
 
 
@@ -129,9 +128,6 @@ def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str
         "lift_share": Real3(np.full(3, correction.lift_share)),
         "other_linear_from_XYZ": Real3x3(other.linear_from_XYZ),
         "other_black_light": _black_light(other),
-        # As the models are normalised, what their channels can give is 0 to 1.
-        "own_limits": _LIMITS,
-        "other_limits": _LIMITS,
         "other_from_own": Real3x3(from_own),
         "other_from_other": Real3x3(from_other),
         "leak": Real3x3(leak),

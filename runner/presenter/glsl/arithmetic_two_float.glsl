@@ -7,6 +7,8 @@
 // GLSL 4.00 says so by `precise`; without it KEPT hides from the compiler that a number is what it is, by a uniform
 // that is 0. runner.presenter.arithmetic tests at the start what each driver makes of it.
 
+#define TWO_FLOATS
+
 #ifdef GUARDED
 #define EXACT
 uniform uint unchanged_bits;      // 0

@@ -14,11 +14,11 @@ uniform Real3x3 other_linear_from_XYZ;
 uniform Real3 black_light;        // own_linear_from_XYZ · the black of this eye
 uniform Real3 other_black_light;
 
-uniform int cancels;              // 0: leaks stay, and nothing is clipped before the gain
+uniform int cancels;              // 1, or 0: leaks stay, and nothing is clipped before the gain
 uniform Real3 lift_share;         // added to both eyes' light
-uniform Real3x3 other_from_own;     // what to send to the other eye is other_from_own · own + other_from_other · other
+uniform Real3x3 other_from_own;   // what to send to the other eye is other_from_own · own + other_from_other · other
 uniform Real3x3 other_from_other;
-uniform Real3x3 leak;               // from the other eye's light to what it adds to this eye's
+uniform Real3x3 leak;             // from the other eye's light to what it adds to this eye's
 
 uniform int evens;                // 0: the gain is 1 everywhere
 uniform sampler2D gains;          // top row first; each is the sum of two floats, to 48 bits
@@ -29,8 +29,7 @@ uniform Real delivered_share;
 out vec4 codes;
 
 vec4 codes_of_linear(Real3 asked);
-Real3 own_within(Real3 light);
-Real3 other_within(Real3 light);
+Real3 within(int eye, Real3 light);
 
 Real reading(ivec2 place) {
     vec2 parts = texelFetch(gains, place, 0).rg;
@@ -65,6 +64,42 @@ Real gain_at(ivec2 place) {
     return between(upper, lower, down);
 }
 
+// Both eyes' light, clipped, lifted, clipped again, becomes what is sent to the other eye, and then to this one.
+#if defined(LONG_WITHIN) && defined(TWO_FLOATS)
+// In a loop that `within` stands in once: Newton's method in two floats takes drivers half a minute to compile six times.
+void cancel(inout Real3 own, inout Real3 other) {
+    for (int step = 0; step < 6 * cancels; step++) {
+        int eye = step < 4 ? step & 1 : 5 - step;
+        Real3 asked = own;
+        if (step == 4) {
+            asked = add(mul(other_from_own, own), mul(other_from_other, other));
+        } else if (step == 5) {
+            asked = sub(own, mul(leak, other));
+        } else {
+            if (eye == 1) {
+                asked = other;
+            }
+            if (step >= 2) {
+                asked = add(asked, lift_share);
+            }
+        }
+        asked = within(eye, asked);
+        if (eye == 0) {
+            own = asked;
+        } else {
+            other = asked;
+        }
+    }
+}
+#else
+void cancel(inout Real3 own, inout Real3 other) {
+    own = within(0, add(within(0, own), lift_share));
+    other = within(1, add(within(1, other), lift_share));
+    other = within(1, add(mul(other_from_own, own), mul(other_from_other, other)));
+    own = within(0, sub(own, mul(leak, other)));
+}
+#endif
+
 void main() {
     ivec2 size = textureSize(own_XYZ, 0);
     ivec2 place = ivec2(gl_FragCoord.xy);  // y upwards
@@ -73,10 +108,7 @@ void main() {
     Real3 light = sub(mul(own_linear_from_XYZ, mean_XYZ(own_XYZ, first, box)), black_light);
     if (cancels != 0) {
         Real3 other = sub(mul(other_linear_from_XYZ, mean_XYZ(other_XYZ, first, box)), other_black_light);
-        Real3 wanted = own_within(add(own_within(light), lift_share));
-        Real3 wanted_other = other_within(add(other_within(other), lift_share));
-        Real3 sent_other = other_within(add(mul(other_from_own, wanted), mul(other_from_other, wanted_other)));
-        light = own_within(sub(wanted, mul(leak, sent_other)));
+        cancel(light, other);
     }
     if (evens != 0) {
         // The panel dims black too: gain · (black + light) is what is seen.
