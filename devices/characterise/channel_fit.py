@@ -7,17 +7,14 @@ which keeps the problem alike for every unit and lets it converge from poor star
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.errors import DeviceError
-
-if TYPE_CHECKING:
-    from scipy.optimize import OptimizeResult
 
 Floats = NDArray[np.float64]
 _Problem = Callable[[Floats, Floats], tuple[Floats, Floats]]
@@ -32,6 +29,9 @@ FREE: dict[Kind, tuple[bool, bool, bool, bool]] = {
     "gogo": (True, True, True, True),
 }
 _LOW, _HIGH = np.array([0.05, -0.9, 0.1, -0.5]), np.array([4.0, 0.9, 10.0, 0.5])
+_MOST_STEPS = 300
+# A step of this share of the coefficients, or one that no damping makes go downhill, is the last.
+_LAST_STEP, _MOST_DAMPING = 1e-12, 1e10
 # A drive this low gives no measurable light; powers below it are kept finite.
 _TINY = 1e-12
 
@@ -73,85 +73,123 @@ def fit_channel(
         If shapes disagree, a number is not finite, there are fewer different codes than coefficients, or there is no
         light.
     """
-    codes, lights = np.asarray(code, dtype=np.float64), np.asarray(light, dtype=np.float64)
+    return fit_channels([(code, light)], kind, inverse=inverse, start_gamma=start_gamma)[0]
+
+
+def fit_channels(
+    pairs: Sequence[tuple[ArrayLike, ArrayLike]],
+    kind: Kind,
+    *,
+    inverse: bool = False,
+    start_gamma: float | None = None,
+) -> list[ChannelFit]:
+    """Do as `fit_channel` for each pair of codes and light: those of one length at once, many times as fast."""
     free = np.array(FREE[kind])
+    problem = _inverse_problem if inverse else _forward_problem
+    checked = [_checked(code, light, kind) for code, light in pairs]
+    # The simple gamma has no gain that could carry a unit.
+    scales = [float(light.max()) if kind != "gamma" else 1.0 for _, light in checked]
+    xy = [
+        (light / scale, code) if inverse else (code, light / scale)
+        for (code, light), scale in zip(checked, scales, strict=True)
+    ]
+    typical = np.array([start_gamma]) if start_gamma else np.array([1.0, 1.8, 2.6])
+    gammas = 1.0 / typical if inverse and not start_gamma else typical
+    out: list[ChannelFit | None] = [None] * len(xy)
+    for length in {len(x) for x, _ in xy}:
+        rows = [row for row, (x, _) in enumerate(xy) if len(x) == length]
+        x = np.repeat(np.stack([xy[row][0] for row in rows]), len(gammas), axis=0)
+        y = np.repeat(np.stack([xy[row][1] for row in rows]), len(gammas), axis=0)
+        start = np.tile([1.0, 0.0, 1.0, 0.0], (len(x), 1))
+        start[:, 2] = np.tile(gammas, len(rows))
+        p, cost = _least_squares(problem, x, y, free, start)
+        for place, row in enumerate(rows):
+            starts = slice(place * len(gammas), (place + 1) * len(gammas))
+            best = p[starts][int(np.argmin(cost[starts]))]
+            out[row] = _channel_fit(best, problem, *xy[row], free, kind, inverse, scales[row])
+    return [fit for fit in out if fit is not None]
+
+
+def _checked(code: ArrayLike, light: ArrayLike, kind: Kind) -> tuple[Floats, Floats]:
+    codes, lights = np.asarray(code, dtype=np.float64), np.asarray(light, dtype=np.float64)
+    free = sum(FREE[kind])
     if codes.shape != lights.shape or codes.ndim != 1:
         raise DeviceError(f"codes and light must be two equally long lists, not {codes.shape} and {lights.shape}")
     if not (np.all(np.isfinite(codes)) and np.all(np.isfinite(lights))):
         raise DeviceError("codes and light must be finite")
-    if len(np.unique(codes)) <= free.sum():
-        raise DeviceError(f"{kind} needs more than {free.sum()} different codes; there are {len(np.unique(codes))}")
-    full = float(lights.max())
-    if full <= 0:
+    if len(np.unique(codes)) <= free:
+        raise DeviceError(f"{kind} needs more than {free} different codes; there are {len(np.unique(codes))}")
+    if lights.max() <= 0:
         raise DeviceError("the channel gives no light")
-    scale = full if kind != "gamma" else 1.0  # the simple gamma has no gain that could carry a unit
-    x, y = (lights / scale, codes) if inverse else (codes, lights / scale)
-    problem = _inverse_problem if inverse else _forward_problem
-    best = None
-    typical = np.array([start_gamma]) if start_gamma else np.array([1.0, 1.8, 2.6])
-    for gamma in 1.0 / typical if inverse and not start_gamma else typical:
-        result = _least_squares(problem, x, y, free, np.array([1.0, 0.0, gamma, 0.0]))
-        if best is None or result.cost < best.cost:
-            best = result
-        if best.cost < 1e-24 * len(x):
-            break
-    assert best is not None
-    return _channel_fit(best, problem, x, y, free, kind, inverse, scale)
+    return codes, lights
 
 
 def _forward_problem(p: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """Light and its derivatives (n, 4) by drive at full code, offset, gamma and lift."""
-    full, offset, gamma, lift = p
+    """Light (m, n) and its derivatives (m, n, 4) by drive at full code, offset, gamma and lift, (m, 4)."""
+    full, offset, gamma, lift = p.T[:, :, None]
     drive = np.maximum((full - offset) * x + offset, 0.0)
     lit = drive > _TINY
     safe = np.where(lit, drive, 1.0)
     power = np.where(lit, safe**gamma, 0.0)
     slope = np.where(lit, gamma * power / safe, 0.0)
-    return power + lift, np.stack([slope * x, slope * (1.0 - x), power * np.log(safe), np.ones_like(x)], axis=1)
+    return power + lift, np.stack([slope * x, slope * (1.0 - x), power * np.log(safe), np.ones_like(x)], axis=2)
 
 
 def _inverse_problem(p: Floats, x: Floats) -> tuple[Floats, Floats]:
-    """Code and its derivatives (n, 4) by gain, offset, gamma and lift."""
-    gain, offset, gamma, lift = p
+    """Code (m, n) and its derivatives (m, n, 4) by gain, offset, gamma and lift, (m, 4)."""
+    gain, offset, gamma, lift = p.T[:, :, None]
     drive = np.maximum(x - lift, 0.0)
     lit = drive > _TINY
     safe = np.where(lit, drive, 1.0)
     power = np.where(lit, safe**gamma, 0.0)
     by_lift = np.where(lit, -gain * gamma * power / safe, 0.0)
     return gain * (power - offset), np.stack(
-        [power - offset, np.full_like(x, -gain), gain * power * np.log(safe), by_lift], axis=1
+        [power - offset, np.broadcast_to(-gain, x.shape), gain * power * np.log(safe), by_lift], axis=2
     )
 
 
-def _least_squares(problem: _Problem, x: Floats, y: Floats, free: NDArray[np.bool_], start: Floats) -> OptimizeResult:
-    from scipy.optimize import least_squares
+def _least_squares(
+    problem: _Problem, x: Floats, y: Floats, free: NDArray[np.bool_], start: Floats
+) -> tuple[Floats, Floats]:
+    """Return the coefficients (m, 4) that make of x (m, n) the least squares of y (m, n), and these sums (m,).
 
-    def whole(p: Floats) -> Floats:
-        q = start.copy()
-        q[free] = p
-        return q
-
-    def residuals(p: Floats) -> Floats:
-        return np.asarray(problem(whole(p), x)[0] - y)
-
-    def jacobian(p: Floats) -> Floats:
-        return np.asarray(problem(whole(p), x)[1][:, free])
-
-    return least_squares(
-        residuals,
-        np.clip(start, _LOW, _HIGH)[free],
-        jac=jacobian,
-        bounds=(_LOW[free], _HIGH[free]),
-        x_scale="jac",
-        xtol=1e-15,
-        ftol=1e-15,
-        gtol=1e-15,
-        max_nfev=200,
-    )
+    Levenberg and Marquardt's steps, damped by each problem's own; a coefficient that would leave its bounds is held
+    there for the step.
+    """
+    low, high, count = _LOW[free], _HIGH[free], int(free.sum())
+    p = start.copy()
+    p[:, free] = np.clip(start[:, free], low, high)
+    moving = np.arange(len(p))
+    damping = np.full(len(p), 1e-3)
+    left = problem(p, x)[0] - y
+    cost = (left**2).sum(axis=1)
+    for _ in range(_MOST_STEPS):
+        now, at = p[moving][:, free], x[moving]
+        value, J = problem(p[moving], at)
+        J = J[:, :, free]
+        slope = np.einsum("mnk,mn->mk", J, value - y[moving])
+        H = np.einsum("mnk,mnl->mkl", J, J)
+        held = ((now <= low) & (slope > 0)) | ((now >= high) & (slope < 0))
+        slope = np.where(held, 0.0, slope)
+        H = np.where(held[:, :, None] | held[:, None, :], 0.0, H)
+        scale = np.maximum(np.einsum("mkk->mk", H), 1e-30) * (1.0 + damping[moving])[:, None]
+        H[:, np.arange(count), np.arange(count)] = np.where(held, 1.0, scale)
+        new = p[moving].copy()
+        new[:, free] = np.clip(now - np.linalg.solve(H, slope[:, :, None])[:, :, 0], low, high)
+        new_cost = ((problem(new, at)[0] - y[moving]) ** 2).sum(axis=1)
+        better = new_cost <= cost[moving]
+        step = np.abs(new[:, free] - now).max(axis=1) / (1e-3 + np.abs(now).max(axis=1))
+        p[moving[better]], cost[moving[better]] = new[better], new_cost[better]
+        damping[moving] *= np.where(better, 0.1, 10.0)
+        damping[moving] = np.maximum(damping[moving], 1e-15)
+        moving = moving[~((better & (step < _LAST_STEP)) | (damping[moving] > _MOST_DAMPING))]
+        if not len(moving):
+            break
+    return p, cost
 
 
 def _channel_fit(
-    result: OptimizeResult,
+    p: Floats,
     problem: _Problem,
     x: Floats,
     y: Floats,
@@ -160,10 +198,8 @@ def _channel_fit(
     inverse: bool,
     scale: float,
 ) -> ChannelFit:
-    p = np.array([1.0, 0.0, 1.0, 0.0])
-    p[free] = result.x
-    predicted, jacobian = problem(p, x)
-    jacobian = jacobian[:, free]
+    made, by = problem(p[None], x[None])
+    predicted, jacobian = made[0], by[0][:, free]
     residual = y - predicted
     spread = float(((y - y.mean()) ** 2).sum())
     norms = np.linalg.norm(jacobian, axis=0)
@@ -174,7 +210,7 @@ def _channel_fit(
     covariance[np.ix_(free, free)] = variance * np.linalg.pinv(jacobian.T @ jacobian)
     coefficients, turn = _in_unit(p, inverse, scale)
     errors = np.sqrt(np.maximum(np.diag(turn @ covariance @ turn.T), 0.0))
-    edge = (np.abs(result.x - _LOW[free]) < 1e-6) | (np.abs(result.x - _HIGH[free]) < 1e-6)
+    edge = (np.abs(p - _LOW)[free] < 1e-6) | (np.abs(p - _HIGH)[free] < 1e-6)
     r2 = 1.0 - float(residual @ residual) / spread if spread > 0 else float("nan")
     return ChannelFit(kind, inverse, coefficients, errors, condition, r2, bool(edge.any()))
 

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.characterise.channel_fit import COEFFICIENTS, KINDS, ChannelFit, Kind, fit_channel
+from devices.characterise.channel_fit import COEFFICIENTS, KINDS, ChannelFit, Kind, fit_channels
 from devices.characterise.patches import primaries_at_full
 from devices.errors import DeviceError
 
@@ -84,27 +84,34 @@ def thesis_fits(codes: Floats, XYZ: Floats, primaries_XYZ_cd_m2: Floats | None =
     light = XYZ @ np.linalg.inv(M).T
     forward = {kind: _three(codes, light, kind, inverse=False) for kind in KINDS}
     inverse = {kind: _three(codes, light, kind, inverse=True) for kind in KINDS}
-    rows: dict[bool, list[DirectRow]] = {False: [], True: []}
-    for kind in KINDS:
-        for channel, colour in enumerate(COLOURS):
-            alone = np.all(np.delete(codes, channel, axis=1) == 0, axis=1)
-            for way, table in rows.items():
-                table.append(_direct(kind, colour, codes[alone, channel], XYZ[alone], way))
-    return ThesisFits(tuple(rows[False]), tuple(rows[True]), M, forward, inverse)
+    rows = {way: _direct(codes, XYZ, way) for way in (False, True)}
+    return ThesisFits(rows[False], rows[True], M, forward, inverse)
 
 
 def _three(codes: Floats, light: Floats, kind: Kind, *, inverse: bool) -> tuple[ChannelFit, ChannelFit, ChannelFit]:
-    red, green, blue = (fit_channel(codes[:, c], light[:, c], kind, inverse=inverse) for c in range(3))
+    red, green, blue = fit_channels([(codes[:, c], light[:, c]) for c in range(3)], kind, inverse=inverse)
     return red, green, blue
 
 
-def _direct(kind: Kind, colour: str, code: Floats, XYZ: Floats, inverse: bool) -> DirectRow:
-    x, y, z = (float(value) for value in XYZ.max(axis=0))
-    fits = [
-        fit_channel(code, XYZ[:, axis] / most, kind, inverse=inverse) if most > 0 else None
-        for axis, most in enumerate((x, y, z))
-    ]
-    return DirectRow(kind, colour, (fits[0], fits[1], fits[2]), (x, y, z))
+def _direct(codes: Floats, XYZ: Floats, inverse: bool) -> tuple[DirectRow, ...]:
+    """Return the rows of Table 3.3 or, ``inverse``, 3.4: each channel's X, Y and Z, as shares of their largest."""
+    pairs: dict[tuple[int, int], tuple[Floats, Floats]] = {}
+    largest = []
+    for channel in range(3):
+        alone = np.all(np.delete(codes, channel, axis=1) == 0, axis=1)
+        most = XYZ[alone].max(axis=0)
+        largest.append(most)
+        for axis in range(3):
+            if most[axis] > 0:
+                pairs[channel, axis] = codes[alone, channel], XYZ[alone, axis] / most[axis]
+    out = []
+    for kind in KINDS:
+        fits = dict(zip(pairs, fit_channels(list(pairs.values()), kind, inverse=inverse), strict=True))
+        for channel, colour in enumerate(COLOURS):
+            x, y, z = largest[channel].tolist()
+            three = (fits.get((channel, 0)), fits.get((channel, 1)), fits.get((channel, 2)))
+            out.append(DirectRow(kind, colour, three, (x, y, z)))
+    return tuple(out)
 
 
 def _row(row: DirectRow) -> dict[str, Any]:
