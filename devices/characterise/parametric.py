@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.characterise.channel_fit import Kind
+from devices.characterise.descent import descend
 from devices.characterise.patches import Patches
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
@@ -59,22 +60,15 @@ def fit_parametric(
 
     Condition and standard errors are found only where the fit is to be ``judged``.
     """
-    from scipy.optimize import least_squares
-
     problem = _Problem(patches, kind)
-    result = least_squares(
+    p = descend(
         problem.residuals,
+        problem.jacobian,
         problem.start() if start is None else start,
-        jac=problem.jacobian,
         bounds=problem.bounds(),
-        x_scale="jac",
-        loss="soft_l1",
-        xtol=1e-8 if start is not None else 1e-14,
-        ftol=1e-8 if start is not None else 1e-14,
-        gtol=1e-14,
-        max_nfev=25 if start is not None else 100,
+        last_gain=1e-8 if start is not None else 1e-13,
+        steps=25 if start is not None else 100,
     )
-    p = np.asarray(result.x, dtype=np.float64)
     return problem.fitted(p, judged), p
 
 

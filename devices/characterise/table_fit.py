@@ -9,12 +9,12 @@ PLVC with pair terms is fitted to what these tables and their one matrix leave o
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from math import comb
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.characterise.descent import descend
 from devices.characterise.parametric import Fitted, condition_of
 from devices.characterise.patches import Patches
 from devices.display.model import DisplayModel
@@ -27,7 +27,6 @@ MOST_ENTRIES = 40
 _LEAST_SLOPE = 1e-3
 # Weight of the bending penalty; in ΔE00 per change of slope of √light.
 STIFFNESS = 10.0
-_MOST_STEPS = 15
 # A channel's light T gets Bernstein's polynomials of √T of this degree, from the third on: they vanish with T, as fast
 # as T, and the last, which is 1 at full drive, belongs to the primary.
 _DEGREE = 6
@@ -93,46 +92,11 @@ def fit_table(patches: Patches, begin: DisplayModel, stiffness: float = STIFFNES
             row += len(bends[c])
         return J
 
-    p = _descend(residuals, jacobian, np.concatenate([M0.ravel(), *[s[1:-1] for s in start]]))
+    p = descend(residuals, jacobian, np.concatenate([M0.ravel(), *[s[1:-1] for s in start]]))
     M, roots, _ = parts(p)
     curves = [_rising(knots[c], roots[c]) for c in range(3)]
     model = DisplayModel(black, unit * M, (curves[0], curves[1], curves[2]))
     return Fitted(model, len(p), condition_of(jacobian(p)) if judged else 0.0, {}, ())
-
-
-def _descend(residuals: Callable[[Floats], Floats], jacobian: Callable[[Floats], Floats], start: Floats) -> Floats:
-    """Return the numbers with the least soft L1 loss: Gauss and Newton's steps, damped where they would go uphill.
-
-    The steps solve normal equations, a hundred times as fast here as the singular values of SciPy's solver; the
-    bending penalty keeps them well conditioned.
-    """
-    p, left = start, residuals(start)
-    cost = float(_soft_l1(left).sum())
-    damping = 1e-9
-    for _ in range(_MOST_STEPS):
-        J = jacobian(p)
-        weight = 1.0 / np.sqrt(1.0 + left**2)
-        H = (J * weight[:, None]).T @ J
-        slope = J.T @ (weight * left)
-        scale = np.diag(np.maximum(np.diag(H), 1e-12))
-        while damping < 1e6:
-            new = p - np.linalg.solve(H + damping * scale, slope)
-            new_left = residuals(new)
-            new_cost = float(_soft_l1(new_left).sum())
-            if new_cost <= cost:
-                break
-            damping = max(10.0 * damping, 1e-6)
-        else:
-            return p
-        gained = cost - new_cost
-        p, left, cost, damping = new, new_left, new_cost, 0.1 * damping
-        if gained < 1e-4 * cost + 1e-12:
-            break
-    return p
-
-
-def _soft_l1(left: Floats) -> Floats:
-    return np.asarray(np.sqrt(1.0 + left**2) - 1.0)
 
 
 def black_of(patches: Patches, begin: DisplayModel) -> Floats:
@@ -165,13 +129,27 @@ def _second_differences(knots: Floats) -> Floats:
 
 
 def _rising(knots: Floats, inner: Floats) -> TableCurve:
-    from scipy.optimize import isotonic_regression
-
-    z = np.concatenate([[0.0], np.clip(inner, 0.0, 1.0), [1.0]])
-    z = np.asarray(isotonic_regression(z).x)
+    z = rising_averages(np.concatenate([[0.0], np.clip(inner, 0.0, 1.0), [1.0]]))
     z = (1.0 - _LEAST_SLOPE) * (z - z[0]) / (z[-1] - z[0]) + _LEAST_SLOPE * knots
     z[0], z[-1] = 0.0, 1.0
     return TableCurve(tuple(knots.tolist()), tuple((z**2).tolist()))
+
+
+def rising_averages(values: Floats) -> Floats:
+    """Return the rising numbers (n,) nearest to ``values`` (n,) in squares: neighbours that fall are averaged.
+
+    Isotonic regression by pooling adjacent violators; SciPy's `isotonic_regression` is the twin in the tests.
+    """
+    sums: list[float] = []
+    counts: list[int] = []
+    for value in values.tolist():
+        sums.append(value)
+        counts.append(1)
+        while len(sums) > 1 and sums[-2] * counts[-1] >= sums[-1] * counts[-2]:
+            last, many = sums.pop(), counts.pop()
+            sums[-1] += last
+            counts[-1] += many
+    return np.repeat(np.array(sums) / np.array(counts), counts)
 
 
 def fit_plvc(patches: Patches, tables: Fitted, *, judged: bool = True) -> tuple[Plvc, int, float]:

@@ -51,10 +51,7 @@ class TableCurve:
     @cached_property
     def cubics(self) -> tuple[Floats, Floats]:
         """The breaks (k + 1,) and coefficients (4, k), highest power first, of √light."""
-        from scipy.interpolate import PchipInterpolator
-
-        cubic = PchipInterpolator(np.asarray(self.codes), np.sqrt(self.light))
-        return np.asarray(cubic.x, dtype=np.float64), np.asarray(cubic.c, dtype=np.float64)
+        return monotone_cubics(np.asarray(self.codes), np.sqrt(self.light))
 
     def root(self, code: ArrayLike) -> tuple[Floats, Floats]:
         """Return √light and its slope for device codes of any shape; codes beyond 0..1 are taken as 0 or 1."""
@@ -94,3 +91,21 @@ class TableCurve:
     def unclipped_code(self, light_above_lift: ArrayLike) -> Floats:
         """Return what `code` returns: a table says nothing of codes beyond its ends."""
         return self.code(light_above_lift)
+
+
+def monotone_cubics(x: Floats, y: Floats) -> tuple[Floats, Floats]:
+    """Return the breaks (k + 1,) and coefficients (4, k), highest power first, of Fritsch and Carlson's cubics.
+
+    ``x`` and ``y`` (k + 1,) rise from entry to entry, and there are 3 or more. Slopes at the breaks are weighted
+    harmonic means of those of the pieces beside them, at the ends of three points [Moler2004], as
+    SciPy's `PchipInterpolator` has them, the twin in the tests.
+    """
+    gap, rise = np.diff(x), np.diff(y) / np.diff(x)
+    slope = np.empty(len(x))
+    first, second = 2.0 * gap[1:] + gap[:-1], gap[1:] + 2.0 * gap[:-1]
+    slope[1:-1] = (first + second) / (first / rise[:-1] + second / rise[1:])
+    for end, (h, beside) in ((0, (gap[:2], rise[:2])), (-1, (gap[:-3:-1], rise[:-3:-1]))):
+        outer = ((2.0 * h[0] + h[1]) * beside[0] - h[0] * beside[1]) / (h[0] + h[1])
+        slope[end] = max(outer, 0.0)  # where all rise, the other limit, three times the piece's, is never reached
+    third = (slope[:-1] + slope[1:] - 2.0 * rise) / gap
+    return x, np.stack([third / gap, (rise - slope[:-1]) / gap - third, slope[:-1], y[:-1]])

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import itertools
+import os
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from devices.characterise.choose import Characterisation, characterise
-from devices.characterise.example_displays import noisy, table_c1_codes, thesis_display
+from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.model import DisplayModel
@@ -98,6 +102,20 @@ def test_few_patches_give_a_right_model_or_a_refusal(count: int, seed: int) -> N
         return
     told = any("too few" in sentence or "errs by" in sentence for sentence in found.notes)
     assert _off(found, display.xyz(FRESH)) < 1.5 or told
+
+
+@pytest.mark.parametrize(("more", "most_s"), [(0, 2.0), (1949, 8.0)])
+def test_the_command_takes_little_of_the_processor(more: int, most_s: float, tmp_path: Path) -> None:
+    codes = np.concatenate([CODES, np.random.default_rng(0).integers(0, 256, (more, 3)) / 255])
+    file = tmp_path / "readings.csv"
+    rows = np.column_stack([np.arange(len(codes)), 255 * codes, noisy(liquid_crystal_XYZ(codes), 0.002, 1)])
+    header = "# codes: 0..255\nname,red,green,blue,X,Y,Z"
+    np.savetxt(file, rows, fmt=["%d", *["%.6f"] * 6], delimiter=",", header=header, comments="")
+    before = os.times()
+    subprocess.run([sys.executable, "-m", "cyclopean", "display", "fit", str(file)], check=True, capture_output=True)
+    after = os.times()
+    taken = after.children_user + after.children_system - before.children_user - before.children_system
+    assert taken <= most_s
 
 
 def test_all_candidates_with_cross_validation_in_two_seconds() -> None:

@@ -79,6 +79,7 @@ def command(
     from pathlib import Path
     from typing import Literal, cast
 
+    _one_thread()
     from devices.characterise import Name, fit_display
     from devices.diagnostics import plain, read_sets
     from devices.measurements import PatchEye
@@ -115,6 +116,15 @@ def command(
     _print_notes(notes)
     if written:
         click.echo(written.words)
+
+
+def _one_thread() -> None:
+    """Let matrices be multiplied by one thread: on these small ones others only wait, at full load."""
+    import os
+    import sys
+
+    if "numpy" not in sys.modules:  # too late
+        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _panel(text: str) -> PanelSpec:
