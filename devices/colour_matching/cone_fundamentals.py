@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,7 +68,7 @@ def quantal_fundamentals(field_deg: float, age_years: float, departure: Departur
     pigments = np.array([long_and_middle, long_and_middle, short])
     pigments *= 1 + np.array([person.density_L, person.density_M, person.density_S])
     shifts = (person.shift_L_nm, person.shift_M_nm, person.shift_S_nm)
-    absorbance = np.stack([_shifted(table.log_absorbance[:, i], shift) for i, shift in enumerate(shifts)], axis=1)
+    absorbance = np.stack([_shifted(i, shift) for i, shift in enumerate(shifts)], axis=1)
     absorbed = -np.expm1(-np.log(10) * pigments * 10.0**absorbance)
     before = macula * (1 + person.macula) * table.macula / _TABULATED_MACULA
     before += (1 + person.lens) * ocular_density(age_years)
@@ -131,19 +132,31 @@ def _tables() -> _Tables:
     return _Tables(waves, columns[:, :3], columns[:, 3], columns[:, 4], columns[:, 5])
 
 
-def _shifted(log_absorbance: Floats, shift_nm: float) -> Floats:
+def _shifted(pigment: int, shift_nm: float) -> Floats:
     """Return an absorbance moved by ``shift_nm``: a cubic between the tabulated nm, a straight line beyond them."""
+    table = _tables()
     if shift_nm == 0:
-        return log_absorbance
+        return table.log_absorbance[:, pigment]
+    cubic, slope = _cubics()[pigment]
+    first, last = float(cubic.x[0]), float(cubic.x[-1])
+    at = table.wavelengths_nm - shift_nm
+    inner = np.clip(at, first, last)
+    moved = cubic(inner) + slope(inner) * (at - inner)
+    if last < table.wavelengths_nm[-1]:
+        # Beyond the tabulated end of S there is nothing to see; the end moves along.
+        moved[at > last] = -np.inf
+    return np.asarray(moved)
+
+
+@lru_cache(maxsize=1)
+def _cubics() -> tuple[tuple[Any, Any], ...]:
+    """Return the absorbance of each pigment, and its slope, as functions of wavelength."""
     from scipy.interpolate import CubicSpline
 
-    waves = _tables().wavelengths_nm
-    known = np.isfinite(log_absorbance)
-    x, y = waves[known], log_absorbance[known]
-    at = waves - shift_nm
-    inner = np.clip(at, x[0], x[-1])
-    cubic = CubicSpline(x, y)
-    moved = cubic(inner) + cubic(inner, 1) * (at - inner)
-    # Beyond the tabulated end of S there is nothing to see; the end moves along.
-    moved[at > x[-1]] = -np.inf if not known.all() else moved[at > x[-1]]
-    return np.asarray(moved)
+    table = _tables()
+    cubics = []
+    for column in table.log_absorbance.T:
+        known = np.isfinite(column)
+        cubic = CubicSpline(table.wavelengths_nm[known], column[known])
+        cubics.append((cubic, cubic.derivative()))
+    return tuple(cubics)

@@ -9,6 +9,7 @@ and age 32, after each fundamental was scaled to the area that it has at age 32.
 from __future__ import annotations
 
 from dataclasses import astuple, fields
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,8 +152,15 @@ def individual_observer(name: str, field_deg: float, age_years: float, departure
     if low:
         what = f"'{low[0]}' of {name} is {getattr(departure, low[0]):g}"
         raise DeviceError(Finding(what, remedy="a share of −1 takes all of it; give −1 or more"))
-    waves, average = cone_fundamentals(field_deg, 32.0)
+    waves, areas, matrix = _average(field_deg)
     own = quantal_fundamentals(field_deg, age_years, departure) * waves[:, None]
-    functions = own * (average.sum(axis=0) / own.sum(axis=0)) @ xyz_from_lms(field_deg, 32.0).T
+    functions = own * (areas / own.sum(axis=0)) @ matrix.T
     efficacy = 683.0 / float(np.interp(CANDELA_NM, waves, functions[:, 1]))
     return ColorimetricObserver(name, field_deg, float(age_years), waves, functions, efficacy)
+
+
+@lru_cache(maxsize=16)
+def _average(field_deg: float) -> tuple[Floats, Floats, Floats]:
+    """Return wavelengths, the areas of the fundamentals at age 32, and the matrix from them to XYZ."""
+    waves, average = cone_fundamentals(field_deg, 32.0)
+    return waves, average.sum(axis=0), xyz_from_lms(field_deg, 32.0)

@@ -56,8 +56,23 @@ def read_illuminant(name: str, wavelengths_nm: Floats) -> Floats:
     return np.interp(wavelengths_nm, known, np.asarray(table.values, dtype=np.float64), left=0.0, right=0.0)
 
 
+def read_reflectances(path: Path) -> tuple[Floats, dict[str, Floats]]:
+    """Return the wavelengths (n,) of a CSV file of reflectances, and each object's by the name of its column.
+
+    The columns are wavelength_nm and one or more others. StimulusError if it does not cover 400..700 nm.
+    """
+    waves, values, names = _read_named(path, None)
+    return waves, {name: values[:, index] for index, name in enumerate(names)}
+
+
 def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
     """Return the rising wavelengths and the values (n, names) of a CSV file of curves that are nowhere negative."""
+    waves, values, _ = _read_named(path, names)
+    return waves, values
+
+
+def _read_named(path: Path, names: tuple[str, ...] | None) -> tuple[Floats, Floats, tuple[str, ...]]:
+    """Return what `_read` returns, and the names; None takes every column beside the wavelengths."""
     try:
         file = io.StringIO(bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig"), newline="")
         rows = [(n, row) for n, row in enumerate(csv.reader(file, strict=True), 1) if row and row[0][:1] != "#"]
@@ -65,10 +80,12 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
         raise StimulusError.at(path, f"it cannot be read: {error.strerror}", "check the path") from error
     except (UnicodeDecodeError, csv.Error) as error:
         raise StimulusError.at(path, f"it is no CSV in UTF-8: {error}", "write it again") from error
-    columns = (WAVELENGTH, *names)
     if rows and (separated := other_separator(rows[0][1], str(path), rows[0][0])):
         raise StimulusError(separated)
     head = [cell.strip() for cell in rows[0][1]] if rows else []
+    if names is None:
+        names = tuple(name for name in head if name and name != WAVELENGTH) or ("reflectance",)
+    columns = (WAVELENGTH, *names)
     missing = [name for name in columns if name not in head]
     if missing:
         raise StimulusError.at(path, f"the header has no {', '.join(missing)}", f"columns: {','.join(columns)}")
@@ -96,4 +113,4 @@ def _read(path: Path, names: tuple[str, ...]) -> tuple[Floats, Floats]:
     if len(table) < 2 or table[0, 0] > MUST_COVER_NM[0] or table[-1, 0] < MUST_COVER_NM[1]:
         over = f"{table[0, 0]:g}..{table[-1, 0]:g} nm" if len(table) else "nothing"
         raise StimulusError.at(path, f"its wavelengths run over {over}", "400..700 nm is the least")
-    return table[:, 0], table[:, 1:]
+    return table[:, 0], table[:, 1:], names

@@ -1,0 +1,211 @@
+"""Observer metamerism: the differences are those of an independent computation, and arise where they must."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from click.testing import CliRunner
+
+from devices.colour_matching import (
+    ColorimetricObserver,
+    Departure,
+    categorical_observers,
+    colorimetric_observer,
+    individual_observer,
+    individual_observers,
+)
+from devices.errors import DeviceError
+from devices.measurements import Measurements, xyz_from_spectra
+from devices.measurements.ti3 import write_ti3
+from documents import InputError
+from stimuli.errors import StimulusError
+from stimuli.spectral import ScreenSpectra, metamerism_of_files, observer_metamerism, screen_spectra
+
+WAVES = np.arange(390.0, 781.0)
+BLUE_PAINT = 0.05 + 0.5 * np.exp(-(((WAVES - 470) / 40) ** 2)) + 0.15 / (1 + np.exp((700 - WAVES) / 8))
+PAINTS = {"grey": np.full(len(WAVES), 0.3), "blue paint": BLUE_PAINT}
+
+
+def _light(waves: np.ndarray) -> np.ndarray:
+    return 1.0 + 0.001 * (waves - 560)
+
+
+def _screen(width_nm: float = 14.0, spacing: float = 1.0) -> ScreenSpectra:
+    waves = np.arange(390.0, 781.0, spacing)
+    primaries = np.stack([np.exp(-(((waves - mid) / width_nm) ** 2)) for mid in (628, 532, 458)])
+    return ScreenSpectra(waves, np.full(len(waves), 1e-6), 0.02 * primaries)
+
+
+def _persons() -> tuple[ColorimetricObserver, ...]:
+    return individual_observers(40, 2.0, seed=3)
+
+
+def test_each_observers_difference_is_that_of_colour_science() -> None:
+    from colour.colorimetry import MultiSpectralDistributions, SpectralDistribution, sd_to_XYZ_integration
+    from colour.difference import delta_E_CIE2000
+    from colour.models import XYZ_to_Lab, XYZ_to_xy
+
+    persons, screen = categorical_observers(2.0), _screen()
+    match = colorimetric_observer("CIE 1931 2")
+    found = observer_metamerism(PAINTS, _light(WAVES), WAVES, screen, persons, matched_for=match)
+
+    def colour_xyz(observer: ColorimetricObserver, spectrum: np.ndarray) -> np.ndarray:
+        table = {int(w): row for w, row in zip(WAVES, observer.functions_at(WAVES), strict=True)}
+        cmfs = MultiSpectralDistributions(table)
+        # The first and last nm count half, as in the trapezium rule.
+        ends = spectrum.copy()
+        ends[[0, -1]] *= 0.5
+        sd = SpectralDistribution({int(w): value for w, value in zip(WAVES, ends, strict=True)})
+        return np.asarray(sd_to_XYZ_integration(sd, cmfs, k=observer.efficacy_lm_W))
+
+    lamp = _light(WAVES) * found.white_luminance_cd_m2 / colour_xyz(match, _light(WAVES))[1]
+    for row, paint in enumerate(PAINTS.values()):
+        shown = screen.black + found.drive[row] @ screen.primaries
+        np.testing.assert_allclose(colour_xyz(match, shown), colour_xyz(match, lamp * paint), rtol=1e-9)
+        for column, person in enumerate(persons):
+            white = colour_xyz(person, lamp)
+            labs = [XYZ_to_Lab(colour_xyz(person, s) / white[1], XYZ_to_xy(white)) for s in (lamp * paint, shown)]
+            assert found.delta_e_00[row, column] == pytest.approx(float(delta_E_CIE2000(labs[0], labs[1])), abs=1e-6)
+            np.testing.assert_allclose(found.lab_difference[row, column], labs[1] - labs[0], atol=1e-6)
+
+
+def test_who_the_match_is_for_sees_none_and_the_same_spectrum_differs_for_nobody() -> None:
+    match = colorimetric_observer("CIE 2015 10")
+    found = observer_metamerism(PAINTS, _light(WAVES), WAVES, _screen(), (match,), matched_for=match)
+    assert found.delta_e_00.max() < 1e-9
+    assert found.standard_delta_e_00["CIE 1931 2"].min() > 0.5
+    # An object whose light is the screen's own is the screen, whoever looks.
+    screen = _screen()
+    own = (0.5 * screen.primaries.sum(axis=0) + screen.black) / _light(WAVES)
+    same = observer_metamerism(
+        {"own": own / own.max()},
+        _light(WAVES),
+        WAVES,
+        ScreenSpectra(WAVES, np.zeros(len(WAVES)), screen.primaries + screen.black / 1.5),
+        _persons(),
+        matched_for=match,
+    )
+    assert same.delta_e_00.max() < 0.02
+
+
+def test_narrow_primaries_divide_observers_more_than_broad_ones() -> None:
+    match = colorimetric_observer("CIE 2015 2")
+    worst = [
+        observer_metamerism(PAINTS, _light(WAVES), WAVES, _screen(width), _persons(), matched_for=match).summary(0)
+        for width in (5.0, 45.0)
+    ]
+    assert worst[0]["p95"] > 1.3 * worst[1]["p95"]
+    assert worst[0]["median"] <= worst[0]["p90"] <= worst[0]["p95"] <= worst[0]["worst"]
+
+
+def test_a_denser_lens_sees_the_screen_more_off_than_the_average() -> None:
+    match = colorimetric_observer("CIE 2015 2")
+    average = individual_observer("average", 2, 32, Departure())
+    old = individual_observer("old", 2, 75, Departure(lens=0.2))
+    found = observer_metamerism(PAINTS, _light(WAVES), WAVES, _screen(), (average, old), matched_for=match)
+    assert found.delta_e_00[0, 0] < 0.05
+    assert found.delta_e_00[0, 1] > 1
+    assert found.summary(0)["worst_observer"] == "old"
+
+
+def test_white_is_as_bright_as_the_screen_allows_and_what_it_cannot_show_is_named() -> None:
+    match = colorimetric_observer("CIE 1931 2")
+    red = np.exp(-(((WAVES - 700) / 10) ** 2))
+    paints = {**PAINTS, "spectral": np.exp(-(((WAVES - 500) / 3) ** 2)), "deep red": red}
+    found = observer_metamerism(paints, _light(WAVES), WAVES, _screen(), _persons(), matched_for=match)
+    assert "spectral" in found.outside
+    assert np.isnan(found.delta_e_00[2]).all()
+    assert found.summary(2)["median"] is None
+    assert json.loads(json.dumps(found.to_json(), allow_nan=False))["outside_gamut"] == list(found.outside)
+    brighter = observer_metamerism(
+        PAINTS,
+        _light(WAVES),
+        WAVES,
+        _screen(),
+        _persons(),
+        matched_for=match,
+        white_luminance_cd_m2=20 * found.white_luminance_cd_m2,
+    )
+    assert brighter.outside == ("grey", "blue paint")
+
+
+def _readings(spacing: float = 5.0) -> Measurements:
+    screen = _screen(spacing=spacing)
+    codes = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1], [0.5, 0.5, 0.5]])
+    spectra = screen.black + (codes**2.2) @ screen.primaries
+    waves = screen.wavelengths_nm
+    return Measurements(codes, xyz_from_spectra(spectra, waves), spectra=spectra, wavelengths_nm=waves)
+
+
+def test_the_screen_comes_from_readings_with_spectra() -> None:
+    found, screen = screen_spectra(_readings()), _screen(spacing=5.0)
+    np.testing.assert_allclose(found.black, screen.black, rtol=1e-9)
+    np.testing.assert_allclose(found.primaries, screen.primaries, rtol=1e-6, atol=1e-12)
+    assert found.notes == ()
+    readings = _readings()
+    with pytest.raises(StimulusError, match="blue at full drive, the others at 0, was not read"):
+        screen_spectra(readings.select([0, 1, 2]))
+    with pytest.raises(StimulusError, match=r"d.csv: the readings have no spectra"):
+        screen_spectra(Measurements(readings.codes, readings.XYZ), "d.csv")
+    assert "black was not read" in screen_spectra(readings.select([1, 2, 3])).notes[0]
+    assert readings.spectra is not None
+    bright = np.array(readings.spectra)
+    bright[4] *= 1.2
+    more = Measurements(readings.codes, readings.XYZ, spectra=bright, wavelengths_nm=readings.wavelengths_nm)
+    assert "not additive" in screen_spectra(more).notes[0]
+
+
+@pytest.mark.parametrize("waves", [np.arange(420.0, 681.0), np.arange(390.0, 781.0, 30)])
+def test_spectra_too_short_or_too_coarse_are_refused(waves: np.ndarray) -> None:
+    match = colorimetric_observer("CIE 2015 10")
+    flat = {"flat": np.full(len(waves), 0.5)}
+    with pytest.raises(
+        StimulusError, match=r"the object.s spectra run over .*400\.\.700 nm .*for CIE 2015 10"
+    ) as caught:
+        observer_metamerism(flat, np.ones(len(waves)), waves, _screen(), (match,), matched_for=match)
+    assert len(caught.value.findings) == 1
+
+
+def _files(folder: Path) -> tuple[str, str]:
+    rows = [f"{w:.0f},{g:.5f},{b:.5f}" for w, g, b in zip(WAVES, *PAINTS.values(), strict=True)][::5]
+    (folder / "paints.csv").write_text("\n".join(["wavelength_nm,grey,blue paint", *rows]) + "\n")
+    write_ti3(_readings(), folder / "screen.ti3")
+    return str(folder / "paints.csv"), str(folder / "screen.ti3")
+
+
+def test_the_command_reports_each_object(tmp_path: Path) -> None:
+    from runner.cli.display.metamerism import command
+
+    files = _files(tmp_path)
+    ran = CliRunner().invoke(command, [*files, "--illuminant", "D65", "--persons", "20", "--observer", "1964_10"])
+    assert ran.exit_code == 0, ran.output
+    assert "Matched for CIE 1964 10" in ran.output
+    assert "field of 10°" in ran.output
+    assert "blue paint" in ran.output
+    options = ["--illuminant", "D65", "--categories", "--field", "4", "--json"]
+    read = json.loads(CliRunner().invoke(command, [*files, *options]).output)
+    assert len(read["objects"]["grey"]["observers"]) == 10
+    assert read["objects"]["grey"]["standard_observers"]["CIE 1931 2"] < 1e-9
+    wrong = CliRunner().invoke(command, [*files, "--illuminant", "D65", "--ages", "20-60"])
+    assert wrong.exit_code == 2
+    assert "write it as 20..60" in wrong.output
+
+
+def test_wrong_files_have_one_message_each(tmp_path: Path) -> None:
+    objects, _ = _files(tmp_path)
+    observers = categorical_observers(2.0)
+    for change, says in (
+        (("wavelength_nm", "nm"), "no wavelength_nm"),
+        (("blue paint", "grey"), "stands twice"),
+        (("395,0.30000", "395,-0.3"), "grey is '-0.3'"),
+    ):
+        wrong = tmp_path / "wrong.csv"
+        wrong.write_text(Path(objects).read_text().replace(*change))
+        with pytest.raises(InputError, match=says) as caught:
+            metamerism_of_files(wrong, _readings(), "D65", observers, matched_for="CIE 1931 2")
+        assert len(caught.value.findings) == 1
+    with pytest.raises(DeviceError, match="no colorimetric observer"):
+        metamerism_of_files(objects, _readings(), "D65", observers, matched_for="CIE 1999 2")
