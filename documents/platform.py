@@ -14,6 +14,14 @@ from contextlib import contextmanager
 from pathlib import Path
 
 
+def boot_id() -> str:
+    """Return a text that is another after each start of the machine; empty where the system does not say."""
+    try:
+        return Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+    except OSError:
+        return ""
+
+
 def cores() -> int:
     """Return how many processor cores this process may use; all cores where the system does not say."""
     if sys.platform == "linux":

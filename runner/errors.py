@@ -8,4 +8,4 @@ class SessionError(InputError):
 
 
 class SessionStoppedError(RuntimeError):
-    """A session stopped because an answer could not be written; every answer before it is on disk."""
+    """A session stopped: an answer could not be written, or the gamma table changed; all before it is on disk."""

@@ -68,11 +68,48 @@ def cyclopean() -> Callable[..., subprocess.CompletedProcess[str]]:
 @pytest.fixture(scope="session")
 def xvfb() -> Iterator[str]:
     """The name of an X display of 1920 × 1080 on a virtual screen, such as ``:99``."""
+    yield from _x_server("1920x1080x24")
+
+
+@pytest.fixture(scope="session")
+def gamma_server() -> Iterator[str]:
+    """An X display of 640 × 480 whose gamma table tests may change."""
+    yield from _x_server("640x480x24")
+
+
+@pytest.fixture
+def load_table(gamma_server: str, monkeypatch: pytest.MonkeyPatch) -> Callable[[float], None]:
+    """Use that display, and return what loads a power of the code as its gamma table; 1.1 is loaded."""
+    from devices.display import GammaTable
+    from runner.presenter.surfaces.gamma_tables import set_tables
+
+    monkeypatch.setenv("DISPLAY", gamma_server)
+    monkeypatch.delenv("WAYLAND_DISPLAY", raising=False)
+    monkeypatch.setenv("XDG_SESSION_TYPE", "x11")
+
+    def load(exponent: float) -> None:
+        entries = GammaTable.from_shares(np.linspace(0.0, 1.0, 256) ** exponent).entries
+        assert entries is not None
+        set_tables({"screen": entries})
+
+    load(1.1)
+    return load
+
+
+@pytest.fixture(autouse=True, scope="session")
+def own_state(tmp_path_factory: pytest.TempPathFactory) -> Iterator[None]:
+    """Keep what outlives a process away from the user's own folder."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("CYCLOPEAN_STATE", str(tmp_path_factory.mktemp("state")))
+        yield
+
+
+def _x_server(screen: str) -> Iterator[str]:
     if shutil.which("Xvfb") is None:
         pytest.skip("Xvfb is not installed (package xvfb)")
     read, write = os.pipe()
-    screen = ["-screen", "0", "1920x1080x24", "-nolisten", "tcp", "-noreset"]
-    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), *screen], pass_fds=[write], stderr=subprocess.DEVNULL)
+    options = ["-screen", "0", screen, "-nolisten", "tcp", "-noreset"]
+    server = subprocess.Popen(["Xvfb", "-displayfd", str(write), *options], pass_fds=[write], stderr=subprocess.DEVNULL)
     os.close(write)
     try:
         with os.fdopen(read) as told:

@@ -20,6 +20,8 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.drift import Drift, estimate_drift
 from devices.diagnostics.readings import is_plain, plain, tag
 from devices.display.display_file import PanelSpec
+from devices.display.gamma_table import GammaTable
+from devices.display.gamma_table_spec import gamma_table_lines
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.observer import for_observer
@@ -87,6 +89,9 @@ class DisplayFit:
         What was taken for granted of the readings, in sentences that the source in a display file names too.
     observer
         The colorimetric observer whose XYZ the model gives.
+    gamma_table
+        The graphics card's table that the readings were taken with, which the display file names too; None where they
+        do not state it.
     """
 
     mode: str | None
@@ -99,6 +104,7 @@ class DisplayFit:
     lens: PatchEye | None
     assumptions: tuple[str, ...] = ()
     observer: str = DEFAULT_OBSERVER
+    gamma_table: GammaTable | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -124,7 +130,8 @@ class DisplayFit:
             )
             drift = () if fit.drift is None else (f"corrected for drift: {fit.drift.words}",)
             source = "; ".join((source, *drift, *self.assumptions))
-            models[eye] = model_lines(chosen.model, source, self.observer)
+            table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
+            models[eye] = [*model_lines(chosen.model, source, self.observer), *table]
         return ModeLines(models, self.parts.lines)
 
     def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> WrittenMode:
@@ -242,6 +249,9 @@ def fit_display(
     notes = [*parts.notes, *_notes_on_tags(measurements)]
     if eyes and "both" in readings.eye:
         notes += _notes_on_leakage(parts)
+    loaded = readings.gamma_table
+    if loaded is not None and loaded.known and not loaded.is_identity:
+        notes.append(f"the readings hold with the gamma table that was loaded, which is {loaded.sentence()}")
     through = set(readings.eye)
     lens = readings.eye[0] if chosen_eyes == ("both",) and len(through) == 1 and "both" not in through else None
     named = mode or readings.mode or None
@@ -256,6 +266,7 @@ def fit_display(
         lens,
         readings.assumptions,
         readings.observer,
+        readings.gamma_table,
     )
 
 

@@ -22,7 +22,7 @@ from documents import Finding, InputError
 from documents.files import whole_file
 from documents.yaml import YamlSource, parse_yaml, read_yaml
 
-CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "observer", "source")
+CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "observer", "source", "gamma_table")
 _PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map"}
 # What YAML takes for the end of a line.
 _LINE = re.compile("[^\n\r\x85\u2028\u2029]*(?:\r\n|[\n\r\x85\u2028\u2029]|$)")
@@ -108,7 +108,10 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
     else:
         odd = CHARACTERISATION if "both" not in new.models else EYES
         without = [key for key in odd if key in there and new.models]
-        after, comments = set_keys(text, ("modes", mode), new.keys(), str(path), without)
+        # A table of the measurement before says nothing of this one.
+        keys = new.keys()
+        without += [key for key in ("gamma_table",) if key in there and "both" in new.models and key not in keys]
+        after, comments = set_keys(text, ("modes", mode), keys, str(path), without)
     _put(path, after)
     sentences = [f"updated the mode '{mode}' of {path}; all else in it stays."]
     sentences += [f"Overwritten: {', '.join(goes)}."] if goes else []

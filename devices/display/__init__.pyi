@@ -10,6 +10,7 @@ from .display_file import EyeModels as EyeModels
 from .display_file import PanelSpec as PanelSpec
 from .display_file import read_display as read_display
 from .gamma_table import GammaTable as GammaTable
+from .gamma_table_spec import gamma_table_lines as gamma_table_lines
 from .knot_table import knot_tables as knot_tables
 from .model import DisplayModel as DisplayModel
 from .plvc import MIXTURES as MIXTURES

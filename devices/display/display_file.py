@@ -15,6 +15,8 @@ from pydantic import BaseModel, Discriminator, Field, PositiveFloat, PositiveInt
 from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
 from devices.compensation.crosstalk import Crosstalk, check_leakage
 from devices.compensation.gain_map import GainMap
+from devices.display.gamma_table import GammaTable
+from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.model_spec import CrosstalkSpec, GainMapSpec, ModelSpec
 from devices.errors import DeviceError
@@ -86,6 +88,10 @@ class BothEyesSpec(ModelSpec, _ExtrasSpec):
         model = self.model()
         return EyeModels(model, model)
 
+    def gamma_table_specs(self) -> dict[Eye, GammaTableSpec | None]:
+        """Return what is said of the gamma table, for each eye."""
+        return dict.fromkeys(EYES, self.gamma_table)
+
 
 class PerEyeSpec(_ExtrasSpec):
     """A mode characterised through each lens, or through one so far: then no session can use it yet."""
@@ -116,6 +122,11 @@ class PerEyeSpec(_ExtrasSpec):
         if mixed := mixed_observers(observers):
             raise DeviceError(mixed)
         return EyeModels(self.left.model(), self.right.model())
+
+    def gamma_table_specs(self) -> dict[Eye, GammaTableSpec | None]:
+        """Return what is said of the gamma table that each eye was measured with."""
+        left, right = (None if spec is None else spec.gamma_table for spec in (self.left, self.right))
+        return {"left": left, "right": right}
 
 
 def _shape(value: Any) -> str:
@@ -161,6 +172,7 @@ class Display:
     """A display file, read: its panel and its characterised modes; ``lacking`` holds modes that want an eye still.
 
     ``observers`` is the colorimetric observer of each mode's XYZ, such as ``CIE 1931 2``.
+    ``gamma_tables`` are those that were loaded while a mode was measured, as far as the file states them.
     """
 
     file: str
@@ -171,6 +183,12 @@ class Display:
     gain_maps: dict[str, GainMap] = field(default_factory=dict)
     lacking: dict[str, tuple[Eye, ...]] = field(default_factory=dict)
     observers: dict[str, str] = field(default_factory=dict)
+    gamma_tables: dict[str, dict[Eye, GammaTable]] = field(default_factory=dict)
+
+    def gamma_table(self, mode: str, eye: Eye) -> GammaTable:
+        """Return the gamma table that ``eye`` was measured with in ``mode``; unknown if the file does not state it."""
+        unknown = GammaTable.unreadable("the display file does not state it")
+        return self.gamma_tables.get(mode, {}).get(eye, unknown)
 
     def crosstalk(self, mode: str) -> Crosstalk | None:
         """Return what leaks between the eyes in ``mode``, None if it was not measured; errors as `models`."""
@@ -251,8 +269,14 @@ def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display
         display.lacking[name] = lacking
         return
     models = _located(mode.eye_models, source, ("modes", measured))
+    both = isinstance(mode, BothEyesSpec)
     display.modes[name], display.sources[name] = models, mode.source
     display.observers[name] = str(mode.observer)
+    display.gamma_tables[name] = {
+        eye: _located(spec_of.table, source, ("modes", measured, *(["gamma_table"] if both else [eye, "gamma_table"])))
+        for eye, spec_of in mode.gamma_table_specs().items()
+        if spec_of is not None
+    }
     if crosstalk_spec := mode.crosstalk:
 
         def crosstalk() -> Crosstalk:

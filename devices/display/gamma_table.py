@@ -231,6 +231,22 @@ class GammaTable:
             raise DeviceError("the hash of the gamma table is not that of its entries; measure again")
         return table
 
+    def to_text(self) -> str:
+        """Return the record on one line: ``hash=... departure_codes=... size=... entries=...``, or ``unknown=...``."""
+        return " ".join(f"{key}={value}" for key, value in self.to_json().items())
+
+    @classmethod
+    def from_text(cls, text: str) -> GammaTable:
+        """Return the table of what `to_text` wrote; errors as `from_json`."""
+        if text.startswith("unknown="):
+            return cls.unreadable(text.removeprefix("unknown=") or "no reason is given")
+        held: dict[str, Any] = dict(part.split("=", 1) for part in text.split() if "=" in part)
+        try:
+            held["departure_codes"] = float(held.get("departure_codes", "nan"))
+        except ValueError:
+            raise DeviceError("the largest departure of a gamma table is a number") from None
+        return cls.from_json(held)
+
     @staticmethod
     def _near_identity(departure: object) -> bool:
         """Whether a record without entries can be of an identity: no coarser than 8 bits, off by less than a step."""

@@ -10,6 +10,7 @@ from pydantic import Field, PositiveFloat
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.gain_map import GainMap, Normalise, Positions
+from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
 from devices.display.table_curve import TableCurve
@@ -155,6 +156,7 @@ class ModelSpec(Strict):
     curve: Annotated[CurveSpec | TableCurveSpec | PlvcSpec, Field(discriminator="kind")]
     observer: ObserverSpec = DEFAULT_OBSERVER
     source: str = ""
+    gamma_table: GammaTableSpec | None = None
 
     def model(self) -> DisplayModel:
         """Return the display model."""

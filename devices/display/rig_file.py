@@ -14,7 +14,8 @@ from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
 from devices.compensation.crosstalk_cancel import refuse_lift
 from devices.compensation.gain_map import GainMap
-from devices.display.display_file import Display, EyeModels, read_display
+from devices.display.display_file import EYES, Display, Eye, EyeModels, read_display
+from devices.display.gamma_table import GammaTable
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
 from documents import Finding, InputError, load_document
@@ -38,6 +39,7 @@ class RigSpec(Strict):
     dither: Literal["none", "shared", "independent"] = "none"
     photodiode_verification: str | None = Field(default=None, min_length=1)
     observer: ObserverSpec = DEFAULT_OBSERVER
+    gamma_table: Literal["identity"] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -49,6 +51,7 @@ class Rig:
     for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
     dithered, and whether the eyes share the mask; ``photodiode_verification`` is the record of onsets checked with a
     photodiode, or None. ``observer`` is the colorimetric observer of all XYZ: of the display's and of the stimuli's.
+    photodiode, or None. ``gamma_table`` is ``identity`` if that is to be loaded while a window shows something.
     """
 
     file: str
@@ -64,6 +67,7 @@ class Rig:
     dither: Literal["none", "shared", "independent"]
     photodiode_verification: Verification | None
     observer: str = DEFAULT_OBSERVER
+    gamma_table: Literal["identity"] | None = None
 
     @property
     def output_bits(self) -> Literal[8, 10]:
@@ -79,6 +83,11 @@ class Rig:
     def gain_map(self) -> GainMap | None:
         """How evenly the panel was measured to shine in this mode, or None."""
         return self.display.gain_map(self.characterised_as)
+
+    @property
+    def measured_gamma_tables(self) -> dict[Eye, GammaTable]:
+        """The gamma table that each eye was measured with; unknown where the display file does not state it."""
+        return {eye: self.display.gamma_table(self.characterised_as, eye) for eye in EYES}
 
     @property
     def is_characterised(self) -> bool:
@@ -176,4 +185,5 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         spec.dither,
         verification,
         str(spec.observer),
+        spec.gamma_table,
     )

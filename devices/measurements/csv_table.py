@@ -4,8 +4,9 @@ Patches that did not fill the picture have the share of it that they filled in `
 ``surround_red,surround_green,surround_blue``; empty cells stand for all of it, and for black.
 
 The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``, ``# instrument: ...``,
-``# notes: ...``, ``# panel: 1920x1080,0.2768,120,8`` and ``# observer: CIE 1964 10``; ``R,G,B`` may stand for
-``red,green,blue``, and names may be left out.
+``# notes: ...``, ``# panel: 1920x1080,0.2768,120,8``, ``# observer: CIE 1964 10`` and ``# gamma_table: ...``, the
+graphics card's table as `display measure` read it; ``R,G,B`` may stand for ``red,green,blue``, and names may be left
+out.
 """
 
 from __future__ import annotations
@@ -19,6 +20,7 @@ from typing import cast
 
 import numpy as np
 
+from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
@@ -32,7 +34,7 @@ _SURROUND = ("surround_red", "surround_green", "surround_blue")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye", "area", *_SURROUND)
 _COLUMNS = "name,red,green,blue,X,Y,Z,time_s,eye"
 _ALSO = {"r": "red", "g": "green", "b": "blue"}
-_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel", "observer")
+_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel", "observer", "gamma_table")
 _MOST_FINDINGS = 20
 _MOST_BYTES = 10_000_000
 
@@ -133,6 +135,13 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
     if observer is None:
         what, remedy = f"the observer '{header_values['observer']}' is not known", f"one of {', '.join(OBSERVERS)}"
         findings.append(Finding(what, file, said_line["observer"], remedy=remedy))
+    gamma_table = None
+    if "gamma_table" in header_values:
+        try:
+            gamma_table = GammaTable.from_text(header_values["gamma_table"])
+        except DeviceError as error:
+            remedy = "copy the line as it was written, or leave it out"
+            findings.append(Finding(str(error), file, said_line["gamma_table"], remedy=remedy))
     if findings or observer is None:
         raise DeviceError(findings[:_MOST_FINDINGS])
     declared = code_range if code_range is not None else header_values.get("codes")
@@ -170,6 +179,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         observer=observer,
         area=area if "area" in columns else None,
         surround=surround / full if set(_SURROUND) & set(columns) else None,
+        gamma_table=gamma_table,
     )
 
 
@@ -244,6 +254,8 @@ def format_csv(measurements: Measurements, full: float = 255.0) -> str:
             out.write(f"# {key}: {text}\n")
     if measurements.observer != CIE_1931_2:
         out.write(f"# observer: {measurements.observer}\n")
+    if measurements.gamma_table is not None:
+        out.write(f"# gamma_table: {measurements.gamma_table.to_text()}\n")
     timed = measurements.time_s is not None
     writer = csv.writer(out, lineterminator="\n")
     parts = measurements.area is not None or measurements.surround is not None

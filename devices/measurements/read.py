@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, cast
 
 import numpy as np
 
+from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError, MeasuringError
 from devices.measurements.csv_table import read_csv, write_csv
 from devices.measurements.table import Measurements, PatchEye
@@ -134,4 +135,5 @@ def measurements_of(session: Session) -> Measurements:
         panel=str(header.get("panel", "")),
         area=np.array([patch.filled for patch in patches]) if parts else None,
         surround=np.array([patch.surround for patch in patches]) if parts else None,
+        gamma_table=GammaTable.from_json(header["gamma_table"]) if "gamma_table" in header else None,
     )

@@ -9,6 +9,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
 from devices.measurements.observer import CIE_1931_2
 
@@ -29,9 +30,8 @@ class Measurements:
     sentences what the reader of a file took for granted. ``panel`` is what was measured, such as
     ``1920x1080,0.2768,120,8`` (pixels, pixel pitch in mm, Hz, bits), where that is known. ``observer`` is one of
     ``CIE 1931 2``, ``CIE 1964 10``, ``CIE 2015 2`` and ``CIE 2015 10``, or another that
-    `devices.colour_matching.colorimetric_observer` knows. ``gamma_table`` is
-    the graphics card's table with which the readings hold: what it gives for codes 0..1 in k equal steps, shape (k, 3),
-    in 0..1; None where that is not known. ``area``: shape (n,), the
+    `devices.colour_matching.colorimetric_observer` knows. ``gamma_table`` is the graphics card's table with which the
+    readings hold; None where nothing is said of it. ``area``: shape (n,), the
     share of the picture that each patch filled, above 0 and at most 1; None: all of it each time. ``surround``: shape
     (n, 3), the codes around each patch, in 0..1; None: black. It means nothing where the area is 1.
 
@@ -51,7 +51,7 @@ class Measurements:
     assumptions: tuple[str, ...] = ()
     panel: str = ""
     observer: str = CIE_1931_2
-    gamma_table: Floats | None = None
+    gamma_table: GammaTable | None = None
     area: Floats | None = None
     surround: Floats | None = None
 
@@ -64,8 +64,6 @@ class Measurements:
         if self.wavelengths_nm is not None:
             bands = len(np.asarray(self.wavelengths_nm))
             shapes |= {"wavelengths_nm": (bands,), "spectra": (count, bands)}
-        if self.gamma_table is not None:
-            shapes["gamma_table"] = (max(len(np.asarray(self.gamma_table)), 2), 3)
         for what, shape in shapes.items():
             given = getattr(self, what)
             if given is None:
@@ -147,10 +145,9 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
     if len(observers) > 1:
         raise DeviceError(f"measurements for different observers cannot be joined: {', '.join(sorted(observers))}")
     first = tables[0]
+    of_first = first.gamma_table
     gamma = [table.gamma_table for table in tables]
-    one_table = all(
-        g is not None and first.gamma_table is not None and np.array_equal(g, first.gamma_table) for g in gamma
-    )
+    one_table = all(g is not None and of_first is not None and (g is of_first or of_first.same_as(g)) for g in gamma)
     panels = {table.panel for table in tables}
     waves = [table.wavelengths_nm for table in tables]
     same = all(
@@ -176,7 +173,7 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
         tuple(dict.fromkeys(assumption for table in tables for assumption in table.assumptions)),
         panels.pop() if len(panels) == 1 else "",
         first.observer,
-        first.gamma_table if one_table else None,
+        of_first if one_table else None,
         None if all(table.area is None for table in tables) else np.concatenate([table.filled for table in tables]),
         None if all(table.surround is None for table in tables) else np.concatenate([table.around for table in tables]),
     )

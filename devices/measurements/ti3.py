@@ -14,12 +14,13 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
 from devices.measurements.cgats import Cell, CgatsTable, later_table, read_table
 from devices.measurements.observer import CIE_1931_2, argyll_observer
 from devices.measurements.spectra import FIELD, Spectra, read_spectra, spectral_head, spectral_rows
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
-from devices.measurements.ti3_statements import IDENTITY, calibration_lines, read_statements
+from devices.measurements.ti3_statements import calibration_lines, read_statements
 from documents import Finding
 from documents.files import bounded_bytes
 
@@ -103,7 +104,7 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         notes=_keyword_text(table, "DESCRIPTOR"),
         assumptions=tuple(notes),
         observer=stated.observer,
-        gamma_table=None if stated.calibration is None else IDENTITY,
+        gamma_table=None if stated.calibration is None else GammaTable.identity(2),
         area=area,
         surround=surround,
     )

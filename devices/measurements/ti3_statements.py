@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
 from devices.measurements.cgats import CgatsTable
 from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
@@ -21,7 +22,6 @@ from documents import Finding
 
 Floats = NDArray[np.float64]
 
-IDENTITY: Floats = np.repeat([[0.0], [1.0]], 3, axis=1)
 _CAL_FIELDS = ("RGB_I", "RGB_R", "RGB_G", "RGB_B")
 _COLOURS = ("red", "green", "blue")
 # Half a code of 16 bits is lost in writing a table; less than a quarter of a code of 10 bits changes no verdict.
@@ -153,16 +153,16 @@ def _number(text: str) -> float:
     return value if math.isfinite(value) else math.nan
 
 
-def calibration_lines(gamma_table: Floats | None) -> Sequence[str]:
-    """Return the CAL table of a ``.ti3`` with ``gamma_table`` (k, 3) at equal steps; nothing where it is None."""
-    if gamma_table is None:
+def calibration_lines(gamma_table: GammaTable | None) -> Sequence[str]:
+    """Return the CAL table of a ``.ti3`` with ``gamma_table``; nothing where it is not known."""
+    if gamma_table is None or not gamma_table.known:
         return []
     head = ["", "CAL", "", 'DESCRIPTOR "Device calibration state"', 'ORIGINATOR "cyclopean"', 'DEVICE_CLASS "DISPLAY"']
     head += ['COLOR_REP "RGB"', "", "NUMBER_OF_FIELDS 4", "BEGIN_DATA_FORMAT", " ".join(_CAL_FIELDS)]
-    head += ["END_DATA_FORMAT", "", f"NUMBER_OF_SETS {len(gamma_table)}", "BEGIN_DATA"]
-    steps = np.linspace(0.0, 1.0, len(gamma_table))
+    head += ["END_DATA_FORMAT", "", f"NUMBER_OF_SETS {gamma_table.size}", "BEGIN_DATA"]
+    steps = np.linspace(0.0, 1.0, gamma_table.size)
     rows = [
         " ".join(f"{value:.7g}" for value in (step, *row))
-        for step, row in zip(steps.tolist(), gamma_table.tolist(), strict=True)
+        for step, row in zip(steps.tolist(), gamma_table.shares.tolist(), strict=True)
     ]
     return [*head, *rows, "END_DATA"]

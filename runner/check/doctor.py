@@ -11,8 +11,9 @@ from pathlib import Path
 
 from devices.display import Rig
 from runner.presenter.counters import IntervalSummary
+from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, available
-from runner.presenter.surfaces.screens import compositor
+from runner.presenter.surfaces.screens import compositor, monitors
 from runner.presenter.surfaces.surface import BACKENDS, Buffer, SurfaceFacts, open_surface
 from runner.session.header import software
 from runner.session.timing_record import explain, judge, swap_intervals, swaps_per_second
@@ -52,12 +53,22 @@ class SurfaceReport:
 
 
 @dataclass(frozen=True, slots=True)
+class MonitorReport:
+    """A monitor: its name, its pixels and rate in a phrase, and in another the gamma table that is loaded on it."""
+
+    name: str
+    mode: str
+    gamma_table: str
+
+
+@dataclass(frozen=True, slots=True)
 class MachineReport:
-    """The versions of the software, where its packages are, and what each kind of surface can do."""
+    """The versions of the software, where its packages are, what each kind of surface can do, and the monitors."""
 
     software: Mapping[str, str]
     packages: Mapping[str, PackageReport]
     surfaces: Mapping[str, SurfaceReport]
+    monitors: tuple[MonitorReport, ...]
     processors: int | None
     machine: str
 
@@ -94,6 +105,7 @@ def examine_machine() -> MachineReport:
         software=software(),
         packages={name: _package(name) for name in _PACKAGES},
         surfaces={backend: _surface(backend) for backend in BACKENDS},
+        monitors=_monitors(),
         processors=os.cpu_count(),
         machine=platform.machine(),
     )
@@ -136,6 +148,14 @@ def _package(name: str) -> PackageReport:
     folder = Path(file).resolve().parents[1] if file else None
     problem = None if folder == root else f"imported from {folder}, not from {root}: another distribution hides it"
     return PackageReport(str(folder), problem)
+
+
+def _monitors() -> tuple[MonitorReport, ...]:
+    try:
+        there = monitors()
+    except PresentationError:
+        return ()  # without a display server there are none
+    return tuple(MonitorReport(monitor.name, str(monitor), monitor.gamma_table.sentence()) for monitor in there)
 
 
 def _surface(backend: str) -> SurfaceReport:

@@ -11,12 +11,14 @@ from filelock import FileLock, Timeout
 
 from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, read_session
-from devices.display import Rig
+from devices.display import EYES, GammaTable, Rig
 from documents import Finding, InputError
 from runner.check.report import CheckOptions, CheckReport
 from runner.presenter.errors import GraphicsError
+from runner.presenter.gamma_check import REMEDY, compare_tables
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
+from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.screens import Monitor, compositor, monitors
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
 
@@ -61,12 +63,40 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
         "compositor": compositor(),
         "bits": facts.bits,
         "mode_possible": reason is None,
+        "gamma_tables": {monitor.name: monitor.gamma_table.sentence() for monitor in there},
     }
     problems = (
         [] if reason is None else [(f"the mode '{rig.mode}' cannot be shown here: {reason}", "see cyclopean doctor")]
     )
     problems += _monitor_faults(there, rig) + _surface_faults(facts, rig)
     faults += [Finding(message, rig.file, remedy=remedy) for message, remedy in problems]
+    check_gamma_table(report, rig, there, windows=mode.windows, accept=options.accept_gamma_table)
+
+
+def check_gamma_table(report: CheckReport, rig: Rig, there: tuple[Monitor, ...], *, windows: int, accept: bool) -> None:
+    """Compare the gamma table of the monitor that has the panel's resolution with the one that was measured with.
+
+    Where the rig sets the identity, that is compared. An error if it is another, unless to ``accept``.
+    """
+    fitting = [monitor for monitor in there if monitor.size_px == tuple(rig.display.panel.resolution_px)]
+    if len(fitting) < windows:
+        return
+    if windows > 1:
+        fitting.sort(key=lambda monitor: monitor.position_px)
+    loaded = {eye: _loaded(fitting[min(number, windows - 1)], rig) for number, eye in enumerate(EYES)}
+    verdict = compare_tables(rig.measured_gamma_tables, loaded)
+    if verdict.refusal:
+        (report.warnings if accept else report.errors).append(Finding(verdict.refusal, rig.file, remedy=REMEDY))
+    if verdict.warning:
+        report.warnings.append(Finding(verdict.warning, rig.file, remedy="see docs/gamma_table.md"))
+
+
+def _loaded(monitor: Monitor, rig: Rig) -> LoadedTable:
+    """Return the table that a session would have on ``monitor``."""
+    table = monitor.gamma_table
+    if rig.gamma_table == "identity" and table.known:
+        table = GammaTable.identity(table.size)
+    return LoadedTable(monitor.name, table)
 
 
 def _has_display() -> bool:

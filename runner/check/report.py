@@ -20,6 +20,7 @@ CLIP_LIMIT_PERCENT = 0.3
 class CheckOptions:
     """What else to look at: the results folder, the screen, and the pictures, which may have to be built first.
 
+    A gamma table that is not the measured one is an error, unless ``accept_gamma_table``: then a warning.
     A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
     """
 
@@ -27,6 +28,7 @@ class CheckOptions:
     screen: ScreenCheck = "if present"
     pictures: bool = True
     clip_limit_percent: float = CLIP_LIMIT_PERCENT
+    accept_gamma_table: bool = False
     progress: Callable[[str, int, int], None] = lambda what, done, of: None
 
 

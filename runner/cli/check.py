@@ -66,6 +66,11 @@ _APART = (
     metavar="PERCENT",
     help="Percentage of an eye's clipped pixels above which a stimulus gets a warning. Default: 0.3, as in the thesis.",
 )
+@click.option(
+    "--accept-gamma-table",
+    is_flag=True,
+    help="Make it a warning, not an error, if the graphics card's gamma table is not the measured one.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     files: tuple[Path, ...],
@@ -73,6 +78,7 @@ def command(
     screen: bool | None,
     no_pictures: bool,
     clip_limit: float | None,
+    accept_gamma_table: bool,
     as_json: bool,
 ) -> None:
     """Check an experiment file and everything it names.
@@ -90,7 +96,8 @@ def command(
     all_checked = []
     for file in files:
         with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
-            all_checked.append(check_file(file, CheckOptions(results, looking[screen], not no_pictures, limit, step)))
+            options = CheckOptions(results, looking[screen], not no_pictures, limit, accept_gamma_table, step)
+            all_checked.append(check_file(file, options))
         if not as_json:
             _print(all_checked[-1])
     if as_json:
@@ -202,3 +209,5 @@ def _screen(screen: Mapping[str, Any] | str) -> Iterator[str]:
     possible = "can be shown here" if screen["mode_possible"] else "cannot be shown here"
     yield from _labelled("screen", f"{', '.join(screen['monitors'])}; {screen['bits']} bits; the mode {possible}")
     yield from _labelled("", f"{screen['renderer']}; {screen['compositor']}")
+    for monitor, table in screen["gamma_tables"].items():
+        yield from _labelled("", f"gamma table of '{monitor}': {table}")

@@ -51,6 +51,8 @@ def _print(report: MachineReport) -> None:
         click.echo(f"  {name}: {package.problem or 'from ' + package.folder}")
     for name, version in report.software.items():
         click.echo(f"  {name} {version}")
+    for monitor in report.monitors:
+        click.echo(f"\nMonitor '{monitor.name}'\n  {monitor.mode}\n  gamma table: {monitor.gamma_table}")
     for backend, surface in report.surfaces.items():
         click.echo(f"\nSurface '{backend}'")
         facts, ten_bits = surface.facts, surface.ten_bits
@@ -59,6 +61,8 @@ def _print(report: MachineReport) -> None:
             continue
         click.echo(f"  {facts.renderer}, OpenGL {facts.gl_version}, display server {facts.display_server}")
         click.echo(f"  colours computed in {facts.arithmetic}")
+        for remark in facts.remarks:
+            click.echo(f"  {remark}")
         for mode, reason in surface.modes.items():
             click.echo(f"  {mode}: {'yes' if reason is None else f'no, {reason}'}")
         click.echo(f"  codes of 10 bits: {'yes' if ten_bits.given else f'no, {ten_bits.problem}'}")

@@ -36,6 +36,12 @@ if TYPE_CHECKING:
     help="With --resume or --replay: continue although experiment, stimuli or display changed.",
 )
 @click.option(
+    "--accept-gamma-table",
+    is_flag=True,
+    help="Show pictures although the graphics card's gamma table is not the measured one, or changes; the record "
+    "states it.",
+)
+@click.option(
     "--results",
     type=click.Path(path_type=Path),
     default=Path("results"),
@@ -75,6 +81,7 @@ def command(
     observer: str,
     resume: bool,
     accept_changes: bool,
+    accept_gamma_table: bool,
     results: Path,
     mode: str | None,
     windowed: bool,
@@ -126,6 +133,7 @@ def command(
             results=results,
             resume=resume,
             accept_changes=accept_changes,
+            accept_gamma_table=accept_gamma_table,
             mode=mode,
             allow_uncharacterised=allow_uncharacterised,
             backend=backend,

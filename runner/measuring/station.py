@@ -16,10 +16,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Correction
+from devices.display import EYES, GammaTable
 from devices.errors import MeasuringError
 from devices.instruments import Wiring, open_instrument
 from devices.measurements import MeasurementLog, Session, read_session, step_facts, write_measurements
-from devices.patches import PatchSet, Step, steps
+from devices.patches import PatchEye, PatchSet, Step, steps
 from documents import Finding
 from documents.text import did_you_mean
 from runner.measuring.code_screen import CodeScreen
@@ -27,6 +28,7 @@ from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, 
 from runner.measuring.patch_screen import AskedScreen, PatchScreen
 from runner.measuring.take_readings import Outcome, take_readings
 from runner.measuring.target import Target, read_target, wiring_of
+from runner.presenter.gamma_check import GammaWatch
 from runner.presenter.surfaces.surface import open_surface
 
 Floats = NDArray[np.float64]
@@ -162,6 +164,7 @@ def open_screen(
                 windowed=show.windowed,
                 windows=mode.windows,
                 bits=panel.code_bits,
+                identity=target.identity,
             )
         )
         if asked is None:
@@ -196,7 +199,9 @@ def measure(
     dialogue = dialogue or Dialogue()
     sets = [patch_set.rounded(screen.highest) for patch_set in order.sets]
     planned = steps(sets, order.show.seed, order.show.repeat_every, eye=order.show.eye)
-    facts = _facts(target, order, screen, planned)
+    watch = GammaWatch(screen.surface.gamma_tables, every_s=0.0)
+    gamma_table = _table_of(watch, order.show.eye)
+    facts = _facts(target, order, screen, planned) | {"gamma_table": gamma_table.to_json()}
     log: MeasurementLog | None = None
     begun = datetime.now(UTC)
     wanted: tuple[Step, ...] = planned
@@ -204,6 +209,7 @@ def measure(
         log, session = MeasurementLog.reopen(file)
         try:
             _check_alike(session, facts)
+            _check_table(session, gamma_table)
             begun = datetime.fromisoformat(str(session.header["begun_utc"]))
             wanted = _chosen(session, again) if again else session.missing
         except BaseException:
@@ -234,6 +240,7 @@ def measure(
                 dialogue.on_progress,
                 dialogue.say,
                 dialogue.ready,
+                watch.change,
             )
         finally:
             opened.close()
@@ -241,6 +248,30 @@ def measure(
         if log is not None:
             log.close()
     return outcome, read_session(file)
+
+
+def _table_of(watch: GammaWatch, eye: PatchEye) -> GammaTable:
+    """Return the gamma table that ``eye`` is read with.
+
+    Raises
+    ------
+    MeasuringError
+        If both eyes are read at once, and each has a monitor with a table of its own.
+    """
+    left, right = (watch.loaded[each].table for each in EYES)
+    if eye == "both" and left.same_as(right) is False:
+        what = f"the left eye's gamma table is {left.sentence()}, the right eye's {right.sentence()}"
+        raise MeasuringError(Finding(what, remedy="load the same on both monitors, or measure --eye left and right"))
+    return right if eye == "right" else left
+
+
+def _check_table(session: Session, now: GammaTable) -> None:
+    """Refuse to resume a measurement that began with another gamma table."""
+    before = GammaTable.from_json(session.header.get("gamma_table", {"unknown": "the readings do not state it"}))
+    if before.same_as(now) is False:
+        what = f"the measurement began with another gamma table: {before.sentence()}; now it is {now.sentence()}"
+        remedy = "load that table again, or begin a new measurement; see docs/gamma_table.md"
+        raise MeasuringError(Finding(what, str(session.file), remedy=remedy))
 
 
 def _clock(begun: datetime) -> Callable[[], float]:

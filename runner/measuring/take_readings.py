@@ -55,6 +55,7 @@ def take_readings(
     on_progress: Callable[[Progress], None] = lambda progress: None,
     say: Callable[[str], None] = lambda words: None,
     ready: Callable[[str], bool] | None = None,
+    change: Callable[[], str] = lambda: "",
 ) -> Outcome:
     """Read ``steps`` in their order, each kept in ``log`` before the next is shown.
 
@@ -64,6 +65,9 @@ def take_readings(
 
     Where a person must move the instrument or the glasses, ``ready`` gets what to do and returns once it is done,
     False to stop; without it, the words stand on the screen until a key.
+
+    ``change`` is called after each reading. What it returns, if anything, says what changed the light; the reading is
+    then not kept, and the measurement stops.
     """
     keys = Keys(screen, say, "stopping after this reading; Escape again stops at once")
     ready = ready or keys.ask
@@ -102,6 +106,9 @@ def take_readings(
             return Outcome(taken, (*failed, step.label), str(error))
         if reading is None and not why:
             return Outcome(taken, tuple(failed), _STOPPED)
+        if changed := change():
+            log.note(stopped=changed, position=step.position)
+            return Outcome(taken, tuple(failed), changed)
         if reading is not None:
             log.keep(step, read_at_s, reading, shown)
             taken += 1

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.compensation import Crosstalk, GainMap
-from devices.display import EyeModels, PanelSpec, RigSpec, read_display
+from devices.display import EYES, Eye, EyeModels, GammaTable, PanelSpec, RigSpec, read_display
 from devices.errors import MeasuringError
 from devices.instruments import SimulatedDisplay, Wiring
 from devices.patches import PatchEye, PatchSet
@@ -35,7 +35,10 @@ class _PanelAlone(BaseModel):
 
 @dataclass(frozen=True, slots=True)
 class Target:
-    """The ``file`` as given, the display file, its panel, the stereo mode, and its measurements if there are any."""
+    """The ``file`` as given, the display file, its panel, the stereo mode, and its measurements if there are any.
+
+    ``gamma_tables`` are those that each eye was measured with, ``identity`` is whether the rig asks for the identity.
+    """
 
     file: Path
     display_file: Path
@@ -46,6 +49,8 @@ class Target:
     crosstalk: Crosstalk | None = None
     gain_map: GainMap | None = None
     observer: str = DEFAULT_OBSERVER
+    gamma_tables: Mapping[Eye, GammaTable] = field(default_factory=dict)
+    identity: bool = False
 
     @property
     def simulated(self) -> SimulatedDisplay | None:
@@ -122,6 +127,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         If a file is wrong, or no mode is named.
     """
     options: dict[str, Any] = {}
+    identity = False
     display_file = path
     data = read_yaml(path).data
     if isinstance(data, dict) and "display" in data and "panel" not in data:
@@ -133,6 +139,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
             raise MeasuringError(source.finding(("display",), what, remedy))
         if mode is None or mode == rig.mode:
             options = rig.mode_options
+        identity = rig.gamma_table == "identity"
         mode = mode or rig.mode
     if mode is None:
         raise MeasuringError(
@@ -143,10 +150,20 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     # A new display file has no modes yet; one that has must be right.
     display = read_display(display_file) if (spec.model_extra or {}).get("modes") else None
     if display is None or mode not in display.modes:
-        return Target(path, display_file, spec.panel, stereo_mode, None, options)
-    crosstalk, gain_map = display.crosstalk(mode), display.gain_map(mode)
-    models, observer = display.modes[mode], display.observers[mode]
-    return Target(path, display_file, spec.panel, stereo_mode, models, options, crosstalk, gain_map, observer)
+        return Target(path, display_file, spec.panel, stereo_mode, None, options, identity=identity)
+    return Target(
+        path,
+        display_file,
+        spec.panel,
+        stereo_mode,
+        display.modes[mode],
+        options,
+        display.crosstalk(mode),
+        display.gain_map(mode),
+        display.observers[mode],
+        {eye: display.gamma_table(mode, eye) for eye in EYES},
+        identity,
+    )
 
 
 def wiring_of(target: Target, show: ShowOptions, instrument: InstrumentOptions, dialogue: Dialogue) -> Wiring:

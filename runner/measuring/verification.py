@@ -22,6 +22,7 @@ from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.measuring.station import Order, measure, open_screen
 from runner.measuring.take_readings import Outcome
 from runner.measuring.target import read_target, wiring_of
+from runner.presenter.gamma_check import REMEDY, compare_tables, tables_json
 
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
@@ -113,6 +114,7 @@ def verify_display(
     mode: str | None = None,
     output: Path | None = None,
     resume: bool = False,
+    accept_gamma_table: bool = False,
     dialogue: Dialogue | None = None,
 ) -> VerificationReport:
     """Show new colours as a session shows its pictures, read them, and report how far off they are.
@@ -131,6 +133,9 @@ def verify_display(
         The log of the measurement; None names it after the display, the mode and the eye.
     resume
         Whether to resume a verification that stopped.
+    accept_gamma_table
+        Whether to verify although the graphics card's gamma table is not the one that the display was measured with;
+        the log says so.
     dialogue
         How to talk with the person beside it; None: not at all.
 
@@ -142,7 +147,8 @@ def verify_display(
     Raises
     ------
     InputError
-        If the display was not characterised in this mode, or the measurement cannot begin.
+        If the display was not characterised in this mode, the gamma table is another one, or the measurement cannot
+        begin.
     """
     dialogue = dialogue or Dialogue()
     target = read_target(display_file, mode)
@@ -164,12 +170,21 @@ def verify_display(
     model = display.models.right if eye == "right" else display.models.left
     file = output or display_file.with_name(f"{display_file.stem}-{target.mode.name}-{eye}-verify.jsonl")
     asked = asked_of(model)
-    facts = {"asked_XYZ_cd_m2": {colour.name: colour.XYZ_cd_m2.tolist() for colour in asked}}
-    order = Order((patches_of(asked, model),), show, facts=facts)
     wiring = wiring_of(target, show, instrument, dialogue)
     with open_screen(target, show, asked=asked_XYZ(asked, model)) as screen:
         for warning in screen.surface.facts.remarks:
             dialogue.warn(warning)
+        verdict = compare_tables(target.gamma_tables, screen.surface.gamma_tables())
+        if verdict.refusal and not accept_gamma_table:
+            raise MeasuringError(Finding(verdict.refusal, str(display_file), remedy=REMEDY))
+        for remark in filter(None, (verdict.refusal, verdict.warning)):
+            dialogue.warn(remark)
+        facts = {
+            "asked_XYZ_cd_m2": {colour.name: colour.XYZ_cd_m2.tolist() for colour in asked},
+            "measured_gamma_table": tables_json(target.gamma_tables),
+            "accepted_gamma_table": accept_gamma_table,
+        }
+        order = Order((patches_of(asked, model),), show, facts=facts)
         outcome, session = measure(
             file, target, order, screen, instrument.instrument, wiring, resume=resume, dialogue=dialogue
         )

@@ -3,15 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
 from devices.compensation import Correction, eye_clip_costs
-from devices.display import Eye, read_display
+from devices.display import EYES, Eye, read_display
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
 from runner.presenter.depth import Bits
+from runner.presenter.gamma_check import compare_tables, tables_json
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.presenter import Presenter
@@ -71,7 +72,8 @@ class ShownPicture:
     ``clipping`` holds for each eye what the gamut clip costs: shares of pixels in percent, costs in ΔE00. ``crosstalk``
     holds for each eye what could not be cancelled of the other's picture, as a trial's record does; it is empty where
     none was measured. ``flat`` is whether both eyes saw the same picture, ``work`` the presenter's so far, ``closed``
-    whether the window was closed before Escape was pressed.
+    whether the window was closed before Escape was pressed. ``gamma_table`` is the table that is loaded for each eye,
+    or for ``both``.
     """
 
     file: str
@@ -84,6 +86,7 @@ class ShownPicture:
     screenshots: tuple[str, ...]
     work: Counters
     closed: bool = False
+    gamma_table: Mapping[str, Any] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return the picture's facts as plain JSON: all but ``work`` and ``closed``."""
@@ -171,6 +174,10 @@ def show_picture(
             options.notify(f"warning: {bits} ({display_file})")
         for remark in facts.remarks:
             options.notify(f"warning: {remark}")
+        loaded = surface.gamma_tables()
+        verdict = compare_tables({eye: display.gamma_table(mode, eye) for eye in EYES}, loaded)
+        for remark in filter(None, (verdict.refusal, verdict.warning)):
+            options.notify(f"warning: {remark}")
         presenter.show(Scene((Picture(str(file)),)))
         files = write_screenshot(presenter.capture(), options.screenshot) if options.screenshot else []
         views = compensation.evened((image.left, image.right), (0, 0))
@@ -184,6 +191,7 @@ def show_picture(
             facts,
             tuple(str(path) for path in files),
             presenter.counters,
+            gamma_table=tables_json(loaded),
         )
         options.on_shown(shown)
         closed = options.screenshot is None and not _escape_pressed(presenter)

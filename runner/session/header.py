@@ -40,6 +40,8 @@ def _display_digest(rig: Rig) -> str:
     ]
     if rig.crosstalk:
         numbers += [rig.crosstalk.left.tolist(), rig.crosstalk.right.tolist()]
+    for eye, table in rig.display.gamma_tables.get(rig.characterised_as, {}).items():
+        numbers += [eye, table.sha256] if table.known else []
     if rig.gain_map:
         numbers += [rig.gain_map.luminance.tolist(), rig.gain_map.positions, rig.gain_map.normalise]
     return _digest(numbers)
@@ -48,7 +50,8 @@ def _display_digest(rig: Rig) -> str:
 def _rig_digest(rig: Rig) -> str:
     panel = rig.display.panel.model_dump(mode="json")
     viewing = [rig.distance_mm, rig.interpupillary_distance_mm, rig.glasses]
-    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, *viewing, panel])
+    gamma_table = [rig.gamma_table] if rig.gamma_table else []
+    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, *viewing, panel, *gamma_table])
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:

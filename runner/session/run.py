@@ -36,6 +36,9 @@ class SessionOptions:
         Folder that the session is written below.
     resume
         Whether to resume this observer's unfinished session where it stopped.
+    accept_gamma_table
+        Whether to show pictures although the graphics card's gamma table is not the one that the display was measured
+        with, or changes meanwhile; the record says so.
     accept_changes
         Whether to resume or replay although the experiment, the stimuli or the display changed; the record says so.
     mode
@@ -64,6 +67,7 @@ class SessionOptions:
     results: str | Path = Path("results")
     resume: bool = False
     accept_changes: bool = False
+    accept_gamma_table: bool = False
     mode: str | None = None
     allow_uncharacterised: bool = False
     backend: Backend | None = None
@@ -115,7 +119,7 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     GraphicsError
         If the graphics driver failed; every answer before that is on disk.
     SessionStoppedError
-        If an answer could not be written; every answer before it is on disk.
+        If an answer could not be written, or the gamma table changed; every answer before it is on disk.
 
     Examples
     --------
@@ -147,7 +151,14 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     folder: Path | None = None
     ending: Ending = "completed"
     status: SessionStatus | None = None
-    with Station.open(design, stimuli, results, backend, windowed=options.windowed) as station:
+    with Station.open(
+        design,
+        stimuli,
+        results,
+        backend,
+        windowed=options.windowed,
+        accept_gamma_table=options.accept_gamma_table,
+    ) as station:
         for remark in station.remarks:
             options.notify(f"warning: {remark}")
 

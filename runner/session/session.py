@@ -55,7 +55,8 @@ class Session:
     ``clip_costs`` gives, per stimulus, what the trial's record states of the gamut clip; ``stamps`` stand in every
     trial's record; ``logged`` are the first attempts that an interrupted session already holds, ``pending`` the places
     of trials that are to be asked once more; ``on_trial`` is called with each trial, also if replayed;
-    ``closing_facts`` gives at the end what the record states of the whole.
+    ``closing_facts`` gives at the end what the record states of the whole. ``check_light`` is called as each block
+    begins (with True) and before an answer is recorded; what it raises ends the session without that answer.
     """
 
     blocks: Sequence[Block]
@@ -67,6 +68,7 @@ class Session:
     logged: Sequence[Trial] = ()
     pending: Sequence[Place] = ()
     on_trial: Callable[[Trial], None] = lambda trial: None
+    check_light: Callable[[bool], None] = lambda begins: None
     closing_facts: Callable[[], Mapping[str, Any]] = dict
     utc: Callable[[], str] = field(default_factory=SteadyClock)
     style: Style = FULL_HD_HALF
@@ -126,6 +128,9 @@ class Session:
         steps = block.steps()
         response: Response | None = None
         trial = 0
+        self._place = number, trial
+        if not self._state.past:
+            self.check_light(True)
         while True:
             self._place = number, trial
             try:
@@ -267,6 +272,7 @@ class Session:
                 return
         else:
             trial = replace(trial, attempt=state.attempt)
+            self.check_light(False)
             self.sink.append(trial)
         if draft.repeatable:
             self._latest = trial.place

@@ -11,12 +11,15 @@ from types import TracebackType
 from typing import Any
 
 from analysis.records import Header, Resumption, SessionLog, Trial
-from runner.errors import SessionError
+from devices.display import EYES
+from documents import Finding
+from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ImageBasedObserverSpec, ObserverSpec
 from runner.observers.presses import Replay, asked_after_their_block, check_replayable
 from runner.observers.simulated import BradleyTerryObserver, mean_delta_e_00
 from runner.ports import Observer
 from runner.presenter.errors import GraphicsError
+from runner.presenter.gamma_check import REMEDY, GammaWatch, compare_tables, table_of_record, tables_json
 from runner.presenter.presenter import Presenter
 from runner.presenter.scene import Picture, Scene
 from runner.presenter.surfaces.surface import Surface, open_surface
@@ -50,17 +53,27 @@ class Station:
     remarks: tuple[str, ...]
     timing: dict[str, Any]
     cost_work: CostWork
+    watch: GammaWatch
+    accept_gamma_table: bool = False
 
     @classmethod
     def open(
-        cls, experiment: Experiment, stimuli: StimulusSet, results: Path, backend: str, *, windowed: bool = False
+        cls,
+        experiment: Experiment,
+        stimuli: StimulusSet,
+        results: Path,
+        backend: str,
+        *,
+        windowed: bool = False,
+        accept_gamma_table: bool = False,
     ) -> Station:
         """Open the surface and the presenter in the rig's stereo mode.
 
         Raises
         ------
         InputError
-            If the surface cannot be opened or cannot do the mode.
+            If the surface cannot be opened or cannot do the mode, or, unless ``accept_gamma_table``, the gamma table
+            that is loaded is not the one that the display was measured with.
         """
         rig = experiment.rig
         mode = experiment.mode
@@ -74,8 +87,13 @@ class Station:
             windowed=windowed,
             windows=mode.windows,
             bits=rig.output_bits,
+            identity=rig.gamma_table == "identity",
         )
         try:
+            watch = GammaWatch(surface.gamma_tables)
+            verdict = compare_tables(rig.measured_gamma_tables, watch.loaded)
+            if verdict.refusal and not accept_gamma_table:
+                raise SessionError(Finding(verdict.refusal, rig.file, remedy=REMEDY))
             presenter = Presenter(
                 surface, mode, rig.models, pictures.load, dithering=experiment.dithering, correction=correction
             )
@@ -90,11 +108,24 @@ class Station:
             surface.close()
             raise
         timing, timing_remarks = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
-        remarks = surface.facts.remarks + timing_remarks
+        remarks = surface.facts.remarks + timing_remarks + tuple(filter(None, (verdict.refusal, verdict.warning)))
         if not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         described = tuple(descriptions)
-        return cls(experiment, stimuli, results, surface, presenter, pictures, described, remarks, timing, costs.work)
+        return cls(
+            experiment,
+            stimuli,
+            results,
+            surface,
+            presenter,
+            pictures,
+            described,
+            remarks,
+            timing,
+            costs.work,
+            watch,
+            accept_gamma_table,
+        )
 
     def __enter__(self) -> Station:
         return self
@@ -175,6 +206,9 @@ class Station:
             If the observer left; what was answered is on disk.
         GraphicsError
             If the driver failed or lost the context; what was answered is on disk, and a note says why it stopped.
+        SessionStoppedError
+            If the gamma table changed and that is not accepted; what was answered before is on disk, and a note says
+            what changed.
         InputError
             If the session cannot begin or be resumed: with ``accept_changes`` it is resumed although the experiment,
             the stimuli or the display changed, as long as the trials answered so far are still those asked.
@@ -199,8 +233,9 @@ class Station:
                 logged=log.first_attempts if log else (),
                 pending=log.pending if log else pending,
                 on_trial=on_trial,
+                check_light=lambda begins: self._check_gamma_table(session, begins=begins),
                 style=self.experiment.style,
-                closing_facts=lambda: {"work": asdict(self.presenter.counters) | asdict(self.cost_work)},
+                closing_facts=lambda: {"work": self._work()},
             )
             on_session(session)
             try:
@@ -209,6 +244,22 @@ class Station:
                 session.note(f"the session stopped: {error}", "program")
                 raise GraphicsError(f"{error}; every answer before this is saved: resume with --resume") from error
         return recorder.folder
+
+    def _check_gamma_table(self, session: Session, *, begins: bool) -> None:
+        """Note that the gamma table changed, and stop the session unless that is accepted."""
+        change = self.watch.change(now=begins)
+        if not change:
+            return
+        session.note(change, "program")
+        if not self.accept_gamma_table:
+            raise SessionStoppedError(
+                f"{change}. Every answer before this is saved: load the table again, and resume with --resume; see "
+                "docs/gamma_table.md"
+            )
+
+    def _work(self) -> dict[str, int]:
+        work = asdict(self.presenter.counters) | asdict(self.cost_work)
+        return work | {"gamma_table_reads": self.watch.reads}
 
     def _pace(self, *, instantly: bool) -> Pace:
         refresh_hz = self.surface.facts.refresh_hz or self.experiment.rig.display.panel.refresh_hz
@@ -226,10 +277,32 @@ class Station:
         if not accept_changes:
             check_unchanged(stopped.header, now, stopped.file)
         utc = datetime.now(UTC).isoformat(timespec="milliseconds")
-        return Recorder.reopen(stopped.file.parent, Resumption(utc, changes(stopped.header, now)))
+        changed = changes(stopped.header, now) | self._gamma_change(stopped)
+        return Recorder.reopen(stopped.file.parent, Resumption(utc, changed))
+
+    def _gamma_change(self, stopped: SessionLog) -> dict[str, dict[str, str | None]]:
+        """Return the hash of the gamma table before and now if it changed; refuse that unless it is accepted."""
+        held = stopped.header.presentation.get("gamma_table", {}).get("loaded")
+        if not held:
+            return {}
+        for eye in EYES:
+            before, now = table_of_record(held, eye), self.watch.loaded[eye]
+            if now.monitor and before.same_as(now.table) is False:
+                if not self.accept_gamma_table:
+                    what = f"this session began with another gamma table: {before.sentence()}; now there is {now}"
+                    raise SessionError(Finding(what, str(stopped.file), remedy=REMEDY))
+                return {"gamma_table": {"before": before.sha256, "now": now.table.sha256}}
+        return {}
 
     def _header(self, observer: str, session: str, simulated: bool, remarks: tuple[str, ...]) -> Header:
-        facts = asdict(self.surface.facts) | {"timing": self.timing}
+        rig = self.experiment.rig
+        gamma = {
+            "measured": tables_json(rig.measured_gamma_tables),
+            "loaded": tables_json(self.watch.loaded),
+            "set": rig.gamma_table if self.surface.facts.backend == "window" else None,
+            "accepted": self.accept_gamma_table,
+        }
+        facts = asdict(self.surface.facts) | {"timing": self.timing, "gamma_table": gamma}
         return make_header(
             self.experiment,
             self.stimuli,

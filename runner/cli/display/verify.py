@@ -23,6 +23,11 @@ if TYPE_CHECKING:
 @click.option("-o", "--output", type=click.Path(path_type=Path), help="Measurement file to write: NAME.jsonl.")
 @click.option("--resume", is_flag=True, help="Resume a verification that stopped.")
 @click.option(
+    "--accept-gamma-table",
+    is_flag=True,
+    help="Verify although the graphics card's gamma table is not the measured one; the log states it.",
+)
+@click.option(
     "--limit",
     type=click.FloatRange(0),
     metavar="DELTA_E",
@@ -36,6 +41,7 @@ def command(
     mode: str | None,
     output: Path | None,
     resume: bool,
+    accept_gamma_table: bool,
     limit: float | None,
     instrument: InstrumentOptions,
     unattended: bool,
@@ -60,6 +66,7 @@ def command(
         mode=mode,
         output=output,
         resume=resume,
+        accept_gamma_table=accept_gamma_table,
         dialogue=dialogue(show, unattended=unattended, quiet=as_json),
     )
     verdict = report.verdict

@@ -3,20 +3,21 @@
 from __future__ import annotations
 
 import ctypes
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Self
 
 import moderngl
 import numpy as np
 
 from devices.compensation import Size
-from devices.display import Eye
+from devices.display import EYES, Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.arithmetic_choice import arithmetic_of
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces import gl_calls
+from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
@@ -99,6 +100,10 @@ class EglSurface:
             bits=self.bits,
             arithmetic=str(arithmetic_of(self.context)),
         )
+
+    def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
+        """Return that there is no monitor."""
+        return dict.fromkeys(EYES, LoadedTable.unknown("it was drawn without a window"))
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
         """Bind the framebuffer and return it."""

@@ -14,6 +14,8 @@ import glfw
 
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
+from runner.presenter.surfaces.gamma_tables import LoadedTable, monitor_names, read_table, set_tables, why_unreadable
+from runner.presenter.surfaces.identity_tables import restore_left
 
 
 class GlfwSession:
@@ -21,6 +23,7 @@ class GlfwSession:
 
     def __init__(self, platform: int | None = None) -> None:
         self.complaints: list[str] = []
+        self._unreadable: str | None = None
         self._callback_before = glfw.set_error_callback(self._complain)
         if glfw.get_platform():
             glfw.set_error_callback(self._callback_before)  # type: ignore[arg-type] # None clears it
@@ -47,6 +50,22 @@ class GlfwSession:
             glfw.PLATFORM_NULL: "none",
         }
         return names.get(glfw.get_platform(), "unknown")
+
+    def gamma_tables(self) -> dict[str, LoadedTable]:
+        """Read the gamma table of each monitor, by its name."""
+        return {name: self.gamma_table(name, monitor) for name, monitor in monitor_names(glfw).items()}
+
+    def gamma_table(self, name: str, monitor: Any) -> LoadedTable:
+        """Read the gamma table of ``monitor``, which is called ``name``."""
+        if self.display_server == "none":
+            return LoadedTable.unknown("there is no screen")
+        if self._unreadable is None:
+            self._unreadable = why_unreadable(self.display_server)
+        return LoadedTable.unknown(self._unreadable, name) if self._unreadable else read_table(glfw, name, monitor)
+
+    def restore_tables(self) -> tuple[str, ...]:
+        """Load again the gamma tables that killed sessions did not restore; return remarks."""
+        return restore_left(self.gamma_tables, set_tables)
 
     def why(self) -> str:
         """Return glfw's error messages since the last call, and forget them."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 import time
 from collections.abc import Callable, Mapping
 from typing import Any, Self
@@ -10,15 +11,17 @@ import glfw
 import moderngl
 
 from devices.compensation import Size
-from devices.display import Eye
+from devices.display import EYES, Eye
 from runner.ports import KeyPress, WindowClosed
 from runner.presenter.arithmetic_choice import arithmetic_of
 from runner.presenter.depth import Bits, given_bits
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces import gl_calls
+from runner.presenter.surfaces.gamma_tables import LoadedTable, monitor_names, set_tables
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, function_address
+from runner.presenter.surfaces.identity_tables import IdentityTables
 from runner.presenter.surfaces.input import PERIOD_S, Gamepads, Input, gamepad_names
 from runner.presenter.surfaces.surface import Buffer, SurfaceFacts
 
@@ -45,6 +48,7 @@ class GlfwSurface:
         self.gamepads = Gamepads()
         self.refresh_hz: float | None = None
         self._frame_due_s = 0.0
+        self._identity = IdentityTables(set_tables)
         self._session = session
         self._window = window
         self._input = Input()
@@ -103,6 +107,10 @@ class GlfwSurface:
             gamepad_resolution_ms=1000.0 * PERIOD_S,
             arithmetic=str(arithmetic_of(self.context)),
         )
+
+    def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
+        """Read the gamma table of the monitor that each eye's window stands on."""
+        return dict.fromkeys(EYES, self._table_under(self._window))
 
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
         """Bind ``buffer`` for drawing and return the window's framebuffer."""
@@ -170,15 +178,50 @@ class GlfwSurface:
         return presses
 
     def close(self) -> None:
-        """Destroy the window."""
+        """Destroy the window; its monitor gets back the gamma table that was there before the identity."""
         self.context.release()
-        self._session.close()
+        try:
+            self._identity.close(self._session.gamma_tables)
+        finally:
+            self._session.close()
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
         self.close()
+
+    def _load_identity(self) -> None:
+        """Load the identity as gamma table of the monitors, until the window is closed."""
+        try:
+            for before in self.gamma_tables().values():
+                self._identity.load(before)
+            for loaded in self.gamma_tables().values():
+                if not loaded.table.is_identity:
+                    raise PresentationError(f"the identity was loaded as gamma table, and there is {loaded}")
+        except BaseException:
+            self._identity.close(self._session.gamma_tables)
+            raise
+
+    def _table_under(self, window: Any) -> LoadedTable:
+        """Return the gamma table of the monitor that has the middle of ``window``."""
+        name, monitor = self._monitor_under(window)
+        if monitor is None:
+            return LoadedTable.unknown("the window stands on no monitor")
+        return self._session.gamma_table(name, monitor)
+
+    def _monitor_under(self, window: Any) -> tuple[str, Any]:
+        there = monitor_names(glfw)
+        if full := glfw.get_window_monitor(window):
+            return next(((name, handle) for name, handle in there.items() if _same(handle, full)), ("", full))
+        left, top = glfw.get_window_pos(window) if self._session.display_server != "wayland" else (0, 0)
+        middle = left + self.size_px[0] // 2, top + self.size_px[1] // 2
+        for name, handle in there.items():
+            corner, size = glfw.get_monitor_pos(handle), glfw.get_video_mode(handle).size
+            if all(start <= at < start + length for start, at, length in zip(corner, middle, size, strict=True)):
+                return name, handle
+        # A window larger than its screen has its middle elsewhere; it stands on the first.
+        return next(iter(there.items()), ("", None))
 
     def _buffer(self, buffer: Buffer) -> int:
         if buffer not in self._buffers:
@@ -259,6 +302,11 @@ class GlfwSurface:
     def _on_position(self, _window: Any, left: int, top: int) -> None:
         self.position_px = on_its_panel((left, top))
         self._moved = True
+
+
+def _same(one: Any, other: Any) -> bool:
+    """Whether two of glfw's pointers are of one monitor."""
+    return ctypes.addressof(one.contents) == ctypes.addressof(other.contents)
 
 
 def on_its_panel(corner_px: tuple[int, int]) -> tuple[int, int]:

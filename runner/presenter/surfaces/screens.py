@@ -10,15 +10,21 @@ from dataclasses import dataclass
 from typing import Any
 
 from devices.compensation import Size
+from devices.display import GammaTable
 
 
 @dataclass(frozen=True, slots=True)
 class Monitor:
-    """A screen as the window system has it; ``refresh_hz`` is None where it is not reported."""
+    """A screen as the window system has it; ``refresh_hz`` is None where it is not reported.
+
+    ``gamma_table`` is what is loaded on it; ``position_px`` is where its top left corner stands on the desktop.
+    """
 
     name: str
     size_px: Size
     refresh_hz: float | None
+    gamma_table: GammaTable
+    position_px: tuple[int, int] = (0, 0)
 
     def __str__(self) -> str:
         rate = f" at {self.refresh_hz:g} Hz" if self.refresh_hz else ""
@@ -35,20 +41,22 @@ def monitors() -> tuple[Monitor, ...]:
     """
     import glfw
 
+    from runner.presenter.surfaces.gamma_tables import monitor_names
     from runner.presenter.surfaces.glfw_session import GlfwSession
 
     session = GlfwSession()
     try:
-        return tuple(_monitor(glfw, handle) for handle in glfw.get_monitors())
+        tables = session.gamma_tables()
+        return tuple(_monitor(glfw, name, handle, tables[name].table) for name, handle in monitor_names(glfw).items())
     finally:
         session.close()
 
 
-def _monitor(glfw: Any, handle: Any) -> Monitor:
+def _monitor(glfw: Any, name: str, handle: Any, table: GammaTable) -> Monitor:
     mode = glfw.get_video_mode(handle)
-    name = glfw.get_monitor_name(handle)
-    words = name.decode("utf-8", "replace") if isinstance(name, bytes) else str(name)
-    return Monitor(words, (int(mode.size.width), int(mode.size.height)), float(mode.refresh_rate) or None)
+    size_px = int(mode.size.width), int(mode.size.height)
+    left, top = glfw.get_monitor_pos(handle)
+    return Monitor(name, size_px, float(mode.refresh_rate) or None, table, (int(left), int(top)))
 
 
 def compositor() -> str:

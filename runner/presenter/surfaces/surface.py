@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Protocol, Self
@@ -17,6 +17,7 @@ from runner.ports import KeyPress
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
+from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 
 
@@ -85,6 +86,9 @@ class Surface(Protocol):
     def facts(self) -> SurfaceFacts:
         """What to record of it."""
 
+    def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
+        """Read the gamma table of the monitor that each eye's pixels stand on; unknown, and why, without a monitor."""
+
     def target(self, buffer: Buffer) -> moderngl.Framebuffer:
         """Bind ``buffer`` for drawing and return its framebuffer; raise PresentationError if there is none."""
 
@@ -137,6 +141,7 @@ def open_surface(
     windowed: bool = False,
     windows: int = 1,
     bits: Bits = 8,
+    identity: bool = False,
 ) -> Surface:
     """Open what scenes are drawn to: a window, or a framebuffer without one.
 
@@ -154,6 +159,8 @@ def open_surface(
         1, or 2 for one window for each eye; with ``egl``, two offscreen pictures.
     bits
         Bits of a channel's codes to ask for, 8 or 10. Where there are not 10, codes have 8, and ``facts`` has a remark.
+    identity
+        Whether a window's monitors get the identity as gamma table until it is closed; then what was there comes back.
 
     Returns
     -------
@@ -184,5 +191,5 @@ def open_surface(
     if backend == "null":
         return on_glfw.NullWindowSurface(size_px, bits)
     if windows == 2:
-        return on_glfw.DualWindowSurface(size_px, windowed=windowed, bits=bits)
-    return on_glfw.WindowSurface(size_px, stereo=stereo, windowed=windowed, bits=bits)
+        return on_glfw.DualWindowSurface(size_px, windowed=windowed, bits=bits, identity=identity)
+    return on_glfw.WindowSurface(size_px, stereo=stereo, windowed=windowed, bits=bits, identity=identity)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import glfw
@@ -15,6 +15,7 @@ from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces import gl_calls
+from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, context_hints, function_address
 from runner.presenter.surfaces.glfw_surface import GlfwSurface
@@ -29,14 +30,24 @@ class WindowSurface(GlfwSurface):
     Where no monitor has that resolution, or ``windowed`` is true, it is an undecorated window at the top left of
     the screen, and a remark says so. ``stereo`` asks for left and right buffers; if the driver has none, the window
     opens without them and its ``stereo`` is false. ``bits`` asks for codes of 8 bits a channel or 10; if the driver has
-    not 10, the window opens with 8, and a remark says so.
+    not 10, the window opens with 8, and a remark says so. ``identity`` loads the identity as the monitor's gamma table
+    until it is closed.
     """
 
     backend = "window"
 
-    def __init__(self, size_px: Size, *, stereo: bool = False, windowed: bool = False, bits: Bits = 8) -> None:
+    def __init__(
+        self,
+        size_px: Size,
+        *,
+        stereo: bool = False,
+        windowed: bool = False,
+        bits: Bits = 8,
+        identity: bool = False,
+    ) -> None:
         session = GlfwSession()
         try:
+            restored = session.restore_tables()
             monitor = None if windowed else _fitting_monitor(size_px)
             window = _create_window(size_px, monitor, bits, stereo=stereo)
             if stereo and not window:
@@ -44,6 +55,7 @@ class WindowSurface(GlfwSurface):
             if not window:
                 raise PresentationError(f"the window could not be opened: {session.why()}")
             super().__init__(session, window, size_px, vsync=True, bits=bits)
+            self.remarks += restored
             if monitor is None:
                 glfw.set_window_pos(window, 0, 0)
             if monitor is None and not windowed:
@@ -55,6 +67,8 @@ class WindowSurface(GlfwSurface):
             self.refresh_hz = _refresh_hz(monitor)
             self._settle()
             self._check_size(glfw.get_framebuffer_size(window))
+            if identity:
+                self._load_identity()
         except BaseException:
             session.close()
             raise
@@ -146,9 +160,10 @@ class DualWindowSurface(GlfwSurface):
     backend = "window"
     windows = 2
 
-    def __init__(self, size_px: Size, *, windowed: bool = False, bits: Bits = 8) -> None:
+    def __init__(self, size_px: Size, *, windowed: bool = False, bits: Bits = 8, identity: bool = False) -> None:
         session = GlfwSession()
         try:
+            restored = session.restore_tables()
             monitors: Sequence[Any] = (None, None) if windowed else _two_monitors(size_px)
             first = _create_for_eye(size_px, monitors[0], _TITLES[0], None, bits)
             second = first and _create_for_eye(size_px, monitors[1], _TITLES[1], first, bits)
@@ -161,6 +176,7 @@ class DualWindowSurface(GlfwSurface):
                 raise PresentationError(
                     f"the right window has {given[0]} bits a channel and the left one {self.bits} (ask for 8)"
                 )
+            self.remarks += restored
             glfw.make_context_current(first)
             self._listen(second)
             for window, left_px in ((first, 0), (second, size_px[0])):
@@ -172,6 +188,8 @@ class DualWindowSurface(GlfwSurface):
             session.complaints.clear()
             self._settle()
             self._check_size(glfw.get_framebuffer_size(second))
+            if identity:
+                self._load_identity()
         except BaseException:
             session.close()
             raise
@@ -196,6 +214,10 @@ class DualWindowSurface(GlfwSurface):
             return super().read(None)
         self._right.use()
         return self.calls.read_from(gl_calls.COLOUR_ATTACHMENT, self.size_px, self.bits)
+
+    def gamma_tables(self) -> Mapping[Eye, LoadedTable]:
+        """Read the gamma table of the monitor that each eye's window stands on."""
+        return {"left": self._table_under(self._window), "right": self._table_under(self._second.window)}
 
     def close(self) -> None:
         """Destroy both windows."""

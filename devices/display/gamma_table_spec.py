@@ -1,0 +1,42 @@
+"""What a display file says of the gamma table that was loaded while a mode was measured."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from pydantic import Field, NonNegativeFloat
+
+from devices.display.gamma_table import GammaTable
+from devices.errors import DeviceError
+from documents.yaml import Strict
+
+
+class GammaTableSpec(Strict):
+    """A gamma table: its hash, largest departure from the identity, size and entries; or why it is unknown.
+
+    The identity needs no entries. ``display fit`` writes it from the readings.
+    """
+
+    hash: str | None = None
+    departure_codes: NonNegativeFloat | None = None
+    size: int | None = Field(default=None, ge=2, le=65536)
+    entries: str | None = None
+    unknown: str | None = Field(default=None, min_length=1)
+
+    def table(self) -> GammaTable:
+        """Return the table; DeviceError if the keys do not make one."""
+        held = self.model_dump(exclude_none=True)
+        if self.unknown is not None and len(held) > 1:
+            raise DeviceError("a gamma table that is unknown has no other key")
+        return GammaTable.from_json(held)
+
+
+def gamma_table_lines(table: GammaTable) -> Sequence[str]:
+    """Return the YAML lines of ``table``, not indented, its key ``gamma_table`` first."""
+    if not table.known:
+        words = table.unknown.replace("\\", "\\\\").replace('"', '\\"')
+        return ["gamma_table:", f'  unknown: "{words}"']
+    facts = table.to_json()
+    lines = ["gamma_table:", f'  hash: "{facts["hash"]}"']
+    lines += [f"  departure_codes: {facts['departure_codes']:.3f}", f"  size: {facts['size']}"]
+    return [*lines, f'  entries: "{facts["entries"]}"'] if "entries" in facts else lines

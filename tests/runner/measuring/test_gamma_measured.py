@@ -1,0 +1,188 @@
+"""The gamma table that readings were taken with: kept, carried into the display file, held against what is loaded."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+from click.testing import CliRunner, Result
+
+from devices.display import EYES, GammaTable, read_display
+from devices.errors import MeasuringError
+from devices.measurements import read_measurements, read_session
+from documents import InputError
+from runner.cli.main import group
+from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
+from runner.measuring.station import measure_display
+from runner.measuring.verification import verify_display
+from tests.runner.measuring.displays import DISPLAY
+
+Load = Callable[[float], None]
+pytestmark = pytest.mark.window
+
+RIG = "schema_version: 1\ndisplay: display.yaml\nmode: row-interleaved\ndistance_mm: 700\n"
+SIMULATED = InstrumentOptions("simulated")
+IN_A_WINDOW = ShowOptions(settle_s=0.0, windowed=True)
+
+
+@pytest.fixture
+def folder(tmp_path: Path) -> Path:
+    (tmp_path / "display.yaml").write_text(DISPLAY)
+    (tmp_path / "rig.yaml").write_text(RIG)
+    return tmp_path
+
+
+def measure(folder: Path, name: str = "m.jsonl", **more: Any) -> dict[str, Any]:
+    """Read the grey patches in a window, and return the log's header."""
+    patches = PatchOptions(("grey",))
+    measure_display(folder / "rig.yaml", folder / name, SIMULATED, patches, IN_A_WINDOW, **more)
+    return dict(read_session(folder / name).header)
+
+
+def power(exponent: float) -> GammaTable:
+    return GammaTable.from_shares(np.linspace(0, 1, 256) ** exponent)
+
+
+def display_command(*words: object) -> Result:
+    return CliRunner().invoke(group, ["display", *map(str, words)])
+
+
+def test_readings_keep_the_table_through_every_file(folder: Path, load_table: Load) -> None:
+    header = measure(folder, tables=(folder / "m.csv", folder / "m.ti3"))
+    assert header["gamma_table"] == power(1.1).to_json()
+    for name in ("m.jsonl", "m.csv"):
+        table = read_measurements(folder / name).gamma_table
+        assert table is not None
+        assert np.array_equal(np.asarray(table.entries), np.asarray(power(1.1).entries))
+    # In a .ti3 a table stands for codes that went through it, which hold with the identity.
+    of_ti3, plain = read_measurements(folder / "m.ti3"), read_measurements(folder / "m.jsonl")
+    assert of_ti3.gamma_table is not None
+    assert of_ti3.gamma_table.is_identity
+    np.testing.assert_allclose(of_ti3.codes, power(1.1).at(plain.codes), atol=1e-5)
+
+
+def test_a_fit_carries_the_table_into_the_display_file(folder: Path, load_table: Load) -> None:
+    patches = PatchOptions(("table_c1",))
+    measure_display(folder / "rig.yaml", folder / "m.jsonl", SIMULATED, patches, IN_A_WINDOW)
+    new = folder / "new.yaml"
+    told = display_command("fit", folder / "m.jsonl", "--model", "gog", "--brief", "-o", new)
+    assert told.exit_code == 0, told.output
+    assert "hold with the gamma table that was loaded, which is not the identity: off by up to 8.9" in told.output
+    held = yaml.safe_load(new.read_text())["modes"]["row-interleaved"]["gamma_table"]
+    assert held == power(1.1).to_json()
+    display = read_display(new)
+    assert all(display.gamma_table("row-interleaved", eye).same_as(power(1.1)) for eye in EYES)
+    # Readings that say nothing of a table take what the readings before said away.
+    bare = "".join(line for line in (folder / "m.csv").read_text().splitlines(True) if "gamma_table" not in line)
+    (folder / "bare.csv").write_text(bare)
+    told = display_command("fit", folder / "bare.csv", "--model", "gog", "--brief", "-o", new, "--replace")
+    assert told.exit_code == 0, told.output
+    assert not read_display(new).gamma_table("row-interleaved", "left").known
+
+
+def test_a_measurement_is_resumed_with_its_own_table_alone(folder: Path, load_table: Load) -> None:
+    measure(folder)
+    lines = (folder / "m.jsonl").read_text().splitlines(True)
+    (folder / "m.jsonl").write_text("".join(lines[:10]))
+    load_table(1.0)
+    with pytest.raises(MeasuringError, match="began with another gamma table"):
+        measure(folder, resume=True)
+    load_table(1.1)
+    measure(folder, resume=True)
+    assert not read_session(folder / "m.jsonl").missing
+
+
+def test_a_change_stops_the_measurement_without_the_reading_that_it_spoilt(folder: Path, load_table: Load) -> None:
+    def change(progress: Any) -> None:
+        if progress.done == 5:
+            load_table(0.9)
+
+    patches = PatchOptions(("grey",))
+    file = folder / "m.jsonl"
+    dialogue = Dialogue(on_progress=change)
+    report = measure_display(folder / "rig.yaml", file, SIMULATED, patches, IN_A_WINDOW, dialogue=dialogue)
+    assert "the gamma table on 'screen' changed" in report.outcome.stopped
+    assert len(report.session.readings) == report.outcome.taken == 5
+    stopped = [line for line in map(json.loads, file.read_text().splitlines()) if line["record"] == "note"]
+    assert "changed" in stopped[-1]["stopped"]
+    load_table(1.1)
+    measure(folder, resume=True)
+    assert not read_session(file).missing
+
+
+def test_a_rig_measures_with_the_identity(folder: Path, load_table: Load) -> None:
+    (folder / "rig.yaml").write_text(RIG + "gamma_table: identity\n")
+    assert measure(folder)["gamma_table"] == GammaTable.identity(256).to_json()
+    (folder / "rig.yaml").write_text(RIG)
+    assert measure(folder, "n.jsonl")["gamma_table"] == power(1.1).to_json()  # it is there again
+
+
+def stated(folder: Path, exponent: float) -> None:
+    """State in the display file which table it was measured with."""
+    held = json.dumps(power(exponent).to_json())
+    (folder / "display.yaml").write_text(DISPLAY.rstrip("\n") + f"\n    gamma_table: {held}\n")
+
+
+def test_a_display_is_verified_with_the_measured_table_alone(folder: Path, load_table: Load) -> None:
+    stated(folder, 1.0)
+    rig = folder / "rig.yaml"
+    with pytest.raises(MeasuringError, match="is not the one that the display was measured with"):
+        verify_display(rig, SIMULATED, IN_A_WINDOW, output=folder / "v.jsonl")
+    assert not (folder / "v.jsonl").exists()
+    said: list[str] = []
+    dialogue = Dialogue(warn=said.append)
+    accepted = verify_display(
+        rig, SIMULATED, IN_A_WINDOW, output=folder / "v.jsonl", accept_gamma_table=True, dialogue=dialogue
+    )
+    assert accepted.verdict is not None
+    assert any("is not the one" in words for words in said)
+    header = read_session(folder / "v.jsonl").header
+    assert (header["accepted_gamma_table"], header["gamma_table"]["hash"]) == (True, power(1.1).sha256)
+    assert header["measured_gamma_table"]["both"]["hash"] == power(1.0).sha256
+    stated(folder, 1.1)
+    same = verify_display(rig, SIMULATED, IN_A_WINDOW, output=folder / "w.jsonl")
+    assert same.verdict is not None
+
+
+def test_without_a_window_the_readings_say_why_the_table_is_unknown(folder: Path) -> None:
+    show = ShowOptions(settle_s=0.0, backend="egl")
+    try:
+        measure_display(folder / "rig.yaml", folder / "m.jsonl", SIMULATED, PatchOptions(("grey",)), show)
+    except InputError as error:
+        pytest.skip(str(error))
+    table = read_measurements(folder / "m.csv").gamma_table
+    assert table is not None
+    assert table.unknown == "it was drawn without a window"
+
+
+@pytest.mark.parametrize(
+    ("held", "words"),
+    [
+        ("{size: 256}", "size and hash"),
+        ("{hash: abc, size: 256, departure_codes: 12.0}", "needs its entries"),
+        ("{hash: abc, size: 4, entries: eJxjYBgFIw0AAAEgAAE=}", "does not hold|cannot be read|not that of"),
+        ("{hash: abc, size: 1}", "greater than or equal to 2|at least 2"),
+        ("{unknown: nobody looked, size: 256}", "no other key"),
+        ("{loaded: identity}", "loaded"),
+    ],
+)
+def test_a_wrong_table_in_a_display_file_is_found_at_its_place(folder: Path, held: str, words: str) -> None:
+    text = DISPLAY.rstrip("\n") + f"\n    gamma_table: {held}\n"
+    (folder / "display.yaml").write_text(text)
+    with pytest.raises(InputError, match=words) as raised:
+        read_display(folder / "display.yaml")
+    (finding,) = raised.value.findings
+    assert finding.line == len(text.splitlines())
+
+
+def test_a_wrong_table_in_a_csv_is_found_at_its_line(tmp_path: Path) -> None:
+    text = "# codes: 0..255\n# gamma_table: hash=abc size=256 departure_codes=30\nred,green,blue,X,Y,Z\n0,0,0,1,1,1\n"
+    (tmp_path / "m.csv").write_text(text)
+    with pytest.raises(InputError, match="needs its entries") as raised:
+        read_measurements(tmp_path / "m.csv")
+    assert raised.value.findings[0].line == 2

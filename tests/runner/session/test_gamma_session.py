@@ -1,0 +1,215 @@
+"""Sessions in a real window whose gamma table really changes: refused, accepted, stopped in the middle, resumed."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import yaml
+
+from analysis.records.session_record import SessionLog, read_session, session_files
+from devices.display import GammaTable, gamma_table_lines
+from runner.check.files import check_file
+from runner.check.report import CheckOptions
+from runner.errors import SessionError, SessionStoppedError
+from runner.presenter.gamma_check import GammaWatch
+from runner.session import station
+from runner.session.run import SessionOptions, run_session
+from runner.session.status import SessionStatus
+
+Study = Any  # tests/conftest.py
+Load = Callable[[float], None]
+Cyclopean = Callable[..., "subprocess.CompletedProcess[str]"]
+pytestmark = pytest.mark.window
+
+
+def measured_with(study: Study, exponent: float | None) -> None:
+    """State in the display file that it was measured with this power of the code as gamma table."""
+    shares = np.linspace(0.0, 1.0, 256)
+    table = GammaTable.unreadable("nobody looked") if exponent is None else GammaTable.from_shares(shares**exponent)
+    lines = "".join(f"    {line}\n" for line in gamma_table_lines(table))
+    study.edit("display.yaml", "    source: made up for tests\n", f"    source: made up for tests\n{lines}")
+
+
+def options(study: Study, **more: Any) -> SessionOptions:
+    settings: dict[str, Any] = {"results": study.results, "simulate": study.observers, "backend": "window"}
+    return SessionOptions(**settings, windowed=True, **more)
+
+
+def log_of(study: Study) -> SessionLog:
+    (file,) = session_files(study.results)
+    return read_session(file)
+
+
+def test_the_measured_table_lets_a_session_run_and_is_recorded(study: Study, load_table: Load) -> None:
+    measured_with(study, 1.1)
+    said: list[str] = []
+    assert run_session(study.experiment, "01", options(study, notify=said.append)).ending == "completed"
+    assert not [line for line in said if "gamma" in line]
+    log = log_of(study)
+    held = log.header.presentation["gamma_table"]
+    table = GammaTable.from_shares(np.linspace(0, 1, 256) ** 1.1)
+    assert held["measured"]["both"]["hash"] == held["loaded"]["both"]["hash"] == table.sha256
+    assert held["loaded"]["both"]["departure_codes"] == pytest.approx(table.departure_codes, abs=1e-3)
+    assert (held["accepted"], held["set"], held["loaded"]["both"]["monitor"]) == (False, None, "screen")
+    end = json.loads(log.file.read_text().splitlines()[-1])
+    assert 1 <= end["work"]["gamma_table_reads"] <= 1 + len(log.trials) + 2
+
+
+def test_another_table_is_refused_and_accepted_where_asked(
+    study: Study, load_table: Load, cyclopean: Cyclopean
+) -> None:
+    measured_with(study, 1.0)
+    with pytest.raises(SessionError, match="is not the one that the display was measured with"):
+        run_session(study.experiment, "01", options(study))
+    assert not list(session_files(study.results)) if study.results.exists() else True
+    command = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--backend", "window"]
+    told = cyclopean(*command, "--windowed", "--results", study.results, expect=2)
+    assert "--accept-gamma-table" in told.stderr
+    told = cyclopean(*command, "--windowed", "--results", study.results, "--accept-gamma-table")
+    assert "warning: the gamma table loaded on 'screen'" in told.stderr
+    header = log_of(study).header
+    assert header.presentation["gamma_table"]["accepted"] is True
+    assert any("is not the one" in remark for remark in header.remarks)
+
+
+def test_what_is_not_known_is_a_warning(study: Study, load_table: Load) -> None:
+    measured_with(study, None)
+    said: list[str] = []
+    run_session(study.experiment, "01", options(study, notify=said.append))
+    (warning,) = [line for line in said if "gamma" in line]
+    assert "is not known: nobody looked; loaded on 'screen' is not the identity" in warning
+    assert log_of(study).header.presentation["gamma_table"]["measured"] == {"both": {"unknown": "nobody looked"}}
+
+
+def test_check_refuses_the_table_that_a_session_would(study: Study, load_table: Load) -> None:
+    def checked(**more: Any) -> tuple[str, str]:
+        report = check_file(study.experiment, CheckOptions(results=study.results, pictures=False, **more))
+        assert "gamma_tables" in report.facts["screen"]
+        errors, warnings = ("\n".join(map(str, found)) for found in (report.errors, report.warnings))
+        return errors, warnings
+
+    assert "measured with is not known: the display file does not state it" in checked()[1]
+    measured_with(study, 1.0)
+    errors, warnings = checked()
+    assert "is not the one that the display was measured with" in errors
+    errors, warnings = checked(accept_gamma_table=True)
+    assert (errors, "is not the one" in warnings) == ("", True)
+    load_table(1.0)
+    errors, warnings = checked()
+    assert "gamma" not in errors + warnings
+    load_table(1.1)
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
+    errors, warnings = checked()
+    assert "gamma" not in errors + warnings
+
+
+@pytest.fixture
+def at_every_trial(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Look at the table at every trial: a simulated observer answers many times in a second."""
+    monkeypatch.setattr(station, "GammaWatch", partial(GammaWatch, every_s=0.0))
+
+
+def change_at(answered: int, load_table: Load, exponent: float) -> Callable[[SessionStatus], None]:
+    def on_trial(status: SessionStatus) -> None:
+        if status.answered == answered:
+            load_table(exponent)
+
+    return on_trial
+
+
+def test_a_change_stops_the_session_loses_nothing_and_is_resumed(
+    study: Study, load_table: Load, at_every_trial: None
+) -> None:
+    measured_with(study, 1.1)
+    changes = options(study, on_trial=change_at(2, load_table, 0.9))
+    with pytest.raises(SessionStoppedError, match=r"changed: .*before this is saved.*--resume"):
+        run_session(study.experiment, "01", changes)
+    log = log_of(study)
+    assert not log.complete
+    assert sum(trial.kind == "all_pairs" for trial in log.trials) == 2
+    (note,) = log.notes
+    assert (note.by, "the gamma table on 'screen' changed" in note.text) == ("program", True)
+    with pytest.raises(SessionError, match="is not the one"):
+        run_session(study.experiment, "01", options(study, resume=True))
+    load_table(1.1)
+    assert run_session(study.experiment, "01", options(study, resume=True)).ending == "completed"
+    log = log_of(study)
+    assert sum(trial.kind == "all_pairs" for trial in log.trials) == 6
+    assert log.complete
+
+
+def test_an_accepted_change_is_noted_once_where_it_came(study: Study, load_table: Load, at_every_trial: None) -> None:
+    measured_with(study, 1.1)
+    accepted = options(study, on_trial=change_at(3, load_table, 0.9), accept_gamma_table=True)
+    assert run_session(study.experiment, "01", accepted).ending == "completed"
+    log = log_of(study)
+    (note,) = log.notes
+    assert "changed" in note.text
+    assert sum(trial.kind == "all_pairs" for trial in log.trials) == 6
+
+
+def test_a_session_is_not_resumed_with_another_table_though_none_was_measured(
+    study: Study, load_table: Load, at_every_trial: None
+) -> None:
+    with pytest.raises(SessionStoppedError):
+        run_session(study.experiment, "01", options(study, on_trial=change_at(2, load_table, 0.9)))
+    with pytest.raises(SessionError, match="began with another gamma table"):
+        run_session(study.experiment, "01", options(study, resume=True))
+    done = run_session(study.experiment, "01", options(study, resume=True, accept_gamma_table=True))
+    assert done.ending == "completed"
+    (resumption,) = log_of(study).resumptions
+    assert set(resumption.accepted_changes) == {"gamma_table"}
+
+
+def test_a_rig_sets_the_identity_for_its_sessions(study: Study, load_table: Load) -> None:
+    measured_with(study, 1.0)
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
+    assert run_session(study.experiment, "01", options(study)).ending == "completed"
+    held = log_of(study).header.presentation["gamma_table"]
+    assert held["set"] == "identity"
+    assert held["loaded"]["both"]["departure_codes"] == 0.0
+    study.edit("rig.yaml", "gamma_table: identity\n", "")
+    with pytest.raises(SessionError, match="is not the one"):
+        run_session(study.experiment, "02", options(study))
+
+
+def test_without_a_window_nothing_is_said_or_refused(study: Study, load_table: Load) -> None:
+    measured_with(study, 1.0)
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
+    said: list[str] = []
+    settings = SessionOptions(results=study.results, simulate=study.observers, notify=said.append)
+    assert run_session(study.experiment, "01", settings).ending == "completed"
+    assert not [line for line in said if "gamma" in line]
+    held = log_of(study).header.presentation["gamma_table"]
+    assert held["loaded"] == {"both": {"monitor": "", "unknown": "it was drawn without a window"}}
+
+
+def test_another_table_in_the_display_file_is_another_display(study: Study, tmp_path: Path) -> None:
+    from runner.protocol.experiment import read_experiment
+    from runner.session.header import hashes
+    from runner.session.picture_source import build_stimuli
+
+    def digests() -> dict[str, str]:
+        design = read_experiment(study.experiment)
+        return hashes(design, build_stimuli(design))
+
+    plain = digests()
+    measured_with(study, 1.2)
+    stated = digests()
+    assert {name for name, digest in stated.items() if digest != plain[name]} == {"display"}
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
+    assert {name for name, digest in digests().items() if digest != stated[name]} == {"rig"}
+
+
+def test_a_rig_knows_no_other_table(study: Study, cyclopean: Cyclopean) -> None:
+    study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: linear\n")
+    told = cyclopean("check", study.folder / "rig.yaml", "--no-screen", expect=2)
+    assert "identity" in told.stderr
+    assert yaml.safe_load((study.folder / "rig.yaml").read_text())["gamma_table"] == "linear"
