@@ -10,6 +10,7 @@ from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
 from devices.display.model_spec import MixturesSpec
 from devices.display.plvc import Plvc
+from devices.display.srgb_curve import SrgbCurve
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import ToneCurve
 
@@ -34,13 +35,17 @@ def model_lines(model: DisplayModel, source: str, observer: str = DEFAULT_OBSERV
             lines.append("  mixtures_XYZ_cd_m2:")
             rows_of = zip(MixturesSpec.model_fields, model.mixtures_XYZ_cd_m2.tolist(), strict=True)
             lines += [f"    {name}: {_numbers(row)}" for name, row in rows_of]
+    elif all(isinstance(curve, SrgbCurve) for curve in model.curves):
+        lines.append("  kind: srgb")
     else:
         curves = [curve for curve in model.curves if isinstance(curve, ToneCurve)]
-        plain = all(curve.gain == 1 and curve.offset == 0 for curve in curves)
-        lines.append(f"  kind: {'gamma' if plain else 'gog'}")
+        lifted = any(curve.lift != 0 for curve in curves)
+        plain = not lifted and all(curve.gain == 1 and curve.offset == 0 for curve in curves)
+        lines.append(f"  kind: {'gamma' if plain else 'gogo' if lifted else 'gog'}")
         for colour, tone in zip(_COLOURS, curves, strict=True):
             rest = "" if plain else f"gain: {tone.gain!r}, offset: {_number(tone.offset)}, "
-            lines.append(f"  {colour + ':':6} {{{rest}gamma: {tone.gamma!r}}}")
+            lift = f", lift: {_number(tone.lift)}" if lifted else ""
+            lines.append(f"  {colour + ':':6} {{{rest}gamma: {tone.gamma!r}{lift}}}")
     return [*lines, f"observer: {observer}", f"source: {quoted(source)}"]
 
 

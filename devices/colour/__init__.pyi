@@ -6,5 +6,7 @@ from .spaces import rgb_to_xyz_matrix as rgb_to_xyz_matrix
 from .spaces import xyY_from_XYZ as xyY_from_XYZ
 from .spaces import xyz_to_lab as xyz_to_lab
 from .srgb_encoding import srgb as srgb
+from .srgb_encoding import srgb_decoded as srgb_decoded
+from .srgb_encoding import srgb_encoded as srgb_encoded
 from .white_points import WHITE_POINTS_XYZ as WHITE_POINTS_XYZ
 from .white_points import white_point as white_point

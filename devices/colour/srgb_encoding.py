@@ -1,4 +1,4 @@
-"""sRGB (IEC 61966-2-1): pictures and swatches for pages and sheets."""
+"""sRGB (IEC 61966-2-1): its tone curve, and pictures and swatches for pages and sheets."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from devices.colour.spaces import bradford_matrix, rgb_to_xyz_matrix
 Floats = NDArray[np.float64]
 SRGB_PRIMARIES_XY = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
 _D65_XY = (0.3127, 0.3290)
+_STRAIGHT_TO = 0.0031308  # of light
 
 
 def srgb(xyz: ArrayLike, white_XYZ: ArrayLike | None = None) -> Floats:
@@ -38,4 +39,50 @@ def srgb(xyz: ArrayLike, white_XYZ: ArrayLike | None = None) -> Floats:
     if white_XYZ is not None:
         linear_from_XYZ = linear_from_XYZ @ bradford_matrix(white_XYZ, matrix.sum(axis=1))
     light = np.clip(np.asarray(xyz, dtype=np.float64) @ linear_from_XYZ.T, 0.0, 1.0)
-    return np.asarray(np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055))
+    return srgb_encoded(light)
+
+
+def srgb_encoded(light: ArrayLike) -> Floats:
+    """Return the codes of linear light by sRGB's tone curve.
+
+    Parameters
+    ----------
+    light
+        Linear light as a share of full, of any shape; below 0 the straight start goes on.
+
+    Returns
+    -------
+    ndarray
+        Codes, 0..1 for light in 0..1, of the same shape [IEC1999].
+
+    Examples
+    --------
+    >>> srgb_encoded([0.0, 0.5, 1.0]).round(6).tolist()
+    [0.0, 0.735357, 1.0]
+    """
+    linear = np.asarray(light, dtype=np.float64)
+    curved = 1.055 * np.maximum(linear, _STRAIGHT_TO) ** (1 / 2.4) - 0.055
+    return np.asarray(np.where(linear <= _STRAIGHT_TO, 12.92 * linear, curved))
+
+
+def srgb_decoded(code: ArrayLike) -> Floats:
+    """Return the linear light of codes by sRGB's tone curve: undoes `srgb_encoded`.
+
+    Parameters
+    ----------
+    code
+        Codes of any shape, 1 for full; below 0 the straight start goes on.
+
+    Returns
+    -------
+    ndarray
+        Linear light as a share of full, of the same shape [IEC1999].
+
+    Examples
+    --------
+    >>> srgb_decoded([0.0, 0.5, 1.0]).round(6).tolist()
+    [0.0, 0.214041, 1.0]
+    """
+    codes = np.asarray(code, dtype=np.float64)
+    curved = ((np.maximum(codes, 0.0) + 0.055) / 1.055) ** 2.4
+    return np.asarray(np.where(codes <= 12.92 * _STRAIGHT_TO, codes / 12.92, curved))

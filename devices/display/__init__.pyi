@@ -20,9 +20,11 @@ from .plvc import Plvc as Plvc
 from .rig_file import Rig as Rig
 from .rig_file import RigSpec as RigSpec
 from .rig_file import read_rig as read_rig
+from .srgb_curve import SrgbCurve as SrgbCurve
 from .table_curve import TableCurve as TableCurve
 from .tone_curve import Curve as Curve
 from .tone_curve import ToneCurve as ToneCurve
+from .tone_curve import bt1886_curve as bt1886_curve
 from .verification_file import Verification as Verification
 from .verification_file import VerificationSpec as VerificationSpec
 from .verification_file import read_verification as read_verification

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Annotated, Literal
 
 import numpy as np
-from pydantic import Field, PositiveFloat
+from pydantic import Field, NonNegativeFloat, PositiveFloat
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
@@ -13,8 +13,9 @@ from devices.compensation.gain_map import GainMap, Normalise, Positions
 from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
+from devices.display.srgb_curve import SrgbCurve
 from devices.display.table_curve import TableCurve
-from devices.display.tone_curve import Curve, ToneCurve
+from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
 from devices.errors import DeviceError
 from documents import Finding
 from documents.yaml import Strict
@@ -82,6 +83,32 @@ class TableCurveSpec(Strict):
         """Return the curves of red, green and blue."""
         red, green, blue = (TableCurve(c.codes, c.light) for c in (self.red, self.green, self.blue))
         return red, green, blue
+
+
+class SrgbCurveSpec(Strict):
+    """The tone curve of sRGB (IEC 61966-2-1) in every channel."""
+
+    kind: Literal["srgb"]
+
+    def curves(self) -> tuple[Curve, Curve, Curve]:
+        """Return the curves of red, green and blue."""
+        return SrgbCurve(), SrgbCurve(), SrgbCurve()
+
+
+class Bt1886CurveSpec(Strict):
+    """The tone curve of ITU-R BT.1886 in every channel, for the panel's white and black: the mode's, or these."""
+
+    kind: Literal["bt1886"]
+    white_cd_m2: PositiveFloat | None = None
+    black_cd_m2: NonNegativeFloat | None = None
+
+    def curves(self, white_cd_m2: float, black_cd_m2: float) -> tuple[Curve, Curve, Curve]:
+        """Return the curves of red, green and blue for the luminances of the mode's white and black."""
+        curve = bt1886_curve(
+            white_cd_m2 if self.white_cd_m2 is None else self.white_cd_m2,
+            black_cd_m2 if self.black_cd_m2 is None else self.black_cd_m2,
+        )
+        return curve, curve, curve
 
 
 class PlvcChannelSpec(TableSpec):
@@ -153,7 +180,9 @@ class ModelSpec(Strict):
 
     black_XYZ_cd_m2: Triple
     primaries_XYZ_cd_m2: PrimariesSpec
-    curve: Annotated[CurveSpec | TableCurveSpec | PlvcSpec, Field(discriminator="kind")]
+    curve: Annotated[
+        CurveSpec | TableCurveSpec | SrgbCurveSpec | Bt1886CurveSpec | PlvcSpec, Field(discriminator="kind")
+    ]
     observer: ObserverSpec = DEFAULT_OBSERVER
     source: str = ""
     gamma_table: GammaTableSpec | None = None
@@ -161,11 +190,14 @@ class ModelSpec(Strict):
     def model(self) -> DisplayModel:
         """Return the display model."""
         primaries = self.primaries_XYZ_cd_m2
-        additive = DisplayModel(
-            np.array(self.black_XYZ_cd_m2),
-            np.array([primaries.red, primaries.green, primaries.blue]).T,
-            self.curve.curves(),
+        columns = np.array([primaries.red, primaries.green, primaries.blue]).T
+        black_cd_m2 = self.black_XYZ_cd_m2[1]
+        curves = (
+            self.curve.curves(float(black_cd_m2 + columns[1].sum()), black_cd_m2)
+            if isinstance(self.curve, Bt1886CurveSpec)
+            else self.curve.curves()
         )
+        additive = DisplayModel(np.array(self.black_XYZ_cd_m2), columns, curves)
         return self.curve.model(additive) if isinstance(self.curve, PlvcSpec) else additive
 
 

@@ -12,10 +12,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from devices.display.srgb_curve import SrgbCurve
 from devices.display.table_curve import TableCurve
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
+_BT1886_GAMMA = 2.4
 
 
 @dataclass(frozen=True, slots=True)
@@ -61,5 +63,42 @@ class ToneCurve:
         return ToneCurve(self.gain * scale, self.offset * scale, self.gamma, (self.lift - lowest) / span)
 
 
+def bt1886_curve(white_cd_m2: float, black_cd_m2: float) -> ToneCurve:
+    """Return the curve of ITU-R BT.1886 for a panel's white and black, without its black: light 0 at code 0.
+
+    BT.1886 gives L = a·(V + b)^2.4 from black to white. Light above black, as a share of white above black, is of the
+    GOGO family: (L − black) / (white − black).
+
+    Parameters
+    ----------
+    white_cd_m2, black_cd_m2
+        Luminances of the panel at code 1 and at code 0, black from 0 and below white.
+
+    Returns
+    -------
+    ToneCurve
+        A curve from 0 at code 0 to 1 at code 1 [BT1886].
+
+    Raises
+    ------
+    DeviceError
+        If black is below 0, or white not above it.
+
+    Examples
+    --------
+    >>> curve = bt1886_curve(100.0, 0.1)
+    >>> (0.1 + 99.9 * curve.linear([0.0, 0.5, 1.0])).round(3).tolist()
+    [0.1, 21.605, 100.0]
+    """
+    if not (np.isfinite(white_cd_m2) and 0.0 <= black_cd_m2 < white_cd_m2):
+        raise DeviceError(
+            f"BT.1886 needs a black from 0 cd/m² and a white above it, not {black_cd_m2:g} and {white_cd_m2:g}"
+        )
+    span = (white_cd_m2 - black_cd_m2) ** (1.0 / _BT1886_GAMMA)
+    dark = black_cd_m2 ** (1.0 / _BT1886_GAMMA)
+    gain, offset = (white_cd_m2 ** (1.0 / _BT1886_GAMMA) - dark) / span, dark / span
+    return ToneCurve(gain, offset, _BT1886_GAMMA, -black_cd_m2 / (white_cd_m2 - black_cd_m2))
+
+
 # What a display model asks of a channel's curve: `lift`, `linear`, `code` and `unclipped_code`.
-Curve = ToneCurve | TableCurve
+Curve = ToneCurve | TableCurve | SrgbCurve
