@@ -9,6 +9,9 @@ review", Journal of Electronic Imaging 21 (2012) 040902)::
 L and R are what the display sends to each eye through its own lens, K_left and K_right matrices (3, 3): K_left maps the
 light that the right eye would see to the light that reaches the left eye instead. The two lines are one system of six
 equations, the same at every pixel, so that its inverse is computed once.
+
+A leak may be negative: some LCD systems show an eye less light where the other eye's picture is brighter [Baker2016].
+The equations are the same; what has to be added for it is light that the eye's own picture cannot have near white.
 """
 
 from __future__ import annotations
@@ -25,7 +28,7 @@ Floats = NDArray[np.float64]
 
 # Beyond this the two eyes see almost the same mixture, and readings' noise decides what is shown.
 _MOST_CONDITION = 1e6
-# Readings of a leak of nothing may come out this much below nothing, as a share of the light that leaks.
+# A leak of less than this share of the light that leaks is next to none, be it below nothing or above.
 NOISE_SHARE = 1e-3
 
 
@@ -102,7 +105,7 @@ def _apply(matrix: Floats, left: ArrayLike, right: ArrayLike) -> tuple[Floats, F
 
 
 def check_leakage(crosstalk: Crosstalk, left_primaries_XYZ: ArrayLike, right_primaries_XYZ: ArrayLike) -> None:
-    """Refuse leaks that no glasses have, judged on the display's own colours.
+    """Refuse leaks that no glasses have, judged on the display's own colours. A leak may be negative.
 
     ``left_primaries_XYZ`` and ``right_primaries_XYZ`` are (3, 3) in cd/m², their columns the red, green and blue that
     each eye sees of its own picture.
@@ -110,8 +113,8 @@ def check_leakage(crosstalk: Crosstalk, left_primaries_XYZ: ArrayLike, right_pri
     Raises
     ------
     DeviceError
-        If the luminance leaking from the other eye's red, green, blue or white is negative (by more than a thousandth
-        of that colour's, which is noise) or more than the other eye itself sees of it.
+        If the luminance that the other eye's red, green, blue or white adds, or takes, is more than the other eye
+        itself sees of it.
     """
     sides = (("left", crosstalk.left, right_primaries_XYZ), ("right", crosstalk.right, left_primaries_XYZ))
     for eye, matrix, primaries in sides:
@@ -122,12 +125,12 @@ def check_leakage(crosstalk: Crosstalk, left_primaries_XYZ: ArrayLike, right_pri
 
 
 def refuse_leak(eye: str, colour: str, leaked_cd_m2: float, sent_cd_m2: float) -> None:
-    """Raise DeviceError unless ``leaked_cd_m2`` is between nothing and all of the luminance ``sent_cd_m2``."""
-    if -NOISE_SHARE * sent_cd_m2 <= leaked_cd_m2 <= sent_cd_m2:
+    """Raise DeviceError if ``leaked_cd_m2``, which may be negative, is more than all of ``sent_cd_m2``."""
+    if abs(leaked_cd_m2) <= sent_cd_m2:
         return
     other = "right" if eye == "left" else "left"
-    what = "less than none" if leaked_cd_m2 < 0 else "more than all"
+    what = "loses" if leaked_cd_m2 < 0 else "sees"
     raise DeviceError(
-        f"the {eye} eye sees {leaked_cd_m2:.4g} cd/m² of the {other} eye's {colour} ({sent_cd_m2:.4g} cd/m²), {what} "
-        f"of it; subtract the {eye} eye's black, and check which lens and which picture were measured"
+        f"the {eye} eye {what} {abs(leaked_cd_m2):.4g} cd/m² of the {other} eye's {colour} ({sent_cd_m2:.4g} cd/m²), "
+        f"more than all of it; subtract the {eye} eye's black, and check which lens and which picture were measured"
     )

@@ -13,7 +13,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.compensation.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, fit_crosstalk
+from devices.compensation.crosstalk_fit import BLACK, CrosstalkFit, CrosstalkReading, EyeFit, LeakShare, fit_crosstalk
 from devices.diagnostics.diagnosis import Cell, Check, Colour, Diagnosis, Line, Panel, Table, numbers
 from devices.diagnostics.readings import FLOOR_SHARE, SAME_DIGITS, by_code, means, patch_name, tag, tagged
 from devices.display.display_file import Eye
@@ -196,10 +196,11 @@ def crosstalk_readings(measurements: Measurements) -> tuple[CrosstalkReading, ..
 
 
 def crosstalk(measurements: Measurements) -> Diagnosis:
-    """Judge the largest share of luminance that leaks into an eye's black, in % of its own picture in that colour.
+    """Judge the largest share of luminance that leaks into an eye, in % of the colour that it leaks from.
 
-    White is judged where it was read, otherwise every colour that was. ``output`` is the `crosstalk:` of a display
-    file.
+    White is judged where it was read, otherwise every colour that was. A leak over a lit picture is judged where it is
+    negative beyond the readings' noise [Baker2016]; otherwise those into black are. ``output`` is the `crosstalk:` of a
+    display file.
     """
     try:
         readings = crosstalk_readings(measurements)
@@ -212,22 +213,31 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
     except DeviceError as error:
         return CROSSTALK.unjudged(f"The crosstalk could not be fitted: {error.findings[0].message}.")
     leaks = _leaks(readings)
-    judged = {key: leak for key, leak in leaks.items() if key[1] == "white"} or leaks
-    if not judged:
+    if not leaks:
         return CROSSTALK.unjudged("Read each colour that leaks through the lens of its own eye too.")
+    judged = {key: leak for key, leak in leaks.items() if key[1] == "white"} or leaks
     eye, colour = max(judged, key=lambda key: judged[key])
-    value = max(0.0, judged[eye, colour])
+    value, words = max(0.0, judged[eye, colour]), ""
+    words = f"Most leaks into the {eye} eye: {round(value, 4):.2g} % of {colour}'s luminance."
+    taken = [leak for leak in fit.shares if leak.negative]
+    if taken:
+        most = min([leak for leak in taken if leak.other == "white"] or taken, key=lambda leak: leak.share)
+        words += _negative_words(most, fit.left if most.eye == "left" else fit.right)
+        value = max(value, -100.0 * most.share)
     rows: list[tuple[Cell, ...]] = []
-    for key, leak in leaks.items():
-        seen_by = fit.left if key[0] == "left" else fit.right
+    negative = {(leak.eye, leak.own, leak.other): 100.0 * leak.share for leak in taken if leak.own != BLACK}
+    over_black = {(eye, BLACK, other): leak for (eye, other), leak in leaks.items()}
+    for (seen_by, own, other), leak in (over_black | negative).items():
+        eye_fit = fit.left if seen_by == "left" else fit.right
         rows.append(
             (
-                key[0],
-                key[1],
+                seen_by,
+                other,
+                own,
                 f"{round(leak, 3) + 0.0:.3f}",
-                seen_by.kind,
-                float(seen_by.readings),
-                seen_by.residual_max_cd_m2,
+                eye_fit.kind,
+                float(eye_fit.readings),
+                eye_fit.residual_max_cd_m2,
             )
         )
     names = list(dict.fromkeys(name for _, name in leaks))
@@ -241,9 +251,23 @@ def crosstalk(measurements: Measurements) -> Diagnosis:
         for side, tint in _TINTS
     )
     panel = Panel("", "colour in the other eye's picture", "leak, % of luminance", lines, (5.0,), x_names=tuple(names))
-    table = Table(("into the eye", "colour", "leak, %", "matrix", "readings", "largest residual, cd/m²"), tuple(rows))
-    words = f"Most leaks into the {eye} eye: {round(value, 4):.2g} % of {colour}'s luminance."
+    heads = ("into the eye", "colour", "over", "leak, %", "matrix", "readings", "largest residual, cd/m²")
+    table = Table(heads, tuple(rows))
     return CROSSTALK.judged(value, words, series=(panel,), table=table, output=crosstalk_yaml(fit))
+
+
+def _negative_words(leak: LeakShare, fit: EyeFit) -> str:
+    """Say that an eye sees less of its own picture for the other's, and what becomes of it."""
+    other = "right" if leak.eye == "left" else "left"
+    over = "black" if leak.own == BLACK else leak.own
+    words = (
+        f" The {leak.eye} eye sees less of its own picture ({over}) while the {other} eye's is {leak.other}, by "
+        f"{-100 * leak.share:.2g} ± {100 * leak.standard_error:.1g} % of {leak.other}'s luminance: negative crosstalk, "
+        "as some LCD systems have it [Baker2016]. It is undone by adding light, where there is room below full drive."
+    )
+    if fit.over_black_left_out:
+        words += " Readings over black, which has no light to take, were left out of the matrix."
+    return words
 
 
 def crosstalk_yaml(fit: CrosstalkFit) -> str:

@@ -115,7 +115,8 @@ class Simulated:
         """Return what the simulated instrument reads."""
         faults = self._faults
         time.sleep(faults.takes_s)
-        light = (self._own(showing) + self._leak(showing)) * self._share(showing)
+        # A negative leak takes no more light than there is.
+        light = np.maximum(self._own(showing) + self._leak(showing), 0.0) * self._share(showing)
         light = light * (1.0 + faults.drift_per_hour * showing.time_s / 3600.0)
         light = light * (1.0 - faults.warm_up_loss * float(np.exp(-showing.time_s / _WARM_UP_S)))
         rng = np.random.default_rng([self._seed, showing.position])

@@ -30,6 +30,7 @@ _COLOURS: Mapping[str, Codes] = MappingProxyType(
     }
 )
 _BLACK: Codes = (0.0, 0.0, 0.0)
+_GRAY_180: Codes = (180 / 255, 180 / 255, 180 / 255)
 _EYES: tuple[PatchEye, PatchEye] = ("left", "right")
 _WARM_UP_CODE = 120 / 255  # the grey of the thesis's Figure 3.8
 
@@ -65,14 +66,19 @@ def dark_weighted(steps: int = _DARK_STEPS) -> PatchSet:
 
 
 def crosstalk() -> PatchSet:
-    """Return, through each lens, each colour with the other eye's picture black, and black with it in the other's."""
+    """Return, through each lens, each colour alone, and black and a grey with it in the other eye's picture.
+
+    Over the grey a negative leak shows, which has nothing to take over black.
+    """
     patches = []
     for eye in _EYES:
         patches.append(Patch("black@other=black", _BLACK, other=_BLACK, eye=eye))
         for name, codes in _COLOURS.items():
             patches.append(Patch(f"{name}@other=black", codes, other=_BLACK, eye=eye))
             patches.append(Patch(f"black@other={name}", _BLACK, other=codes, eye=eye))
-    source = "each eye's colours alone, and the other eye's seen through its black"
+        for name, codes in {"black": _BLACK, **_COLOURS}.items():
+            patches.append(Patch(f"gray180@other={name}", _GRAY_180, other=codes, eye=eye))
+    source = "each eye's colours alone, and the other eye's seen through its black and over a grey"
     return _special("crosstalk", patches, source)
 
 

@@ -200,7 +200,11 @@ def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, 
         report.facts["filters_cost_mean_delta_e_00"] = _per_eye(clipping, "projection_delta_e_00_mean")
     ghosts = {name: costs["crosstalk"] for name, costs in clipping.items() if "crosstalk" in costs}
     if ghosts:
-        report.facts["ghost_percent"] = _per_eye(ghosts, "percent_negative")
+        short = _per_eye(ghosts, "percent_above_full")
+        report.facts["ghost_percent"] = {
+            name: [max(both) for both in zip(eyes, short[name], strict=True)]
+            for name, eyes in _per_eye(ghosts, "percent_negative").items()
+        }
         report.facts["ghost_cost_max_delta_e_00"] = _per_eye(ghosts, "delta_e_00_max")
         _ghosts(report, design, source)
     worst = {name: max(eyes) for name, eyes in report.facts["clipped_percent"].items()}
@@ -228,8 +232,8 @@ def _ghosts(report: CheckReport, design: Experiment, source: YamlSource) -> None
     most = max(kept, key=lambda name: max(percents[name]))
     what = (
         f"crosstalk cannot be cancelled everywhere in {len(kept)} of {counted(len(percents), 'stimulus', 'stimuli')}: "
-        f"{_some(kept)}; most in '{most}', where {max(percents[most]):.2f} % of an eye's pixels keep a ghost, "
-        f"and ΔE00 is at most {max(costs[most]):.1f}"
+        f"{_some(kept)}; most in '{most}', where {max(percents[most]):.2f} % of an eye's pixels keep a ghost of the "
+        f"other's, and ΔE00 is at most {max(costs[most]):.1f}"
     )
     models, can_lift = design.rig.models, not design.rig.lift_black
     can_lift = can_lift and models.left.additive and models.right.additive

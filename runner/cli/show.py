@@ -136,15 +136,16 @@ def _in_words(shown: ShownPicture) -> str:
 
 def _ghosts(cost: Mapping[str, float]) -> str:
     """Say what crosstalk could not be cancelled for an eye."""
-    percent = cost["percent_negative"]
-    if percent == 0.0 and cost["percent_above_full"] == 0.0:
-        return "crosstalk is cancelled at every pixel"
-    words = (
-        f"crosstalk cannot be cancelled at {percent:.2f} % of the pixels, which keep a ghost of the other eye's picture"
-    )
+    where = []
+    if cost["percent_negative"]:
+        where.append(
+            f"at {cost['percent_negative']:.2f} % of the pixels, which keep a ghost of the other eye's picture"
+        )
     if cost["percent_above_full"]:
-        words += f", and {cost['percent_above_full']:.2f} % would need more than full drive"
+        where.append(f"at {cost['percent_above_full']:.2f} % of the pixels, which would need more than full drive")
+    if not where:
+        return "crosstalk is cancelled at every pixel"
     return (
-        f"{words}; what this eye sees is {cost['delta_e_00_mean']:.3f} ΔE00 on average, at most "
-        f"{cost['delta_e_00_max']:.1f}, from what was asked"
+        f"crosstalk cannot be cancelled {' and '.join(where)}; what this eye sees is {cost['delta_e_00_mean']:.3f} "
+        f"ΔE00 on average, at most {cost['delta_e_00_max']:.1f}, from what was asked"
     )

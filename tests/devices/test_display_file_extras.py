@@ -54,6 +54,13 @@ def test_a_mode_holds_crosstalk_and_a_gain_map(tmp_path: Path, model: str) -> No
     assert gain_map.gain(0, 0) == pytest.approx(1 / 2.5)
 
 
+def test_a_leak_that_takes_light_is_held(tmp_path: Path) -> None:
+    display = read_display(_file(tmp_path, MODEL, CROSSTALK.replace("0.03", "-0.03")))
+    crosstalk = display.crosstalk("flat")
+    assert crosstalk is not None
+    assert crosstalk.left[0, 0] == -0.03
+
+
 def test_same_as_carries_both_along(tmp_path: Path) -> None:
     display = read_display(_file(tmp_path, MODEL, CROSSTALK, GAIN_MAP, "  side-by-side: {same_as: flat}\n"))
     crosstalk, gain_map = display.crosstalk("side-by-side"), display.gain_map("side-by-side")
@@ -83,7 +90,7 @@ def test_a_mode_without_them_has_none() -> None:
             ":10:7: ",
             "unknown key 'modes.flat.crosstalk.wrong'",
         ),
-        ((MODEL, CROSSTALK.replace("0, 0.03, 0]", "0, -0.4, 0]")), ":8:5: ", "less than none of it"),
+        ((MODEL, CROSSTALK.replace("0, 0.03, 0]", "0, -1.4, 0]")), ":8:5: ", "loses"),
         ((MODEL, CROSSTALK.replace("0, 0.04, 0]", "0, 1.4, 0]")), ":8:5: ", "more than all of it"),
         (
             (

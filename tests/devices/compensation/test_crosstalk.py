@@ -18,7 +18,7 @@ from devices.compensation.crosstalk_cancel import cancel_crosstalk, channel_cros
 from devices.compensation.crosstalk_fit import CrosstalkReading, fit_crosstalk
 from devices.compensation.dither import dither_codes, dither_thresholds
 from devices.compensation.gain_map import GainMap, Normalise
-from devices.display.display_file import Eye, EyeModels, read_display
+from devices.display.display_file import EYES, Eye, EyeModels, read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
@@ -226,7 +226,7 @@ def test_a_missing_reading_is_named(drop: tuple[str, str, str], part: str) -> No
 @pytest.mark.parametrize(
     ("xyz", "part"),
     [
-        ((0.0, -0.5, 0.0), "less than none of it"),
+        ((0.0, -0.5, 0.0), r"left eye's reading of black with white .* is -0.5 cd/m², less than none"),
         ((60.0, 60.0, 60.0), "more than all of it"),
         ((float("nan"), 1.0, 1.0), "needs three finite numbers"),
     ],
@@ -239,10 +239,91 @@ def test_impossible_leaks_are_refused(xyz: tuple[float, float, float], part: str
 
 def test_leaks_are_judged_on_the_display_s_colours() -> None:
     check_leakage(LEAK, LEFT_PRIMARIES, RIGHT_PRIMARIES)
-    with pytest.raises(DeviceError, match=r"the left eye sees -.* of the right eye's red .*less than none"):
-        check_leakage(Crosstalk(-0.05 * np.eye(3), LEAK.right), LEFT_PRIMARIES, RIGHT_PRIMARIES)
+    check_leakage(Crosstalk(-0.05 * np.eye(3), LEAK.right), LEFT_PRIMARIES, RIGHT_PRIMARIES)
+    with pytest.raises(DeviceError, match=r"the left eye loses .* of the right eye's red .*more than all"):
+        check_leakage(Crosstalk(-1.2 * np.eye(3), 0.1 * np.eye(3)), LEFT_PRIMARIES, RIGHT_PRIMARIES)
     with pytest.raises(DeviceError, match=r"the right eye sees .* of the left eye's red .*more than all"):
         check_leakage(Crosstalk(LEAK.left, 1.5 * np.eye(3)), LEFT_PRIMARIES, RIGHT_PRIMARIES)
+
+
+def _with_grey(
+    leaks: Crosstalk, seed: int = 0, noise: float = 0.0, repeats: int = 1, taken_over_black: bool = False
+) -> list[CrosstalkReading]:
+    """Readings as `display measure --set crosstalk` takes them: each colour over black and over a grey, and alone.
+
+    Over black a negative leak has nothing to take, unless ``taken_over_black``.
+    """
+    rng = np.random.default_rng(seed)
+    grey = {"black": [0, 0, 0], "grey": [0.46, 0.46, 0.46]}
+    found = []
+    for eye in EYES:
+        primaries = LEFT_PRIMARIES if eye == "left" else RIGHT_PRIMARIES
+        others, matrix = (RIGHT_PRIMARIES, leaks.left) if eye == "left" else (LEFT_PRIMARIES, leaks.right)
+        pairs = [(own, other) for own in grey for other in COLOURS] + [(c, "black") for c in COLOURS if c != "black"]
+        for own, other in dict.fromkeys(pairs):
+            leaked = matrix @ (others @ COLOURS[other])
+            if own == "black" and not taken_over_black:
+                leaked = np.maximum(leaked, 0.0)
+            light = BLACKS[eye] + primaries @ {**COLOURS, **grey}[own] + leaked
+            for _ in range(repeats):
+                x, y, z = (light * (1 + noise * rng.standard_normal(3)) + 1e-4 * rng.standard_normal(3)).tolist()
+                left, right = (own, other) if eye == "left" else (other, own)
+                found.append(CrosstalkReading(eye, left, right, (x, y, z)))
+    return found
+
+
+NEGATIVE = Crosstalk(
+    LEFT_PRIMARIES @ np.diag([-0.02, -0.03, -0.04]) @ np.linalg.inv(RIGHT_PRIMARIES),
+    RIGHT_PRIMARIES @ np.diag([0.02, 0.02, 0.03]) @ np.linalg.inv(LEFT_PRIMARIES),
+)
+
+
+def test_a_negative_leak_is_fitted_over_grey_where_black_has_no_light_to_take() -> None:
+    fit = fit_crosstalk(_with_grey(NEGATIVE))
+    assert fit.is_negative
+    assert {leak.eye for leak in fit.shares if leak.negative} == {"left"}
+    assert {leak.own for leak in fit.shares if leak.negative} == {"grey"}
+    assert (fit.left.over_black_left_out, fit.right.over_black_left_out) == (4, 0)
+    assert np.abs((fit.crosstalk.left - NEGATIVE.left) @ RIGHT_PRIMARIES).max() < 2e-3
+    assert np.abs((fit.crosstalk.right - NEGATIVE.right) @ LEFT_PRIMARIES).max() < 2e-3
+    check_leakage(fit.crosstalk, LEFT_PRIMARIES, RIGHT_PRIMARIES)
+    white = next(leak for leak in fit.shares if (leak.eye, leak.own, leak.other) == ("left", "grey", "white"))
+    assert white.share == pytest.approx(
+        (NEGATIVE.left @ RIGHT_PRIMARIES.sum(axis=1))[1] / RIGHT_PRIMARIES[1].sum(), abs=1e-4
+    )
+
+
+def test_a_negative_leak_that_black_shows_too_is_fitted_by_all_readings() -> None:
+    """Where black is bright enough to be dimmed, and black was subtracted, nothing is left out of an exact fit."""
+    above = [
+        replace(r, XYZ_cd_m2=tuple((np.array(r.XYZ_cd_m2) - BLACKS[r.eye]).tolist()))
+        for r in _with_grey(NEGATIVE, taken_over_black=True)
+    ]
+    fit = fit_crosstalk(above, {"left": np.zeros(3), "right": np.zeros(3)})
+    assert fit.is_negative
+    assert np.abs((fit.crosstalk.left - NEGATIVE.left) @ RIGHT_PRIMARIES).max() < 2e-3
+
+
+@pytest.mark.parametrize("repeats", [1, 3])
+def test_noise_around_no_crosstalk_is_not_called_negative(repeats: int) -> None:
+    """At most 1 measurement in 100 is, where none leaks or all leaks are positive; noise as its check allows it."""
+    found = [
+        fit_crosstalk(_with_grey(leaks, seed, 0.005, repeats)).is_negative
+        for seed in range(150)
+        for leaks in (NONE, LEAK)
+    ]
+    # 300 measurements at 1 %: more than 8 have a chance of 4 in 1000.
+    assert sum(found) <= 8
+
+
+@pytest.mark.parametrize(("noise", "repeats", "share"), [(0.001, 3, 0.01), (0.002, 1, 0.02), (0.005, 3, 0.02)])
+def test_a_planted_negative_leak_is_found(noise: float, repeats: int, share: float) -> None:
+    planted = Crosstalk(-share * np.eye(3), np.zeros((3, 3)))
+    found = [fit_crosstalk(_with_grey(planted, seed, noise, repeats)) for seed in range(40)]
+    assert sum(fit.is_negative for fit in found) >= 38
+    assert all(leak.eye == "left" for fit in found for leak in fit.shares if leak.negative)
+    shares = [(fit.crosstalk.left @ RIGHT_PRIMARIES.sum(axis=1))[1] / RIGHT_PRIMARIES[1].sum() for fit in found]
+    assert np.mean(shares) == pytest.approx(-share, abs=0.1 * share)
 
 
 # Cancelling
@@ -346,6 +427,42 @@ def test_a_ghost_on_black_is_clipped_counted_and_costed() -> None:
     assert cancelled.right_linear[:3] == pytest.approx(1.0, abs=1e-12)
     assert cancelled.right.worst_residual_cd_m2 < 1e-12
     assert cancelled.left.to_json()["percent_negative"] == 30.0
+
+
+def test_an_eye_that_loses_light_to_the_other_gets_it_back_as_far_as_full_drive() -> None:
+    """What is asked for is seen wherever light can be added; the brightest it can have is white less the leak."""
+    models = _models()
+    left, right = _pictures(models, 0.0, 0.9)
+    cancelled = cancel_crosstalk(models, NEGATIVE, left, right)
+    assert cancelled.left.negative == 0
+    for cost in (cancelled.left, cancelled.right):
+        assert cost.worst_residual_cd_m2 < 1e-2 or cost.negative > 0
+    codes = _codes(models, (cancelled.left_linear, cancelled.right_linear))
+    seen = seen_XYZ(models, NEGATIVE, *codes)
+    assert np.abs(seen[0] - left).max() < 1e-2 * models.left.white_XYZ_cd_m2[1]
+    # Without it the left eye would see so much less.
+    plain = seen_XYZ(models, NEGATIVE, models.left.code(left), models.right.code(right))
+    assert (left - plain[0])[..., 1].max() > 0.02 * models.left.white_XYZ_cd_m2[1]
+    # White in both eyes: the left eye cannot have it, and that is counted as above full, at what it costs.
+    whites = models.left.white_XYZ_cd_m2[np.newaxis], models.right.white_XYZ_cd_m2[np.newaxis]
+    full = cancel_crosstalk(models, NEGATIVE, *whites)
+    assert (full.left.above_full, full.left.negative, full.right.above_full) == (1, 0, 0)
+    assert full.left_linear == pytest.approx(1.0)
+    loss = -(NEGATIVE.left @ (RIGHT_PRIMARIES @ full.right_linear[0]))
+    assert full.left.worst_residual_cd_m2 == pytest.approx(loss.max(), rel=1e-9)
+    assert full.left.delta_e_00_max > 0.5
+    reach = models.left.white_XYZ_cd_m2 - loss
+    held = cancel_crosstalk(models, NEGATIVE, reach[np.newaxis], whites[1])
+    assert held.left.above_full == 0
+    assert held.left.worst_residual_cd_m2 < 1e-9
+
+
+def test_a_negative_leak_needs_no_lift() -> None:
+    models = _models()
+    only = Crosstalk(NEGATIVE.left, np.zeros((3, 3)))
+    left, right = _pictures(models, -0.05, 0.8)
+    assert needed_lift(models, only, left, right) == pytest.approx(0.0, abs=1e-12)
+    assert cancel_crosstalk(models, only, left, right).left.negative == 0
 
 
 def test_the_second_look_at_the_clipped_eye_leaves_less() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import re
 
 import pytest
 
@@ -51,6 +52,21 @@ def test_each_set_finds_its_own_fault(name: str, check: str, fault: dict[str, fl
     assert found.passed is False
     if value is not None:
         assert found.value == pytest.approx(value, rel=0.15)
+
+
+def test_negative_crosstalk_is_found_and_told_in_words() -> None:
+    found = _judged(read_sets(("crosstalk",), Faults(noise=0.001, crosstalk=-0.03)))["crosstalk"]
+    assert found.passed is True
+    assert found.value == pytest.approx(3.0, abs=0.4)
+    assert "eye sees less of its own picture (gray180) while the" in found.words
+    assert "negative crosstalk" in found.words
+    assert "were left out of the matrix" in found.words
+    numbers = [float(number) for number in re.findall(r"-?\d\.\d{6}", found.output)]
+    assert numbers[0] == pytest.approx(-0.03, abs=0.004)
+    assert _judged(read_sets(("crosstalk",), Faults(noise=0.001, crosstalk=-0.08)))["crosstalk"].passed is False
+    for seed in range(5):
+        none = _judged(read_sets(("crosstalk",), Faults(noise=0.005), seed=seed))["crosstalk"]
+        assert "negative" not in none.words
 
 
 def test_a_set_leaves_the_plain_readings_alone() -> None:

@@ -122,7 +122,7 @@ def test_check_and_report_tell_of_ghosts(study: Study) -> None:
     plain = CliRunner().invoke(group, ["check", str(study.experiment), "--no-screen"]).output
     _dark_against_bright(study.folder)
     words = CliRunner().invoke(group, ["check", str(study.experiment), "--no-screen"]).output
-    assert "most in 'one', where 100.00 % of an eye's pixels keep a ghost" not in plain
+    assert "most in 'one', where 100.00 % of an eye's pixels keep a ghost of" not in plain
     assert "most in 'one', where 100.00 % of an eye's pixels keep a ghost" in " ".join(words.split())
     assert "write lift_black: true in the rig file" in " ".join(words.split())
     assert "ghosts of crosstalk" in words
