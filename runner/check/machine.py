@@ -42,7 +42,6 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
         return
     panel = rig.display.panel
     try:
-        there = monitors()
         with open_surface(
             "window",
             _TRIED_PX,
@@ -53,6 +52,7 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
         ) as surface:
             facts = surface.facts
             reason = mode.unavailable(panel.resolution_px, stereo=surface.stereo, windows=surface.windows)
+        there = monitors()  # once the window has restored what a killed session left
     except (GraphicsError, InputError) as error:
         report.facts["screen"] = f"not looked at: {error}"
         faults.append(Finding(f"no window can be opened: {error}", rig.file))
@@ -70,6 +70,8 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
     )
     problems += _monitor_faults(there, rig) + _surface_faults(facts, rig)
     faults += [Finding(message, rig.file, remedy=remedy) for message, remedy in problems]
+    restored = [Finding(remark, rig.file) for remark in facts.remarks if "gamma table" in remark]
+    report.warnings.extend(restored)
     check_gamma_table(report, rig, there, windows=mode.windows, accept=options.accept_gamma_table)
 
 

@@ -9,13 +9,15 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from devices.display import GammaTable
 from devices.errors import MeasuringError
 from devices.patches import BEFORE_SETTLINGS, Arrangement, PatchEye, Step, steps
 from runner.measuring.keys import Keys
 from runner.measuring.options import Dialogue, PatchOptions, ShowOptions
 from runner.measuring.patch_screen import PatchScreen
-from runner.measuring.station import open_screen
+from runner.measuring.station import open_screen, table_read_with
 from runner.measuring.target import Target, read_target
+from runner.presenter.gamma_check import GammaWatch
 
 _BACK = ("left", "page_up", "backspace")
 _ON = ("right", "enter", "page_down")
@@ -136,8 +138,14 @@ def show_plan(
         if screen.highest != plan.highest:
             order = tuple(Step(step.position, step.label, step.patch.rounded(screen.highest)) for step in order)
         hold_s = None if each_s is None else show.settle_s + each_s
+        watch = GammaWatch(screen.surface.gamma_tables)
+        lit = any(loaded.monitor for loaded in watch.loaded.values())
+        gamma_table = table_read_with(watch.loaded, show.eye) if lit else None
         times_s = show_patches(screen, order, show.eye, hold_s, dialogue.say, on_shown, show.settle_s)
-        table = patch_table(order, show.eye, plan.target.mode.name, screen.surface.bits, times_s)
+        if change := watch.change(now=True):
+            dialogue.warn(f"{change}; read the patches again")
+            gamma_table = GammaTable.unreadable("it changed while the patches were shown")
+        table = patch_table(order, show.eye, plan.target.mode.name, screen.surface.bits, times_s, gamma_table)
     return PatchesShown(len(times_s), len(order), table)
 
 
@@ -183,12 +191,19 @@ def show_patches(
 
 
 def patch_table(
-    order: Sequence[Step], eye: str, mode: str, bits: int, times_s: Mapping[int, float] | None = None
+    order: Sequence[Step],
+    eye: str,
+    mode: str,
+    bits: int,
+    times_s: Mapping[int, float] | None = None,
+    gamma_table: GammaTable | None = None,
 ) -> str:
     """Return what was shown as CSV whose X, Y and Z are to be filled in; all of ``order`` without ``times_s``."""
     highest = (1 << bits) - 1
     out = io.StringIO()
     out.write(f"# codes: 0..{highest}\n# mode: {mode}\n")
+    if gamma_table is not None:
+        out.write(f"# gamma_table: {gamma_table.to_text()}\n")
     writer = csv.writer(out, lineterminator="\n")
     parts = any(step.patch.filled < 1 for step in order)
     more = [*(["time_s"] if times_s is not None else []), "eye"]

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Correction
-from devices.display import EYES, GammaTable
+from devices.display import EYES, Eye, GammaTable
 from devices.errors import MeasuringError
 from devices.instruments import Wiring, open_instrument
 from devices.measurements import MeasurementLog, Session, read_session, step_facts, write_measurements
@@ -29,6 +29,7 @@ from runner.measuring.patch_screen import AskedScreen, PatchScreen
 from runner.measuring.take_readings import Outcome, take_readings
 from runner.measuring.target import Target, read_target, wiring_of
 from runner.presenter.gamma_check import GammaWatch
+from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.surface import open_surface
 
 Floats = NDArray[np.float64]
@@ -200,7 +201,7 @@ def measure(
     sets = [patch_set.rounded(screen.highest) for patch_set in order.sets]
     planned = steps(sets, order.show.seed, order.show.repeat_every, eye=order.show.eye)
     watch = GammaWatch(screen.surface.gamma_tables, every_s=0.0)
-    gamma_table = _table_of(watch, order.show.eye)
+    gamma_table = table_read_with(watch.loaded, order.show.eye)
     facts = _facts(target, order, screen, planned) | {"gamma_table": gamma_table.to_json()}
     log: MeasurementLog | None = None
     begun = datetime.now(UTC)
@@ -250,15 +251,15 @@ def measure(
     return outcome, read_session(file)
 
 
-def _table_of(watch: GammaWatch, eye: PatchEye) -> GammaTable:
-    """Return the gamma table that ``eye`` is read with.
+def table_read_with(loaded: Mapping[Eye, LoadedTable], eye: PatchEye) -> GammaTable:
+    """Return the gamma table of those ``loaded`` that ``eye`` is read with.
 
     Raises
     ------
     MeasuringError
         If both eyes are read at once, and each has a monitor with a table of its own.
     """
-    left, right = (watch.loaded[each].table for each in EYES)
+    left, right = (loaded[each].table for each in EYES)
     if eye == "both" and left.same_as(right) is False:
         what = f"the left eye's gamma table is {left.sentence()}, the right eye's {right.sentence()}"
         raise MeasuringError(Finding(what, remedy="load the same on both monitors, or measure --eye left and right"))

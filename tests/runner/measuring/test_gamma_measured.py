@@ -186,3 +186,15 @@ def test_a_wrong_table_in_a_csv_is_found_at_its_line(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="needs its entries") as raised:
         read_measurements(tmp_path / "m.csv")
     assert raised.value.findings[0].line == 2
+
+
+def test_patches_shown_for_another_instrument_name_their_table(folder: Path, load_table: Load) -> None:
+    shown = folder / "shown.csv"
+    command = ["patches", folder / "rig.yaml", "--set", "grey", "--windowed", "--settle", "0", "--each", "0.001"]
+    told = display_command(*command, "-o", shown)
+    assert told.exit_code == 0, told.output
+    filled = shown.read_text().replace(",,,,", ",1,1,1,")
+    shown.write_text(filled)
+    table = read_measurements(shown).gamma_table
+    assert table is not None
+    assert table.same_as(power(1.1))

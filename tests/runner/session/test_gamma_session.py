@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import subprocess
+import sys
 from collections.abc import Callable
 from functools import partial
 from pathlib import Path
@@ -108,6 +109,18 @@ def test_check_refuses_the_table_that_a_session_would(study: Study, load_table: 
     study.edit("rig.yaml", "distance_mm: 700\n", "distance_mm: 700\ngamma_table: identity\n")
     errors, warnings = checked()
     assert "gamma" not in errors + warnings
+
+
+def test_check_looks_once_the_table_that_a_killed_session_left_is_restored(study: Study, load_table: Load) -> None:
+    measured_with(study, 1.1)
+    code = (
+        "import os\nfrom runner.presenter.surfaces.windows import WindowSurface\n"
+        "WindowSurface((320, 240), windowed=True, identity=True)\nos.kill(os.getpid(), 9)"
+    )
+    assert subprocess.run([sys.executable, "-c", code]).returncode == -9
+    report = check_file(study.experiment, CheckOptions(results=study.results, pictures=False))
+    assert "gamma" not in "\n".join(map(str, report.errors))
+    assert "a session that was killed left the identity" in "\n".join(map(str, report.warnings))
 
 
 @pytest.fixture
