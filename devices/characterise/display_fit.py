@@ -6,7 +6,7 @@ Where the readings are of either eye, each eye is fitted by itself.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, Literal
 
@@ -22,6 +22,7 @@ from devices.diagnostics.readings import is_plain, plain, tag
 from devices.display.display_file import PanelSpec
 from devices.display.gamma_table import GammaTable
 from devices.display.gamma_table_spec import gamma_table_lines
+from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.observer import for_observer
@@ -92,6 +93,8 @@ class DisplayFit:
     gamma_table
         The graphics card's table that the readings were taken with, which the display file names too; None where they
         do not state it.
+    monitor_settings
+        What the monitor's menu said when it was measured; the mode of a display file states it too.
     """
 
     mode: str | None
@@ -105,6 +108,7 @@ class DisplayFit:
     assumptions: tuple[str, ...] = ()
     observer: str = DEFAULT_OBSERVER
     gamma_table: GammaTable | None = None
+    monitor_settings: MonitorSettings = field(default_factory=MonitorSettings)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -132,7 +136,8 @@ class DisplayFit:
             source = "; ".join((source, *drift, *self.assumptions))
             table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
             models[eye] = [*model_lines(chosen.model, source, self.observer), *table]
-        return ModeLines(models, self.parts.lines)
+        settings = {"monitor_settings": lines} if (lines := self.monitor_settings.yaml_lines()) and models else {}
+        return ModeLines(models, {**self.parts.lines, **settings})
 
     def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> WrittenMode:
         """Write the mode into a display file; all else in the file stays as it is.
@@ -236,6 +241,7 @@ def fit_display(
     measurements = for_observer(measurements, observer or measurements.observer, str(file))
     if without_glasses is not None:
         without_glasses = for_observer(without_glasses, measurements.observer)
+    settings = MonitorSettings.parse(measurements.monitor_settings, str(file))
     readings = plain(measurements)
     apart = {"left", "right"} <= set(readings.eye)
     chosen_eyes: tuple[PatchEye, ...] = ("left", "right") if eye == "both" and apart else (eye,)
@@ -246,7 +252,7 @@ def fit_display(
             eyes[each] = _fit_eye(own, model, seed, keep_all=keep_all, correct_drift=correct_drift)
     origin = _origin(str(file), readings.instrument)
     parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
-    notes = [*parts.notes, *_notes_on_tags(measurements)]
+    notes = [*parts.notes, *_notes_on_tags(measurements), *settings.doubts]
     if eyes and "both" in readings.eye:
         notes += _notes_on_leakage(parts)
     loaded = readings.gamma_table
@@ -267,6 +273,7 @@ def fit_display(
         readings.assumptions,
         readings.observer,
         readings.gamma_table,
+        settings,
     )
 
 

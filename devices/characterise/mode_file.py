@@ -23,7 +23,7 @@ from documents.files import whole_file
 from documents.yaml import YamlSource, parse_yaml, read_yaml
 
 CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "observer", "source", "gamma_table")
-_PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map"}
+_PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map", "monitor_settings": "settings of the monitor"}
 # What YAML takes for the end of a line.
 _LINE = re.compile("[^\n\r\x85\u2028\u2029]*(?:\r\n|[\n\r\x85\u2028\u2029]|$)")
 
@@ -33,7 +33,7 @@ class ModeLines:
     """What is to be written of one mode, as lines of YAML that are not indented.
 
     ``models``: the lines of a model for ``both``, or for ``left``, ``right`` or the two; none to write parts alone.
-    ``parts``: the lines of ``crosstalk`` and ``gain_map``, their keys first.
+    ``parts``: the lines of ``crosstalk``, ``gain_map`` and ``monitor_settings``, their keys first.
     """
 
     models: Mapping[str, Sequence[str]]

@@ -15,6 +15,7 @@ from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_i
 from devices.diagnostics.readings import Kind, plain, primaries, tagged, untagged
 from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.display_file import EyeModels, read_display
+from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.observer import CIE_1931_2, for_observer
@@ -155,7 +156,23 @@ def judge_display(
     diagnoses = examine(sets, models=models, without_glasses=bare)
     every = [*sets, *([bare] if bare is not None else [])]
     notes = [f"{measured.label}: {words}" for measured in every for words in measured.measurements.assumptions]
+    notes += _settings_notes(every, display)
     return Verdicts(", ".join(measured.label for measured in sets), diagnoses, tuple(notes))
+
+
+def _settings_notes(sets: Sequence[MeasuredSet], display: Path | None) -> list[str]:
+    """Say how the monitor was set for each set of readings, and where its file says otherwise."""
+    notes = []
+    known = read_display(display).monitor_settings if display is not None else {}
+    for measured in sets:
+        if not (settings := MonitorSettings.parse(measured.measurements.monitor_settings, measured.label)).stated:
+            continue
+        notes.append(f"{measured.label}: the monitor was set to {settings.words}")
+        notes += [f"{measured.label}: {words}" for words in settings.doubts]
+        before = known.get(measured.measurements.mode)
+        if before is not None and (differences := settings.differences(before)):
+            notes.append(f"{measured.label}: the display file was measured otherwise: {'; '.join(differences)}")
+    return notes + [f"{mode}: measured with {held.words}" for mode, held in known.items() if not notes]
 
 
 def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> EyeModels:

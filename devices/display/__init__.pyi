@@ -13,6 +13,7 @@ from .gamma_table import GammaTable as GammaTable
 from .gamma_table_spec import gamma_table_lines as gamma_table_lines
 from .knot_table import knot_tables as knot_tables
 from .model import DisplayModel as DisplayModel
+from .monitor_settings import MonitorSettings as MonitorSettings
 from .plvc import MIXTURES as MIXTURES
 from .plvc import MOST_STEPS as MOST_STEPS
 from .plvc import NODES as NODES

@@ -19,6 +19,7 @@ from devices.display.gamma_table import GammaTable
 from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.model_spec import CrosstalkSpec, GainMapSpec, ModelSpec
+from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.text import did_you_mean
@@ -78,6 +79,7 @@ class _ExtrasSpec(Strict):
 
     crosstalk: CrosstalkSpec | None = None
     gain_map: GainMapSpec | None = None
+    monitor_settings: MonitorSettings | None = None
 
 
 class BothEyesSpec(ModelSpec, _ExtrasSpec):
@@ -173,6 +175,7 @@ class Display:
 
     ``observers`` is the colorimetric observer of each mode's XYZ, such as ``CIE 1931 2``.
     ``gamma_tables`` are those that were loaded while a mode was measured, as far as the file states them.
+    ``monitor_settings`` is what the monitor's menu said then, where the file states it.
     """
 
     file: str
@@ -184,6 +187,7 @@ class Display:
     lacking: dict[str, tuple[Eye, ...]] = field(default_factory=dict)
     observers: dict[str, str] = field(default_factory=dict)
     gamma_tables: dict[str, dict[Eye, GammaTable]] = field(default_factory=dict)
+    monitor_settings: dict[str, MonitorSettings] = field(default_factory=dict)
 
     def gamma_table(self, mode: str, eye: Eye) -> GammaTable:
         """Return the gamma table that ``eye`` was measured with in ``mode``; unknown if the file does not state it."""
@@ -265,6 +269,8 @@ def read_display(path: Path) -> Display:
 
 def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display) -> None:
     measured, mode = _measured(name, spec, source)
+    if mode.monitor_settings is not None:
+        display.monitor_settings[name] = mode.monitor_settings
     if isinstance(mode, PerEyeSpec) and (lacking := _located(mode.lacking, source, ("modes", measured))):
         display.lacking[name] = lacking
         return

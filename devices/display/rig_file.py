@@ -16,6 +16,7 @@ from devices.compensation.crosstalk_cancel import refuse_lift
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EYES, Display, Eye, EyeModels, read_display
 from devices.display.gamma_table import GammaTable
+from devices.display.monitor_settings import MonitorSettings
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
 from documents import Finding, InputError, load_document
@@ -40,6 +41,7 @@ class RigSpec(Strict):
     photodiode_verification: str | None = Field(default=None, min_length=1)
     observer: ObserverSpec = DEFAULT_OBSERVER
     gamma_table: Literal["identity"] | None = None
+    monitor_settings: MonitorSettings | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -51,7 +53,8 @@ class Rig:
     for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
     dithered, and whether the eyes share the mask; ``photodiode_verification`` is the record of onsets checked with a
     photodiode, or None. ``observer`` is the colorimetric observer of all XYZ: of the display's and of the stimuli's.
-    photodiode, or None. ``gamma_table`` is ``identity`` if that is to be loaded while a window shows something.
+    ``gamma_table`` is ``identity`` if that is to be loaded while a window shows something. ``monitor_settings`` are
+    those that the monitor is used with, or None where the rig does not state them.
     """
 
     file: str
@@ -68,6 +71,21 @@ class Rig:
     photodiode_verification: Verification | None
     observer: str = DEFAULT_OBSERVER
     gamma_table: Literal["identity"] | None = None
+    monitor_settings: MonitorSettings | None = None
+
+    @property
+    def measured_settings(self) -> MonitorSettings | None:
+        """What the monitor's menu said when the display was measured, or None where its file does not state it."""
+        return self.display.monitor_settings.get(self.characterised_as)
+
+    @property
+    def settings_doubts(self) -> tuple[str, ...]:
+        """Sentences on settings of the monitor that differ from those measured with, or change its light by itself."""
+        measured, used = self.measured_settings, self.monitor_settings
+        found = dict.fromkeys((used or measured or MonitorSettings()).doubts)
+        if measured and used and (differences := measured.differences(used)):
+            found["the display was measured with other settings of the monitor: " + "; ".join(differences)] = None
+        return tuple(found)
 
     @property
     def output_bits(self) -> Literal[8, 10]:
@@ -186,4 +204,5 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         verification,
         str(spec.observer),
         spec.gamma_table,
+        spec.monitor_settings,
     )

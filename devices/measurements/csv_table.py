@@ -4,9 +4,9 @@ Patches that did not fill the picture have the share of it that they filled in `
 ``surround_red,surround_green,surround_blue``; empty cells stand for all of it, and for black.
 
 The comments are ``# codes: 0..255``, ``# mode: quad-buffered``, ``# eye: left``, ``# instrument: ...``,
-``# notes: ...``, ``# panel: 1920x1080,0.2768,120,8``, ``# observer: CIE 1964 10`` and ``# gamma_table: ...``, the
-graphics card's table as `display measure` read it; ``R,G,B`` may stand for ``red,green,blue``, and names may be left
-out.
+``# notes: ...``, ``# panel: 1920x1080,0.2768,120,8``, ``# observer: CIE 1964 10``, ``# gamma_table: ...``, the graphics
+card's table as `display measure` read it, and ``# monitor_settings: {"brightness_percent": 35}``; ``R,G,B`` may stand
+for ``red,green,blue``, and names may be left out.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ _SURROUND = ("surround_red", "surround_green", "surround_blue")
 _KNOWN = ("name", *_NUMBERS, "time_s", "eye", "area", *_SURROUND)
 _COLUMNS = "name,red,green,blue,X,Y,Z,time_s,eye"
 _ALSO = {"r": "red", "g": "green", "b": "blue"}
-_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel", "observer", "gamma_table")
+_SAID = ("codes", "mode", "eye", "instrument", "notes", "panel", "observer", "gamma_table", "monitor_settings")
 _MOST_FINDINGS = 20
 _MOST_BYTES = 10_000_000
 
@@ -177,6 +177,7 @@ def parse_csv(lines: Iterable[str], file: str, code_range: str | None = None) ->
         assumptions=tuple(text for text in (assumed, left_out) if text),
         panel=header_values.get("panel", ""),
         observer=observer,
+        monitor_settings=header_values.get("monitor_settings", ""),
         area=area if "area" in columns else None,
         surround=surround / full if set(_SURROUND) & set(columns) else None,
         gamma_table=gamma_table,
@@ -249,7 +250,7 @@ def format_csv(measurements: Measurements, full: float = 255.0) -> str:
     """Return ``measurements`` as CSV text, comments first; see `write_csv`. Spectra are not part of it."""
     out = io.StringIO()
     out.write(f"# codes: 0..{full:g}\n")
-    for key in ("mode", "instrument", "notes", "panel"):
+    for key in ("mode", "instrument", "notes", "panel", "monitor_settings"):
         if text := " ".join(str(getattr(measurements, key)).split()):
             out.write(f"# {key}: {text}\n")
     if measurements.observer != CIE_1931_2:

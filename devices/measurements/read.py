@@ -133,6 +133,7 @@ def measurements_of(session: Session) -> Measurements:
         str(header["instrument"]),
         "; ".join(filter(None, (str(header.get("notes", "")), order))),
         panel=str(header.get("panel", "")),
+        monitor_settings=str(header.get("monitor_settings", "")),
         area=np.array([patch.filled for patch in patches]) if parts else None,
         surround=np.array([patch.surround for patch in patches]) if parts else None,
         gamma_table=GammaTable.from_json(header["gamma_table"]) if "gamma_table" in header else None,

@@ -34,6 +34,7 @@ class Measurements:
     readings hold; None where nothing is said of it. ``area``: shape (n,), the
     share of the picture that each patch filled, above 0 and at most 1; None: all of it each time. ``surround``: shape
     (n, 3), the codes around each patch, in 0..1; None: black. It means nothing where the area is 1.
+    ``monitor_settings``: what the monitor's menu said, as JSON (`devices.display.MonitorSettings`), empty if not known.
 
     Raises DeviceError if shapes disagree, a code or an area lies outside its range, or a number is not finite.
     """
@@ -54,6 +55,7 @@ class Measurements:
     gamma_table: GammaTable | None = None
     area: Floats | None = None
     surround: Floats | None = None
+    monitor_settings: str = ""
 
     def __post_init__(self) -> None:
         count = len(np.asarray(self.codes))
@@ -149,6 +151,7 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
     gamma = [table.gamma_table for table in tables]
     one_table = all(g is not None and of_first is not None and (g is of_first or of_first.same_as(g)) for g in gamma)
     panels = {table.panel for table in tables}
+    settings = {table.monitor_settings for table in tables}
     waves = [table.wavelengths_nm for table in tables]
     same = all(
         w is not None and first.wavelengths_nm is not None and np.array_equal(w, first.wavelengths_nm) for w in waves
@@ -176,4 +179,5 @@ def joined(tables: Sequence[Measurements]) -> Measurements:
         of_first if one_table else None,
         None if all(table.area is None for table in tables) else np.concatenate([table.filled for table in tables]),
         None if all(table.surround is None for table in tables) else np.concatenate([table.around for table in tables]),
+        settings.pop() if len(settings) == 1 else "",
     )

@@ -30,6 +30,7 @@ _RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
 _NAMES = ("SAMPLE_NAME", "SAMPLE_LOC", "SAMPLE_ID")
 # Ten thousand readings with a spectrum each.
 _MOST_BYTES = 50_000_000
+_SETTINGS = "MONITOR_SETTINGS"
 # Argyll writes a zero as -0.00100 at times. This much of 100 is a fortieth of a code of 8 bits.
 _ROUNDING = 0.01
 _MODE, _EYE, _TIME, _AREA = "STEREO_MODE", "EYE", "TIME_S", "PATCH_AREA"
@@ -104,6 +105,7 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         notes=_keyword_text(table, "DESCRIPTOR"),
         assumptions=tuple(notes),
         observer=stated.observer,
+        monitor_settings=_keyword_text(table, _SETTINGS),
         gamma_table=None if stated.calibration is None else GammaTable.identity(2),
         area=area,
         surround=surround,
@@ -194,6 +196,8 @@ def format_ti3(measurements: Measurements) -> str:
         head.append(f"OBSERVER {_quoted(argyll_observer(measurements.observer))}")
     if measurements.mode:
         head += [f'KEYWORD "{_MODE}"', f"{_MODE} {_quoted(measurements.mode)}"]
+    if measurements.monitor_settings:
+        head += [f'KEYWORD "{_SETTINGS}"', f"{_SETTINGS} {_quoted(measurements.monitor_settings)}"]
     keywords, spectral = spectral_head(measurements)
     eyes = [] if set(measurements.eye) <= {"both"} else [[_EYE, *measurements.eye]]
     times = [] if measurements.time_s is None else [[_TIME, *(repr(float(time)) for time in measurements.time_s)]]

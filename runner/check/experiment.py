@@ -32,6 +32,7 @@ WIDEST_DEG = 10.0
 NARROWEST_DEG = 0.2
 # A share of a picture's area: an odd pixel at its edge is nothing to warn of.
 LEAST_SEEN = 0.9
+SETTINGS_REMEDY = "set the monitor as it was measured, or measure it as it is used"
 
 
 def check_experiment(report: CheckReport, options: CheckOptions) -> None:
@@ -54,6 +55,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     )
     check_blocks(report, design, source)
     check_onsets(report, design.rig)
+    check_settings(report, design.rig)
     check_geometry(report, design, source)
     report.errors.extend(missing_pictures(design.recipe_file))
     if not report.errors and options.pictures:
@@ -182,6 +184,15 @@ def check_onsets(report: CheckReport, rig: Rig) -> None:
     if differs:
         what = f"{Path(verification.file).name} does not hold for this rig: {'; '.join(differs)}"
         report.warnings.append(Finding(what, rig.file, remedy="measure again, or leave it out"))
+
+
+def check_settings(report: CheckReport, rig: Rig) -> None:
+    """Report the monitor's settings, and where they differ from those measured with, or change the light."""
+    if rig.monitor_settings:
+        report.facts["monitor_settings"] = rig.monitor_settings.words
+    elif rig.measured_settings:
+        report.facts["monitor_settings"] = f"measured with {rig.measured_settings.words}; the rig does not state them"
+    report.warnings.extend([Finding(words, rig.file, remedy=SETTINGS_REMEDY) for words in rig.settings_doubts])
 
 
 def check_pictures(report: CheckReport, design: Experiment, source: YamlSource, options: CheckOptions) -> None:

@@ -10,7 +10,13 @@ from devices.camera import read_camera
 from devices.display import EYES, pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
 from documents.yaml import KIND_BY_KEY, read_yaml
-from runner.check.experiment import check_experiment, check_onsets, missing_pictures
+from runner.check.experiment import (
+    SETTINGS_REMEDY,
+    check_experiment,
+    check_onsets,
+    check_settings,
+    missing_pictures,
+)
 from runner.check.machine import check_screen
 from runner.check.report import CheckOptions, CheckReport
 from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
@@ -27,6 +33,10 @@ def check_display(report: CheckReport, options: CheckOptions) -> None:
     }
     report.facts.update({"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white})
     report.warnings.extend([display.unfinished(mode) for mode in display.lacking])
+    if display.monitor_settings:
+        report.facts["monitor_settings"] = {mode: held.words for mode, held in display.monitor_settings.items()}
+    doubts = dict.fromkeys(words for held in display.monitor_settings.values() for words in held.doubts)
+    report.warnings.extend([Finding(words, str(report.file), remedy=SETTINGS_REMEDY) for words in doubts])
 
 
 def check_rig(report: CheckReport, options: CheckOptions) -> None:
@@ -35,6 +45,7 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
     report.facts.update({"kind": "rig", "mode": rig.mode, "pixels_per_degree": round(density, 2)})
     check_onsets(report, rig)
+    check_settings(report, rig)
     check_screen(report, rig, options)
 
 

@@ -289,6 +289,7 @@ def _facts(target: Target, order: Order, screen: PatchScreen, planned: tuple[Ste
         "panel": target.panel.text,
         "mode": target.mode.name,
         "mode_options": target.mode_options,
+        **({"monitor_settings": target.monitor_settings.to_text()} if target.monitor_settings else {}),
         "eye": order.show.eye,
         "set": " + ".join(patch_set.name for patch_set in order.sets),
         "set_source": "; ".join(patch_set.source for patch_set in order.sets if patch_set.source),

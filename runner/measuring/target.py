@@ -11,7 +11,7 @@ from pydantic import BaseModel, ConfigDict
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.compensation import Crosstalk, GainMap
-from devices.display import EYES, Eye, EyeModels, GammaTable, PanelSpec, RigSpec, read_display
+from devices.display import EYES, Eye, EyeModels, GammaTable, MonitorSettings, PanelSpec, RigSpec, read_display
 from devices.errors import MeasuringError
 from devices.instruments import SimulatedDisplay, Wiring
 from devices.patches import PatchEye, PatchSet
@@ -38,6 +38,7 @@ class Target:
     """The ``file`` as given, the display file, its panel, the stereo mode, and its measurements if there are any.
 
     ``gamma_tables`` are those that each eye was measured with, ``identity`` is whether the rig asks for the identity.
+    ``monitor_settings`` are those that a rig file states, None where it does not or a display file was given.
     """
 
     file: Path
@@ -51,6 +52,7 @@ class Target:
     observer: str = DEFAULT_OBSERVER
     gamma_tables: Mapping[Eye, GammaTable] = field(default_factory=dict)
     identity: bool = False
+    monitor_settings: MonitorSettings | None = None
 
     @property
     def simulated(self) -> SimulatedDisplay | None:
@@ -128,6 +130,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     """
     options: dict[str, Any] = {}
     identity = False
+    settings: MonitorSettings | None = None
     display_file = path
     data = read_yaml(path).data
     if isinstance(data, dict) and "display" in data and "panel" not in data:
@@ -141,6 +144,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
             options = rig.mode_options
         identity = rig.gamma_table == "identity"
         mode = mode or rig.mode
+        settings = rig.monitor_settings
     if mode is None:
         raise MeasuringError(
             Finding("a display file does not say in which stereo mode", str(path), remedy="add --mode")
@@ -150,7 +154,9 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     # A new display file has no modes yet; one that has must be right.
     display = read_display(display_file) if (spec.model_extra or {}).get("modes") else None
     if display is None or mode not in display.modes:
-        return Target(path, display_file, spec.panel, stereo_mode, None, options, identity=identity)
+        return Target(
+            path, display_file, spec.panel, stereo_mode, None, options, identity=identity, monitor_settings=settings
+        )
     return Target(
         path,
         display_file,
@@ -163,6 +169,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         display.observers[mode],
         {eye: display.gamma_table(mode, eye) for eye in EYES},
         identity,
+        settings,
     )
 
 

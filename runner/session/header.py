@@ -51,7 +51,9 @@ def _rig_digest(rig: Rig) -> str:
     panel = rig.display.panel.model_dump(mode="json")
     viewing = [rig.distance_mm, rig.interpupillary_distance_mm, rig.glasses]
     gamma_table = [rig.gamma_table] if rig.gamma_table else []
-    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, *viewing, panel, *gamma_table])
+    settings = [rig.monitor_settings.stated] if rig.monitor_settings else []
+    stated = [*gamma_table, *settings]
+    return _digest([rig.mode, dict(rig.mode_options), rig.lift_black, rig.dither, *viewing, panel, *stated])
 
 
 def hashes(experiment: Experiment, stimuli: StimulusSet) -> dict[str, str]:
@@ -112,6 +114,11 @@ def make_header(
             "source": rig.display.sources[rig.characterised_as],
             "colorimetric_observer": rig.observer,
             "panel": panel.model_dump(mode="json"),
+            "monitor_settings": {
+                name: settings.stated
+                for name, settings in (("measured", rig.measured_settings), ("used", rig.monitor_settings))
+                if settings
+            },
             "white_XYZ_cd_m2": {
                 "left": [round(float(v), 6) for v in rig.models.left.shown_white_XYZ_cd_m2],
                 "right": [round(float(v), 6) for v in rig.models.right.shown_white_XYZ_cd_m2],

@@ -111,6 +111,7 @@ class Station:
         remarks = surface.facts.remarks + timing_remarks + tuple(filter(None, (verdict.refusal, verdict.warning)))
         if not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
+        remarks += rig.settings_doubts
         described = tuple(descriptions)
         return cls(
             experiment,

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from statistics import fmean, median
+from typing import Any
 
 from analysis.bootstrap.replicates import REPLICATES
 from analysis.comparisons.session_comparisons import is_comparison
@@ -69,6 +70,24 @@ def _people(sessions: Sequence[SessionLog], kept: Kept | None) -> str:
     return f"{words}. {left_out_words(kept)}"
 
 
+def _settings_words(settings: Mapping[str, Mapping[str, Any]]) -> str:
+    """Say how the monitor was set in the sessions and, where that was stated otherwise, when it was measured."""
+    listed = {when: ", ".join(map(_setting, stated, stated.values())) for when, stated in settings.items()}
+    words = f" The monitor was set to {listed['used']}." if listed.get("used") else ""
+    if listed.get("measured") and listed["measured"] != listed.get("used"):
+        words += f" When it was measured it was set to {listed['measured']}."
+    return words
+
+
+def _setting(name: str, value: bool | float | str) -> str:
+    """Say one entry of the monitor's menu, such as ``brightness 35 %``."""
+    said = f"{value:g}" if isinstance(value, float) else str(value)
+    if isinstance(value, bool):
+        said = "on" if value else "off"
+    words = name.removeprefix("other.").replace("_percent", "").replace(".", " ").replace("_", " ")
+    return f"{words} {said}{' %' if '_percent' in name else ''}"
+
+
 def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
     header = sessions[0].header
     display = header.display
@@ -90,6 +109,7 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
     if display.get("distance_mm"):
         words += f", at a distance of {display['distance_mm']:g} mm"
     words += "."
+    words += _settings_words(display.get("monitor_settings") or {})
     if display.get("source"):
         words += (
             f" Colours were reproduced by the display's characterisation in the mode {display.get('characterised_as')} "

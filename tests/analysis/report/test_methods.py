@@ -63,6 +63,10 @@ def test_display_question_and_observers_are_told(make_session: Maker) -> None:
         "distance_mm": 700.0,
         "glasses": "shutter",
         "crosstalk_cancelled": True,
+        "monitor_settings": {
+            "measured": {"brightness_percent": 35.0},
+            "used": {"gains_percent.red": 96.0, "local_dimming": False},
+        },
     }
     timing = {"swap_intervals": {"median_ms": 8.33, "p99_ms": 8.4, "longest_ms": 16.7, "missed": 1, "frames": 120}}
     presentation = {"renderer": "a card", "timing": {**timing, "verification": "verified with a photodiode"}}
@@ -78,6 +82,7 @@ def test_display_question_and_observers_are_told(make_session: Maker) -> None:
         "stereo mode quad-buffered, through shutter glasses, at a distance of 700 mm",
         "(a spectroradiometer), with a white of 11 cd/m² at the eye",
         "Crosstalk between the eyes was cancelled.",
+        "The monitor was set to gains red 96 %, local dimming off. When it was measured it was set to brightness 35 %.",
         "median 8.33 ms, longest 16.70 ms; 2 of 240 were late",
         "verified with a photodiode",
         "Which image is closer to the reference plate?",

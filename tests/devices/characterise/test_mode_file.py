@@ -117,7 +117,7 @@ def test_parts_are_added_by_themselves_and_kept_when_the_model_changes(shipped: 
     with pytest.raises(DeviceError, match="holds crosstalk already"):
         write_mode(shipped, "quad-buffered", _new({"crosstalk": [line.replace("0.05", "0.06") for line in CROSSTALK]}))
     told = write_mode(shipped, "quad-buffered", _new(both=2.0), replace=True)
-    assert "What was measured before stays: crosstalk." in told
+    assert "What was measured before stays: crosstalk, monitor_settings." in told
     assert read_display(shipped).crosstalk("quad-buffered") is not None
     with pytest.raises(DeviceError, match=r"is the same as another.*write into 'quad-buffered'"):
         write_mode(shipped, "side-by-side", _new({"crosstalk": CROSSTALK}), replace=True)

@@ -70,6 +70,19 @@ def test_pixels_that_can_be_seen_are_warned_of_with_the_distance_from_which_not(
     assert "pixels per degree" not in _messages(_check(study))
 
 
+def test_settings_of_the_monitor_that_differ_from_those_measured_with_are_warned_of(study: Study) -> None:
+    study.edit("display.yaml", "    source:", "    monitor_settings: {brightness_percent: 35}\n    source:")
+    assert "measured with brightness_percent 35" in _check(study).facts["monitor_settings"]
+    assert "settings of the monitor" not in _messages(_check(study))
+    with (study.folder / "rig.yaml").open("a") as rig:
+        rig.write("monitor_settings: {brightness_percent: 40, dynamic_contrast: true}\n")
+    warned = _messages(_check(study))
+    assert "other settings of the monitor: brightness_percent 35, not 40" in warned
+    assert "dynamic contrast is on" in warned
+    assert _messages(check_file(study.folder / "rig.yaml", CheckOptions(screen="skip"))).count("settings of the") == 1
+    assert check_file(study.folder / "display.yaml").facts["monitor_settings"]
+
+
 def test_pictures_smaller_than_their_place_are_warned_of(study: Study) -> None:
     assert "smaller than the aperture" not in _messages(_check(study))
     write_exr(study.folder / "two.exr", StereoImage.flat(np.ones((40, 79, 3), np.float32)))

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
+from devices.display import MonitorSettings
 from devices.display.display_file import read_display
 from devices.measurements import read_csv
 from devices.measurements.log import read_session
@@ -110,6 +111,15 @@ def test_the_measurement_says_what_it_is_of(folder: Path) -> None:
     assert header["instrument"] == "simulated (seed 5)"
     assert len(header["display_sha256"]) == 64
     assert header["surface"]["backend"] == "egl"
+
+
+def test_the_settings_of_the_rig_s_monitor_go_with_the_readings(folder: Path) -> None:
+    with (folder / "rig.yaml").open("a") as rig:
+        rig.write("monitor_settings: {brightness_percent: 35, preset: Standard}\n")
+    assert _measure(folder, "--set", "grey").exit_code == 0
+    for file in ("m.csv", "m.jsonl"):
+        settings = MonitorSettings.parse(read_measurements(folder / file).monitor_settings)
+        assert settings.stated == {"preset": "Standard", "brightness_percent": 35}
 
 
 def test_a_display_without_modes_can_be_measured_but_not_simulated(folder: Path) -> None:

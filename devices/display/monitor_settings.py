@@ -1,0 +1,145 @@
+"""The monitor's own settings, as its menu gives them: when it was measured (display file) and in use (rig file).
+
+No program reads them from the monitor; a person writes them down, as the thesis did in its Table 3.2 [Medina2016].
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator
+from typing import Annotated, Any, Literal
+
+from pydantic import Field, ValidationError
+
+from devices.errors import DeviceError
+from documents import Finding
+from documents.yaml import Strict
+
+Percent = Annotated[float, Field(ge=0, le=100)]
+Level = Percent | Annotated[str, Field(min_length=1)]
+
+# What changes the light by itself, with what is shown or with the room.
+_BY_ITSELF = {
+    "dynamic_contrast": "dynamic contrast is on: a patch's light changes with the rest of the picture",
+    "local_dimming": "local dimming is on: a patch's light changes with what is around it",
+    "automatic_brightness": "automatic brightness is on: the light changes with the room",
+}
+
+
+class GainsSpec(Strict):
+    """The gains of the channels in the monitor's menu, in percent."""
+
+    red: Percent
+    green: Percent
+    blue: Percent
+
+
+class MonitorSettings(Strict):
+    """What the monitor's menu says; whatever is not stated is not compared.
+
+    ``preset``: the name of the mode, such as the thesis's ``Standard``. ``colour_temperature``: a name or kelvin.
+    ``gamma_preset``: as the menu writes it. ``overdrive`` and ``lightboost`` (the strobed backlight of 3D modes):
+    percent or a name. ``input_range``: what the monitor takes codes for, 0..255 or 16..235. ``other``: further entries
+    by name.
+    """
+
+    preset: str | None = Field(default=None, min_length=1)
+    brightness_percent: Percent | None = None
+    contrast_percent: Percent | None = None
+    colour_temperature: Annotated[float, Field(ge=1000, le=25000)] | str | None = None
+    gains_percent: GainsSpec | None = None
+    saturation_percent: Percent | None = None
+    sharpness_percent: Percent | None = None
+    gamma_preset: float | str | None = None
+    overdrive: Level | None = None
+    lightboost: Level | None = None
+    dynamic_contrast: bool | None = None
+    local_dimming: bool | None = None
+    automatic_brightness: bool | None = None
+    input_range: Literal["full", "limited"] | None = None
+    firmware: str | None = None
+    other: dict[str, bool | float | str] = Field(default_factory=dict)
+
+    @property
+    def stated(self) -> dict[str, Any]:
+        """Every entry that is stated, by a name such as ``gains_percent.red`` or ``other.Eye Saver``."""
+        return dict(_flat(self.model_dump(mode="json", exclude_none=True)))
+
+    @property
+    def words(self) -> str:
+        """All that is stated, in a line."""
+        return ", ".join(f"{name.removeprefix('other.')} {_value(value)}" for name, value in self.stated.items())
+
+    @property
+    def doubts(self) -> tuple[str, ...]:
+        """Sentences on what makes the light change by itself, or codes mean something else."""
+        found = [words for name, words in _BY_ITSELF.items() if getattr(self, name)]
+        if self.input_range == "limited":
+            found.append("the monitor takes codes for 16..235: what lies beyond looks alike")
+        return tuple(found)
+
+    def differences(self, other: MonitorSettings) -> tuple[str, ...]:
+        """Return what both state differently, such as ``brightness_percent 35, not 40`` (``other``'s second)."""
+        mine, theirs = self.stated, other.stated
+        return tuple(
+            f"{name} {_value(value)}, not {_value(theirs[name])}"
+            for name, value in mine.items()
+            if name in theirs and theirs[name] != value
+        )
+
+    def to_text(self) -> str:
+        """Return all that is stated as JSON on one line; empty if nothing is."""
+        stated = self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+        return json.dumps(stated, ensure_ascii=False, sort_keys=False) if stated else ""
+
+    @classmethod
+    def parse(cls, text: str, file: str | None = None) -> MonitorSettings:
+        """Read what `to_text` writes.
+
+        Parameters
+        ----------
+        text
+            JSON, or nothing.
+        file
+            The file that it stands in, for the message.
+
+        Returns
+        -------
+        MonitorSettings
+            The entries of ``text``.
+
+        Raises
+        ------
+        DeviceError
+            If it is no JSON object of such settings.
+        """
+        if not text.strip():
+            return cls()
+        try:
+            return cls.model_validate_json(text, strict=True)
+        except ValidationError as error:
+            first = error.errors()[0]
+            where = ".".join(str(step) for step in first["loc"])
+            what = f"the monitor's settings are wrong: {f'{where}: ' if where else ''}{first['msg']}"
+            raise DeviceError(Finding(what, file, remedy='write them as {"brightness_percent": 35}')) from None
+
+    def yaml_lines(self) -> list[str]:
+        """Return the lines of a file's ``monitor_settings``, not indented; none if nothing is stated."""
+        stated = self.model_dump(mode="json", exclude_none=True, exclude_defaults=True)
+        # JSON is YAML: a scalar or a mapping in braces on a line each.
+        lines = [f"  {name}: {json.dumps(value, ensure_ascii=False)}" for name, value in stated.items()]
+        return ["monitor_settings:", *lines] if lines else []
+
+
+def _flat(values: dict[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    for name, value in values.items():
+        if isinstance(value, dict):
+            yield from _flat(value, f"{before}{name}.")
+        else:
+            yield f"{before}{name}", value
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    return f"{value:g}" if isinstance(value, float) else str(value)
