@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import importlib.util
 import os
 import subprocess
 import sys
@@ -14,6 +13,7 @@ import pytest
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.surfaces.egl import EglSurface
+from tests.runner.presenter.every_mode import draw
 
 SCRIPT = Path(__file__).with_name("every_mode.py")
 # What Mesa's drivers are to leave out.
@@ -41,12 +41,7 @@ def test_every_mode_needs_opengl_3_3_and_no_doubles(tmp_path: Path) -> None:
         EglSurface((16, 16)).close()
     except PresentationError as error:
         pytest.skip(str(error))
-    spec = importlib.util.spec_from_file_location("every_mode", SCRIPT)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    doubles, arithmetic = module.draw()
+    doubles, arithmetic = draw()
     if not arithmetic.startswith("doubles"):
         pytest.skip(f"this driver computes in {arithmetic}")
     drawn = {key.split()[0] for key in doubles}

@@ -1,0 +1,78 @@
+"""Every code within 0.501 of float64 on displays drawn at random; many more are in tests/stress."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from devices.compensation import Correction, least_squares
+from devices.display import EYES, Eye, EyeModels
+from runner.presenter.depth import Bits
+from runner.presenter.errors import PresentationError
+from runner.presenter.surfaces.egl import EglSurface
+from tests.displays import corrections, eye_models
+from tests.runner.presenter.drawn_displays import SIZE_PX, WITHIN_CODES, WORDS, worst_of_a_mixture, worst_of_an_eye
+
+# The same displays each time, so that no run is unlucky: the stress tests look for others.
+FEW = settings(
+    max_examples=8, derandomize=True, database=None, suppress_health_check=[HealthCheck.too_slow], deadline=None
+)
+FEWER = settings(FEW, max_examples=4)
+# Newton's method for both eyes takes seconds to compile.
+TWO = settings(FEW, max_examples=2)
+BITS = st.sampled_from([8, 10])
+SEEDS = st.integers(0, 10**6)
+
+
+@pytest.fixture(scope="module")
+def surface() -> Iterator[EglSurface]:
+    """One offscreen surface for all of them."""
+    try:
+        opened = EglSurface((16, 16))
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with opened:
+        yield opened
+
+
+def _check(worst: dict[str, float]) -> None:
+    assert set(worst) == set(WORDS)
+    assert max(worst.values()) <= WITHIN_CODES, worst
+
+
+@FEW
+@given(models=eye_models(plvc=False), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
+def test_channels_that_add_up(surface: EglSurface, models: EyeModels, eye: Eye, bits: Bits, seed: int) -> None:
+    _check(worst_of_an_eye(surface, models, None, eye, bits, seed))
+
+
+@FEWER
+@given(models=eye_models(plvc=True), bits=BITS, seed=SEEDS)
+def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
+    _check(worst_of_an_eye(surface, models, None, "left", bits, seed))
+
+
+@FEW
+@given(models=eye_models(plvc=False), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
+def test_crosstalk_and_uneven_panels(
+    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, bits: Bits, seed: int
+) -> None:
+    _check(worst_of_an_eye(surface, models, correction, eye, bits, seed))
+
+
+@TWO
+@given(models=eye_models(plvc=True), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), seed=SEEDS)
+def test_crosstalk_between_channels_that_act_on_each_other(
+    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int
+) -> None:
+    _check(worst_of_an_eye(surface, models, correction, eye, 8, seed))
+
+
+@FEWER
+@given(models=eye_models(plvc=False), bits=BITS, seed=SEEDS)
+def test_both_views_in_one_picture(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
+    mixture = least_squares(EyeModels(models.left, models.left), (0.2, 0.01, 0.0), (0.0, 0.4, 0.3))
+    _check(worst_of_a_mixture(surface, models, mixture, bits, seed))

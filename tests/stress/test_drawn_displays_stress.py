@@ -1,0 +1,71 @@
+"""Every code within 0.501 of float64 on hundreds of displays drawn at random, other ones each time."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import pytest
+from hypothesis import HealthCheck, given, settings
+from hypothesis import strategies as st
+
+from devices.compensation import Correction, least_squares
+from devices.display import EYES, Eye, EyeModels
+from runner.presenter.depth import Bits
+from runner.presenter.errors import PresentationError
+from runner.presenter.surfaces.egl import EglSurface
+from tests.displays import corrections, eye_models
+from tests.runner.presenter.drawn_displays import SIZE_PX, WITHIN_CODES, worst_of_a_mixture, worst_of_an_eye
+
+pytestmark = pytest.mark.stress
+
+MANY = settings(max_examples=300, suppress_health_check=list(HealthCheck), deadline=None)
+# Newton's method for both eyes takes seconds to compile.
+SOME = settings(MANY, max_examples=25)
+BITS = st.sampled_from([8, 10])
+SEEDS = st.integers(0, 10**6)
+
+
+@pytest.fixture(scope="module")
+def surface() -> Iterator[EglSurface]:
+    """One offscreen surface for all of them."""
+    try:
+        opened = EglSurface((16, 16))
+    except PresentationError as error:
+        pytest.skip(str(error))
+    with opened:
+        yield opened
+
+
+@MANY
+@given(models=eye_models(plvc=False), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
+def test_channels_that_add_up(surface: EglSurface, models: EyeModels, eye: Eye, bits: Bits, seed: int) -> None:
+    assert max(worst_of_an_eye(surface, models, None, eye, bits, seed).values()) <= WITHIN_CODES
+
+
+@SOME
+@given(models=eye_models(plvc=True), bits=BITS, seed=SEEDS)
+def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
+    assert max(worst_of_an_eye(surface, models, None, "left", bits, seed).values()) <= WITHIN_CODES
+
+
+@settings(MANY, max_examples=150)
+@given(models=eye_models(plvc=False), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
+def test_crosstalk_and_uneven_panels(
+    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, bits: Bits, seed: int
+) -> None:
+    assert max(worst_of_an_eye(surface, models, correction, eye, bits, seed).values()) <= WITHIN_CODES
+
+
+@SOME
+@given(models=eye_models(plvc=True), correction=corrections(SIZE_PX), eye=st.sampled_from(EYES), bits=BITS, seed=SEEDS)
+def test_crosstalk_between_channels_that_act_on_each_other(
+    surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, bits: Bits, seed: int
+) -> None:
+    assert max(worst_of_an_eye(surface, models, correction, eye, bits, seed).values()) <= WITHIN_CODES
+
+
+@settings(MANY, max_examples=100)
+@given(models=eye_models(plvc=False), bits=BITS, seed=SEEDS)
+def test_both_views_in_one_picture(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
+    mixture = least_squares(EyeModels(models.left, models.left), (0.2, 0.01, 0.0), (0.0, 0.4, 0.3))
+    assert max(worst_of_a_mixture(surface, models, mixture, bits, seed).values()) <= WITHIN_CODES
