@@ -47,6 +47,7 @@ _HOLDS = click.Choice(["xyz", "rec709", "camera-rgb", "spectral"])
 @click.option(
     "--illuminant-luminance", type=float, metavar="CD_M2", help="Luminance of a perfect diffuser in that light."
 )
+@click.option("--observer", metavar="NAME", help="Observer for XYZ of spectral pictures. Default: CIE 1931 2.")
 @click.option("--display", metavar="D.yaml", help="Display on which the pictures are seen, pixel for pixel.")
 @click.option("--rig", metavar="RIG.yaml", help="Rig that gives display and viewing distance, also for --experiment.")
 @click.option("--distance-mm", type=float, help="Viewing distance. Default: the rig's.")
@@ -166,6 +167,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
     from pathlib import Path
 
     from devices.camera import parse_exposure, read_camera
+    from devices.colour_matching import DEFAULT_OBSERVER
     from stimuli.comparison import CompareOptions, ReadOptions
     from stimuli.spectral import Illumination
 
@@ -181,6 +183,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
         full_scale_cd_m2=options["full_scale"],
         light=Illumination(options["illuminant"], options["illuminant_luminance"]),
         quantity=options["quantity"],
+        observer=options["observer"] or DEFAULT_OBSERVER,
     )
     return CompareOptions(
         reading=reading,

@@ -28,6 +28,7 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
+from stimuli.build import other_observer
 from stimuli.pictures import Part
 from stimuli.recipes import read_recipe
 
@@ -183,6 +184,8 @@ def read_experiment(file: str | Path, mode: str | None = None, *, allow_uncharac
     try:
         recipe, _ = read_recipe(_existing(recipe_file, "stimuli", spec.stimuli, source))
         factors: Mapping[str, Factors] = recipe.factors()
+        if rig and (mixed := other_observer(str(recipe.observer), rig.observer)):
+            findings.append(source.finding(("stimuli",), *mixed))
         if spec.layout.reference in ("physical", *factors):
             stimuli = Stimuli(factors, None if spec.layout.reference == "physical" else spec.layout.reference)
         else:

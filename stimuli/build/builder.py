@@ -167,7 +167,7 @@ class Builder:
     def _make(self, names: frozenset[str]) -> None:
         for made in self._recipe.make(self._context, self._report, names):
             key = self._keys[made.name]
-            entry = _write(made, key, self.unfinished, self._threshold)
+            entry = _write(made, key, self.unfinished, self._threshold, str(self._recipe.observer))
             with self._turn:
                 self._entries[key] = entry
                 self.made += 1
@@ -203,8 +203,8 @@ class Builder:
         return {"name": name, "file": f"{name}.exr", "factors": factors, **entry}
 
 
-def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Threshold | None) -> Entry:
-    write_exr(unfinished.picture(key), made.image)
+def _write(made: MadePicture, key: str, unfinished: UnfinishedSet, threshold: Threshold | None, observer: str) -> Entry:
+    write_exr(unfinished.picture(key), made.image, observer)
     entry = {
         "key": key,
         "sha256": sha256_of_file(unfinished.picture(key)),

@@ -87,6 +87,8 @@ def build_set(
     if not (math.isfinite(pixel_pitch_mm) and pixel_pitch_mm > 0):
         raise StimulusError(f"pixel_pitch_mm is {pixel_pitch_mm}; it must be a finite number above 0")
     recipe, source = read_recipe(recipe_path)
+    if setup is not None and (mixed := other_observer(str(recipe.observer), setup.observer)):
+        raise StimulusError(source.finding(("observer",), *mixed))
     cache = cache_folder()
     hashes = KnownHashes(cache / f".inputs-{sha256_of_json(str(recipe_path.absolute()))[:16]}.json", verify=verify)
     inputs = _inputs(recipe, source, recipe_path, hashes)
@@ -126,6 +128,14 @@ def build_set(
         raise StimulusError(tuple(findings)) from error
     except OSError as error:
         raise StimulusError(Finding(f"the stimuli cannot be kept: {error.strerror or error}", str(cache))) from error
+
+
+def other_observer(recipe: str, rig: str) -> tuple[str, str] | None:
+    """Return what is wrong, and what to write, where a recipe and a rig are for different colorimetric observers."""
+    if recipe == rig:
+        return None
+    what = f"the pictures are for the observer {recipe}, and the rig for {rig}"
+    return what, f"write observer: {rig} in the recipe and make its pictures for it, or take another rig"
 
 
 def _inputs(recipe: RecipeKind, source: YamlSource, recipe_path: Path, hashes: KnownHashes) -> dict[str, str]:

@@ -14,6 +14,7 @@ from numpy.typing import ArrayLike
 
 from devices.chart import COLORCHECKER, MOST_OFF, WAYS, misfit, patch_quadrangles
 from devices.colour import XYZ_from_xyY, white_point
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.patches import colorchecker_xyY
 from documents import Finding
 from stimuli.comparison.areas import AreaMean, area_means
@@ -52,6 +53,7 @@ def compare_regions(
     rendering_saturated: Mask | None = None,
     safe_luminance_cd_m2: tuple[float, float] | None = None,
     rows_done: RowsDone | None = None,
+    observer: str = DEFAULT_OBSERVER,
 ) -> ComparedRegions:
     """Return the differences between the regions of two pictures.
 
@@ -76,6 +78,8 @@ def compare_regions(
         The zone of luminance that the camera was tested in at this exposure.
     rows_done
         Called with how many rows of how many are done.
+    observer
+        The colorimetric observer of both pictures' XYZ, whose white `choose_white` takes.
 
     Returns
     -------
@@ -121,7 +125,7 @@ def compare_regions(
         rows_done=after(photo.shape[0]),
     )
     if white_XYZ is None:
-        white_XYZ, remark = choose_white(regions, placed, photo_areas, display_white_cd_m2)
+        white_XYZ, remark = choose_white(regions, placed, photo_areas, display_white_cd_m2, observer)
         notes.append(remark)
     table = region_table(
         placed.regions,
@@ -141,7 +145,11 @@ def _sides(placed: PlacedRegions) -> tuple[list[np.ndarray], list[np.ndarray]]:
 
 
 def choose_white(
-    regions: RegionsFile, placed: PlacedRegions, areas: Sequence[AreaMean], display_white_cd_m2: float | None
+    regions: RegionsFile,
+    placed: PlacedRegions,
+    areas: Sequence[AreaMean],
+    display_white_cd_m2: float | None,
+    observer: str = DEFAULT_OBSERVER,
 ) -> tuple[Floats, str]:
     """Return the white of CIELAB, XYZ (3,), and a sentence on where its luminance comes from.
 
@@ -161,7 +169,8 @@ def choose_white(
             Finding("the photograph holds no light to be white", regions.file, remedy="give 'white_luminance_cd_m2'")
         )
     white = regions.spec.white
-    return white_point(white, luminance), f"white is {white} at {luminance:.4g} cd/m², {where}"
+    named = white if observer == DEFAULT_OBSERVER else f"{white} for {observer}"
+    return white_point(white, luminance, observer), f"white is {named} at {luminance:.4g} cd/m², {where}"
 
 
 def _luminance(

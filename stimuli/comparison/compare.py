@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from devices.colour_matching import mixed_observers
 from documents import Finding
 from stimuli.comparison.areas import inside, window
 from stimuli.comparison.by_pixel import difference_map, overview, seen_regions, summarise
@@ -69,7 +70,8 @@ def compare_pictures(
     ------
     InputError
         If a file cannot be read, if one picture is for two eyes and the other is not, if they cannot be brought to one
-        grid closely enough, if a region lies outside, or a chart lies another way round.
+        grid closely enough, if a region lies outside, the pictures or the display are for
+        different colorimetric observers, or a chart lies another way round.
     OSError
         If there is no room for temporary files: 12 bytes a pixel for each of three or four pictures.
 
@@ -101,6 +103,12 @@ def compare_pictures(
     rendering_picture = read_picture(
         Path(rendering), reading, options.rendering_holds, "rendering", partial(step, "Reading the rendering")
     )
+    observers = [("the photograph", photo_picture.observer), ("the rendering", rendering_picture.observer)]
+    if options.viewing is not None and options.viewing.observer is not None:
+        observers.append(("the display", options.viewing.observer))
+    if mixed := mixed_observers(observers):
+        raise StimulusError(mixed)
+    options = replace(options, reading=replace(reading, observer=photo_picture.observer))
     if set(photo_picture.views) != set(rendering_picture.views):
         flat, stereo = ("photograph", "rendering") if "both" in photo_picture.views else ("rendering", "photograph")
         raise StimulusError(
@@ -192,6 +200,7 @@ def _table(
         rendering_saturated=pair.saturated,
         safe_luminance_cd_m2=pair.safe_cd_m2,
         rows_done=partial(pair.step, "Measuring regions"),
+        observer=options.reading.observer,
     )
 
 

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from stimuli.comparison.rows import Mask, RowFile, RowsDone, bands
 from stimuli.errors import StimulusError
@@ -34,7 +35,8 @@ class ReadOptions:
     """How files are read: ``camera`` takes camera RGB to XYZ, ``exposure`` is that of pictures whose file has none.
 
     With ``sensitivities`` a spectral picture is taken by the camera's own sensor, whose channels
-    ``full_scale_cd_m2`` of equal-energy light just fills, and goes through ``camera`` like a photograph.
+    ``full_scale_cd_m2`` of equal-energy light just fills, and goes through ``camera`` like a photograph; without, it is
+    summed for the colorimetric ``observer``.
     """
 
     camera: CameraModel | None = None
@@ -44,6 +46,7 @@ class ReadOptions:
     full_scale_cd_m2: float | None = None
     light: Illumination | None = None
     quantity: Quantity | None = None
+    observer: str = DEFAULT_OBSERVER
 
 
 @dataclass(frozen=True, eq=False, slots=True)
@@ -59,7 +62,7 @@ class Picture:
     """A file's views: ``both``, or ``left`` and ``right``.
 
     ``safe_cd_m2`` is the zone of luminance that its camera was tested in, ``notes`` are sentences on the
-    reading, ``steps`` how the file became XYZ.
+    reading, ``steps`` how the file became XYZ, ``observer`` the colorimetric observer of these.
     """
 
     file: Path
@@ -69,6 +72,7 @@ class Picture:
     safe_cd_m2: tuple[float, float] | None
     notes: tuple[str, ...]
     steps: tuple[Mapping[str, Any], ...]
+    observer: str = DEFAULT_OBSERVER
 
     @property
     def size_px(self) -> tuple[int, int]:
@@ -83,6 +87,7 @@ class Picture:
             "file": str(self.file),
             "sha256": self.sha256,
             "holds": self.holds,
+            "observer": self.observer,
             "eyes": list(self.views),
             "width_px": width,
             "height_px": height,
@@ -151,6 +156,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     width, height = _exr_size(path)
     views: dict[Eye, RowFile] = {}
     clipped = 0
+    observer = DEFAULT_OBSERVER
     for band in bands((height, width)):
         part = Region(0, band.start, width, band.stop - band.start)
         try:
@@ -158,6 +164,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
         except StimulusError as error:
             raise _in_rows(error, band, height) from error
         clipped += read.clipped_pixels
+        observer = read.observer
         eyes: tuple[Eye, ...] = ("both",) if read.image.is_flat else ("left", "right")
         for eye in eyes:
             if eye not in views:
@@ -167,7 +174,7 @@ def _exr(path: Path, digest: str, given: Holds | None, done: RowsDone) -> Pictur
     notes = (f"{clipped} pixels with negative XYZ were set to 0",) if clipped else ()
     step = {"step": "read", "file": path.name, "colour_space": space or "declared", "negative_pixels_set_to_0": clipped}
     eye_views: dict[Eye, EyeView] = {eye: EyeView(rows, None) for eye, rows in views.items()}
-    return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,))
+    return Picture(path, digest, given or "xyz", eye_views, None, notes, (step,), observer)
 
 
 def _in_rows(error: StimulusError, rows: slice, height: int) -> StimulusError:
@@ -256,11 +263,13 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
 
     picture = read_spectral(path, reading.quantity)
     if reading.sensitivities is None or reading.full_scale_cd_m2 is None:
-        seen = spectral_to_xyz(picture, reading.light, negative="clip")
+        seen = spectral_to_xyz(picture, reading.light, negative="clip", observer=reading.observer)
         notes = (f"{seen.clipped} pixels with negative XYZ were set to 0",) if seen.clipped else ()
         rows = RowFile.of(seen.xyz)
         done(rows.shape[0], rows.shape[0])
-        return Picture(path, digest, "spectral", {"both": EyeView(rows, None)}, None, picture.notes + notes, seen.steps)
+        views: dict[Eye, EyeView] = {"both": EyeView(rows, None)}
+        name = str(seen.steps[-1]["observer"])
+        return Picture(path, digest, "spectral", views, None, picture.notes + notes, seen.steps, name)
     if reading.camera is None:
         raise _wrong(
             path,

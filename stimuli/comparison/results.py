@@ -35,13 +35,15 @@ class ViewingConditions:
     """How the pictures are seen: their pixels per degree of visual angle, and the white of the display.
 
     One pixel of a picture is one of the display. ``display_white_XYZ``, (3,), in cd/m², is None where it is not known,
-    such as on a display with several modes. Pixel pitch and distance are kept for the record.
+    such as on a display with several modes; nor is ``observer`` then, the colorimetric observer of the display's XYZ.
+    Pixel pitch and distance are kept for the record.
     """
 
     pixels_per_degree: float
     display_white_XYZ: Floats | None = None
     pixel_pitch_mm: float | None = None
     distance_mm: float | None = None
+    observer: str | None = None
 
     @classmethod
     def on_rig(cls, rig_file: Path, distance_mm: float | None = None) -> ViewingConditions:
@@ -50,7 +52,7 @@ class ViewingConditions:
 
         rig = read_rig(rig_file)
         distance_mm = rig.distance_mm if distance_mm is None else distance_mm
-        return cls._of([rig.models], rig.display.panel.pixel_pitch_mm, distance_mm)
+        return cls._of([rig.models], {rig.observer}, rig.display.panel.pixel_pitch_mm, distance_mm)
 
     @classmethod
     def on_display(cls, display_file: Path, distance_mm: float) -> ViewingConditions:
@@ -58,15 +60,17 @@ class ViewingConditions:
         from devices.display import read_display
 
         display = read_display(display_file)
-        return cls._of(list(display.modes.values()), display.panel.pixel_pitch_mm, distance_mm)
+        modes, observers = list(display.modes.values()), set(display.observers.values())
+        return cls._of(modes, observers, display.panel.pixel_pitch_mm, distance_mm)
 
     @classmethod
-    def _of(cls, modes: list[Any], pixel_pitch_mm: float, distance_mm: float) -> ViewingConditions:
+    def _of(cls, modes: list[Any], observers: set[str], pixel_pitch_mm: float, distance_mm: float) -> ViewingConditions:
         from devices.display import pixels_per_degree
 
         whites = [model.shown_white_XYZ_cd_m2 for model in (modes[0].left, modes[0].right)] if len(modes) == 1 else []
         white = max(whites, key=lambda white: float(white[1]), default=None)
-        return cls(pixels_per_degree(pixel_pitch_mm, distance_mm), white, pixel_pitch_mm, distance_mm)
+        observer = observers.pop() if len(observers) == 1 else None
+        return cls(pixels_per_degree(pixel_pitch_mm, distance_mm), white, pixel_pitch_mm, distance_mm, observer)
 
 
 @dataclass(frozen=True, eq=False, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Literal
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import rgb_to_xyz_matrix
+from devices.colour_matching import mixed_observers
 from devices.errors import DeviceError
 from documents import Finding
 from documents.text import counted
@@ -23,13 +24,15 @@ from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 class ExrPicture:
     """A picture, the views it was made of (left then right, or one), and how many pixels were clipped at 0.
 
-    ``centre`` is true if the file has a view of neither eye, used or not.
+    ``centre`` is true if the file has a view of neither eye, used or not. ``observer`` is the colorimetric observer of
+    the XYZ.
     """
 
     image: StereoImage
     views: tuple[str, ...]
     clipped_pixels: int
     centre: bool
+    observer: str
 
 
 def read_exr(
@@ -41,6 +44,7 @@ def read_exr(
     white_luminance_cd_m2: float | None = None,
     negative: Negative = "refuse",
     region: Region | None = None,
+    observer: str | None = None,
 ) -> StereoImage:
     """Return the picture in the OpenEXR file at ``path``, in absolute XYZ (cd/m²).
 
@@ -62,6 +66,9 @@ def read_exr(
         What to do with XYZ below 0: ``refuse`` the file, or ``clip`` to 0.
     region
         The part of the picture to read, in pixels; the rest is neither read nor checked.
+    observer
+        The colorimetric observer whose XYZ are wanted, such as ``CIE 1931 2``: a file of another is refused. None takes
+        any.
 
     Returns
     -------
@@ -71,8 +78,8 @@ def read_exr(
     Raises
     ------
     StimulusError
-        If the file cannot be read, lacks a view, declares no colour space and none is given, or holds NaN, infinity or
-        XYZ below 0. The finding names file, view and the number of pixels.
+        If the file cannot be read, is of another observer, lacks a view, declares no colour space and none is given, or
+        holds NaN, infinity or XYZ below 0. The finding names file, view and the number of pixels.
 
     Examples
     --------
@@ -86,7 +93,7 @@ def read_exr(
     >>> picture.right[0, 0].tolist()
     [10.0, 10.0, 10.0]
     """
-    return read_exr_counted(
+    read = read_exr_counted(
         path,
         colour_space,
         flat=flat,
@@ -94,7 +101,16 @@ def read_exr(
         white_luminance_cd_m2=white_luminance_cd_m2,
         negative=negative,
         region=region,
-    ).image
+    )
+    refuse_other_observer(Path(path), read.observer, observer)
+    return read.image
+
+
+def refuse_other_observer(path: Path, observer: str, wanted: str | None) -> None:
+    """Raise StimulusError if a picture's XYZ are for another colorimetric observer than is ``wanted``."""
+    if wanted is not None and observer != wanted:
+        what = f"its XYZ are for the observer {observer}; {wanted} is wanted"
+        raise StimulusError.at(path, what, "make the picture again from spectra, or write 'observer:' to match")
 
 
 def read_exr_counted(
@@ -126,8 +142,11 @@ def read_exr_counted(
         for name in names
     ]
     images = [xyz for xyz, _ in converted]
+    if mixed := mixed_observers([(f"the view '{name}'", views[name].observer) for name in names]):
+        raise StimulusError(replace(mixed, file=str(path)))
     clipped = sum(pixels for _, pixels in converted)
-    return ExrPicture(StereoImage(images[0], images[-1]), names, clipped, _middle(views) is not None)
+    image, observer = StereoImage(images[0], images[-1]), views[names[0]].observer
+    return ExrPicture(image, names, clipped, _middle(views) is not None, observer)
 
 
 def _middle(names: Collection[str]) -> str | None:

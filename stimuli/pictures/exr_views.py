@@ -14,6 +14,9 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
+from devices.errors import DeviceError
+from documents.text import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened, reason
 
@@ -21,6 +24,8 @@ if TYPE_CHECKING:
     import OpenImageIO
 
 
+# The header's name of the colorimetric observer of XYZ.
+OBSERVER_ATTRIBUTE = "colorimetricObserver"
 MAX_PIXELS = 100_000_000  # per view, so that a header of a few bytes cannot ask for all memory
 MAX_PARTS = 64
 MAX_CHANNELS = 256
@@ -38,7 +43,8 @@ class View:
     that was read; the file stores the rectangle ``data_window_px`` (x, y, width, height) of it. ``chromaticities`` are
     x, y of red, green, blue and white, shape (4, 2), or None if the file declares none; ``is_xyz`` is true if the
     channels are named X, Y, Z.
-    ``white_luminance_cd_m2`` is the luminance of the value 1, or None.
+    ``white_luminance_cd_m2`` is the luminance of the value 1, or None. ``observer`` is the colorimetric observer of its
+    XYZ: that of the attribute ``colorimetricObserver``, else CIE 1931 2°.
     """
 
     name: str
@@ -48,6 +54,7 @@ class View:
     white_luminance_cd_m2: float | None
     data_window_px: tuple[int, int, int, int]
     size_px: tuple[int, int]
+    observer: str = DEFAULT_OBSERVER
 
 
 def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
@@ -225,7 +232,21 @@ def _view(
         white_luminance_cd_m2=None if white is None else float(white[0]),
         data_window_px=(left, top, spec.width, spec.height),
         size_px=(spec.full_width, spec.full_height),
+        observer=declared_observer(spec, path),
     )
+
+
+def declared_observer(spec: OpenImageIO.ImageSpec, path: Path) -> str:
+    """Return the colorimetric observer that a header declares; StimulusError if there is none of that name."""
+    value = spec.getattribute(OBSERVER_ATTRIBUTE)
+    if value is None:
+        return DEFAULT_OBSERVER
+    try:
+        return colorimetric_observer(str(value)).name
+    except DeviceError as error:
+        finding = error.findings[0]
+        remedy = f"correct its attribute {OBSERVER_ATTRIBUTE}: {finding.remedy}"
+        raise StimulusError.at(path, f"it declares the observer {visible(str(value))[:60]}", remedy) from error
 
 
 def _numbers(spec: OpenImageIO.ImageSpec, attribute: str, count: int, path: Path) -> NDArray[np.float64] | None:

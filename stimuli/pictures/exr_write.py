@@ -8,10 +8,12 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from documents import Finding
 from documents.files import whole_file
 from documents.text import counted
 from stimuli.errors import StimulusError
+from stimuli.pictures.exr_views import OBSERVER_ATTRIBUTE
 from stimuli.pictures.stereo_image import StereoImage
 
 if TYPE_CHECKING:
@@ -22,7 +24,7 @@ HALF_MAX = 65504.0
 _XYZ_CHROMATICITIES = (1.0, 0.0, 0.0, 1.0, 0.0, 0.0, 1.0 / 3.0, 1.0 / 3.0)
 
 
-def write_exr(path: Path, image: StereoImage) -> None:
+def write_exr(path: Path, image: StereoImage, observer: str = DEFAULT_OBSERVER) -> None:
     """Write ``image`` to ``path``, as a whole or not at all.
 
     The file has a single part with ``multiView``: the views left and right, or center alone for a flat picture. Its
@@ -35,6 +37,8 @@ def write_exr(path: Path, image: StereoImage) -> None:
         The file to write, named .exr; its folder must exist.
     image
         XYZ in cd/m², 0 to 65504.
+    observer
+        The colorimetric observer of the XYZ. Another than CIE 1931 2° is declared as ``colorimetricObserver``.
 
     Raises
     ------
@@ -69,6 +73,8 @@ def write_exr(path: Path, image: StereoImage) -> None:
     spec.attribute("multiView", f"string[{len(views)}]", (first, *others))
     spec.attribute("chromaticities", "float[8]", _XYZ_CHROMATICITIES)
     spec.attribute("whiteLuminance", 1.0)
+    if observer != DEFAULT_OBSERVER:
+        spec.attribute(OBSERVER_ATTRIBUTE, colorimetric_observer(observer).name)
     write_pixels(path, spec, np.concatenate([np.asarray(xyz, dtype=np.float32) for xyz in views.values()], axis=-1))
 
 

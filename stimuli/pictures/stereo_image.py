@@ -17,7 +17,7 @@ XYZImage = NDArray[np.float32]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class StereoImage:
-    """A picture for two eyes in absolute XYZ (CIE 1931 2°).
+    """A picture for two eyes in absolute XYZ, of the observer that its file or recipe names (CIE 1931 2° if none).
 
     A flat picture holds one array for both eyes: the same object, so that it is transformed and uploaded once.
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import EyeModels, Rig
 from documents.files import sha256_of_json
 
@@ -22,16 +23,20 @@ Progress = Callable[[str, int, int], None]
 
 @dataclass(frozen=True, eq=False, slots=True)
 class DisplaySetup:
-    """The display's models for both eyes, and the place of the eyes. Only recipes that use one of them depend on it."""
+    """The display's models for both eyes, the place of the eyes, and the colorimetric observer of the models' XYZ.
+
+    Only recipes that use models or places depend on them.
+    """
 
     models: EyeModels
     distance_mm: float
     interpupillary_distance_mm: float
+    observer: str = DEFAULT_OBSERVER
 
     @classmethod
     def of(cls, rig: Rig) -> DisplaySetup:
         """Return the setup of a rig."""
-        return cls(rig.models, rig.distance_mm, rig.interpupillary_distance_mm)
+        return cls(rig.models, rig.distance_mm, rig.interpupillary_distance_mm, rig.observer)
 
     def range_json(self) -> dict[str, Any]:
         """Return the numbers that decide what saturates, for a cache's key and a manifest."""

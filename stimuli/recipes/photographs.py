@@ -15,7 +15,7 @@ from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.pictures import FilesRecipe, FileStimulusSpec
-from stimuli.recipes.recipe_kind import Fault
+from stimuli.recipes.recipe_kind import Fault, not_for
 from stimuli.recipes.values import MAX_STIMULI, InsideFile
 
 if TYPE_CHECKING:
@@ -147,6 +147,8 @@ class PhotographsRecipe(FilesRecipe):
     def faults(self) -> Iterator[Fault]:
         """Yield names and views that stand twice or meet, and stimuli without a view that they are shown in."""
         yield from super().faults()
+        if self.camera is not None:
+            yield from not_for(self.observer, "a camera file makes XYZ for CIE 1931 2")
         for index, spec in enumerate(self.stimuli):
             place = ("stimuli", index, "name")
             missing = [key for view in self.views or (None,) if (key := spec.missing(view))]
@@ -173,7 +175,7 @@ class PhotographsRecipe(FilesRecipe):
 
         spec = self.stimuli[stimulus]
         if spec.file is not None:
-            return MultiViewFile(folder / spec.file, spec.file, spec.flat_eye)
+            return MultiViewFile(folder / spec.file, spec.file, spec.flat_eye, observer=str(self.observer))
         paths = {view: folder / file for view, file in spec.files.items()}
         return FilePerView(paths, self._reader(spec, folder), spec.flat_eye)
 
@@ -185,4 +187,6 @@ class PhotographsRecipe(FilesRecipe):
 
             exposure = None if spec.exposure is None else spec.exposure.exposure()
             return photograph_reader(read_camera(tidy(folder / self.camera)), self.develop or DevelopSpec(), exposure)
-        return exr_reader if self.spectral is None else spectral_reader(self.spectral, folder)
+        if self.spectral is None:
+            return exr_reader(str(self.observer))
+        return spectral_reader(self.spectral, folder, str(self.observer))

@@ -87,7 +87,7 @@ class FilesRecipe(RecipeKind, StepsSpec):
 
     def shared_key(self, context: BuildContext) -> dict[str, Any]:
         """Return the values that all pictures depend on beside their own entries, for their keys."""
-        return {"needed": self.display_facts(context.setup)}
+        return {"needed": self.display_facts(context.setup), **self.observer_key()}
 
     def pictures(self) -> tuple[FilePicture, ...]:
         """Return the pictures: stimulus by stimulus, series by series, view by view."""
@@ -252,5 +252,11 @@ class PicturesRecipe(FilesRecipe):
 
         spec = self.stimuli[stimulus]
         return MultiViewFile(
-            folder / spec.file, spec.file, spec.flat_eye, spec.colour_space, spec.white_luminance_cd_m2, spec.negative
+            folder / spec.file,
+            spec.file,
+            spec.flat_eye,
+            spec.colour_space,
+            spec.white_luminance_cd_m2,
+            spec.negative,
+            str(self.observer),
         )

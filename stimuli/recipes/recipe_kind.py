@@ -11,6 +11,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from documents.yaml import Path_, Strict
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
 from stimuli.recipes.values import SparklesSpec, Views
@@ -26,12 +27,13 @@ class Fault:
 
 
 class RecipeKind(Strict):
-    """A recipe. A subclass holds its keys, ``kind`` among them."""
+    """A recipe. A subclass holds its keys, ``kind`` among them; ``observer`` is that of its pictures' XYZ."""
 
     schema_version: Literal[1]
     kind: str
     views: Views | None = None
     sparkles: SparklesSpec | None = None
+    observer: ObserverSpec = DEFAULT_OBSERVER
 
     @abstractmethod
     def factors(self) -> dict[str, Factors]:
@@ -43,6 +45,10 @@ class RecipeKind(Strict):
     def names(self) -> tuple[str, ...]:
         """Return the names of all stimuli, in the recipe's order."""
         return tuple(self.factors())
+
+    def observer_key(self) -> dict[str, str]:
+        """Return the observer for a picture's key, nothing for CIE 1931 2°."""
+        return {} if self.observer == DEFAULT_OBSERVER else {"observer": str(self.observer)}
 
     @abstractmethod
     def faults(self) -> Iterator[Fault]:
@@ -90,6 +96,13 @@ def twin_names(names: Iterable[str], *location: str) -> Iterator[Fault]:
         if name.casefold() in seen:
             yield Fault((*location, index, "name"), f"the name '{name}' stands twice", "give it another")
         seen.add(name.casefold())
+
+
+def not_for(observer: object, why: str) -> Iterator[Fault]:
+    """Yield a fault unless the recipe's observer is CIE 1931 2°, for the reason ``why``."""
+    if observer != DEFAULT_OBSERVER:
+        what = f"the pictures are to be for the observer {observer}, and {why}"
+        yield Fault(("observer",), what, f"leave 'observer' out: {DEFAULT_OBSERVER}")
 
 
 def twin_views(views: Sequence[str] | None) -> Iterator[Fault]:

@@ -12,7 +12,7 @@ from pydantic import Field, PositiveFloat
 from documents.yaml import Path_, Strict
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
+from stimuli.recipes.recipe_kind import Fault, RecipeKind, not_for, stimulus_name, twin_names, twin_views
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, Views
 from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec
 
@@ -57,12 +57,13 @@ class SparklePlateRecipe(RecipeKind):
         """Yield names and views that stand twice, and what of the plate cannot be rendered."""
         yield from twin_names((stimulus.name for stimulus in self.stimuli), "stimuli")
         yield from twin_views(self.views)
+        yield from not_for(self.observer, "a plate is computed for CIE 1931 2")
         yield from too_large(self.plate, self.camera)
         yield from without_spectra([self.plate], self.lamp, self.further_lamps)
 
     def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
         """Yield all pictures together: they show one plate."""
-        shared = self.model_dump(mode="json", exclude={"stimuli", "views", "sparkles"})
+        shared = self.model_dump(mode="json", exclude={"stimuli", "views", "sparkles", "observer"})
         yield {
             stimulus_name(stimulus.name, view): context.key(
                 self.sparkles,

@@ -20,7 +20,7 @@ from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
+from stimuli.recipes.recipe_kind import Fault, RecipeKind, not_for, stimulus_name, twin_names, twin_views
 from stimuli.recipes.sparkle_plate import too_large, without_spectra
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, SeriesSpec, SeriesSpecs
 from stimuli.sparkle.recipe import (
@@ -146,6 +146,7 @@ class SparkleSeriesRecipe(RecipeKind):
     def faults(self) -> Iterator[Fault]:
         """Yield names that stand twice or meet, too many pictures, and what of the plates cannot be rendered."""
         yield from twin_views(self.views)
+        yield from not_for(self.observer, "plates are computed for CIE 1931 2")
         yield from twin_names((plate.name for plate in self.plates), "plates")
         yield from twin_names((series.name for series in self.series), "series")
         printed = [f"{exposure_s:g}" for exposure_s in self.exposures_s]

@@ -9,9 +9,10 @@ from pathlib import Path
 from typing import Protocol
 
 from devices.camera import CameraModel, Exposure
+from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from stimuli.errors import StimulusError
-from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr_counted
+from stimuli.pictures.exr_read import ColourSpace, Negative, read_exr_counted, refuse_other_observer
 from stimuli.pictures.stereo_image import Eye, StereoImage, XYZImage
 from stimuli.recipes.build_context import Step
 from stimuli.recipes.photographs import DevelopSpec, SpectralSpec
@@ -49,6 +50,7 @@ class MultiViewFile:
     colour_space: ColourSpace = "declared"
     white_luminance_cd_m2: float | None = None
     negative: Negative = "refuse"
+    observer: str = DEFAULT_OBSERVER
 
     def stored(self) -> StoredPicture:
         """Read the picture as it is stored."""
@@ -74,6 +76,7 @@ class MultiViewFile:
             white_luminance_cd_m2=self.white_luminance_cd_m2,
             negative=self.negative,
         )
+        refuse_other_observer(self.path, reading.observer, self.observer)
         step = {
             "step": "read",
             "file": self.name,
@@ -83,7 +86,7 @@ class MultiViewFile:
             "negative": self.negative,
             "views": list(reading.views),
             "clipped_pixels": reading.clipped_pixels,
-        }
+        } | ({} if reading.observer == DEFAULT_OBSERVER else {"observer": reading.observer})
         return StoredPicture(reading.image, (step,), reading.centre)
 
 
@@ -99,9 +102,9 @@ def photograph_reader(camera: CameraModel, develop: DevelopSpec, exposure: Expos
     return partial(_photograph, camera=camera, develop=develop, exposure=exposure)
 
 
-def spectral_reader(spectral: SpectralSpec, folder: Path) -> ViewReader:
+def spectral_reader(spectral: SpectralSpec, folder: Path, observer: str) -> ViewReader:
     """Return the reader of a spectral picture; a CSV of the illuminant lies in or below ``folder``."""
-    return partial(_spectral, spectral=spectral, folder=folder)
+    return partial(_spectral, spectral=spectral, folder=folder, observer=observer)
 
 
 def _photograph(
@@ -123,7 +126,7 @@ def _photograph(
     return developed.xyz, developed.steps
 
 
-def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZImage, tuple[Step, ...]]:
+def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path, observer: str) -> tuple[XYZImage, tuple[Step, ...]]:
     from stimuli.spectral.convert import spectral_to_xyz
     from stimuli.spectral.light import Illumination
     from stimuli.spectral.picture import read_spectral
@@ -132,7 +135,8 @@ def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZI
     if illuminant is not None and illuminant.lower().endswith(".csv"):
         illuminant = str(folder / illuminant)
     light = Illumination(illuminant, spectral.white_luminance_cd_m2, spectral.scale)
-    observed = spectral_to_xyz(read_spectral(path, spectral.quantity), light, negative=spectral.negative)
+    read = read_spectral(path, spectral.quantity)
+    observed = spectral_to_xyz(read, light, negative=spectral.negative, observer=observer)
     # The recipe's own name of the file, not an absolute path.
     steps = tuple(
         {**step, "illuminant": spectral.illuminant} if "illuminant" in step else step for step in observed.steps
@@ -140,13 +144,17 @@ def _spectral(path: Path, *, spectral: SpectralSpec, folder: Path) -> tuple[XYZI
     return observed.xyz, steps
 
 
-def exr_reader(path: Path) -> tuple[XYZImage, tuple[Step, ...]]:
-    """Read one view from an OpenEXR picture that declares its colours."""
+def exr_reader(observer: str) -> ViewReader:
+    """Return the reader of an OpenEXR picture of one view that declares its colours."""
+    return partial(_exr, observer=observer)
+
+
+def _exr(path: Path, *, observer: str) -> tuple[XYZImage, tuple[Step, ...]]:
     if path.suffix.lower() != ".exr":
         message = "this is no OpenEXR picture, and the recipe names no camera"
         remedy = "name the file that `cyclopean camera fit` wrote as 'camera:' in the recipe"
         raise StimulusError.at(path, message, remedy)
-    read = MultiViewFile(path, path.name).flat()
+    read = MultiViewFile(path, path.name, observer=observer).flat()
     return read.image.left, read.steps
 
 

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
+from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from documents import Finding
 from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
@@ -39,9 +40,13 @@ class Observed:
 
 
 def spectral_to_xyz(
-    picture: SpectralPicture, light: Illumination | None = None, *, negative: Literal["clip", "refuse"] = "refuse"
+    picture: SpectralPicture,
+    light: Illumination | None = None,
+    *,
+    negative: Literal["clip", "refuse"] = "refuse",
+    observer: str = DEFAULT_OBSERVER,
 ) -> Observed:
-    """Return the absolute XYZ of a spectral picture by CIE 1931 2°.
+    """Return the absolute XYZ of a spectral picture for a colorimetric observer.
 
     Bands are summed at their own spacing, a block of rows at a time, as
     `devices.measurements.spectra.xyz_from_spectra` does.
@@ -54,6 +59,8 @@ def spectral_to_xyz(
         The illuminant and its luminance on a perfect diffuser, for reflectance.
     negative
         What to do with XYZ below 0: ``refuse`` the picture, or ``clip`` to 0.
+    observer
+        The name of the observer, such as ``CIE 2015 10``.
 
     Returns
     -------
@@ -67,7 +74,8 @@ def spectral_to_xyz(
     """
     light = light or Illumination()
     waves = picture.wavelengths_nm
-    weights = observer_weights(waves) * light.per_band(picture)[:, None]
+    name = colorimetric_observer(observer).name
+    weights = observer_weights(waves, name) * light.per_band(picture, name)[:, None]
     xyz = weighted(picture, weights)
     lowest = float(xyz.min())
     clipped = int((xyz < 0).any(axis=-1).sum())
@@ -79,7 +87,7 @@ def spectral_to_xyz(
     np.maximum(xyz, np.float32(0), out=xyz)
     step = {
         **spectral_step("spectra_to_xyz", picture, light),
-        "observer": "CIE 1931 2°",
+        "observer": name,
         "negative_pixels_set_to_0": clipped,
         "lowest_XYZ_cd_m2": min(lowest, 0.0),
     }
@@ -172,6 +180,7 @@ def convert_spectral(
     quantity: Quantity | None = None,
     camera: VirtualCamera | None = None,
     negative: Literal["clip", "refuse"] = "refuse",
+    observer: str = DEFAULT_OBSERVER,
 ) -> SpectralReport:
     """Write the spectral picture ``file`` to ``output`` (.exr), in absolute XYZ or as a virtual ``camera`` records it.
 
@@ -189,6 +198,8 @@ def convert_spectral(
         The virtual camera that records the picture; without one it is written in XYZ in cd/m².
     negative
         What to do with XYZ below 0: ``refuse`` the picture, or ``clip`` to 0.
+    observer
+        The colorimetric observer of the XYZ, such as ``CIE 2015 10``; the file declares it.
 
     Returns
     -------
@@ -215,8 +226,8 @@ def convert_spectral(
         image = spectral_to_camera(picture, camera.sensitivities, full_scale, light, exposure=camera.exposure)
         write_camera_exr(output, image)
         return replace(report, step=image.steps[-1], saturated_share=image.saturated_share)
-    observed = spectral_to_xyz(picture, light, negative=negative)
-    write_exr(output, StereoImage.flat(observed.xyz))
+    observed = spectral_to_xyz(picture, light, negative=negative, observer=observer)
+    write_exr(output, StereoImage.flat(observed.xyz), observer)
     luminance = observed.xyz[..., 1]
     return replace(
         report,

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.measurements import xyz_from_spectra
 from documents.text import json_fields
 from stimuli.errors import StimulusError
@@ -39,8 +40,8 @@ class Illumination:
             if value is not None and not LEAST <= value <= MOST:
                 raise StimulusError.of(f"'{name}' is {value:g}", f"give {LEAST:g} to {MOST:g}")
 
-    def per_band(self, picture: SpectralPicture) -> Floats:
-        """Return the radiance that the value 1 stands for in each band, shape (bands,).
+    def per_band(self, picture: SpectralPicture, observer: str = DEFAULT_OBSERVER) -> Floats:
+        """Return the radiance that the value 1 stands for in each band, shape (bands,); white is for ``observer``.
 
         Raises
         ------
@@ -57,7 +58,7 @@ class Illumination:
         light = read_illuminant(self.illuminant, waves) * self.scale / np.pi
         if self.white_luminance_cd_m2 is None:
             return light
-        luminance = float(light @ observer_weights(waves)[:, 1])
+        luminance = float(light @ observer_weights(waves, observer)[:, 1])
         if not luminance > 0:
             raise picture.wrong(f"the illuminant {self.illuminant} has no light in the picture's bands", "name another")
         return np.asarray(light * (self.white_luminance_cd_m2 / luminance))
@@ -67,14 +68,14 @@ class Illumination:
         return json_fields(self)
 
 
-def observer_weights(wavelengths_nm: Floats) -> Floats:
+def observer_weights(wavelengths_nm: Floats, observer: str = DEFAULT_OBSERVER) -> Floats:
     """Return XYZ in cd/m², shape (bands, 3), of 1 W/(sr m² nm) in each band alone; 0 where the observer sees nothing.
 
     The rule is that of `devices.measurements.spectra.xyz_from_spectra`: linear, so that bands can be weighted singly.
     """
     seen = seen_bands(wavelengths_nm)
     weights = np.zeros((len(wavelengths_nm), 3))
-    weights[seen] = xyz_from_spectra(np.eye(int(seen.sum())), wavelengths_nm[seen])
+    weights[seen] = xyz_from_spectra(np.eye(int(seen.sum())), wavelengths_nm[seen], observer)
     return weights
 
 

@@ -27,6 +27,9 @@ import click
     help="Factor for the values or the light, for other units.",
 )
 @click.option(
+    "--observer", default="CIE 1931 2", show_default=True, metavar="NAME", help="Colorimetric observer of the XYZ."
+)
+@click.option(
     "--sensitivities",
     metavar="SENSOR.csv",
     help="Sensor table (wavelength_nm,red,green,blue): write camera RGB instead of XYZ.",
@@ -50,6 +53,7 @@ def command(
     illuminant: str | None,
     white: float | None,
     scale: float,
+    observer: str,
     sensitivities: str | None,
     full_scale: float | None,
     exposure: str | None,
@@ -59,8 +63,8 @@ def command(
     """Turn a spectral picture into XYZ, or into what a camera records.
 
     FILE is OpenEXR with a channel per wavelength (S0.550nm, T.550nm or 550nm) or ENVI (.hdr). Radiance is in
-    W/(sr m² nm). By the CIE 1931 2° observer it becomes absolute XYZ; with --sensitivities, linear camera RGB that can
-    be compared with a photograph.
+    W/(sr m² nm). By the --observer's functions it becomes absolute XYZ; with --sensitivities, linear camera RGB that
+    can be compared with a photograph.
     """
     import json
     from pathlib import Path
@@ -83,6 +87,7 @@ def command(
         quantity=cast("Quantity | None", quantity),
         camera=camera,
         negative=cast(Literal["refuse", "clip"], negative),
+        observer=observer,
     )
     if as_json:
         click.echo(json.dumps(report.to_json(), indent=2, allow_nan=False, ensure_ascii=False))

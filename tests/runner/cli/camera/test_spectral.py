@@ -34,7 +34,7 @@ def test_radiance_becomes_xyz(tmp_path: Path) -> None:
     truth = xyz_from_spectra(LIGHT.reshape(-1, 81), WAVES).reshape(7, 9, 3)
     np.testing.assert_allclose(read_exr(tmp_path / "xyz.exr").left, truth, rtol=1e-3)
     assert found["mean_luminance_cd_m2"] == pytest.approx(truth[..., 1].mean(), rel=1e-5)
-    assert found["steps"][0]["observer"] == "CIE 1931 2°"
+    assert found["steps"][0]["observer"] == "CIE 1931 2"
 
 
 def test_reflectance_of_envi_in_a_light(tmp_path: Path) -> None:
