@@ -9,4 +9,6 @@ from .example_displays import thesis_display as thesis_display
 from .figures import Estimate as Estimate
 from .figures import ModelNumbers as ModelNumbers
 from .measured_parts import MeasuredParts as MeasuredParts
+from .profile_mode import ProfileMode as ProfileMode
+from .profile_mode import read_profile_mode as read_profile_mode
 from .thesis import ThesisFits as ThesisFits

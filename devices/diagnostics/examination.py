@@ -19,7 +19,7 @@ from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.observer import CIE_1931_2, for_observer
-from devices.measurements.read import read_measurements
+from devices.measurements.read import PROFILE_ENDINGS, read_measurements
 from documents import Finding, InputError
 
 Examination = Callable[[Measurements], Diagnosis]
@@ -51,7 +51,13 @@ class MeasuredSet:
     measurements: Measurements
 
 
-def read_sets(files: Sequence[Path], codes: str | None, observer: str | None = CIE_1931_2) -> list[MeasuredSet]:
+def read_sets(
+    files: Sequence[Path],
+    codes: str | None,
+    observer: str | None = CIE_1931_2,
+    *,
+    white_cd_m2: float | None = None,
+) -> list[MeasuredSet]:
     """Return the readings of each of ``files``, called by their files' names.
 
     Parameters
@@ -62,6 +68,8 @@ def read_sets(files: Sequence[Path], codes: str | None, observer: str | None = C
         The range of the codes of CSV files that do not name it, such as ``0..255``; None if they all do.
     observer
         The colorimetric observer of all XYZ, to which readings with spectra are turned; None leaves each at its own.
+    white_cd_m2
+        Luminance of the white of ICC profiles among them that do not say how bright it is.
 
     Returns
     -------
@@ -94,7 +102,9 @@ def read_sets(files: Sequence[Path], codes: str | None, observer: str | None = C
             continue
         seen.add(file.resolve())
         try:
-            measurements = read_measurements(file, codes if file.suffix.lower() == ".csv" else None)
+            ending = file.suffix.lower()
+            white = white_cd_m2 if ending in PROFILE_ENDINGS else None
+            measurements = read_measurements(file, codes if ending == ".csv" else None, white_cd_m2=white)
             if observer is not None:
                 measurements = for_observer(measurements, observer, str(file))
         except InputError as error:

@@ -220,6 +220,14 @@ class Display:
             )
         )
 
+    def only_mode(self) -> str:
+        """Return the mode of a file that has one; DeviceError if there are several, of which one must be named."""
+        every = sorted((*self.modes, *self.lacking))
+        if len(every) > 1:
+            what = f"the file has several modes: {', '.join(every)}"
+            raise DeviceError(Finding(what, self.file, remedy="name one with --mode"))
+        return every[0]
+
     def unfinished(self, mode: str) -> Finding:
         """Return a finding on a mode in ``lacking``."""
         eyes = " and ".join(self.lacking[mode])

@@ -10,6 +10,7 @@ from .log import step_facts as step_facts
 from .observer import CIE_1931_2 as CIE_1931_2
 from .observer import OBSERVERS as OBSERVERS
 from .observer import for_observer as for_observer
+from .read import PROFILE_ENDINGS as PROFILE_ENDINGS
 from .read import read_measurements as read_measurements
 from .read import write_measurements as write_measurements
 from .spectra import sampling_error as sampling_error

@@ -17,17 +17,24 @@ from documents.files import whole_file
 if TYPE_CHECKING:
     from devices.measurements.log import Session
 
+PROFILE_ENDINGS = (".icc", ".icm")
 
-def read_measurements(path: str | Path, code_range: str | None = None) -> Measurements:
+
+def read_measurements(
+    path: str | Path, code_range: str | None = None, *, white_cd_m2: float | None = None
+) -> Measurements:
     """Read a table of measurements.
 
     Parameters
     ----------
     path
-        A ``.csv`` table, an ArgyllCMS ``.ti3``, a Psychtoolbox calibration ``.mat``, or the ``.jsonl`` that
-        `cyclopean display measure` writes.
+        A ``.csv`` table, an ArgyllCMS ``.ti3``, a Psychtoolbox calibration ``.mat``, the ``.jsonl`` that
+        `cyclopean display measure` writes, or an ICC profile, ``.icc`` or ``.icm``, with measurements inside. Of a
+        profile without them the model is asked for the light of a set of codes, and ``assumptions`` says so.
     code_range
         The range of the codes of a CSV table that does not name it, such as ``0..255``; the others name theirs.
+    white_cd_m2
+        Luminance of the white of an ICC profile that does not say how bright it is, above 0.
 
     Returns
     -------
@@ -50,6 +57,9 @@ def read_measurements(path: str | Path, code_range: str | None = None) -> Measur
     """
     path = Path(path)
     ending = path.suffix.lower()
+    if white_cd_m2 is not None and ending not in PROFILE_ENDINGS:
+        what = f"--white-cd-m2 {white_cd_m2:g} was given for a file that is no ICC profile"
+        raise DeviceError(Finding(what, str(path), remedy="leave it out"))
     if ending == ".csv":
         return read_csv(path, code_range)
     if code_range is not None:
@@ -66,9 +76,12 @@ def read_measurements(path: str | Path, code_range: str | None = None) -> Measur
         from devices.measurements.log import read_session
 
         return measurements_of(read_session(path))
-    raise DeviceError(
-        Finding(f"'{ending}' is no known table of measurements", str(path), remedy=".csv, .ti3, .mat or .jsonl")
-    )
+    if ending in PROFILE_ENDINGS:
+        from devices.profiles import read_profile_measurements
+
+        return read_profile_measurements(path, white_cd_m2)
+    remedy = ".csv, .ti3, .mat, .jsonl, .icc or .icm"
+    raise DeviceError(Finding(f"'{ending}' is no known table of measurements", str(path), remedy=remedy))
 
 
 def write_measurements(session: Session, file: Path) -> None:

@@ -11,8 +11,9 @@ if TYPE_CHECKING:
 
     from rich.console import Console
 
-    from devices.characterise import Candidate, Estimate, EyeFit, MeasuredParts, ModelNumbers, ThesisFits
+    from devices.characterise import Candidate, Estimate, EyeFit, MeasuredParts, ModelNumbers, ProfileMode, ThesisFits
     from devices.display import PanelSpec
+    from devices.measurements import PatchEye
 
 
 @click.command(name="fit")
@@ -35,6 +36,12 @@ if TYPE_CHECKING:
 @click.option("--without-glasses", metavar="FILE", help="Readings of the same patches without glasses.")
 @click.option("--observer", metavar="NAME", help="Colorimetric observer, if not the readings' own: CIE 2015 10, …")
 @click.option("--codes", "code_range", metavar="0..255", help="Range of the file's codes, if it does not state it.")
+@click.option(
+    "--white-cd-m2",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="CD_M2",
+    help="Luminance of the white, of an ICC profile that does not say it.",
+)
 @click.option("--seed", type=int, default=1, show_default=True, help="Random seed for the cross-validation folds.")
 @click.option("--keep-all", is_flag=True, help="Leave no reading out, even one that disagrees with all others.")
 @click.option("--no-drift-correction", is_flag=True, help="Keep the readings where repeated patches show a drift.")
@@ -55,6 +62,7 @@ def command(
     without_glasses: str | None,
     observer: str | None,
     code_range: str | None,
+    white_cd_m2: float | None,
     seed: int,
     keep_all: bool,
     no_drift_correction: bool,
@@ -66,11 +74,14 @@ def command(
 ) -> None:
     """Fit display models to measurements and choose the one that predicts best.
 
-    FILE is a table of measurements: CSV, ArgyllCMS .ti3, a Psychtoolbox calibration .mat, or the .jsonl of
-    `display measure`. Every model is judged on readings that it was not fitted to. Where the file has readings of
-    either eye, each is fitted by itself. Where patches that were read again show that the light drifted during the
-    run, the readings are brought to its end. Readings beside the other eye's picture, at places of a grid and without
-    glasses (@ in their names) give crosstalk, a gain map, and what the glasses take.
+    FILE is a table of measurements: CSV, ArgyllCMS .ti3, a Psychtoolbox calibration .mat, the .jsonl of
+    `display measure`, or an ICC profile. Every model is judged on readings that it was not fitted to. Where the file
+    has readings of either eye, each is fitted by itself. Where patches that were read again show that the light drifted
+    during the run, the readings are brought to its end. Readings beside the other eye's picture, at places of a grid
+    and without glasses (@ in their names) give crosstalk, a gain map, and what the glasses take.
+
+    Of an ICC profile without measurements inside, the table is asked for colours, which are fitted. Its matrix and
+    curves are taken as they are, unless --model names another model.
 
     With -o the chosen model, crosstalk and gain map go into a mode of a display file. All else in the file stays, and
     what the mode has already is overwritten only with --replace. With --eye, the mode gets that eye alone.
@@ -80,12 +91,18 @@ def command(
     from typing import Literal, cast
 
     _one_thread()
-    from devices.characterise import Name, fit_display
+    from devices.characterise import Name, fit_display, read_profile_mode
     from devices.diagnostics import plain, read_sets
-    from devices.measurements import PatchEye
+    from devices.measurements import CIE_1931_2, PatchEye
 
     shape = _panel(panel) if panel else None
-    measured, *bare = read_sets([Path(path) for path in (file, without_glasses) if path], code_range, observer=None)
+    alone = model == "auto" and without_glasses is None and observer in (None, CIE_1931_2)
+    stated = read_profile_mode(file, white_cd_m2) if alone else None
+    if stated is not None:
+        _stated(stated, output, mode, cast(PatchEye, eye), shape, replace=replace, as_json=as_json)
+        return
+    files = [Path(path) for path in (file, without_glasses) if path]
+    measured, *bare = read_sets(files, code_range, None, white_cd_m2=white_cd_m2)
     if output and not mode and not plain(measured.measurements).mode:
         raise click.UsageError("the file does not name a mode; give --mode with -o")
     fit = fit_display(
@@ -125,6 +142,36 @@ def _one_thread() -> None:
 
     if "numpy" not in sys.modules:  # too late
         os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+
+def _stated(
+    stated: ProfileMode,
+    output: str | None,
+    mode: str | None,
+    eye: PatchEye,
+    panel: PanelSpec | None,
+    *,
+    replace: bool,
+    as_json: bool,
+) -> None:
+    """Print and write what a profile states by matrix and curves."""
+    import json
+
+    from rich.console import Console
+
+    if output and not mode:
+        raise click.UsageError("a profile does not name a mode; give --mode with -o")
+    written = stated.write(output, mode, panel, eye=eye, replace=replace) if output and mode else None
+    if as_json:
+        result = {"file": stated.file, "mode": mode, eye: stated.to_json()} | ({"written": written} if written else {})
+        click.echo(json.dumps(result, indent=2, allow_nan=False, ensure_ascii=False))
+        return
+    white = " ".join(f"{value:.4g}" for value in stated.white_XYZ_cd_m2)
+    click.echo(f"The profile's matrix and curves, as they are ({stated.kind}); its white: {white} cd/m²")
+    _print_numbers(stated.numbers, Console(highlight=False))
+    _print_notes([*stated.notes, "nothing in the profile says how well it describes the display: display verify does"])
+    if written:
+        click.echo(written)
 
 
 def _panel(text: str) -> PanelSpec:

@@ -1,0 +1,125 @@
+"""The matrix and curves of an ICC profile, as they are, into a mode of a display file."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.characterise.display_yaml import model_lines
+from devices.characterise.figures import ModelNumbers
+from devices.characterise.mode_file import ModeLines, write_mode
+from devices.display import DisplayModel, GammaTable, PanelSpec, TableCurve
+from devices.display.gamma_table_spec import gamma_table_lines
+from devices.display.srgb_curve import SrgbCurve
+from devices.measurements import PROFILE_ENDINGS, PatchEye
+from devices.profiles import carried, model_of_profile, read_profile
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProfileMode:
+    """A display model that an ICC profile states, ``notes`` in sentences, and the gamma table that it goes with."""
+
+    file: str
+    model: DisplayModel
+    notes: tuple[str, ...]
+    gamma_table: GammaTable | None = None
+
+    @property
+    def kind(self) -> str:
+        """The kind of its curves, as a display file names it."""
+        if any(isinstance(curve, TableCurve) for curve in self.model.curves):
+            return "table"
+        return "srgb" if any(isinstance(curve, SrgbCurve) for curve in self.model.curves) else "gog"
+
+    @property
+    def numbers(self) -> ModelNumbers:
+        """The model's numbers; a profile states no standard errors."""
+        return ModelNumbers.of(self.model, {})
+
+    @property
+    def white_XYZ_cd_m2(self) -> Floats:
+        """XYZ (3,) at full drive."""
+        return self.model.xyz(np.ones(3))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON; the model itself is left out."""
+        return {
+            "model": self.kind,
+            "white_XYZ_cd_m2": self.white_XYZ_cd_m2.tolist(),
+            "numbers": self.numbers.to_json(),
+            "said": list(self.notes),
+        }
+
+    def write(
+        self,
+        file: str | Path,
+        mode: str,
+        panel: PanelSpec | None = None,
+        *,
+        eye: PatchEye = "both",
+        replace: bool = False,
+    ) -> str:
+        """Write the model into a display file; all else in the file stays as it is.
+
+        Parameters
+        ----------
+        file
+            The display file, made if it does not exist.
+        mode
+            The stereo mode.
+        panel
+            The panel of a new file.
+        eye
+            The eye that the model is of.
+        replace
+            Whether a characterisation that the mode has already is overwritten.
+
+        Returns
+        -------
+        str
+            What was done, in sentences.
+
+        Raises
+        ------
+        DeviceError
+            As `devices.characterise.mode_file.write_mode`.
+        """
+        source = f"matrix and curves of the ICC profile {Path(self.file).name}, as they are"
+        table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
+        lines = ModeLines({eye: [*model_lines(self.model, source), *table]}, {})
+        return write_mode(Path(file), mode, lines, panel, replace=replace)
+
+
+def read_profile_mode(path: str | Path, white_cd_m2: float | None = None) -> ProfileMode | None:
+    """Return the matrix and curves of an ICC profile as a display model, if they are all that it says of its light.
+
+    Parameters
+    ----------
+    path
+        A file.
+    white_cd_m2
+        Luminance of the white in cd/m², above 0, in place of what the profile says of it.
+
+    Returns
+    -------
+    ProfileMode or None
+        None if the file is no profile, or one with measurements or a table inside, which are fitted.
+
+    Raises
+    ------
+    DeviceError
+        As `devices.profiles.read_profile` and `devices.profiles.model_of_profile`.
+    """
+    if Path(path).suffix.lower() not in PROFILE_ENDINGS:
+        return None
+    profile = read_profile(path)
+    if profile.table_name or carried(profile) is not None:
+        return None
+    made = model_of_profile(profile, white_cd_m2)
+    return ProfileMode(str(path), made.model, made.notes, profile.gamma_table)

@@ -1,0 +1,227 @@
+"""A display's ICC profile, read: its white, black and luminance, and what it says of the light of a code.
+
+The connection space is relative: the display's white is D50 with Y = 1, whatever it is in the room. Absolute light
+needs two things more, and they are kept apart here: the chromatic adaptation (``chad``, or in version 2 the display's
+white in ``wtpt`` and Bradford's transform), and how bright the white is (``lumi``). [ICC2022], 6.3.2.2 and 9.2.15.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.colour.spaces import bradford_matrix
+from devices.colour.white_points import WHITE_POINTS_XYZ
+from devices.display import GammaTable
+from devices.errors import DeviceError
+from devices.profiles.colour_table import ProfileTable, read_table
+from devices.profiles.curves import TagCurve, curve_at
+from devices.profiles.gamma_table import read_gamma_table
+from devices.profiles.tag_table import ProfileFile, Tag, read_profile_file
+from documents import Finding
+
+Floats = NDArray[np.float64]
+
+D50 = np.array(WHITE_POINTS_XYZ["icc-d50"])
+COLOURS = ("red", "green", "blue")
+_MATRIX, _CURVES = ("rXYZ", "gXYZ", "bXYZ"), ("rTRC", "gTRC", "bTRC")
+# The relative colorimetric table first: the perceptual one may lighten the dark.
+TABLES = ("A2B1", "A2B0")
+_MOST_CONDITION = 1e4
+_WHITE_OFF = 0.01
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class MatrixModel:
+    """``primaries``: XYZ of the connection space at full drive in its columns, shape (3, 3); a curve for each."""
+
+    primaries: Floats
+    curves: tuple[TagCurve, TagCurve, TagCurve]
+
+    def xyz(self, codes: ArrayLike) -> Floats:
+        """Return XYZ (n, 3) of the connection space for device codes (n, 3) in 0..1."""
+        asked = np.asarray(codes, dtype=np.float64)
+        light = np.stack([curve(asked[:, channel]) for channel, curve in enumerate(self.curves)], axis=1)
+        return np.asarray(light @ self.primaries.T)
+
+
+@dataclass(frozen=True, eq=False)
+class Profile:
+    """A profile of a display.
+
+    Attributes
+    ----------
+    file
+        The name that findings carry.
+    adaptation
+        Shape (3, 3): from light as it is, where the display's white has Y = 1, to the connection space.
+    luminance_cd_m2
+        Luminance of the white; None where the profile does not say.
+    black
+        XYZ of black with the white at Y = 1, as the profile says apart from its model (``bkpt``); None where it does
+        not.
+    gamma_table
+        The graphics card's table that the profile was made with; None where it has none.
+    notes
+        What was taken for granted, in sentences.
+    """
+
+    file: str
+    content: ProfileFile
+    adaptation: Floats
+    luminance_cd_m2: float | None
+    black: Floats | None
+    gamma_table: GammaTable | None
+    notes: tuple[str, ...]
+
+    def tag(self, name: str) -> Tag | None:
+        """Return the tag ``name``, None if there is none."""
+        return self.content.tag(name)
+
+    @cached_property
+    def white(self) -> Floats:
+        """XYZ (3,) of the display's white as it is in the room, with Y = 1."""
+        white = np.linalg.solve(self.adaptation, D50)
+        return np.asarray(white / white[1])
+
+    @property
+    def table_name(self) -> str:
+        """The tag of the table from codes to the connection space, empty where there is none."""
+        return next((name for name in TABLES if name in self.content.places), "")
+
+    @cached_property
+    def table(self) -> ProfileTable | None:
+        """The table from codes to the connection space, None where there is none; DeviceError if it is damaged."""
+        tag = self.tag(self.table_name) if self.table_name else None
+        return None if tag is None else read_table(tag, self.content.pcs)
+
+    @cached_property
+    def matrix(self) -> MatrixModel | None:
+        """The matrix and curves, None where the profile has none; DeviceError if one lacks or is damaged."""
+        there = [name for name in (*_MATRIX, *_CURVES) if name in self.content.places]
+        if not there:
+            return None
+        tags = [self.tag(name) for name in (*_MATRIX, *_CURVES)]
+        found = [tag for tag in tags if tag is not None]
+        if len(found) < len(tags):
+            missing = ", ".join(name for name in (*_MATRIX, *_CURVES) if name not in there)
+            raise DeviceError(
+                Finding(f"the profile has {', '.join(there)} but not {missing}", self.file, remedy="all six are needed")
+            )
+        primaries = np.stack([_xyz(tag) for tag in found[:3]], axis=1)
+        if not _spans(primaries):
+            raise found[0].error("and the other two primaries do not span a space of colours", "the profile is damaged")
+        red, green, blue = (curve_at(tag)[0] for tag in found[3:])
+        return MatrixModel(primaries, (red, green, blue))
+
+    def white_cd_m2(self, given: float | None) -> float:
+        """Return the luminance of the white: ``given``, or the profile's own; DeviceError if there is neither."""
+        luminance = self.luminance_cd_m2 if given is None else given
+        if luminance is None:
+            raise DeviceError(
+                Finding(
+                    "the profile does not say how bright its white is (it has no tag 'lumi')",
+                    self.file,
+                    remedy="measure the white, and give its luminance with --white-cd-m2",
+                )
+            )
+        if not (np.isfinite(luminance) and luminance > 0):
+            raise DeviceError(
+                Finding(f"the white's luminance is {luminance} cd/m²", self.file, remedy="a number above 0 is needed")
+            )
+        return luminance
+
+    def absolute(self, XYZ: ArrayLike, white_cd_m2: float) -> Floats:
+        """Return XYZ in cd/m², shape (..., 3), of XYZ of the connection space."""
+        return np.asarray(np.asarray(XYZ, dtype=np.float64) @ np.linalg.inv(self.adaptation).T * white_cd_m2)
+
+
+def read_profile(path: str | Path) -> Profile:
+    """Read the ICC profile of a display, of version 2 or 4.
+
+    Parameters
+    ----------
+    path
+        The profile, ``.icc`` or ``.icm``.
+
+    Returns
+    -------
+    Profile
+        What it says of white, black and luminance; its table, and its matrix and curves, are read when asked for.
+
+    Raises
+    ------
+    DeviceError
+        If it cannot be read, is damaged, or is not of an RGB display; with file, tag and value.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from devices.characterise import thesis_display
+    >>> from devices.profiles import write_profile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     _ = write_profile(thesis_display(), Path(folder, "thesis.icc"), "The thesis's display")
+    ...     round(read_profile(Path(folder, "thesis.icc")).white_cd_m2(None), 2)
+    27.88
+    """
+    return profile_of(read_profile_file(Path(path)))
+
+
+def profile_of(content: ProfileFile) -> Profile:
+    """Return what the profile in ``content`` says; errors as `read_profile`."""
+    notes: list[str] = []
+    adaptation = _adaptation(content, notes)
+    lumi, vcgt, bkpt = (content.tag(name) for name in ("lumi", "vcgt", "bkpt"))
+    luminance = None
+    if lumi is not None and (luminance := float(_xyz(lumi)[1])) <= 0:
+        notes.append("the profile's luminance ('lumi') is 0 and was taken for none")
+        luminance = None
+    black = None if bkpt is None else _xyz(bkpt)
+    if black is not None and content.version[0] >= 4:
+        black = np.asarray(np.linalg.solve(adaptation, black), dtype=np.float64)
+    if black is not None and not (np.all(black >= 0) and 0 < black[1] < 0.5):
+        black = None
+    table = None if vcgt is None else read_gamma_table(vcgt)
+    return Profile(content.file, content, adaptation, luminance, black, table, tuple(notes))
+
+
+def _adaptation(content: ProfileFile, notes: list[str]) -> Floats:
+    """Return ``chad``, or Bradford's matrix from the white of a profile of version 2 to D50."""
+    chad, wtpt = content.tag("chad"), content.tag("wtpt")
+    if chad is not None:
+        if chad.type != "sf32":
+            raise chad.wrong_type("'sf32'")
+        matrix = chad.fixed(8, 9).reshape(3, 3)
+        if not _spans(matrix) or not np.all(np.linalg.solve(matrix, D50) > 0):
+            rows = "; ".join(" ".join(f"{value:g}" for value in row) for row in matrix.tolist())
+            raise chad.error(f"is no chromatic adaptation: {rows}", "the profile is damaged")
+        return matrix
+    white = None if wtpt is None else _xyz(wtpt)
+    if wtpt is not None and white is not None and not (np.all(white > 0) and np.all(white < 3)):
+        numbers = " ".join(f"{value:g}" for value in white)
+        raise wtpt.error(f"is {numbers}", "X, Y and Z of a white, above 0, are needed")
+    if white is None or np.allclose(white, D50, atol=5e-4):
+        notes.append("the profile does not say what white it was adapted from; its white was taken for D50")
+        return np.eye(3)
+    assert white is not None
+    if content.version[0] >= 4:
+        notes.append("the profile has no 'chad'; Bradford's transform from its white point was taken")
+    elif abs(white[1] - 1.0) > _WHITE_OFF:
+        notes.append(f"the white point has Y = {white[1]:.4g}, and was taken to be 1")
+    return bradford_matrix(white, D50)
+
+
+def _spans(matrix: Floats) -> bool:
+    """Whether the columns of ``matrix`` (3, 3) span a space, far from a plane."""
+    sizes = np.linalg.svd(matrix, compute_uv=False)
+    return bool(sizes[-1] * _MOST_CONDITION > sizes[0])
+
+
+def _xyz(tag: Tag) -> Floats:
+    if tag.type != "XYZ ":
+        raise tag.wrong_type("'XYZ '")
+    return tag.fixed(8, 3)

@@ -1,0 +1,231 @@
+"""A profile as readings: the measurements that it carries, or its model asked for the light of a set of codes."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.display import GammaTable
+from devices.errors import DeviceError
+from devices.measurements.cgats import CgatsTable, read_table
+from devices.measurements.table import Measurements
+from devices.measurements.ti3 import parse_ti3
+from devices.profiles.profile import Profile, read_profile
+from devices.profiles.tag_table import Tag
+from documents import Finding
+from documents.text import counted
+
+Floats = NDArray[np.float64]
+
+# Where programs keep the readings: Argyll in the first, and with ProfileMaker codes and colours apart in the others.
+_TEXTS = ("targ", "CIED", "DevD")
+_RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
+_KEYS = ("SAMPLE_ID", "SampleID", "SAMPLE_NAME")
+# Levels of a model's ramps and of the cube of its mixtures.
+_RAMP, _CUBE = 21, 5
+
+
+def read_profile_measurements(path: str | Path, white_cd_m2: float | None = None) -> Measurements:
+    """Read an ICC profile as readings.
+
+    Parameters
+    ----------
+    path
+        The profile of a display, ``.icc`` or ``.icm``.
+    white_cd_m2
+        Luminance of the white in cd/m², above 0, in place of what the profile says of it.
+
+    Returns
+    -------
+    Measurements
+        The measurements inside the profile, in its tags ``targ``, ``CIED`` and ``DevD``. Where there are none, what its
+        table, or its matrix and curves, say of 21 levels of each channel and of grey, and of a cube of 125 mixtures.
+        ``assumptions`` says which.
+
+    Raises
+    ------
+    DeviceError
+        As `devices.profiles.read_profile`; if nothing inside says what light a code gives; or if neither the profile
+        nor ``white_cd_m2`` says how bright the white is.
+    """
+    return profile_measurements(read_profile(path), white_cd_m2)
+
+
+def profile_measurements(profile: Profile, white_cd_m2: float | None = None) -> Measurements:
+    """Return ``profile`` as readings; see `read_profile_measurements`."""
+    kept = carried(profile)
+    if kept is not None:
+        return _carried_readings(kept, profile, white_cd_m2)
+    return _sampled(profile, white_cd_m2)
+
+
+@dataclass(frozen=True, slots=True)
+class CarriedText:
+    """The ``lines`` of a table of readings, and the ``place`` in the file that findings carry."""
+
+    place: str
+    lines: list[str]
+    table: CgatsTable
+
+
+def carried(profile: Profile) -> CarriedText | None:
+    """Return the readings inside ``profile`` as text, None where there are none of RGB and XYZ or spectra.
+
+    Raises
+    ------
+    DeviceError
+        If a table of readings is damaged.
+    """
+    tables: dict[str, CarriedText] = {}
+    for name in _TEXTS:
+        tag = profile.tag(name)
+        lines = [] if tag is None else _lines(tag)
+        if not any(line.split()[:1] == ["BEGIN_DATA_FORMAT"] for line in lines):
+            continue
+        place = f"{profile.file}[{name}]"
+        text = CarriedText(place, lines, read_table(lines, place))
+        if set(_RGB) <= set(text.table.names()) and _has_light(text.table):
+            return text
+        tables[name] = text
+    if "CIED" in tables and "DevD" in tables:
+        return _joined(tables["DevD"], tables["CIED"], profile.file)
+    return None
+
+
+def _lines(tag: Tag) -> list[str]:
+    """Return the lines of a tag of text, none where it is something else."""
+    if tag.type not in ("text", "utf8"):
+        return []
+    return tag.data[8:].split(b"\0", 1)[0].decode("utf-8", errors="replace").splitlines()
+
+
+def _has_light(table: CgatsTable) -> bool:
+    names = table.names()
+    return set(_XYZ) <= set(names) or any(name.startswith("SPEC_") for name in names)
+
+
+def _joined(codes: CarriedText, colours: CarriedText, file: str) -> CarriedText | None:
+    """Return codes and colours of the same samples as one table; None where they are no RGB or no light."""
+    key = next((key for key in _KEYS if key in codes.table.names() and key in colours.table.names()), None)
+    if key is None or not set(_RGB) <= set(codes.table.names()) or not _has_light(colours.table):
+        return None
+    at = codes.table.names().index(key)
+    own = {row[at].text: row for row in codes.table.rows}
+    names = colours.table.names()
+    wanted = [name for name in names if name in _XYZ or name.startswith("SPEC_")]
+    head = [
+        f'{word} "{cell.text}"'
+        for word, cell in colours.table.keywords.items()
+        if word.startswith(("SPECTRAL_", "NORMALIZED_", "LUMINANCE_"))
+    ]
+    rows = []
+    for row in colours.table.rows:
+        sample = row[names.index(key)]
+        if sample.text not in own:
+            raise DeviceError(colours.table.finding(f"{key} {sample.text} has no codes in 'DevD'", sample))
+        code = [own[sample.text][codes.table.names().index(name)].text for name in _RGB]
+        rows.append(" ".join([f'"{sample.text}"', *code, *(row[names.index(name)].text for name in wanted)]))
+    lines = ["CTI3", *head, "BEGIN_DATA_FORMAT", " ".join(["SAMPLE_ID", *_RGB, *wanted]), "END_DATA_FORMAT"]
+    lines += ["BEGIN_DATA", *rows, "END_DATA"]
+    place = f"{file}[DevD, CIED]"
+    return CarriedText(place, lines, read_table(lines, place))
+
+
+def _carried_readings(text: CarriedText, profile: Profile, white_cd_m2: float | None) -> Measurements:
+    readings = parse_ti3(text.lines, text.place)
+    notes = [f"the {counted(len(readings), 'reading', 'readings')} inside the profile were read"]
+    relative = text.table.keywords.get("NORMALIZED_TO_Y_100")
+    unknown = relative is not None and relative.text.strip().upper() == "YES"
+    if unknown and "LUMINANCE_XYZ_CDM2" not in text.table.keywords:
+        luminance = profile.white_cd_m2(white_cd_m2)
+        whose = "--white-cd-m2" if white_cd_m2 is not None else "the profile's 'lumi'"
+        notes.append(f"their XYZ are relative, and were brought to cd/m² by a white of {luminance:g} ({whose})")
+        scale = luminance / 100.0
+        spectra = None if readings.spectra is None else readings.spectra * scale
+        kept = tuple(said for said in readings.assumptions if "relative to a white of Y = 100" not in said)
+        readings = replace(readings, XYZ=readings.XYZ * scale, spectra=spectra, assumptions=kept)
+    elif white_cd_m2 is not None:
+        raise DeviceError(
+            Finding(
+                f"the readings inside the profile are in cd/m², and --white-cd-m2 {white_cd_m2:g} was given",
+                text.place,
+                remedy="leave it out",
+            )
+        )
+    return _through_gamma_table(readings, profile).says(*notes)
+
+
+def _sampled(profile: Profile, white_cd_m2: float | None) -> Measurements:
+    """Return what the profile's table, or its matrix and curves, say of a set of codes."""
+    codes = sampled_codes()
+    table, matrix = profile.table, None
+    if table is not None:
+        XYZ = table.xyz(codes)
+        relative = profile.table_name == "A2B1"
+        source = f"the {'relative colorimetric' if relative else 'only'} table ('{profile.table_name}')"
+    else:
+        matrix = profile.matrix
+        if matrix is None:
+            raise DeviceError(nothing_inside(profile))
+        XYZ = matrix.xyz(codes)
+        source = "the matrix and curves"
+    luminance = profile.white_cd_m2(white_cd_m2)
+    absolute = profile.absolute(XYZ, luminance)
+    notes = [
+        f"the profile holds no measurements: its model, {source}, was asked for {len(codes)} colours, so that "
+        "differences from them say nothing of the display",
+        *profile.notes,
+    ]
+    if matrix is not None and profile.black is not None:
+        absolute = with_black(absolute, profile.black, luminance)
+        notes.append("black is the profile's black point ('bkpt')")
+    dark = float(absolute[0, 1])
+    if dark <= 0:
+        notes.append("the profile's black gives no light; measure the black, which no display lacks")
+    white = float(table.xyz(np.ones((1, 3)))[0, 1]) if table is not None else 1.0
+    if not math.isclose(white, 1.0, abs_tol=0.01):
+        notes.append(f"the table's white has Y = {white:.4g}; Y = 1 was taken for {luminance:g} cd/m²")
+    names = tuple("r{:.4g} g{:.4g} b{:.4g}".format(*(255.0 * row)) for row in codes)
+    return _through_gamma_table(Measurements(codes, absolute, names, assumptions=tuple(notes)), profile)
+
+
+def _through_gamma_table(readings: Measurements, profile: Profile) -> Measurements:
+    """Return ``readings`` with the codes that the profile's gamma table sent, unless another has been applied."""
+    table = profile.gamma_table
+    if table is None or readings.gamma_table is not None:
+        return readings
+    if table.is_identity:
+        return replace(readings, gamma_table=table)
+    words = (
+        f"the profile's gamma table ('vcgt'), {table.sentence()}, was applied to the codes, so that the model is right "
+        "with an identity table"
+    )
+    return replace(readings, codes=table.at(readings.codes), gamma_table=GammaTable.identity(2)).says(words)
+
+
+def sampled_codes() -> Floats:
+    """Return the codes (n, 3) that a model is asked for, black first: ramps of channels and grey, and a cube."""
+    ramp = np.linspace(0.0, 1.0, _RAMP)
+    ramps = [ramp[:, None] * np.array(direction) for direction in (*np.eye(3), np.ones(3))]
+    axis = np.linspace(0.0, 1.0, _CUBE)
+    cube = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
+    return np.asarray(np.unique(np.round(np.concatenate([*ramps, cube]), 12), axis=0))
+
+
+def with_black(XYZ_cd_m2: Floats, black: Floats, white_cd_m2: float) -> Floats:
+    """Return XYZ (n, 3) with ``black`` (a share of white) beneath, scaled so that white stays where it is."""
+    return np.asarray(XYZ_cd_m2 * (1.0 - black[1]) + black * white_cd_m2)
+
+
+def nothing_inside(profile: Profile) -> Finding:
+    """Return a finding that nothing in ``profile`` says what light a code gives."""
+    there = ", ".join(sorted(name.strip() for name in profile.content.places)) or "none"
+    return Finding(
+        "the profile does not say what light a code gives; its tags: " + there,
+        profile.file,
+        remedy="needed are targ (readings), A2B1 or A2B0 (a table), or rXYZ, gXYZ, bXYZ with rTRC, gTRC, bTRC",
+    )
