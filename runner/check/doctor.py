@@ -10,6 +10,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from devices.display import Rig
+from runner.check.signal_path import SignalFact, examine_signal_path
 from runner.presenter.counters import IntervalSummary
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, available
@@ -63,12 +64,13 @@ class MonitorReport:
 
 @dataclass(frozen=True, slots=True)
 class MachineReport:
-    """The versions of the software, where its packages are, what each kind of surface can do, and the monitors."""
+    """The versions of the software, where its packages are, and what surfaces, monitors and signal path are like."""
 
     software: Mapping[str, str]
     packages: Mapping[str, PackageReport]
     surfaces: Mapping[str, SurfaceReport]
     monitors: tuple[MonitorReport, ...]
+    signal_path: tuple[SignalFact, ...]
     processors: int | None
     machine: str
 
@@ -106,6 +108,7 @@ def examine_machine() -> MachineReport:
         packages={name: _package(name) for name in _PACKAGES},
         surfaces={backend: _surface(backend) for backend in BACKENDS},
         monitors=_monitors(),
+        signal_path=examine_signal_path(),
         processors=os.cpu_count(),
         machine=platform.machine(),
     )

@@ -29,7 +29,8 @@ def command(timing: bool, seconds: float, rig_file: Path | None, as_json: bool) 
     """Report what this machine can do.
 
     Opens each kind of surface, tries each stereo mode and codes of 10 bits on it, and gives the reason if one cannot
-    be shown. With --timing it measures the intervals between frames instead.
+    be shown. Prints each monitor's gamma table, and what else the system tells of what may change codes on their way to
+    the panel; '!' marks what may change them. With --timing it measures the intervals between frames instead.
     """
     if timing:
         _timing(seconds, rig_file, as_json)
@@ -53,6 +54,9 @@ def _print(report: MachineReport) -> None:
         click.echo(f"  {name} {version}")
     for monitor in report.monitors:
         click.echo(f"\nMonitor '{monitor.name}'\n  {monitor.mode}\n  gamma table: {monitor.gamma_table}")
+    click.echo("\nFrom the framebuffer to the panel, as far as the system tells")
+    for fact in report.signal_path:
+        click.echo(f"  {'! ' if fact.doubt else ''}{fact.title}: {fact.words}")
     for backend, surface in report.surfaces.items():
         click.echo(f"\nSurface '{backend}'")
         facts, ten_bits = surface.facts, surface.ten_bits

@@ -7,8 +7,6 @@ terminating glfw.
 
 from __future__ import annotations
 
-import ctypes
-import ctypes.util
 import json
 import os
 import subprocess
@@ -23,6 +21,7 @@ from numpy.typing import NDArray
 
 from devices.display import GammaTable
 from runner.presenter.errors import PresentationError
+from runner.presenter.surfaces.x11 import is_xwayland
 
 Entries = NDArray[np.uint16]
 # Where a table stays what it was set to when the process that set it ends.
@@ -69,7 +68,7 @@ def why_unreadable(display_server: str) -> str:
     """Return why no table of ``display_server`` can be read, an empty text if they can."""
     if display_server == "wayland":
         return "Wayland does not let programs read it"
-    if display_server == "x11" and _is_xwayland():
+    if display_server == "x11" and is_xwayland():
         return "Xwayland has a table of its own, not that of the screen"
     return ""
 
@@ -115,22 +114,3 @@ def set_tables(tables: Mapping[str, Entries]) -> None:
     if done.returncode != 0:
         why = (done.stdout or done.stderr).strip().splitlines()
         raise PresentationError(f"the gamma table could not be set: {why[-1] if why else 'no reason is given'}")
-
-
-def _is_xwayland() -> bool:
-    """Return whether the X server is Xwayland, which says so by an extension."""
-    library = ctypes.util.find_library("X11") if sys.platform == "linux" else None
-    if library is None:
-        return False
-    x11 = ctypes.CDLL(library)
-    x11.XOpenDisplay.restype = ctypes.c_void_p
-    x11.XQueryExtension.argtypes = [ctypes.c_void_p, ctypes.c_char_p, *[ctypes.POINTER(ctypes.c_int)] * 3]
-    x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
-    display = x11.XOpenDisplay(None)
-    if not display:
-        return False
-    try:
-        told = [ctypes.byref(ctypes.c_int()) for _ in range(3)]
-        return bool(x11.XQueryExtension(display, b"XWAYLAND", *told))
-    finally:
-        x11.XCloseDisplay(display)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import ctypes
-import ctypes.util
 import os
 import sys
 from dataclasses import dataclass
@@ -11,6 +9,7 @@ from typing import Any
 
 from devices.compensation import Size
 from devices.display import GammaTable
+from runner.presenter.surfaces.x11 import compositing_manager
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,29 +66,7 @@ def compositor() -> str:
         return f"Wayland compositor ({os.environ.get('XDG_CURRENT_DESKTOP') or 'unnamed'})"
     if not os.environ.get("DISPLAY"):
         return "none (no display server)"
-    manager = _x11_compositing_manager()
+    manager = compositing_manager()
     if manager is None:
         return "X11; compositing manager unknown"
     return "X11 with a compositing manager" if manager else "X11 without a compositing manager"
-
-
-def _x11_compositing_manager() -> bool | None:
-    """Return whether the selection that compositing managers own has an owner (EWMH, _NET_WM_CM_Sn)."""
-    library = ctypes.util.find_library("X11")
-    if library is None:
-        return None
-    x11 = ctypes.CDLL(library)
-    x11.XOpenDisplay.restype = ctypes.c_void_p
-    x11.XInternAtom.restype = ctypes.c_ulong
-    x11.XInternAtom.argtypes = [ctypes.c_void_p, ctypes.c_char_p, ctypes.c_int]
-    x11.XGetSelectionOwner.restype = ctypes.c_ulong
-    x11.XGetSelectionOwner.argtypes = [ctypes.c_void_p, ctypes.c_ulong]
-    x11.XDefaultScreen.argtypes = x11.XCloseDisplay.argtypes = [ctypes.c_void_p]
-    display = x11.XOpenDisplay(None)
-    if not display:
-        return None
-    try:
-        atom = x11.XInternAtom(display, f"_NET_WM_CM_S{x11.XDefaultScreen(display)}".encode(), 0)
-        return bool(x11.XGetSelectionOwner(display, atom))
-    finally:
-        x11.XCloseDisplay(display)
