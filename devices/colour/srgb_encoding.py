@@ -9,7 +9,7 @@ from devices.colour.spaces import bradford_matrix, rgb_to_xyz_matrix
 
 Floats = NDArray[np.float64]
 SRGB_PRIMARIES_XY = ((0.64, 0.33), (0.30, 0.60), (0.15, 0.06))
-_D65_XY = (0.3127, 0.3290)
+D65_XY = (0.3127, 0.3290)
 _STRAIGHT_TO = 0.0031308  # of light
 
 
@@ -34,7 +34,7 @@ def srgb(xyz: ArrayLike, white_XYZ: ArrayLike | None = None) -> Floats:
     >>> srgb([96.42, 100.0, 82.52], [96.42, 100.0, 82.52]).round(6).tolist()
     [1.0, 1.0, 1.0]
     """
-    matrix = rgb_to_xyz_matrix(*SRGB_PRIMARIES_XY, _D65_XY)
+    matrix = rgb_to_xyz_matrix(*SRGB_PRIMARIES_XY, D65_XY)
     linear_from_XYZ = np.linalg.inv(matrix)
     if white_XYZ is not None:
         linear_from_XYZ = linear_from_XYZ @ bradford_matrix(white_XYZ, matrix.sum(axis=1))

@@ -22,6 +22,7 @@ from devices.diagnostics.readings import (
     FLOOR_SHARE,
     SAME_DIGITS,
     black_or_none,
+    cable_colours,
     channel_ramps,
     grey_ramp,
     means,
@@ -148,8 +149,11 @@ _FEWEST = 3
 def channel_constancy(measurements: Measurements) -> Diagnosis:
     """Judge the largest Δu′v′ of any channel's light above black from that at its highest level.
 
-    Levels with less than 2 % of the channel's light are drawn but not judged.
+    Levels with less than 2 % of the channel's light are drawn but not judged. Where there are no ramps, the channels'
+    codes of the set ``cable`` count.
     """
+    if min(len(ramp) for ramp in channel_ramps(measurements).values()) < _FEWEST:
+        measurements = cable_colours(measurements)
     dark, remark = black_or_none(measurements)
     as_read: tuple[list[Line], list[Line]] = ([], [])
     shifts, rows = [], []
@@ -178,6 +182,11 @@ def channel_constancy(measurements: Measurements) -> Diagnosis:
     )
     least = rows[int(np.argmax(shifts))]
     words = f"Above black, {least[0]} moves most: {least[2]:.2g} in u′v′, at code {least[1]:.0f}.{remark}"
+    if least[2] > (CONSTANCY.limit or 0):
+        words += (
+            " Liquid crystals do this, and so do codes that are converted for a display of another tone response on "
+            "their way (colour management of the desktop): see Primaries of a standard."
+        )
     table = Table(("channel", "at code (0–255)", "largest Δu′v′"), tuple(rows))
     if not np.all(np.isfinite(shifts)):
         return CONSTANCY.unjudged(f"A channel's light has no chromaticity.{remark}", series=panels)

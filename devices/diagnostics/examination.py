@@ -8,11 +8,14 @@ from pathlib import Path
 
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, tone_response
 from devices.diagnostics.colours import chromaticities, primary_colours, spectral_overlap
+from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
 from devices.diagnostics.diagnosis import Diagnosis, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
+from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, plain, primaries, tagged, untagged
+from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.display_file import EyeModels, read_display
 from devices.display.monitor_settings import MonitorSettings
@@ -40,6 +43,16 @@ CHECKS: tuple[Examination, ...] = (
     tone_response,
     headroom,
     chromaticities,
+    white_segment,
+    added_channels,
+    standard_primaries,
+    signal_range,
+    code_steps,
+    last_codes,
+    frame_rate_control,
+    dynamic_contrast,
+    black_with_picture,
+    picture_level,
 )
 
 

@@ -97,6 +97,13 @@ def untagged(measurements: Measurements, kind: Kind) -> Measurements:
     return replace(measurements.select([row for row, _ in rows]), name=tuple(own.base for _, own in rows))
 
 
+def cable_colours(measurements: Measurements) -> Measurements:
+    """Return the colours of the set ``cable`` in the middle of a black screen, as plain readings of a display."""
+    rows = [row for row, own in tagged(measurements, "cable") if not own.parts[0]]
+    found = replace(measurements.select(rows), area=None, surround=None)
+    return replace(found, name=tuple(own.base for own in map(tag, found.name) if own is not None))
+
+
 Floats = NDArray[np.float64]
 
 CHANNELS = ("red", "green", "blue")

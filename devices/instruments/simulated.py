@@ -14,15 +14,17 @@ from devices.display.display_file import Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.errors import DeviceError
 from devices.instruments.instrument import Reading, Showing
+from devices.instruments.signal_faults import SignalFaults, between_levels, codes_at_panel, share_with_picture
 from devices.patches.arrangement import PatchEye, degrees
 from documents import Finding
 
 Floats = NDArray[np.float64]
 _WARM_UP_S = 480.0
+_NEVER_NEGATIVE = ("noise", "floor_cd_m2", "takes_s", "frame_rate_control", "white_segment", "stray_light")
 
 
 @dataclass(frozen=True, slots=True)
-class Faults:
+class Faults(SignalFaults):
     """How the display and the instrument depart from the model; all 0 depart in nothing.
 
     ``noise`` is the standard deviation of a reading, as a share of it, and ``floor_cd_m2`` of a reading of no light.
@@ -35,6 +37,15 @@ class Faults:
     ``surround_gain`` the share that a patch gains on white; ``glasses_loss`` the share that the glasses take, so that
     there is more without them; ``warm_up_loss`` the share lacking at the beginning, which goes with a time constant of
     8 minutes.
+
+    Of what stands between codes and light (`SignalFaults`), these are on where they are not 0: ``compositor``, which
+    takes codes for sRGB and converts them to the panel's primaries; ``stretched_range``, where the panel takes codes
+    16..235 for black to white; ``squeezed_range``, where the card sends 16..235 and the panel shows them as they are.
+    ``panel_bits`` are the panel's own, such as 6; ``frame_rate_control`` lets it alternate between two levels for the
+    codes between them, and is the standard deviation of a reading of those, as a share of it. ``white_segment`` is the
+    light, as a share of white's, that a white segment or subpixel adds to white; ``dynamic_contrast`` the share that
+    the backlight loses in a black picture; ``picture_level_limit`` the share that white loses when it fills the screen;
+    ``stray_light`` the share of a surround's light that a patch is read with.
 
     Raises DeviceError if one is not finite, or is below 0 where only more makes sense.
     """
@@ -55,8 +66,13 @@ class Faults:
     def __post_init__(self) -> None:
         for name in (field.name for field in fields(self)):
             value = getattr(self, name)
-            if not np.isfinite(value) or (value < 0 and name in ("noise", "floor_cd_m2", "takes_s")):
+            if not np.isfinite(value) or (value < 0 and name in _NEVER_NEGATIVE):
                 raise DeviceError(f"'{name}' of a simulated instrument cannot be {value}")
+        for name in ("dynamic_contrast", "picture_level_limit"):
+            if not 0.0 <= getattr(self, name) < 1.0:
+                raise DeviceError(f"'{name}' of a simulated instrument cannot be {getattr(self, name)}: 1 is all light")
+        if self.panel_bits and not 1.0 <= self.panel_bits <= 8.0:
+            raise DeviceError(f"'panel_bits' of a simulated instrument cannot be {self.panel_bits}: 1 to 8")
         if self.glasses_loss >= 1.0:
             raise DeviceError(f"'glasses_loss' of a simulated instrument cannot be {self.glasses_loss}: 1 is all light")
 
@@ -121,6 +137,8 @@ class Simulated:
         light = light * (1.0 - faults.warm_up_loss * float(np.exp(-showing.time_s / _WARM_UP_S)))
         rng = np.random.default_rng([self._seed, showing.position])
         light = light * (1.0 + faults.noise * rng.standard_normal(3)) + faults.floor_cd_m2 * rng.standard_normal(3)
+        if faults.frame_rate_control and between_levels(np.array(showing.codes), faults):
+            light = light * (1.0 + faults.frame_rate_control * rng.standard_normal())
         return Reading((float(light[0]), float(light[1]), float(light[2])))
 
     def close(self) -> None:
@@ -131,7 +149,9 @@ class Simulated:
         return "right" if asked == "right" else "left"
 
     def _own(self, showing: Showing) -> Floats:
-        return simulated_XYZ(self._display.models.eye(self._side(showing)), np.array(showing.codes), self._faults)
+        model, codes = self._display.models.eye(self._side(showing)), np.array(showing.codes)
+        share, stray = share_with_picture(codes, showing.patch, self._faults, model)
+        return share * simulated_XYZ(model, codes, self._faults) + stray
 
     def _leak(self, showing: Showing) -> Floats:
         """Return what arrives of the other eye's picture."""
@@ -163,10 +183,12 @@ class Simulated:
 
 def simulated_XYZ(model: DisplayModel, codes: Floats, faults: Faults) -> Floats:
     """Return the light of ``codes``, shape (..., 3), on a display with ``faults``, before drift and noise."""
+    codes = codes_at_panel(codes, faults, model)
     others = (codes.sum(axis=-1, keepdims=True) - codes) / 2.0
     moved = np.clip(codes + faults.interaction * others * 4.0 * codes * (1.0 - codes), 0.0, 1.0)
     above = model.xyz(moved) - model.black_XYZ_cd_m2
     linear = np.stack([curve.linear(moved[..., i]) for i, curve in enumerate(model.curves)], axis=-1)
     together = (linear.sum(axis=-1) - linear.max(axis=-1)) / 2.0
     lost = 1.0 - faults.additivity_loss * together
-    return np.asarray(model.black_XYZ_cd_m2 + above * lost[..., np.newaxis])
+    white = faults.white_segment * linear.min(axis=-1)[..., np.newaxis] * model.primaries_XYZ_cd_m2.sum(axis=1)
+    return np.asarray(model.black_XYZ_cd_m2 + above * lost[..., np.newaxis] + white)

@@ -13,6 +13,7 @@ from types import MappingProxyType
 
 from devices.errors import DeviceError
 from devices.patches.arrangement import PatchEye, Place
+from devices.patches.cable import cable, on_each_surround
 from devices.patches.patch import Codes, Patch, PatchSet
 from devices.patches.patch_file import parse_patches, read_patches
 from documents import Finding
@@ -91,12 +92,8 @@ def uniformity(rows: int = 3, columns: int = 3) -> PatchSet:
 
 def on_surrounds() -> PatchSet:
     """Return three greys in the middle of a black, a grey and a white screen."""
-    surrounds: Mapping[str, Codes] = {"black": _BLACK, "grey": (0.5, 0.5, 0.5), "white": _COLOURS["white"]}
-    patches = [
-        Patch(f"grey{round(1000 * level):03d}@on-{name}", (level, level, level), around=around)
-        for level, (name, around) in itertools.product((0.25, 0.5, 0.75), surrounds.items())
-    ]
-    return _special("on-white", patches, "greys in the middle of a black, a grey and a white screen", repeats=2)
+    source = "greys in the middle of a black, a grey and a white screen"
+    return _special("on-white", on_each_surround(), source, repeats=2)
 
 
 def additivity() -> PatchSet:
@@ -157,6 +154,7 @@ DIAGNOSTIC: Mapping[str, Callable[[], PatchSet]] = MappingProxyType(
         "repeatability": repeatability,
         "additivity": additivity,
         "on-white": on_surrounds,
+        "cable": cable,
         "uniformity": uniformity,
         "angles": angles,
         "crosstalk": crosstalk,
@@ -178,6 +176,7 @@ _ALL = (
     "repeatability",
     "additivity",
     "on-white",
+    "cable",
     "uniformity",
     "angles",
     "crosstalk",

@@ -22,7 +22,7 @@ Command = Callable[..., Any]
 INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
 SETS = (
     "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, repeatability, additivity, on-white, "
-    "uniformity, angles, crosstalk, glasses; all; or FILE.csv."
+    "cable, uniformity, angles, crosstalk, glasses; all; or FILE.csv."
 )
 
 

@@ -29,4 +29,6 @@ def read_sets(names: tuple[str, ...], faults: Faults, eye: PatchEye = "both", se
     return Measurements(
         np.array([step.patch.codes for step in shown]), np.array(taken), tuple(step.patch.name for step in shown),
         np.array(time_s), tuple(step.patch.eye or eye for step in shown),
+        area=np.array([step.patch.filled for step in shown]),
+        surround=np.array([step.patch.surround for step in shown]),
     )  # fmt: skip

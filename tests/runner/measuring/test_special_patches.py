@@ -187,13 +187,15 @@ def test_one_run_of_all_sets_is_judged_by_every_check(folder: Path) -> None:
     models = read_display(folder / "display.yaml").models("row-interleaved")
     judged = {one.name: one for one in examine([MeasuredSet("m", table)], models=models)}
     # The simulated instrument is done within seconds, of which nobody can tell that a display is warm.
-    assert {name for name, one in judged.items() if one.passed is None} == {"spectral_overlap", "gamut", "warm_up"}
+    # Light that depends on the surround goes before what a channel adds to grey.
+    unjudged = {"spectral_overlap", "gamut", "added_channels"}
+    assert {name for name, one in judged.items() if one.passed is None} == {*unjudged, "warm_up"}
     assert table.time_s is not None
-    slow = replace(table, time_s=table.time_s * (3600 / table.time_s.max()))
+    slow = replace(table, time_s=table.time_s * (36000 / table.time_s.max()))
     judged = {one.name: one for one in examine([MeasuredSet("m", slow)], models=models)}
-    assert {name for name, one in judged.items() if one.passed is None} == {"spectral_overlap", "gamut"}
+    assert {name for name, one in judged.items() if one.passed is None} == unjudged
     failed = {name for name, one in judged.items() if one.passed is False}
-    assert failed == {"crosstalk", "uniformity", "pixel_independence"}
+    assert failed == {"crosstalk", "uniformity", "pixel_independence", "dynamic_contrast"}
     assert judged["crosstalk"].value == pytest.approx(8.0, rel=0.05)
     assert judged["glasses_transmittance"].value == pytest.approx(20.0, rel=0.01)
 
