@@ -8,8 +8,10 @@ pixel before rounding, in codes of 8 bits, against float64 throughout; at gamma 
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable
 from functools import partial
+from unittest.mock import patch
 
 import numpy as np
 from colour_pass import in_turn
@@ -24,6 +26,7 @@ from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass
 from runner.presenter.compensated_pass import CORNER, CompensatedPass
@@ -37,6 +40,7 @@ Way = tuple[str, str]  # series and parameter
 TITLE = "Crosstalk and an uneven panel, a pair of 1344 × 1000 pixels"
 PLAIN: Way = "plain colour pass", "nothing compensated"
 IN_PASS, ON_PROCESSOR = "in the pass", "float64 on the processor"
+IN_TWO_FLOATS = "in the pass, two floats"
 SIZE_PX = 1344, 1000
 GAMMA, HARD_GAMMA = 2.4, 2.9
 PRIMARIES = np.array([[10.83, 9.67, 5.68], [5.62, 18.65, 2.20], [0.54, 1.63, 29.18]])
@@ -104,6 +108,12 @@ def error_codes(drawn: Framebuffer, wanted: Floats) -> float:
     return 255.0 * float(np.abs(shown - wanted).max())
 
 
+def compensated(surface: Surface, word: str, models: EyeModels, correction: Correction, eye: Eye) -> CompensatedPass:
+    """Return the pass of ``eye`` in the arithmetic ``word``."""
+    with patch.dict(os.environ, {VARIABLE: word}):
+        return CompensatedPass(surface.context, models, correction, eye)
+
+
 def errors(surface: Surface, gamma: float) -> dict[Way, float]:
     """Return the largest error of each way and each correction."""
     models = display(gamma)
@@ -117,14 +127,15 @@ def errors(surface: Surface, gamma: float) -> dict[Way, float]:
             wanted = models.eye(eye).code(sent[eye])
             plain = ColourPass(context, models.eye(eye))
             picture = uploaded(surface, sent[eye].astype(np.float32))
-            own = CompensatedPass(context, models, correction, eye)
+            own, floats = (compensated(surface, word, models, correction, eye) for word in ("doubles", "two-floats"))
             drawn = {
                 ON_PROCESSOR: plain.run(picture, dtype="f4"),
                 IN_PASS: own.run(textures[eye], textures[other], CORNER, dtype="f4"),
+                IN_TWO_FLOATS: floats.run(textures[eye], textures[other], CORNER, dtype="f4"),
             }
             for way, codes in drawn.items():
                 found[way, name] = max(found.get((way, name), 0.0), error_codes(codes, wanted))
-            for held in (plain, picture, own):
+            for held in (plain, picture, own, floats):
                 held.release()
     for texture in textures.values():
         texture.release()
@@ -157,8 +168,9 @@ def work(surface: Surface, models: EyeModels) -> dict[Way, Callable[[], object]]
 
     found: dict[Way, Callable[[], object]] = {PLAIN: uncompensated}
     for name, correction in CORRECTIONS.items():
-        passes = {eye: CompensatedPass(context, models, correction, eye) for eye in EYES}
-        found[IN_PASS, name] = partial(in_pass, passes)
+        for way, word in ((IN_PASS, "doubles"), (IN_TWO_FLOATS, "two-floats")):
+            passes = {eye: compensated(surface, word, models, correction, eye) for eye in EYES}
+            found[way, name] = partial(in_pass, passes)
         found[ON_PROCESSOR, name] = partial(on_processor, correction)
     found["report of what is left", "crosstalk"] = partial(
         cancel_crosstalk, models, LEAKS, views["left"], views["right"]

@@ -61,6 +61,14 @@ def arithmetic_of(context: moderngl.Context) -> ChosenArithmetic:
     return kept[asked]
 
 
+def arithmetic_in_words(context: moderngl.Context) -> str:
+    """Return what colours are computed in on ``context``, and why, or why they cannot be: for records."""
+    try:
+        return str(arithmetic_of(context))
+    except GraphicsError as error:
+        return f"nothing: {error}"
+
+
 def _forced(context: moderngl.Context, asked: str) -> ChosenArithmetic:
     words = [kind.value for kind in Arithmetic]
     if asked not in words:

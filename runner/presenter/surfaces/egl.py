@@ -12,7 +12,7 @@ import numpy as np
 from devices.compensation import Size
 from devices.display import EYES, Eye
 from runner.ports import KeyPress, WindowClosed
-from runner.presenter.arithmetic_choice import arithmetic_of
+from runner.presenter.arithmetic_choice import arithmetic_in_words
 from runner.presenter.depth import Bits, code_texture, given_bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.pointer import Pointer
@@ -98,7 +98,7 @@ class EglSurface:
             vsync=False,
             remarks=self._remarks,
             bits=self.bits,
-            arithmetic=str(arithmetic_of(self.context)),
+            arithmetic=arithmetic_in_words(self.context),
         )
 
     def gamma_tables(self) -> Mapping[Eye, LoadedTable]:

@@ -13,7 +13,7 @@ import moderngl
 from devices.compensation import Size
 from devices.display import EYES, Eye
 from runner.ports import KeyPress, WindowClosed
-from runner.presenter.arithmetic_choice import arithmetic_of
+from runner.presenter.arithmetic_choice import arithmetic_in_words
 from runner.presenter.depth import Bits, given_bits
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.pointer import Pointer
@@ -105,7 +105,7 @@ class GlfwSurface:
             bits=self.bits,
             gamepads=gamepad_names(),
             gamepad_resolution_ms=1000.0 * PERIOD_S,
-            arithmetic=str(arithmetic_of(self.context)),
+            arithmetic=arithmetic_in_words(self.context),
         )
 
     def gamma_tables(self) -> Mapping[Eye, LoadedTable]:

@@ -11,13 +11,18 @@ from numpy.typing import NDArray
 
 from devices.compensation import Correction, Mixture
 from devices.compensation.crosstalk_cancel import cancel_crosstalk
-from devices.display import Eye, EyeModels
+from devices.display import EYES, Eye, EyeModels
 from runner.presenter.arithmetic_choice import VARIABLE
 from runner.presenter.code_pass import release_codes
 from runner.presenter.colour_pass import ColourPass, MixedPass
 from runner.presenter.compensated_pass import CompensatedPass
 from runner.presenter.depth import Bits, CodeFormat, highest_code
+from runner.presenter.modes.mode import Mode, Weave
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene
+from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Surface
+from stimuli.pictures.stereo_image import StereoImage
 from tests.displays import picture_of
 
 SIZE_PX = (48, 36)
@@ -92,3 +97,48 @@ def _worst(
     for texture in uploaded:
         texture.release()
     return float(np.abs(shown - wanted).max())
+
+
+def worst_in_a_mode(surface: Surface, mode: Mode, models: EyeModels, seed: int) -> dict[str, float]:
+    """Return the largest error of what ``mode`` shows of a picture as large as its areas, by arithmetic."""
+    areas = {eye: next(area for area in mode.areas(surface.size_px) if eye in area.eyes) for eye in EYES}
+    sizes = {
+        eye: (area.rectangle.width * area.squeeze[0], area.rectangle.height * area.squeeze[1])
+        for eye, area in areas.items()
+    }
+    assert sizes["left"] == sizes["right"]
+    views = {eye: picture_of(models.eye(eye), sizes[eye], seed + number) for number, eye in enumerate(EYES)}
+    flat = any(len(area.eyes) > 1 for area in areas.values()) and mode.mixture(models) is None
+    picture = StereoImage.flat(views["left"]) if flat else StereoImage(views["left"], views["right"])
+    mixture = mode.mixture(models)
+    found = {}
+    for word in WORDS:
+        with (
+            patch.dict(os.environ, {VARIABLE: word}),
+            Presenter(surface, mode, models, lambda _: picture) as presenter,
+        ):
+            presenter.show(Scene((Picture("drawn"),)))
+            found[word] = max(
+                _off(
+                    presenter.eye_view(eye),
+                    models.eye(eye).code(_averaged(picture.eye(eye), area.squeeze))
+                    if mixture is None
+                    else mixture.code(picture.left, picture.right),
+                    area.weave,
+                )
+                for eye, area in areas.items()
+            )
+    return found
+
+
+def _averaged(XYZ: NDArray[np.float32], squeeze: tuple[int, int]) -> Floats:
+    across, down = squeeze
+    height, width, _ = XYZ.shape
+    boxes = XYZ.astype(np.float64).reshape(height // down, down, width // across, across, 3)
+    return np.asarray(boxes.mean(axis=(1, 3)))
+
+
+def _off(shown: Codes, code: Floats, weave: Weave | None) -> float:
+    highest = np.iinfo(np.uint8).max if shown.dtype == np.uint8 else highest_code(10)
+    off = np.abs(shown - code * highest).max(axis=-1)
+    return float((off if weave is None else off[weave.mask(*off.shape)]).max())

@@ -108,6 +108,8 @@ def test_a_slip_in_the_variable_is_named(monkeypatch: pytest.MonkeyPatch, egl: E
     monkeypatch.setenv(VARIABLE, "double")
     with pytest.raises(GraphicsError, match=r"is 'double' \(set it to one of doubles, two-floats, two-floats-guarded"):
         arithmetic_of(egl.context)
+    # Patches are measured, and screens checked, without colours: a surface says so and goes on.
+    assert egl.facts.arithmetic.startswith("nothing: CYCLOPEAN_ARITHMETIC is 'double'")
 
 
 def test_a_sum_of_reals_as_if_they_were_floats_does_not_compile(egl: EglSurface) -> None:

@@ -22,6 +22,8 @@ from runner.presenter.dithering import Dithering, light_table
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.egl import EglSurface
 
+pytestmark = pytest.mark.usefixtures("each_arithmetic")
+
 Codes = NDArray[np.int64]
 Floats = NDArray[np.float64]
 Views = NDArray[np.float32]

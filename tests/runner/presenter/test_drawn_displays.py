@@ -12,9 +12,17 @@ from devices.compensation import Correction, least_squares
 from devices.display import EYES, Eye, EyeModels
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
+from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.surfaces.egl import EglSurface
 from tests.displays import corrections, eye_models
-from tests.runner.presenter.drawn_displays import SIZE_PX, WITHIN_CODES, WORDS, worst_of_a_mixture, worst_of_an_eye
+from tests.runner.presenter.drawn_displays import (
+    SIZE_PX,
+    WITHIN_CODES,
+    WORDS,
+    worst_in_a_mode,
+    worst_of_a_mixture,
+    worst_of_an_eye,
+)
 
 # The same displays each time, so that no run is unlucky: the stress tests look for others.
 FEW = settings(
@@ -23,6 +31,7 @@ FEW = settings(
 FEWER = settings(FEW, max_examples=4)
 # Newton's method for both eyes takes seconds to compile.
 TWO = settings(FEW, max_examples=2)
+MODE_NAMES = tuple(name for name in MODES if not find_mode(name).needs_stereo)  # the others: tests/quad
 BITS = st.sampled_from([8, 10])
 SEEDS = st.integers(0, 10**6)
 
@@ -31,7 +40,7 @@ SEEDS = st.integers(0, 10**6)
 def surface() -> Iterator[EglSurface]:
     """One offscreen surface for all of them."""
     try:
-        opened = EglSurface((16, 16))
+        opened = EglSurface((96, 72), windows=2)
     except PresentationError as error:
         pytest.skip(str(error))
     with opened:
@@ -76,3 +85,11 @@ def test_crosstalk_between_channels_that_act_on_each_other(
 def test_both_views_in_one_picture(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
     mixture = least_squares(EyeModels(models.left, models.left), (0.2, 0.01, 0.0), (0.0, 0.4, 0.3))
     _check(worst_of_a_mixture(surface, models, mixture, bits, seed))
+
+
+@pytest.mark.parametrize("name", MODE_NAMES)
+@settings(FEW, max_examples=3)
+@given(models=eye_models(plvc=False), seed=SEEDS)
+def test_every_mode(surface: EglSurface, name: str, models: EyeModels, seed: int) -> None:
+    both = EyeModels(models.left, models.left) if name == "flat" else models
+    _check(worst_in_a_mode(surface, find_mode(name), both, seed))
