@@ -64,14 +64,20 @@ def display(path: str | Path) -> Result[Display]:
 
 
 def fit_display(
-    measurements: str | Path, mode: str | None = None, *, codes: str | None = None, observer: str | None = None
+    measurements: str | Path,
+    mode: str | None = None,
+    *,
+    codes: str | None = None,
+    observer: str | None = None,
+    white_cd_m2: float | None = None,
 ) -> Result[DisplayFit]:
     """Fit display models to measurements through the glasses, and choose the one that predicts held-out readings best.
 
     Parameters
     ----------
     measurements
-        A table of codes and XYZ: CSV, an ArgyllCMS ``.ti3``, a Psychtoolbox ``.mat``, or the log of a measurement.
+        A table of codes and XYZ: CSV, an ArgyllCMS ``.ti3``, a Psychtoolbox ``.mat``, the log of a measurement, or an
+        ICC profile.
     mode
         The stereo mode that was measured; None takes the readings' own.
     codes
@@ -79,6 +85,8 @@ def fit_display(
     observer
         The colorimetric observer, such as ``CIE 2015 10``, for which the model is fitted from the readings' spectra;
         None takes that of the readings.
+    white_cd_m2
+        Luminance of the white of an ICC profile that does not say how bright it is, above 0.
 
     Returns
     -------
@@ -108,7 +116,8 @@ def fit_display(
     from devices.characterise import fit_display as fit
     from devices.measurements import read_measurements
 
-    fitted = fit(read_measurements(Path(measurements), codes), mode=mode, file=measurements, observer=observer)
+    readings = read_measurements(Path(measurements), codes, white_cd_m2=white_cd_m2)
+    fitted = fit(readings, mode=mode, file=measurements, observer=observer)
     rows = [
         {"eye": eye, "chosen": candidate is own.characterisation.chosen, **candidate.to_json()}
         for eye, own in fitted.eyes.items()

@@ -136,6 +136,7 @@ def judge_display(
     mode: str | None = None,
     without_glasses: Path | None = None,
     codes: str | None = None,
+    white_cd_m2: float | None = None,
 ) -> Verdicts:
     """Judge a display by its measurements.
 
@@ -151,6 +152,8 @@ def judge_display(
         Readings of the same patches without glasses.
     codes
         The range of the codes of CSV files that do not name it, such as ``0..255``.
+    white_cd_m2
+        Luminance of the white of ICC profiles among them that do not say how bright it is.
 
     Returns
     -------
@@ -173,8 +176,8 @@ def judge_display(
     >>> verdicts.diagnoses[0].name
     'repeatability'
     """
-    sets = read_sets(files, codes)
-    bare = read_sets([without_glasses], codes)[0] if without_glasses is not None else None
+    sets = read_sets(files, codes, white_cd_m2=white_cd_m2)
+    bare = read_sets([without_glasses], codes, white_cd_m2=white_cd_m2)[0] if without_glasses is not None else None
     models = _models(display, mode, sets) if display is not None else None
     diagnoses = examine(sets, models=models, without_glasses=bare)
     every = [*sets, *([bare] if bare is not None else [])]

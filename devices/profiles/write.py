@@ -31,6 +31,8 @@ MOST_MEAN, MOST, MOST_BACK = 0.05, 0.25, 0.5
 _COPYRIGHT = "No copyright, use freely"
 # Black may lie this far outside what the primaries can mix, as a share of white: less than a step of 16 bits.
 _LEAST_LIFT = -2e-6
+# What s15Fixed16 holds, to a ten-thousandth.
+_LEAST_LUMINANCE, _MOST_LUMINANCE = 0.2, 32767.0
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -104,6 +106,9 @@ def profile_of_model(
     white = model.xyz(np.ones(3))
     if not np.all(white > 0):
         raise DeviceError(f"a profile needs a white with X, Y and Z above 0, not {white.tolist()}")
+    if not _LEAST_LUMINANCE <= white[1] <= _MOST_LUMINANCE:
+        what = f"the white's luminance is {white[1]:g} cd/m²"
+        raise DeviceError(Finding(what, remedy=f"a profile holds {_LEAST_LUMINANCE} to {_MOST_LUMINANCE:.0f} cd/m²"))
     if points is not None and not 2 <= points <= 65:
         raise DeviceError(f"a grid of {points} points a side; 2 to 65 are possible")
     luminance = float(np.frombuffer(tag_bytes.fixed(white[1]), ">i4")[0]) / 65536.0

@@ -23,6 +23,12 @@ if TYPE_CHECKING:
 )
 @click.option("--codes", metavar="RANGE", help="Range of the codes in the files: 0..1, 0..255 or 0..1023.")
 @click.option(
+    "--white-cd-m2",
+    type=click.FloatRange(min=0, min_open=True),
+    metavar="CD_M2",
+    help="Luminance of the white, of ICC profiles that do not say it.",
+)
+@click.option(
     "-o",
     "--output",
     type=click.Path(path_type=Path),
@@ -35,6 +41,7 @@ def command(
     mode: str | None,
     without_glasses: Path | None,
     codes: str | None,
+    white_cd_m2: float | None,
     output: Path | None,
     as_json: bool,
 ) -> None:
@@ -51,7 +58,14 @@ def command(
 
     if mode is not None and display is None:
         raise click.UsageError("--mode is a mode of the file that --display names.")
-    verdicts = judge_display(measurements, display=display, mode=mode, without_glasses=without_glasses, codes=codes)
+    verdicts = judge_display(
+        measurements,
+        display=display,
+        mode=mode,
+        without_glasses=without_glasses,
+        codes=codes,
+        white_cd_m2=white_cd_m2,
+    )
     page = output or measurements[0].with_suffix(".html")
     try:
         write_page(verdicts, page)

@@ -24,7 +24,7 @@ from tests.devices.profiles.test_colour_table import TABLES
 
 
 @cache
-def _whole() -> dict[str, bytes]:
+def whole_profiles() -> dict[str, bytes]:
     readings = Measurements(np.eye(3), np.eye(3) * 50 + 1)
     table = {"vcgt": vcgt(3, 2, [0, 30000, 65535] * 3)}
     return {
@@ -47,9 +47,9 @@ def _read(data: bytes) -> None:
 
 
 @settings(max_examples=150, deadline=None)
-@given(st.sampled_from(sorted(_whole())), st.data())
+@given(st.sampled_from(sorted(whole_profiles())), st.data())
 def test_changed_bytes_give_a_reading_or_a_refusal(name: str, data: st.DataObject) -> None:
-    whole = bytearray(_whole()[name])
+    whole = bytearray(whole_profiles()[name])
     # Most of what matters stands in the first kilobyte: header, tag table, heads of tags.
     places = st.one_of(st.integers(0, min(1000, len(whole) - 1)), st.integers(0, len(whole) - 1))
     for place, value in data.draw(st.lists(st.tuples(places, st.integers(0, 255)), min_size=1, max_size=6)):
@@ -58,9 +58,9 @@ def test_changed_bytes_give_a_reading_or_a_refusal(name: str, data: st.DataObjec
 
 
 @settings(max_examples=60, deadline=None)
-@given(st.sampled_from(sorted(_whole())), st.data())
+@given(st.sampled_from(sorted(whole_profiles())), st.data())
 def test_a_profile_cut_off_is_refused(name: str, data: st.DataObject) -> None:
-    whole = _whole()[name]
+    whole = whole_profiles()[name]
     cut = whole[: data.draw(st.integers(0, len(whole) - 1))]
     with pytest.raises(DeviceError):
         parse_profile_file(cut, "display.icc")
@@ -78,7 +78,7 @@ def test_tables_that_only_announce_their_size_take_no_time_and_no_memory(tmp_pat
 
 
 def test_tags_may_share_their_bytes() -> None:
-    data = bytearray(_whole()["sampled"])
+    data = bytearray(whole_profiles()["sampled"])
     count = int.from_bytes(data[128:132])
     entries = {bytes(data[at : at + 4]): at for at in range(132, 132 + 12 * count, 12)}
     data[entries[b"gTRC"] + 4 : entries[b"gTRC"] + 12] = data[entries[b"rTRC"] + 4 : entries[b"rTRC"] + 12]

@@ -154,6 +154,12 @@ def test_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
         profile_of_model(thesis_display(), "x", points=66)
     with pytest.raises(DeviceError, match="cannot be written"):
         write_profile(thesis_display(), tmp_path / "none" / "d.icc", "x")
+    for luminance in (0.1, 40000.0):
+        whole = thesis_display()
+        scale = luminance / whole.shown_white_XYZ_cd_m2[1]
+        model = DisplayModel(whole.black_XYZ_cd_m2, scale * whole.primaries_XYZ_cd_m2, whole.curves)
+        with pytest.raises(DeviceError, match=r"a profile holds 0.2 to 32767 cd/m²"):
+            profile_of_model(model, "x")
     curve = TableCurve((0.0, 0.5, 1.0), (0.0, 0.2, 1.0))
     dark = DisplayModel(np.zeros(3), np.diag([1.0, -1.0, 1.0]), (curve, curve, curve))
     with pytest.raises(DeviceError, match="white"):
