@@ -54,6 +54,7 @@ def display(path: str | Path) -> Result[Display]:
             "eye": eye,
             "white_luminance_cd_m2": float(models.eye(eye).shown_white_XYZ_cd_m2[1]),
             "black_luminance_cd_m2": float(models.eye(eye).shown_black_XYZ_cd_m2[1]),
+            "ambient_luminance_cd_m2": float(models.eye(eye).ambient_XYZ_cd_m2[1]),
             "source": read.sources[mode],
         }
         for mode, models in read.modes.items()

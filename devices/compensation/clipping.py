@@ -124,5 +124,5 @@ def clip_marks(model: DisplayModel, xyz_cd_m2: ArrayLike) -> NDArray[np.float32]
     share = np.clip(_DIMMED * asked[..., 1:2] / white[1], 0.0, 1.0)
     marked = share * white
     red, blue = model.primaries_XYZ_cd_m2[:, 0], model.primaries_XYZ_cd_m2[:, 2]
-    marks = above * red + below * blue + model.black_XYZ_cd_m2
+    marks = above * red + below * blue + model.dark_XYZ_cd_m2
     return np.asarray(np.where(above | below, marks, marked), dtype=np.float32)

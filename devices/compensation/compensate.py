@@ -144,7 +144,8 @@ class Compensation:
             return xyz_cd_m2
         height, width, _ = xyz_cd_m2.shape
         grid = self.views[eye].pixel_grid((width, height), offset_px)
-        return gain_map.corrected(xyz_cd_m2, gain_map.over(*grid.axes((width, height))))
+        ambient = self.models.eye(eye).ambient_XYZ_cd_m2
+        return gain_map.corrected(xyz_cd_m2, gain_map.over(*grid.axes((width, height))), ambient)
 
 
 def _cost_together(parts: Sequence[CancelCost]) -> CancelCost:
@@ -161,7 +162,7 @@ def _cost_together(parts: Sequence[CancelCost]) -> CancelCost:
 
 
 def _XYZ(model: DisplayModel, linear: Floats) -> Floats:
-    return np.asarray(model.black_XYZ_cd_m2 + linear @ model.primaries_XYZ_cd_m2.T)
+    return np.asarray(model.dark_XYZ_cd_m2 + linear @ model.primaries_XYZ_cd_m2.T)
 
 
 def _squeezed(view: XYZImage, squeeze: tuple[int, int]) -> Floats:

@@ -284,7 +284,7 @@ def _cost(model: DisplayModel, asked_XYZ: ArrayLike, lifted: Floats, needed: Flo
     above = (np.maximum(channels, model.channels(lifted)) > highest + model.gamut_tolerance).any(axis=-1)
     residual = (seen - _clip(model, lifted)) @ model.primaries_XYZ_cd_m2.T
     white = model.white_XYZ_cd_m2
-    shown = (model.black_XYZ_cd_m2 + seen @ model.primaries_XYZ_cd_m2.T).reshape(-1, 3)
+    shown = (model.dark_XYZ_cd_m2 + seen @ model.primaries_XYZ_cd_m2.T).reshape(-1, 3)
     changed = np.abs(shown - asked).max(axis=1, initial=0.0) > 1e-9 * white[1]
     # Lab is defined for light only: what lies below no light at all is as black as black.
     difference = delta_e_2000(

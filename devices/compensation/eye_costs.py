@@ -138,7 +138,7 @@ class _Sums:
 def _display(models: EyeModels, eye: Eye, light: Floats) -> Floats:
     """Return the XYZ of channels' linear ``light``, (..., 3), clipped or not, before the eye's filter."""
     model = models.eye(eye)
-    return np.asarray(model.black_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T)
+    return np.asarray(model.dark_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T)
 
 
 def _lab(xyz_cd_m2: NDArray[np.floating], white: Floats) -> Floats:

@@ -1,9 +1,9 @@
 """How evenly a panel shines: a grid of luminance readings, and the correction that makes it even.
 
 What the panel sends at a place is gain(x, y) times what the display model says, black included: the backlight and the
-viewing angle dim both alike. The gain is the readings relative to the panel's centre, where the model was measured,
-bilinear between them. Thesis Section 3.2.1.3 and Figure 3.7, whose "percent" are differences in cd/m² times 100; its
-readings relative to the centre are 0.44 to 1.12.
+viewing angle dim both alike. The room's light that it reflects is not dimmed. The gain is the readings relative to the
+panel's centre, where the model was measured, bilinear between them. Thesis Section 3.2.1.3 and Figure 3.7, whose
+"percent" are differences in cd/m² times 100; its readings relative to the centre are 0.44 to 1.12.
 
 Places are in physical pixels of the panel, x to the right and y down: pixel column i spans i..i + 1, its middle is at
 i + 0.5.
@@ -105,14 +105,15 @@ class GainMap:
         """
         return self._between(self.gains, np.asarray(x_px, dtype=np.float64), np.asarray(y_px, dtype=np.float64))
 
-    def corrected(self, xyz_cd_m2: ArrayLike, gain: ArrayLike) -> Floats:
+    def corrected(self, xyz_cd_m2: ArrayLike, gain: ArrayLike, ambient_XYZ_cd_m2: ArrayLike = 0.0) -> Floats:
         """Return the XYZ (..., 3) to ask of the display model so that the panel shows ``xyz_cd_m2`` evenly.
 
         ``gain`` has the picture's shape without its last axis. What the observer sees is then `delivered_share` times
-        what was asked.
+        what was asked, above the room's light ``ambient_XYZ_cd_m2``, (3,).
         """
         share = self.delivered_share / np.asarray(gain, dtype=np.float64)
-        return np.asarray(np.asarray(xyz_cd_m2, dtype=np.float64) * share[..., None])
+        ambient = np.asarray(ambient_XYZ_cd_m2, dtype=np.float64)
+        return np.asarray(ambient + (np.asarray(xyz_cd_m2, dtype=np.float64) - ambient) * share[..., None])
 
     def _place(self, place_px: Floats, length_px: int, readings: int) -> tuple[NDArray[np.intp], Floats]:
         """Return the reading before each place, and how far on towards the next the place lies (0..1)."""

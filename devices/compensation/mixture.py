@@ -32,9 +32,9 @@ Filter: TypeAlias = Row | tuple[Row, Row, Row]
 class Mixture:
     """linear = ``left`` · (XYZ of the left view − its black) + ``right`` · (that of the right view − its black).
 
-    ``left`` and ``right``: shape (3, 3), in 1/(cd/m²); the blacks: shape (3,), in cd/m². What each eye then sees is
-    ``left_through`` or ``right_through``, shape (3, 3), times the XYZ of that eye's display model: what its filter does
-    to light, the unit matrix where the model was measured through the filter.
+    ``left`` and ``right``: shape (3, 3), in 1/(cd/m²); the blacks, with the room's light: shape (3,), in cd/m². What
+    each eye then sees is ``left_through`` or ``right_through``, shape (3, 3), times the XYZ of that eye's display
+    model: what its filter does to light, the unit matrix where the model was measured through the filter.
     """
 
     left: Floats
@@ -215,5 +215,5 @@ def _mixture(models: EyeModels, left: Floats, right: Floats, through: tuple[Floa
         )
     more_left = models.left.primaries_XYZ_cd_m2[1] >= models.right.primaries_XYZ_cd_m2[1]
     red, green, blue = ((models.left if more_left[channel] else models.right).curves[channel] for channel in range(3))
-    blacks = models.left.black_XYZ_cd_m2, models.right.black_XYZ_cd_m2
+    blacks = models.left.dark_XYZ_cd_m2, models.right.dark_XYZ_cd_m2
     return Mixture(left, right, *blacks, (red, green, blue), *through)

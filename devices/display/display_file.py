@@ -10,6 +10,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Any, Literal, TypeVar
 
+import numpy as np
+from numpy.typing import ArrayLike
 from pydantic import BaseModel, Discriminator, Field, PositiveFloat, PositiveInt, Tag
 
 from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
@@ -18,7 +20,7 @@ from devices.compensation.gain_map import GainMap
 from devices.display.gamma_table import GammaTable
 from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
-from devices.display.model_spec import CrosstalkSpec, GainMapSpec, ModelSpec
+from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, ModelSpec
 from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from documents import Finding, load_document
@@ -90,6 +92,10 @@ class BothEyesSpec(ModelSpec, _ExtrasSpec):
         model = self.model()
         return EyeModels(model, model)
 
+    def ambient_specs(self) -> dict[Eye, AmbientSpec | None]:
+        """Return the mode's own word on the room's light, for each eye."""
+        return dict.fromkeys(EYES, self.ambient_XYZ_cd_m2)
+
     def gamma_table_specs(self) -> dict[Eye, GammaTableSpec | None]:
         """Return what is said of the gamma table, for each eye."""
         return dict.fromkeys(EYES, self.gamma_table)
@@ -125,6 +131,11 @@ class PerEyeSpec(_ExtrasSpec):
             raise DeviceError(mixed)
         return EyeModels(self.left.model(), self.right.model())
 
+    def ambient_specs(self) -> dict[Eye, AmbientSpec | None]:
+        """Return the mode's own word on the room's light, for each eye."""
+        left, right = (None if spec is None else spec.ambient_XYZ_cd_m2 for spec in (self.left, self.right))
+        return {"left": left, "right": right}
+
     def gamma_table_specs(self) -> dict[Eye, GammaTableSpec | None]:
         """Return what is said of the gamma table that each eye was measured with."""
         left, right = (None if spec is None else spec.gamma_table for spec in (self.left, self.right))
@@ -149,6 +160,7 @@ class DisplaySpec(Strict):
 
     schema_version: Literal[1]
     panel: PanelSpec
+    ambient_XYZ_cd_m2: AmbientSpec | None = None
     modes: dict[str, ModeSpec] = Field(min_length=1)
 
 
@@ -162,6 +174,18 @@ class EyeModels:
     def eye(self, eye: Eye) -> DisplayModel:
         """Return the model for ``eye``."""
         return self.left if eye == "left" else self.right
+
+    def in_room(self, left_XYZ_cd_m2: ArrayLike, right_XYZ_cd_m2: ArrayLike) -> EyeModels:
+        """Return the same display in a room of which each eye gets so much light, (3,), from the screen while off.
+
+        Raises
+        ------
+        DeviceError
+            If it is not three finite numbers of at least 0.
+        """
+        left = self.left.in_room(left_XYZ_cd_m2)
+        same = self.left is self.right and np.array_equal(left_XYZ_cd_m2, right_XYZ_cd_m2)
+        return EyeModels(left, left if same else self.right.in_room(right_XYZ_cd_m2))
 
     @property
     def normalised(self) -> EyeModels:
@@ -284,6 +308,9 @@ def _add_mode(name: str, spec: DisplaySpec, source: YamlSource, display: Display
         return
     models = _located(mode.eye_models, source, ("modes", measured))
     both = isinstance(mode, BothEyesSpec)
+    if spec.ambient_XYZ_cd_m2 is not None:
+        own = mode.ambient_specs()
+        models = models.in_room(*(own[eye] or spec.ambient_XYZ_cd_m2 for eye in EYES))
     display.modes[name], display.sources[name] = models, mode.source
     display.observers[name] = str(mode.observer)
     display.gamma_tables[name] = {

@@ -1,7 +1,8 @@
 """A display as a colour device: device codes to XYZ and back.
 
-XYZ = black + M · curve(code): an additive display with a black term (Fairchild & Wyble 1998; Day, Taplin &
-Berns 2004; thesis Expressions 3.10 to 3.14).
+XYZ = ambient + black + M · curve(code): an additive display with a black term (Fairchild & Wyble 1998; Day, Taplin &
+Berns 2004; thesis Expressions 3.10 to 3.14) and the room's light that the screen reflects (Expression 3.1). The room's
+light reaches both eyes by itself: it does not leak from one to the other, and no gain map dims it.
 
 A curve need not run from 0 at code 0 to 1 at code 1: one with an offset gives light at code 0, and a fitted one may end
 at 0.983. What the display can show is what lies between the two (`DisplayModel.limits`), and everything that asks
@@ -11,7 +12,7 @@ whether a colour can be shown asks that: "maximum code" in thesis Table 4.3.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -35,12 +36,15 @@ class DisplayModel:
     """Black, primaries and one tone curve per channel, for one stereo mode and eye.
 
     ``black_XYZ_cd_m2``: shape (3,); ``primaries_XYZ_cd_m2``: shape (3, 3), its columns the red, green and
-    blue channel at full drive minus black. Raises DeviceError if the primaries cannot be inverted.
+    blue channel at full drive minus black; ``ambient_XYZ_cd_m2``: shape (3,), what the eye gets of the room's light
+    from the screen while it is off, through the glasses, none if not given. Raises DeviceError if the primaries cannot
+    be inverted, a number is not finite, or the room's light is below 0.
     """
 
     black_XYZ_cd_m2: Floats
     primaries_XYZ_cd_m2: Floats
     curves: tuple[Curve, Curve, Curve]
+    ambient_XYZ_cd_m2: Floats = field(default_factory=lambda: np.zeros(3), kw_only=True)
 
     def __post_init__(self) -> None:
         black = np.asarray(self.black_XYZ_cd_m2, dtype=np.float64)
@@ -51,10 +55,29 @@ class DisplayModel:
             raise DeviceError("black and primaries must be finite")
         if np.linalg.cond(primaries) > 1e6:
             raise DeviceError("the primaries are so nearly alike that they do not determine a colour")
-        for array in (black, primaries):
+        ambient = np.array(self.ambient_XYZ_cd_m2, dtype=np.float64)
+        if ambient.shape != (3,) or not np.all(np.isfinite(ambient)) or np.any(ambient < 0.0):
+            raise DeviceError(f"the room's light is {ambient.tolist()}; it must be three finite numbers of at least 0")
+        for array in (black, primaries, ambient):
             array.flags.writeable = False
         object.__setattr__(self, "black_XYZ_cd_m2", black)
         object.__setattr__(self, "primaries_XYZ_cd_m2", primaries)
+        object.__setattr__(self, "ambient_XYZ_cd_m2", ambient)
+
+    def in_room(self, ambient_XYZ_cd_m2: ArrayLike) -> DisplayModel:
+        """Return the same display in a room of which the eye gets so much light, (3,), from the screen while it is off.
+
+        Raises
+        ------
+        DeviceError
+            If it is not three finite numbers of at least 0.
+        """
+        return replace(self, ambient_XYZ_cd_m2=np.asarray(ambient_XYZ_cd_m2, dtype=np.float64))
+
+    @cached_property
+    def dark_XYZ_cd_m2(self) -> Floats:
+        """XYZ (3,) at linear light 0 in every channel: the room's light and the display's own black."""
+        return np.asarray(self.ambient_XYZ_cd_m2 + self.black_XYZ_cd_m2)
 
     @cached_property
     def linear_from_XYZ(self) -> Floats:
@@ -67,7 +90,7 @@ class DisplayModel:
 
         `shown_white_XYZ_cd_m2` is the white that is shown.
         """
-        return np.asarray(self.black_XYZ_cd_m2 + self.primaries_XYZ_cd_m2.sum(axis=1))
+        return np.asarray(self.dark_XYZ_cd_m2 + self.primaries_XYZ_cd_m2.sum(axis=1))
 
     @cached_property
     def limits(self) -> tuple[Floats, Floats]:
@@ -84,13 +107,19 @@ class DisplayModel:
 
     @cached_property
     def shown_white_XYZ_cd_m2(self) -> Floats:
-        """XYZ (3,) at code 1 in every channel: the brightest white that the display can show."""
+        """XYZ (3,) at code 1 in every channel, the room's light included: the brightest white that is shown."""
         return self.xyz_of_linear(self.limits[1])
 
     @cached_property
     def shown_black_XYZ_cd_m2(self) -> Floats:
-        """XYZ (3,) at code 0 in every channel: the darkest black that the display can show."""
+        """XYZ (3,) at code 0 in every channel, the room's light included: the darkest black that is shown."""
         return self.xyz_of_linear(self.limits[0])
+
+    def contrast(self, *, in_the_room: bool = True) -> float:
+        """Return white's luminance over black's, as shown, with the room's light or without; infinity for no black."""
+        ambient = 0.0 if in_the_room else float(self.ambient_XYZ_cd_m2[1])
+        white, black = (float(light[1]) - ambient for light in (self.shown_white_XYZ_cd_m2, self.shown_black_XYZ_cd_m2))
+        return white / black if black > 0.0 else np.inf
 
     @cached_property
     def normalised(self) -> DisplayModel:
@@ -103,7 +132,12 @@ class DisplayModel:
         if curves is self.curves:
             return self
         lowest, highest = self.limits
-        return DisplayModel(self.shown_black_XYZ_cd_m2, self.primaries_XYZ_cd_m2 * (highest - lowest), curves)
+        return DisplayModel(
+            self.shown_black_XYZ_cd_m2 - self.ambient_XYZ_cd_m2,
+            self.primaries_XYZ_cd_m2 * (highest - lowest),
+            curves,
+            ambient_XYZ_cd_m2=self.ambient_XYZ_cd_m2,
+        )
 
     def xyz(self, code: ArrayLike) -> Floats:
         """Return XYZ in cd/m², shape (..., 3), for device codes in 0..1, shape (..., 3)."""
@@ -113,15 +147,15 @@ class DisplayModel:
 
     def xyz_of_linear(self, linear: ArrayLike) -> Floats:
         """Return XYZ in cd/m² of the channels' linear light, shape (..., 3) each."""
-        return np.asarray(self.black_XYZ_cd_m2 + self.light_of(linear) @ self.primaries_XYZ_cd_m2.T)
+        return np.asarray(self.dark_XYZ_cd_m2 + self.light_of(linear) @ self.primaries_XYZ_cd_m2.T)
 
     def linear(self, xyz_cd_m2: ArrayLike) -> Floats:
         """Return each channel's linear light, unclipped, shape (..., 3), for XYZ in cd/m², shape (..., 3)."""
         return self.channels(self.in_primaries(xyz_cd_m2))
 
     def in_primaries(self, xyz_cd_m2: ArrayLike) -> Floats:
-        """Return XYZ in cd/m², shape (..., 3), above black, in units of the primaries: light that adds up."""
-        light = np.asarray(xyz_cd_m2, dtype=np.float64) - self.black_XYZ_cd_m2
+        """Return XYZ in cd/m², shape (..., 3), above black and the room's light, in units of the primaries."""
+        light = np.asarray(xyz_cd_m2, dtype=np.float64) - self.dark_XYZ_cd_m2
         return np.asarray(light @ self.linear_from_XYZ.T)
 
     @property

@@ -21,6 +21,8 @@ from documents import Finding
 from documents.yaml import Strict
 
 Triple = tuple[float, float, float]
+# The room's light from the screen while it is off, through the glasses, in cd/m².
+AmbientSpec = tuple[NonNegativeFloat, NonNegativeFloat, NonNegativeFloat]
 Matrix = tuple[Triple, Triple, Triple]
 
 
@@ -186,6 +188,7 @@ class ModelSpec(Strict):
     observer: ObserverSpec = DEFAULT_OBSERVER
     source: str = ""
     gamma_table: GammaTableSpec | None = None
+    ambient_XYZ_cd_m2: AmbientSpec | None = None
 
     def model(self) -> DisplayModel:
         """Return the display model."""
@@ -198,7 +201,8 @@ class ModelSpec(Strict):
             else self.curve.curves()
         )
         additive = DisplayModel(np.array(self.black_XYZ_cd_m2), columns, curves)
-        return self.curve.model(additive) if isinstance(self.curve, PlvcSpec) else additive
+        model = self.curve.model(additive) if isinstance(self.curve, PlvcSpec) else additive
+        return model if self.ambient_XYZ_cd_m2 is None else model.in_room(self.ambient_XYZ_cd_m2)
 
 
 class CrosstalkSpec(Strict):

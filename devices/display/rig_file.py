@@ -16,6 +16,7 @@ from devices.compensation.crosstalk_cancel import refuse_lift
 from devices.compensation.gain_map import GainMap
 from devices.display.display_file import EYES, Display, Eye, EyeModels, read_display
 from devices.display.gamma_table import GammaTable
+from devices.display.model_spec import AmbientSpec
 from devices.display.monitor_settings import MonitorSettings
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
@@ -24,6 +25,13 @@ from documents.files import beside
 from documents.yaml import Strict
 
 Read = TypeVar("Read")
+
+
+class PerEyeAmbientSpec(Strict):
+    """The room's light from the screen while it is off, through each lens, XYZ in cd/m²."""
+
+    left: AmbientSpec
+    right: AmbientSpec
 
 
 class RigSpec(Strict):
@@ -42,12 +50,14 @@ class RigSpec(Strict):
     observer: ObserverSpec = DEFAULT_OBSERVER
     gamma_table: Literal["identity"] | None = None
     monitor_settings: MonitorSettings | None = None
+    ambient_XYZ_cd_m2: AmbientSpec | PerEyeAmbientSpec | None = None
 
 
 @dataclass(frozen=True, slots=True)
 class Rig:
     """A display in a stereo mode at a viewing distance.
 
+    ``models`` are what each eye sees, the room's light included: the rig's own word on it before the display file's.
     ``characterised_as`` is the mode whose measurements serve: ``mode`` itself, unless an uncharacterised mode was
     allowed. ``mode_options`` are as the file has them; the presenter's modes know which there are. ``lift_black`` asks
     for enough light in every picture that crosstalk can be cancelled to the last; ``dither`` says whether pictures are
@@ -184,6 +194,10 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         remedy = f"write observer: {display.observers[characterised_as]}, or fit the display again with "
         remedy += f"display fit --observer '{spec.observer}' from readings with spectra"
         raise located(DeviceError(Finding(what, remedy=remedy)), "observer")
+    if isinstance(spec.ambient_XYZ_cd_m2, PerEyeAmbientSpec):
+        models = models.in_room(spec.ambient_XYZ_cd_m2.left, spec.ambient_XYZ_cd_m2.right)
+    elif spec.ambient_XYZ_cd_m2 is not None:
+        models = models.in_room(spec.ambient_XYZ_cd_m2, spec.ambient_XYZ_cd_m2)
     if spec.lift_black and display.crosstalk(characterised_as):
         try:
             refuse_lift(models)

@@ -186,9 +186,9 @@ def simulated_XYZ(model: DisplayModel, codes: Floats, faults: Faults) -> Floats:
     codes = codes_at_panel(codes, faults, model)
     others = (codes.sum(axis=-1, keepdims=True) - codes) / 2.0
     moved = np.clip(codes + faults.interaction * others * 4.0 * codes * (1.0 - codes), 0.0, 1.0)
-    above = model.xyz(moved) - model.black_XYZ_cd_m2
+    above = model.xyz(moved) - model.dark_XYZ_cd_m2
     linear = np.stack([curve.linear(moved[..., i]) for i, curve in enumerate(model.curves)], axis=-1)
     together = (linear.sum(axis=-1) - linear.max(axis=-1)) / 2.0
     lost = 1.0 - faults.additivity_loss * together
     white = faults.white_segment * linear.min(axis=-1)[..., np.newaxis] * model.primaries_XYZ_cd_m2.sum(axis=1)
-    return np.asarray(model.black_XYZ_cd_m2 + above * lost[..., np.newaxis] + white)
+    return np.asarray(model.dark_XYZ_cd_m2 + above * lost[..., np.newaxis] + white)

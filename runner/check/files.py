@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from math import isfinite
 from pathlib import Path
 from types import MappingProxyType
+from typing import Any
 
 from devices.camera import read_camera
-from devices.display import EYES, pixels_per_degree, read_display, read_rig, read_verification
+from devices.display import EYES, Display, DisplayModel, pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
 from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.experiment import (
@@ -32,11 +34,31 @@ def check_display(report: CheckReport, options: CheckOptions) -> None:
         for mode, m in display.modes.items()
     }
     report.facts.update({"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white})
+    report.facts.update(_contrasts(display))
     report.warnings.extend([display.unfinished(mode) for mode in display.lacking])
     if display.monitor_settings:
         report.facts["monitor_settings"] = {mode: held.words for mode, held in display.monitor_settings.items()}
     doubts = dict.fromkeys(words for held in display.monitor_settings.values() for words in held.doubts)
     report.warnings.extend([Finding(words, str(report.file), remedy=SETTINGS_REMEDY) for words in doubts])
+
+
+def _contrasts(display: Display) -> dict[str, Any]:
+    """Return white over black as each eye sees it: of the display, and in the room where its light was measured."""
+    facts: dict[str, Any] = {}
+    for name, in_the_room in (("contrast", False), ("contrast_in_the_room", True)):
+        found = {
+            mode: {eye: _contrast(models.eye(eye), in_the_room) for eye in EYES}
+            for mode, models in display.modes.items()
+            if not in_the_room or any(models.eye(eye).ambient_XYZ_cd_m2.any() for eye in EYES)
+        }
+        if found:
+            facts[name] = found
+    return facts
+
+
+def _contrast(model: DisplayModel, in_the_room: bool) -> int | None:
+    contrast = model.contrast(in_the_room=in_the_room)
+    return round(contrast) if isfinite(contrast) else None
 
 
 def check_rig(report: CheckReport, options: CheckOptions) -> None:

@@ -104,7 +104,7 @@ class ColourPass:
             ["picture_XYZ"],
             {
                 "linear_from_XYZ": Real3x3(model.linear_from_XYZ),
-                "black_light": Real3(model.linear_from_XYZ @ model.black_XYZ_cd_m2),
+                "black_light": Real3(model.linear_from_XYZ @ model.dark_XYZ_cd_m2),
                 "box": squeeze,
                 **interaction.uniforms,
             },

@@ -58,9 +58,9 @@ class CompensatedPass:
             {
                 "box": squeeze,
                 "own_linear_from_XYZ": Real3x3(own.linear_from_XYZ),
-                "black_light": _black_light(own),
+                "dark_light": _dark_light(own),
                 **_cancelling(models, correction, eye),
-                **_evening(correction.gain_map),
+                **_evening(own, correction.gain_map),
                 **interaction.uniforms,
             },
             dithering,
@@ -127,22 +127,23 @@ def _cancelling(models: EyeModels, correction: Correction, eye: Eye) -> dict[str
         "cancels": int(mix is not None),
         "lift_share": Real3(np.full(3, correction.lift_share)),
         "other_linear_from_XYZ": Real3x3(other.linear_from_XYZ),
-        "other_black_light": _black_light(other),
+        "other_dark_light": _dark_light(other),
         "other_from_own": Real3x3(from_own),
         "other_from_other": Real3x3(from_other),
         "leak": Real3x3(leak),
     }
 
 
-def _black_light(model: DisplayModel) -> Real3:
-    """Return black in units of the primaries."""
-    return Real3(model.linear_from_XYZ @ model.black_XYZ_cd_m2)
+def _dark_light(model: DisplayModel) -> Real3:
+    """Return black and the room's light in units of the primaries."""
+    return Real3(model.linear_from_XYZ @ model.dark_XYZ_cd_m2)
 
 
-def _evening(gain_map: GainMap | None) -> dict[str, Uniform]:
+def _evening(own: DisplayModel, gain_map: GainMap | None) -> dict[str, Uniform]:
     """Return the uniforms that even the panel out, apart from where the picture stands."""
     return {
         "evens": int(gain_map is not None),
+        "black_light": Real3(own.linear_from_XYZ @ own.black_XYZ_cd_m2),
         "delivered_share": Real(np.array(1.0 if gain_map is None else gain_map.delivered_share)),
     }
 

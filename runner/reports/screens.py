@@ -176,7 +176,7 @@ def _marking(
     def of_one_picture(mixture: Mixture, left: XYZImage, right: XYZImage) -> StereoImage:
         model = models.left
         light = mixture.light(left, right)
-        return StereoImage.flat(clip_marks(model, model.black_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T))
+        return StereoImage.flat(clip_marks(model, model.dark_XYZ_cd_m2 + light @ model.primaries_XYZ_cd_m2.T))
 
     def marks(image: StereoImage, offset_px: Offset) -> StereoImage:
         """Mark what is asked of the display, as the clipping costs count it."""

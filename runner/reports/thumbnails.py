@@ -70,7 +70,7 @@ def small(model: DisplayModel, xyz_cd_m2: NDArray[np.floating], width_px: int) -
     rows, columns = height // step, width // step
     blocks = light[: rows * step, : columns * step].reshape(rows, step, columns, step, 3)
     pooled = blocks.mean(axis=(1, 3))
-    return np.asarray(model.black_XYZ_cd_m2 + pooled @ model.primaries_XYZ_cd_m2.T)
+    return np.asarray(model.dark_XYZ_cd_m2 + pooled @ model.primaries_XYZ_cd_m2.T)
 
 
 def png(xyz_cd_m2: Floats, model: DisplayModel) -> bytes:

@@ -38,6 +38,9 @@ def _display_digest(rig: Rig) -> str:
         )
         for model in (models.left, models.right)
     ]
+    ambient = [model.ambient_XYZ_cd_m2.tolist() for model in (models.left, models.right)]
+    if any(map(any, ambient)):
+        numbers.append({"ambient_XYZ_cd_m2": ambient})
     if rig.crosstalk:
         numbers += [rig.crosstalk.left.tolist(), rig.crosstalk.right.tolist()]
     for eye, table in rig.display.gamma_tables.get(rig.characterised_as, {}).items():
@@ -123,6 +126,7 @@ def make_header(
                 "left": [round(float(v), 6) for v in rig.models.left.shown_white_XYZ_cd_m2],
                 "right": [round(float(v), 6) for v in rig.models.right.shown_white_XYZ_cd_m2],
             },
+            **_room(rig),
             "distance_mm": rig.distance_mm,
             "glasses": rig.glasses,
             "mode_options": dict(rig.mode_options),
@@ -137,6 +141,18 @@ def make_header(
         presentation=dict(presentation),
         remarks=remarks,
     )
+
+
+def _room(rig: Rig) -> dict[str, Any]:
+    """Return the terms of the darkest that each eye is shown: the display's own black, and the room's light."""
+    models = {"left": rig.models.left, "right": rig.models.right}
+    terms = {
+        "black_XYZ_cd_m2": {
+            eye: model.shown_black_XYZ_cd_m2 - model.ambient_XYZ_cd_m2 for eye, model in models.items()
+        },
+        "ambient_XYZ_cd_m2": {eye: model.ambient_XYZ_cd_m2 for eye, model in models.items()},
+    }
+    return {name: {eye: [round(float(v), 6) for v in xyz] for eye, xyz in eyes.items()} for name, eyes in terms.items()}
 
 
 def changes(header: Header, now: Mapping[str, str]) -> dict[str, dict[str, str | None]]:

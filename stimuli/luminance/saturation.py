@@ -290,7 +290,7 @@ def _factor_of(drives: Floats) -> Floats:
 
 def _drives(xyz_cd_m2: XYZImage, model: DisplayModel) -> Iterator[Floats]:
     """Yield blocks (3, n) of a / (m + b): what a channel is filled to per factor, 1 being full."""
-    room = model.limits[1] + model.linear_from_XYZ @ model.black_XYZ_cd_m2
+    room = model.limits[1] + model.linear_from_XYZ @ model.dark_XYZ_cd_m2
     if np.any(room <= 0):
         message = "the display's black alone fills a channel: no picture can be fitted to it"
         raise StimulusError.of(message, "check black_XYZ_cd_m2 and primaries_XYZ_cd_m2 of the display")

@@ -44,6 +44,7 @@ class DisplaySetup:
             eye: {
                 "black_XYZ_cd_m2": model.black_XYZ_cd_m2.tolist(),
                 "primaries_XYZ_cd_m2": model.primaries_XYZ_cd_m2.tolist(),
+                **({"ambient_XYZ_cd_m2": model.ambient_XYZ_cd_m2.tolist()} if model.ambient_XYZ_cd_m2.any() else {}),
                 "light_of_code_1": model.limits[1].tolist(),
             }
             for eye, model in (("left", self.models.left), ("right", self.models.right))

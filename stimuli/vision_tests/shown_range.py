@@ -50,7 +50,7 @@ class ShownRange:
 
     def _between(self, share: float) -> Floats:
         left = self.models.left
-        return np.asarray(left.black_XYZ_cd_m2 + share * (left.white_XYZ_cd_m2 - left.black_XYZ_cd_m2))
+        return np.asarray(left.dark_XYZ_cd_m2 + share * (left.white_XYZ_cd_m2 - left.dark_XYZ_cd_m2))
 
     def _reach(self) -> tuple[float, float]:
         """Return from which share of the left eye's range to which both eyes have it."""
@@ -69,7 +69,7 @@ class ShownRange:
         """Do as `_reach` where channels do not add up: the longest run of a grid's greys that both eyes have."""
         shares = np.linspace(0.0, 1.0, _GRID + 1)
         left = self.models.left
-        greys = left.black_XYZ_cd_m2 + shares[:, None] * (left.white_XYZ_cd_m2 - left.black_XYZ_cd_m2)
+        greys = left.dark_XYZ_cd_m2 + shares[:, None] * (left.white_XYZ_cd_m2 - left.dark_XYZ_cd_m2)
         inside = np.ones(len(shares), dtype=bool)
         for model in (left, self.models.right):
             light, (lowest, highest) = model.linear(greys), model.limits

@@ -119,6 +119,10 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
         if white:
             levels = dict.fromkeys(f"{float(xyz[1]):.4g}" for xyz in white.values())
             words += f", with a white of {' and '.join(levels)} cd/m² at the eye"
+        room = [float(xyz[1]) for xyz in (display.get("ambient_XYZ_cd_m2") or {}).values()]
+        if any(room):
+            levels = dict.fromkeys(f"{luminance:.3g}" for luminance in room)
+            words += f", {' and '.join(levels)} cd/m² of it the room's light on the screen"
         words += "."
     crosstalk = display.get("crosstalk_cancelled")
     if crosstalk is not None:

@@ -11,8 +11,8 @@ uniform sampler2D other_XYZ;      // of the other eye, the same size
 uniform ivec2 box;                // pixels of the picture, across and down, that share one of the codes
 uniform Real3x3 own_linear_from_XYZ;
 uniform Real3x3 other_linear_from_XYZ;
-uniform Real3 black_light;        // own_linear_from_XYZ · the black of this eye
-uniform Real3 other_black_light;
+uniform Real3 dark_light;         // own_linear_from_XYZ · (the black of this eye and the room's light)
+uniform Real3 other_dark_light;
 
 uniform int cancels;              // 1, or 0: leaks stay, and nothing is clipped before the gain
 uniform Real3 lift_share;         // added to both eyes' light
@@ -25,6 +25,7 @@ uniform sampler2D gains;          // top row first; each is the sum of two float
 uniform sampler2D reading_steps;  // two texels: how many readings, across and down, lie before the top left code, and
                                   // how many between two codes; numbers are sums too, .xy + .zw
 uniform Real delivered_share;
+uniform Real3 black_light;        // own_linear_from_XYZ · the black of this eye
 
 out vec4 codes;
 
@@ -105,13 +106,13 @@ void main() {
     ivec2 place = ivec2(gl_FragCoord.xy);  // y upwards
     place.y = (size.y + box.y - 1) / box.y - 1 - place.y;
     ivec2 first = place * box;
-    Real3 light = sub(mul(own_linear_from_XYZ, mean_XYZ(own_XYZ, first, box)), black_light);
+    Real3 light = sub(mul(own_linear_from_XYZ, mean_XYZ(own_XYZ, first, box)), dark_light);
     if (cancels != 0) {
-        Real3 other = sub(mul(other_linear_from_XYZ, mean_XYZ(other_XYZ, first, box)), other_black_light);
+        Real3 other = sub(mul(other_linear_from_XYZ, mean_XYZ(other_XYZ, first, box)), other_dark_light);
         cancel(light, other);
     }
     if (evens != 0) {
-        // The panel dims black too: gain · (black + light) is what is seen.
+        // The panel dims black too, and not the room's light: room + gain · (black + light) is what is seen.
         light = sub(mul(add(light, black_light), div(delivered_share, gain_at(place))), black_light);
     }
     codes = codes_of_linear(light);

@@ -145,6 +145,24 @@ def test_lifting_the_black_level_leaves_nothing_to_clip(study: Study) -> None:
     assert all(picture[eye]["percent_negative"] == 0.0 for picture in told.values() for eye in ("left", "right"))
 
 
+def test_the_room_s_light_is_taken_off_what_is_asked_and_stands_in_the_header(inside: Study) -> None:
+    plain = _mean_delta_e(inside)
+    inside.edit("display.yaml", "modes:\n", "ambient_XYZ_cd_m2: [0.4, 0.5, 0.3]\nmodes:\n")
+    assert max(_mean_delta_e(inside)) < 1.1 * max(plain)
+    words = ["run", inside.experiment, "--observer", "01", "--simulate", inside.observers, "--results", inside.results]
+    assert CliRunner().invoke(group, [str(word) for word in words], catch_exceptions=False).exit_code == 0
+    (file,) = session_files(inside.results)
+    display = read_session(file).header.display
+    black = read_rig(inside.folder / "rig.yaml").models.left.black_XYZ_cd_m2
+    assert display["ambient_XYZ_cd_m2"]["left"] == [0.4, 0.5, 0.3]
+    assert display["black_XYZ_cd_m2"]["left"] == pytest.approx(black.tolist(), abs=1e-6)
+    checked = CliRunner().invoke(group, ["check", str(inside.folder / "display.yaml"), "--json"])
+    facts = json.loads(checked.output)
+    text = json.dumps(facts)
+    assert "contrast_in_the_room" in text
+    assert '"contrast"' in text
+
+
 def test_mode_options_of_the_rig_reach_the_screen(study: Study) -> None:
     before = study.folder / "before"
     after = study.folder / "after"

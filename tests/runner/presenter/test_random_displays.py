@@ -57,7 +57,9 @@ def _curve(rng: np.random.Generator, tabled: bool) -> Curve:
 def _model(rng: np.random.Generator, tabled: bool) -> DisplayModel:
     curves = (_curve(rng, tabled), _curve(rng, tabled), _curve(rng, tabled))
     primaries = PRIMARIES * rng.uniform(0.85, 1.15, (3, 3)) * rng.uniform(0.2, 2.0)
-    return DisplayModel(rng.uniform(0.0, 0.004, 3) * primaries.sum(axis=1), primaries, curves)
+    model = DisplayModel(rng.uniform(0.0, 0.004, 3) * primaries.sum(axis=1), primaries, curves)
+    # Half of them in a lit room.
+    return model.in_room(rng.uniform(0.0, 0.02, 3) * primaries.sum(axis=1)) if rng.random() < 0.5 else model
 
 
 def _view(rng: np.random.Generator, model: DisplayModel) -> NDArray[np.float32]:
@@ -123,7 +125,7 @@ def test_crosstalk_of_either_sign_is_cancelled_to_the_nearest_code(egl: EglSurfa
         sent = model.xyz_of_linear(light)
         if drawn.gain_map is not None:
             places = np.arange(SIZE_PX[0]) + 0.5, np.arange(SIZE_PX[1]) + 0.5
-            sent = drawn.gain_map.corrected(sent, drawn.gain_map.over(*places))
+            sent = drawn.gain_map.corrected(sent, drawn.gain_map.over(*places), model.ambient_XYZ_cd_m2)
         for bits in BIT_DEPTHS:
             compensated = CompensatedPass(egl.context, models, correction, eye, bits=bits)
             codes = _read(compensated.run(textures[eye], textures[other]), bits)
@@ -145,7 +147,7 @@ def test_both_views_in_one_picture_are_the_nearest_codes(egl: EglSurface, drawn:
     models, unit = drawn.models, np.eye(3)
     share = np.array([[0.9], [0.2], [0.4]])
     parts = share * models.left.linear_from_XYZ, (1.0 - share) * models.right.linear_from_XYZ
-    blacks = models.left.black_XYZ_cd_m2, models.right.black_XYZ_cd_m2
+    blacks = models.left.dark_XYZ_cd_m2, models.right.dark_XYZ_cd_m2
     mixture = Mixture(*parts, *blacks, models.left.curves, unit, unit)
     left, right = (_texture(egl, drawn.views[eye]) for eye in EYES)
     for bits in BIT_DEPTHS:
