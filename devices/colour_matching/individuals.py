@@ -24,8 +24,8 @@ Floats = NDArray[np.float64]
 
 # Standard deviations as fitted to the matches [Asano2016]: lens, macula, L, M, S densities; shifts of L, M, S in nm.
 STANDARD_DEVIATIONS = Departure(0.187, 0.365, 0.09, 0.09, 0.074, 2.0, 1.5, 1.3)
-# A density is no less than none.
-_LEAST = -1.0
+# A density is no less than none; a cone without pigment sees nothing, and no matches are known of it.
+_LEAST = Departure(-1.0, -1.0, -0.99, -0.99, -0.99, -100.0, -100.0, -100.0)
 _MOST_OBSERVERS = 100_000
 # Age, and departures (lens, macula, L, M, S in percent; shifts in nm), of the ten categorical observers [Asano2020].
 _CATEGORIES = (
@@ -86,7 +86,7 @@ def individual_observers(
         rng = np.random.default_rng([seed, number])
         age = int(rng.integers(int(np.ceil(ages_years[0])), int(ages_years[1]), endpoint=True))
         drawn = rng.standard_normal(8) * np.array(astuple(STANDARD_DEVIATIONS))
-        drawn[:5] = np.maximum(drawn[:5], _LEAST)
+        drawn = np.maximum(drawn, astuple(_LEAST))
         persons.append(individual_observer(f"person {number}, age {age}", field_deg, age, Departure(*drawn.tolist())))
     return tuple(persons)
 
@@ -145,13 +145,13 @@ def individual_observer(name: str, field_deg: float, age_years: float, departure
     Raises
     ------
     DeviceError
-        If the field or the age is out of range, or a density would be negative.
+        If the field or the age is out of range, or a density would be negative, or that of a cone nothing.
     """
     cie_2006_name(field_deg, age_years)
-    low = [part.name for part in fields(departure)[:5] if getattr(departure, part.name) < _LEAST]
+    low = [part.name for part in fields(departure) if not getattr(departure, part.name) >= getattr(_LEAST, part.name)]
     if low:
         what = f"'{low[0]}' of {name} is {getattr(departure, low[0]):g}"
-        raise DeviceError(Finding(what, remedy="a share of −1 takes all of it; give −1 or more"))
+        raise DeviceError(Finding(what, remedy=f"{getattr(_LEAST, low[0]):g} is the least"))
     waves, areas, matrix = _average(field_deg)
     own = quantal_fundamentals(field_deg, age_years, departure) * waves[:, None]
     functions = own * (areas / own.sum(axis=0)) @ matrix.T

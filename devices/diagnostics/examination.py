@@ -163,7 +163,7 @@ def judge_display(
     Raises
     ------
     InputError
-        With what is wrong with every file, or if the mode is not known.
+        With what is wrong with every file, or if the mode is not known, or is for another observer than CIE 1931 2°.
 
     Examples
     --------
@@ -213,7 +213,12 @@ def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> EyeMod
             what = "the file has several modes, and the readings do not name theirs"
             remedy = f"name one with --mode: {', '.join(sorted(display.modes))}"
             raise DeviceError(Finding(what, str(file), remedy=remedy))
-    return display.models(mode)
+    models = display.models(mode)
+    if display.observers[mode] != CIE_1931_2:
+        what = f"the mode '{mode}' is for the observer {display.observers[mode]}; a display is judged for {CIE_1931_2}"
+        remedy = f"leave --display out, or name a mode that was fitted for {CIE_1931_2}"
+        raise DeviceError(Finding(what, str(file), remedy=remedy))
+    return models
 
 
 def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:

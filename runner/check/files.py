@@ -65,7 +65,8 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     """Check a rig file, and whether this machine's screen is that of the rig."""
     rig = read_rig(report.file)
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
-    report.facts.update({"kind": "rig", "mode": rig.mode, "pixels_per_degree": round(density, 2)})
+    facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}
+    report.facts.update(facts)
     check_onsets(report, rig)
     check_settings(report, rig)
     check_screen(report, rig, options)

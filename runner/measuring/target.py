@@ -179,7 +179,13 @@ def wiring_of(target: Target, show: ShowOptions, instrument: InstrumentOptions, 
     A simulated instrument looks at the target, or at the display file that its option ``display`` names.
     """
     options = dict(instrument.instrument_options)
-    simulated = target.simulated
+    looked_at = target
     if instrument.instrument == "simulated" and "display" in options:
-        simulated = read_target(Path(options.pop("display")), target.mode.name).simulated
+        looked_at = read_target(Path(options.pop("display")), target.mode.name)
+    if instrument.instrument == "simulated" and looked_at.observer != DEFAULT_OBSERVER:
+        what = f"the mode '{target.mode.name}' is for the observer {looked_at.observer}; XYZ are read for "
+        what += DEFAULT_OBSERVER
+        remedy = f"simulate a display that was characterised for {DEFAULT_OBSERVER}"
+        raise MeasuringError(Finding(what, str(looked_at.display_file), remedy=remedy))
+    simulated = looked_at.simulated
     return Wiring(instrument.port, options, dialogue.ask, dialogue.correct, simulated, show.seed, show.eye)

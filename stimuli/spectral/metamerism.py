@@ -30,6 +30,7 @@ _MOST_NM, _SEEN_NM = 20.0, (400.0, 700.0)
 # A screen whose white differs from the sum of its primaries by more than this is said to be not additive.
 _ADDITIVE = 0.02
 _GAMUT = 1e-6
+_MOST_CONDITION = 1e6
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -217,7 +218,8 @@ def observer_metamerism(
     Raises
     ------
     StimulusError
-        If wavelengths are too coarse or too short, the light is dark, or a luminance is not above 0.
+        If wavelengths are too coarse or too short, a reflectance is negative, the light is dark, a luminance is not
+        above 0, or the primaries do not determine a colour.
 
     Examples
     --------
@@ -245,12 +247,19 @@ def observer_metamerism(
     def seen(observer: ColorimetricObserver, spectra: Floats) -> Floats:
         return np.asarray(observer.efficacy_lm_W * (spectra * width) @ observer.functions_at(fine))
 
+    wrong = [name for name, values in at_nm.items() if not np.all(np.isfinite(values) & (values >= 0))]
+    if wrong:
+        raise StimulusError.of(f"the reflectance of {wrong[0]} is negative or not finite", "give shares from 0 up")
     white = seen(matched_for, lamp)
     if not white[1] > 0:
         raise StimulusError.of("the light has no luminance", "give the spectrum of a light")
     lamp = lamp / white[1]  # of 1 cd/m² from here on
     spectra = np.array(list(at_nm.values())) * lamp
-    to_drive = np.linalg.inv(seen(matched_for, primaries))
+    colours = seen(matched_for, primaries)
+    if not np.all(np.isfinite(colours)) or np.linalg.cond(colours) > _MOST_CONDITION:
+        remedy = "check that each was read at full drive, the others at 0"
+        raise StimulusError.of("the screen's primaries are so nearly alike that they do not determine a colour", remedy)
+    to_drive = np.linalg.inv(colours)
     # Drive is linear in the luminance of white: what it rises by per cd/m², and where it begins.
     rise, start = seen(matched_for, spectra) @ to_drive, -seen(matched_for, black) @ to_drive
     luminance = white_luminance_cd_m2 or _largest(np.vstack([rise, (white / white[1]) @ to_drive]), start)
@@ -339,6 +348,8 @@ def metamerism_of_files(
 def _common_nm(first: Floats, second: Floats, observer: str) -> Floats:
     """Return every nm that both cover; refuse what is too coarse or too short for an observer."""
     for what, waves in (("the object's", first), ("the screen's", second)):
+        if len(waves) < 2:
+            raise StimulusError.of(f"{what} spectra have {len(waves)} wavelengths", "give 400..700 nm at least")
         gap = float(np.diff(waves).max())
         if waves[0] > _SEEN_NM[0] or waves[-1] < _SEEN_NM[1] or gap > _MOST_NM or np.diff(waves).min() <= 0:
             over = f"{what} spectra run over {waves[0]:g}..{waves[-1]:g} nm in steps of up to {gap:g} nm"

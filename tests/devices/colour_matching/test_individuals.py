@@ -53,7 +53,7 @@ def test_departures_act_where_they_should() -> None:
     macula = np.log10(quantal_fundamentals(10, 32, Departure(macula=1.0))[:, :2])
     assert macula[68, 1] - plain[68, 1] == pytest.approx(-0.095, abs=0.004)
     # A pigment of shifted absorbance, thin enough that density plays no part, is the pigment shifted.
-    thin = {"density_L": -0.9999, "density_M": -0.9999, "density_S": -0.9999}
+    thin = {"density_L": -0.99, "density_M": -0.99, "density_S": -0.99}
     still = quantal_fundamentals(10, 32, Departure(**thin))
     moved = quantal_fundamentals(10, 32, Departure(**thin, shift_L_nm=3.0))
     medium = quantal_fundamentals(10, 32, Departure(**thin))[:, 1]
@@ -77,6 +77,8 @@ def test_ten_categories() -> None:
         lambda: individual_observers(1, 10, ages_years=(10, 30)),
         lambda: individual_observers(1, 10, ages_years=(40, 30)),
         lambda: individual_observer("x", 10, 32, Departure(macula=-1.5)),
+        lambda: individual_observer("x", 10, 32, Departure(density_M=-1.0)),
+        lambda: individual_observer("x", 10, 32, Departure(shift_L_nm=float("nan"))),
     ],
 )
 def test_what_is_out_of_range_is_refused(wrong: object) -> None:

@@ -169,6 +169,23 @@ def test_spectra_too_short_or_too_coarse_are_refused(waves: np.ndarray) -> None:
     assert len(caught.value.findings) == 1
 
 
+def test_what_determines_no_colour_is_refused() -> None:
+    match = colorimetric_observer("CIE 1931 2")
+    red = _screen().primaries[0]
+    alike = ScreenSpectra(WAVES, np.zeros(len(WAVES)), np.stack([red, red, red]))
+    for paints, screen, says in (
+        (PAINTS, alike, "primaries are so nearly alike"),
+        ({"ink": np.full(len(WAVES), -0.1)}, _screen(), "the reflectance of ink is negative"),
+    ):
+        with pytest.raises(StimulusError, match=says):
+            observer_metamerism(paints, _light(WAVES), WAVES, screen, (match,), matched_for=match)
+    one = {"grey": np.ones(1)}
+    with pytest.raises(StimulusError, match="have 1 wavelengths"):
+        observer_metamerism(one, np.ones(1), np.array([550.0]), _screen(), (match,), matched_for=match)
+    with pytest.raises(StimulusError, match="the light has no luminance"):
+        observer_metamerism(PAINTS, np.zeros(len(WAVES)), WAVES, _screen(), (match,), matched_for=match)
+
+
 def _files(folder: Path) -> tuple[str, str]:
     rows = [f"{w:.0f},{g:.5f},{b:.5f}" for w, g, b in zip(WAVES, *PAINTS.values(), strict=True)][::5]
     (folder / "paints.csv").write_text("\n".join(["wavelength_nm,grey,blue paint", *rows]) + "\n")

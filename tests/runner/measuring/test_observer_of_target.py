@@ -1,0 +1,59 @@
+"""XYZ are read for CIE 1931 2°: a display for another observer is neither verified, judged nor simulated by them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.diagnostics import judge_display
+from devices.errors import DeviceError, MeasuringError
+from devices.measurements import Measurements, write_csv
+from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
+from runner.measuring.target import read_target, wiring_of
+from runner.measuring.verification import verify_display
+
+
+@pytest.fixture
+def display(tmp_path: Path) -> Path:
+    """A display file with a mode for each of two observers."""
+    mode = (
+        "    black_XYZ_cd_m2: [0.1, 0.1, 0.1]\n    primaries_XYZ_cd_m2:\n      red: [41.2, 21.3, 1.9]\n"
+        "      green: [35.8, 71.5, 11.9]\n      blue: [18, 7.2, 95]\n"
+        "    curve: {kind: gamma, red: {gamma: 2.2}, green: {gamma: 2.2}, blue: {gamma: 2.2}}\n"
+    )
+    file = tmp_path / "display.yaml"
+    file.write_text(
+        "schema_version: 1\npanel: {resolution_px: [64, 48], pixel_pitch_mm: 0.28}\nmodes:\n"
+        f"  flat:\n{mode}    observer: CIE 1964 10\n  side-by-side:\n{mode}"
+    )
+    return file
+
+
+SAYS = "the mode 'flat' is for the observer CIE 1964 10; .* for CIE 1931 2"
+
+
+def test_it_is_not_verified(display: Path) -> None:
+    with pytest.raises(MeasuringError, match=SAYS) as caught:
+        verify_display(display, InstrumentOptions("simulated"), ShowOptions(backend="egl"), mode="flat")
+    assert len(caught.value.findings) == 1
+
+
+def test_it_is_not_simulated(display: Path) -> None:
+    for mode, refused in (("flat", True), ("side-by-side", False)):
+        target = read_target(display, mode)
+        if refused:
+            with pytest.raises(MeasuringError, match=SAYS):
+                wiring_of(target, ShowOptions(), InstrumentOptions("simulated"), Dialogue())
+        else:
+            wiring_of(target, ShowOptions(), InstrumentOptions("simulated"), Dialogue())
+    # Another instrument reads the panel itself, whatever was known of it.
+    wiring_of(read_target(display, "flat"), ShowOptions(), InstrumentOptions("spotread"), Dialogue())
+
+
+def test_readings_are_not_compared_with_it(display: Path, tmp_path: Path) -> None:
+    write_csv(Measurements(np.eye(3)[:2], np.array([[0.1, 0.1, 0.1], [95, 100, 108]])), tmp_path / "r.csv")
+    with pytest.raises(DeviceError, match=SAYS):
+        judge_display([tmp_path / "r.csv"], display=display, mode="flat")
+    assert judge_display([tmp_path / "r.csv"], display=display, mode="side-by-side").diagnoses
