@@ -53,8 +53,8 @@ def dynamic_contrast(measurements: Measurements) -> Diagnosis:
     worst = max(found, key=lambda name: abs(found[name][0] - 1))
     value = 100 * (found[worst][0] - 1)
     words = (
-        f"On {worst}, a patch's own light changes by {value:+.2g} % of that on black; "
-        f"{max(stray for _, stray in found.values()):.2g} cd/m² of stray light is apart from that."
+        f"On {worst}, a patch's own light changes by {value:+.2g} % of that on black. Stray light, which adds "
+        f"{max(stray for _, stray in found.values()):.2g} cd/m², is left out."
     )
     if abs(value) > (DYNAMIC.limit or 0):
         words += (

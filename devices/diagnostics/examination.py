@@ -14,7 +14,7 @@ from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, lumina
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
-from devices.diagnostics.readings import Kind, plain, primaries, tagged, untagged
+from devices.diagnostics.readings import Kind, cable_colours, plain, primaries, tagged, untagged
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.display_file import EyeModels, read_display
@@ -33,6 +33,8 @@ SPECIAL: tuple[tuple[Examination, Kind], ...] = (
     (angular_colour, "angle"),
     (angular_luminance, "angle"),
 )
+# Checks of the primaries and their mixtures, for which the colours of the set ``cable`` serve too.
+OF_PRIMARIES = (primary_colours, spectral_overlap, gamut, additivity)
 TIMELY: tuple[Examination, ...] = (repeatability, warm_up, drift)
 CHECKS: tuple[Examination, ...] = (
     primary_colours,
@@ -282,7 +284,9 @@ def examine(
         special = [part for measured in sets for part in _of_kind(measured, kind)] or list(sets[:1])
         add([(own.label, check(own.measurements)) for own in special])
     for check in CHECKS:
-        add([(own.label, check(own.measurements)) for own, _ in subjects])
+        with_primaries = check in OF_PRIMARIES
+        tables = [_with_primaries(own.measurements) if with_primaries else own.measurements for own, _ in subjects]
+        add([(own.label, check(table)) for (own, _), table in zip(subjects, tables, strict=True)])
     add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
     if models is not None:
         chosen = [(own, models.right if eye == "right" else models.left) for own, eye in subjects]
@@ -302,6 +306,14 @@ def examine(
         add([(own.label, glasses_transmittance(own.measurements, table)) for own, table in seen])
         add([(own.label, luminance_loss(own.measurements, table)) for own, table in seen])
     return tuple(diagnoses)
+
+
+def _with_primaries(measurements: Measurements) -> Measurements:
+    """Return the readings, or those of the set ``cable`` as plain ones where they alone hold the primaries."""
+    if primaries(measurements)[0] is not None:
+        return measurements
+    of_cable = cable_colours(measurements)
+    return measurements if primaries(of_cable)[0] is None else of_cable
 
 
 def _without_glasses(measurements: Measurements, given: MeasuredSet | None) -> Measurements | None:

@@ -62,8 +62,11 @@ def white_segment(measurements: Measurements) -> Diagnosis:
         if name not in light:
             continue
         together = sum(light[channel] for channel, lit in zip(CHANNELS, code, strict=True) if lit)
+        if name in CHANNELS:
+            rows.append((name, light[name], "", ""))
+            continue
         excess[name] = 100 * (light[name] / together - 1)
-        rows.append((name, light[name], together, f"{excess[name]:+.2f}" if sum(code) > 1 else ""))
+        rows.append((name, light[name], together, f"{excess[name]:+.2f}"))
     value = excess["white"]
     words = f"White has {abs(value):.2g} % {'more' if value >= 0 else 'less'} light than red, green and blue together."
     if value > (WHITE.limit or 0):

@@ -74,7 +74,9 @@ def signal_range(measurements: Measurements) -> Diagnosis:
     lost_top = max((_FULL - code for code in top if alike[code]), default=0)
     rise = light[_BOTTOM_TO] - light[0]
     lost_bottom = max((c for c in bottom if light[c] - light[0] + unsure_bottom < _ALIKE_BOTTOM * rise), default=0)
-    words = f"{_alike(_FULL - lost_top, _FULL)}, and {_alike(0, lost_bottom).lower()}."
+    first = next((code for code in bottom if code > lost_bottom), _BOTTOM_TO)
+    alike_top = f"Codes {_FULL - lost_top} to {_FULL} give the same light" if lost_top else "Code 255 has its own light"
+    words = f"{alike_top}, and light clearly rises above black from code {first} on."
     if lost_top > (RANGE.limit or 0) and lost_bottom >= _LIMITED_BOTTOM:
         words += (
             " The display takes the signal for the limited range, 16 to 235: set the same range (full, 0 to 255) in "
@@ -97,10 +99,6 @@ def signal_range(measurements: Measurements) -> Diagnosis:
     rows = tuple((float(code), light[code], 100 * light[code] / white) for code in (*bottom, *top))
     table = Table(("code (0–255)", "luminance, cd/m²", "% of white"), rows)
     return RANGE.judged(float(lost_top), words, series=panels, table=table)
-
-
-def _alike(first: int, last: int) -> str:
-    return f"Codes {first} to {last} give the same light" if last > first else f"Code {first} has light of its own"
 
 
 def _error_of_difference(groups: list[Floats]) -> float:
@@ -261,7 +259,7 @@ FRAMES = Check(
     "frame_rate_control",
     "Spread between a panel's levels",
     1.0,
-    "times that on them, at least (99.9 %)",
+    "times the spread on its levels (lower bound, 99.9 %)",
     "this project: by an F test of the repeats, corrected for the four places where levels of 6 bits can lie",
 )
 _CERTAIN = 1e-3

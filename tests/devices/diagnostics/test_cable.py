@@ -100,7 +100,7 @@ def test_a_backlight_that_goes_out_is_found_by_black() -> None:
 def test_stray_light_is_no_dynamic_contrast() -> None:
     stray = read_cable(MODEL, replace(QUIET, stray_light=0.02), 1)
     assert _value(dynamic_contrast(stray)) < 0.5
-    assert "0.47 cd/m² of stray light" in dynamic_contrast(stray).words
+    assert "adds 0.47 cd/m²" in dynamic_contrast(stray).words
     assert black_with_picture(stray).passed is True
 
 
@@ -165,10 +165,16 @@ def test_the_set_leaves_plain_readings_and_their_checks_alone() -> None:
     assert len(plain(table)) == 0
     both = examine([MeasuredSet("panel", characterisation()), MeasuredSet("cable", table)])
     alone = examine([MeasuredSet("panel", characterisation())])
-    of_cable = {check(table).name for check in CHECKS} - {"channel_constancy"}
-    of_cable.add("pixel_independence")
+    of_cable = {check(table).name for check in CHECKS} - {"channel_constancy"} | {"pixel_independence"}
     told = {one.name: one.value for one in both if one.name not in of_cable and one.subject != "cable"}
     assert told == {one.name: one.value for one in alone if one.name not in of_cable}
+
+
+def test_the_set_alone_shows_the_primaries_and_their_mixtures() -> None:
+    found = {one.name: one for one in examine([MeasuredSet("cable", read_cable(MODEL, QUIET, 1))])}
+    assert found["primaries"].passed is True
+    assert found["additivity"].passed is True
+    assert found["gamut"].value == pytest.approx(98.4, abs=5)
 
 
 def test_patches_without_columns_are_read_by_their_names() -> None:
