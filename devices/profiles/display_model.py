@@ -19,7 +19,7 @@ from devices.display.tone_curve import Curve
 from devices.errors import DeviceError
 from devices.profiles.curves import ParametricCurve, SampledCurve, TagCurve
 from devices.profiles.profile import COLOURS, MatrixModel, Profile
-from devices.profiles.readings import nothing_inside
+from devices.profiles.readings import black_beneath, nothing_inside
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -76,10 +76,10 @@ def model_of_profile(profile: Profile, white_cd_m2: float | None = None) -> Prof
         raise DeviceError(findings)
     primaries = profile.absolute(matrix.primaries.T, luminance).T
     black = np.zeros(3)
-    if profile.black is not None:
+    if (beneath := black_beneath(profile, matrix)) is not None:
         notes.append("black is the profile's black point ('bkpt')")
-        primaries = primaries * (1.0 - profile.black[1])
-        black = profile.black * luminance
+        primaries = primaries * (1.0 - beneath[1])
+        black = beneath * luminance
     # Light of code 0 belongs to black; a curve has none of its own.
     lifts = np.array([curve(0.0) if isinstance(tone, TableCurve) else _lift(curve) for curve, tone in curves])
     spans = np.array([curve(1.0) - curve(0.0) if isinstance(tone, TableCurve) else 1.0 for curve, tone in curves])

@@ -14,7 +14,7 @@ from devices.errors import DeviceError
 from devices.measurements.cgats import CgatsTable, read_table
 from devices.measurements.table import Measurements
 from devices.measurements.ti3 import parse_ti3
-from devices.profiles.profile import Profile, read_profile
+from devices.profiles.profile import MatrixModel, Profile, read_profile
 from devices.profiles.tag_table import Tag
 from documents import Finding
 from documents.text import counted
@@ -27,6 +27,8 @@ _RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
 _KEYS = ("SAMPLE_ID", "SampleID", "SAMPLE_NAME")
 # Levels of a model's ramps and of the cube of its mixtures.
 _RAMP, _CUBE = 21, 5
+# From this share of the black point on, light at code 0 is the display's black, and not what rounding leaves.
+_OWN_BLACK = 0.1
 
 
 def read_profile_measurements(path: str | Path, white_cd_m2: float | None = None) -> Measurements:
@@ -180,8 +182,8 @@ def _sampled(profile: Profile, white_cd_m2: float | None) -> Measurements:
         "differences from them say nothing of the display",
         *profile.notes,
     ]
-    if matrix is not None and profile.black is not None:
-        absolute = with_black(absolute, profile.black, luminance)
+    if matrix is not None and (black := black_beneath(profile, matrix)) is not None:
+        absolute = with_black(absolute, black, luminance)
         notes.append("black is the profile's black point ('bkpt')")
     dark = float(absolute[0, 1])
     if dark <= 0:
@@ -214,6 +216,15 @@ def sampled_codes() -> Floats:
     axis = np.linspace(0.0, 1.0, _CUBE)
     cube = np.stack(np.meshgrid(axis, axis, axis, indexing="ij"), axis=-1).reshape(-1, 3)
     return np.asarray(np.unique(np.round(np.concatenate([*ramps, cube]), 12), axis=0))
+
+
+def black_beneath(profile: Profile, matrix: MatrixModel) -> Floats | None:
+    """Return XYZ (3,) of the black that lies beneath the light of ``matrix``, with the white at Y = 1; None if none.
+
+    That is the black point (``bkpt``) where the curves give no light at code 0. Where they do, it is in them already.
+    """
+    own = float(matrix.xyz(np.zeros((1, 3)))[0, 1])
+    return None if profile.black is None or own > _OWN_BLACK * profile.black[1] else profile.black
 
 
 def with_black(XYZ_cd_m2: Floats, black: Floats, white_cd_m2: float) -> Floats:

@@ -62,11 +62,12 @@ TABLES = {
 }
 
 
-@pytest.mark.parametrize("pcs", [b"XYZ ", b"Lab "])
-@pytest.mark.parametrize("name", TABLES)
+# XYZ have no coding in 8 bits.
+@pytest.mark.parametrize(
+    ("name", "pcs"),
+    [(name, pcs) for name in TABLES for pcs in (b"XYZ ", b"Lab ") if (name, pcs) != ("8 bits", b"XYZ ")],
+)
 def test_a_table_gives_what_littlecms_gives(name: str, pcs: bytes) -> None:
-    if (name, pcs) == ("8 bits", b"XYZ "):
-        pytest.skip("XYZ have no coding in 8 bits")
     tag = TABLES[name]
     chad = b"sf32\0\0\0\0" + s15(*CHAD)
     wanted = through(profile({"A2B0": tag, "chad": chad}, pcs=pcs), CODES)

@@ -11,7 +11,8 @@ from devices.characterise import thesis_display
 from devices.colour import delta_e_2000, rgb_to_xyz_matrix, xyz_to_lab
 from devices.display import DisplayModel, ToneCurve
 from devices.errors import DeviceError
-from devices.profiles import cube_of_model, write_cube
+from devices.profiles import CubeInput, cube_of_model, write_cube
+from devices.profiles.colour_table import between
 from tests.devices.profiles.random_displays import plvc_display
 
 
@@ -49,6 +50,31 @@ def test_white_of_srgb_is_the_white_of_any_display() -> None:
         finer = cube_of_model(model, "x", points=33)
         assert finer.mean < 0.5 * made.mean
         assert finer.mean < 0.1
+
+
+@pytest.mark.parametrize("given", ["srgb", "light"])
+def test_opencolorio_reads_the_table_as_it_is_meant(given: CubeInput, tmp_path: Path) -> None:
+    oiio = pytest.importorskip("OpenImageIO")
+    model = thesis_display()
+    path = tmp_path / "display.cube"
+    write_cube(model, path, "x", given, points=33 if given == "srgb" else 1024)
+    asked = np.random.default_rng(1).random((40, 50, 3)).astype(np.float32)
+    picture = oiio.ImageBuf(oiio.ImageSpec(50, 40, 3, oiio.FLOAT))
+    picture.set_pixels(oiio.ROI(), asked)
+    found = oiio.ImageBufAlgo.ociofiletransform(picture, str(path))
+    if found.has_error:
+        pytest.skip(f"OpenImageIO without OpenColorIO: {found.geterror()}")
+    codes = np.asarray(found.get_pixels(oiio.FLOAT)).reshape(-1, 3)
+    asked64 = asked.reshape(-1, 3).astype(np.float64)
+    if given == "light":
+        lowest, highest = model.limits
+        wanted = model.code(model.xyz_of_linear(lowest + (highest - lowest) * asked64))
+        assert np.abs(codes - wanted)[asked64 > 0.05].max() < 1e-4
+    else:
+        rows = _read(path.read_text(encoding="utf-8"))[1].reshape(33, 33, 33, 3).transpose(2, 1, 0, 3)
+        # Interpolated in cubes there, in tetrahedra here: the same but for what bends within a cube.
+        assert np.abs(codes - between(rows, asked64)).mean() < 1e-3
+        assert np.abs(codes - between(rows, asked64)).max() < 0.05
 
 
 def test_light_in_is_linear_out() -> None:

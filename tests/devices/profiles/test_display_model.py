@@ -137,6 +137,15 @@ def test_the_black_point_lies_beneath_the_light_of_the_curves() -> None:
     assert any("'bkpt'" in note for note in made.notes)
 
 
+def test_the_black_point_is_not_added_to_curves_that_have_it() -> None:
+    tags = matrix_tags(para(2, 2.2, 0.998, 0.0, 0.002))
+    without = _model(profile(tags, version=2)).model
+    tags["bkpt"] = xyz(0.002, 0.002, 0.003)
+    made = _model(profile(tags, version=2))
+    np.testing.assert_allclose(made.model.xyz(np.zeros(3)), without.xyz(np.zeros(3)))
+    assert not any("'bkpt'" in note for note in made.notes)
+
+
 @pytest.mark.parametrize(
     ("change", "words"),
     [
