@@ -18,6 +18,7 @@ from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
 _BT1886_GAMMA = 2.4
+_MOST_LIGHT = 100  # as a power of ten; beyond it squares of light overflow
 
 
 @dataclass(frozen=True, slots=True)
@@ -39,6 +40,8 @@ class ToneCurve:
             raise DeviceError(f"a tone curve needs finite numbers and a gain and gamma above 0, not {self}")
         if self.gain + self.offset <= 0:
             raise DeviceError(f"a tone curve must give light at full drive; gain + offset is not above 0 in {self}")
+        if self.gamma * np.log10(self.gain + self.offset) > _MOST_LIGHT:
+            raise DeviceError(f"a tone curve must give finite light; (gain + offset) ^ gamma is not in {self}")
 
     def linear(self, code: ArrayLike) -> Floats:
         """Return linear light (share of full) for device codes in 0..1, of any shape."""
