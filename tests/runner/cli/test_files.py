@@ -16,6 +16,7 @@ from devices.compensation.compensate import Correction
 from devices.display.display_file import read_display
 from documents import InputError
 from runner.cli.main import group
+from runner.presenter.arithmetic import Arithmetic
 from runner.protocol.experiment import read_experiment
 from stimuli.pictures.exr_read import read_exr
 
@@ -172,6 +173,8 @@ def test_doctor_says_what_there_is() -> None:
         if surface["problem"] is None:
             ten_bits = surface["ten_bits"]
             assert ten_bits["given"] or "10 bits a channel were asked for" in ten_bits["problem"]
+            assert surface["facts"]["arithmetic"].split(":")[0] in {kind.value for kind in Arithmetic}
+    assert f"colours computed in {egl['facts']['arithmetic']}" in _run("doctor").output
 
 
 def test_the_schema_of_a_photodiode_s_record_names_its_keys() -> None:

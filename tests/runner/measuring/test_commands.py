@@ -111,6 +111,7 @@ def test_the_measurement_says_what_it_is_of(folder: Path) -> None:
     assert header["instrument"] == "simulated (seed 5)"
     assert len(header["display_sha256"]) == 64
     assert header["surface"]["backend"] == "egl"
+    assert header["surface"]["arithmetic"].startswith(("doubles: ", "two-floats"))
 
 
 def test_the_settings_of_the_rig_s_monitor_go_with_the_readings(folder: Path) -> None:

@@ -98,6 +98,19 @@ def test_the_faster_one_is_chosen_where_it_is_much_faster(
     assert f"{two_floats_s:.2f} × the time" in arithmetic_of(egl.context).reason
 
 
+def test_doubles_that_are_none_are_not_taken(monkeypatch: pytest.MonkeyPatch, egl: EglSurface) -> None:
+    monkeypatch.setattr(arithmetic_choice, "_ON_THE_PROCESSOR", ())
+    _without(monkeypatch, "#define Real3 dvec3", "#define Real3 vec3")
+    chosen = arithmetic_of(egl.context)
+    assert str(chosen) == "two-floats: the driver's 64-bit floats are not exact enough"
+
+
+def test_a_driver_that_does_not_compile_precise_has_the_guard(monkeypatch: pytest.MonkeyPatch, egl: EglSurface) -> None:
+    _without(monkeypatch, "#define EXACT precise", "#define EXACT precis")
+    monkeypatch.setenv(VARIABLE, "two-floats")
+    assert arithmetic_of(egl.context).kind is Arithmetic.GUARDED
+
+
 def test_a_pass_can_be_timed_in_both(egl: EglSurface) -> None:
     before = egl.context.fbo
     assert all(arithmetic_choice._time_s(egl.context, kind) > 0.0 for kind in Arithmetic)
