@@ -31,7 +31,7 @@ def drawn(rng: np.random.Generator, size: int) -> Floats:
     if kind == 0:
         return np.repeat(at, 3, axis=1)
     if kind == 1:
-        return at ** rng.uniform(0.8, 1.3, 3)
+        return np.asarray(at ** rng.uniform(0.8, 1.3, 3))
     if kind == 2:
         return at * np.array([1.0, rng.uniform(0.6, 1.0), rng.uniform(0.4, 1.0)])
     ripple = rng.uniform(-0.02, 0.02, 3) * np.sin(2 * np.pi * rng.integers(1, 4, 3) * at)
