@@ -128,13 +128,15 @@ def fit_display(
     return Result(fitted, rows, f"Display fitted to {Path(measurements).name}; {chosen}")
 
 
-def read_picture(path: str | Path) -> StereoImage:
+def read_picture(path: str | Path, *, observer: str = "CIE 1931 2") -> StereoImage:
     """Read an OpenEXR picture, in absolute XYZ.
 
     Parameters
     ----------
     path
         The file, with a left and a right view, or with one view for both eyes.
+    observer
+        The colorimetric observer of the XYZ; a file of another is refused.
 
     Returns
     -------
@@ -144,7 +146,7 @@ def read_picture(path: str | Path) -> StereoImage:
     Raises
     ------
     InputError
-        If the file cannot be read, lacks a view, or holds what must not reach an eye.
+        If the file cannot be read, is of another observer, lacks a view, or holds what must not reach an eye.
 
     Examples
     --------
@@ -160,10 +162,12 @@ def read_picture(path: str | Path) -> StereoImage:
     """
     from stimuli.pictures import read_exr
 
-    return read_exr(Path(path))
+    return read_exr(Path(path), observer=observer)
 
 
-def write_picture(path: str | Path, left: ArrayLike, right: ArrayLike | None = None) -> None:
+def write_picture(
+    path: str | Path, left: ArrayLike, right: ArrayLike | None = None, *, observer: str = "CIE 1931 2"
+) -> None:
     """Write a picture in absolute XYZ as OpenEXR of half floats; the file appears whole or not at all.
 
     Parameters
@@ -174,6 +178,8 @@ def write_picture(path: str | Path, left: ArrayLike, right: ArrayLike | None = N
         XYZ in cd/m², shape (height, width, 3).
     right
         The same for the right eye; both eyes see ``left`` if None.
+    observer
+        The colorimetric observer of the XYZ, such as ``CIE 2015 10``, which the file declares.
 
     Raises
     ------
@@ -193,7 +199,7 @@ def write_picture(path: str | Path, left: ArrayLike, right: ArrayLike | None = N
 
     first = np.asarray(left, dtype=np.float32)
     second = first if right is None else np.asarray(right, dtype=np.float32)
-    write_exr(Path(path), StereoImage(first, second))
+    write_exr(Path(path), StereoImage(first, second), observer)
 
 
 def delta_e(first: ArrayLike, second: ArrayLike, white: ArrayLike) -> NDArray[np.float64]:

@@ -73,7 +73,7 @@ class StimulusSet:
     def load(self, name: str, part: Part | None = None) -> StereoImage:
         """Read the stimulus, in absolute XYZ: whole, or the ``part`` that is chosen by its size."""
         region = None if part is None else part(self.size_px(name))
-        return read_exr(self.path(name), region=region)
+        return read_exr(self.path(name), region=region, observer=None)
 
 
 def digest_of(entries: list[dict[str, Any]]) -> str:

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import rgb_to_xyz_matrix
-from devices.colour_matching import mixed_observers
+from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
 from devices.errors import DeviceError
 from documents import Finding
 from documents.text import counted
@@ -44,7 +44,7 @@ def read_exr(
     white_luminance_cd_m2: float | None = None,
     negative: Negative = "refuse",
     region: Region | None = None,
-    observer: str | None = None,
+    observer: str | None = DEFAULT_OBSERVER,
 ) -> StereoImage:
     """Return the picture in the OpenEXR file at ``path``, in absolute XYZ (cd/m²).
 
@@ -67,8 +67,8 @@ def read_exr(
     region
         The part of the picture to read, in pixels; the rest is neither read nor checked.
     observer
-        The colorimetric observer whose XYZ are wanted, such as ``CIE 1931 2``: a file of another is refused. None takes
-        any.
+        The colorimetric observer whose XYZ are wanted, such as ``CIE 2015 10``: a file of another is refused. None
+        takes any.
 
     Returns
     -------

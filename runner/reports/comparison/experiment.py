@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
 from documents.files import whole_folder
 from documents.text import visible
@@ -71,7 +72,7 @@ def write_experiment(comparison: Comparison, name: str, rig_file: Path, root: Pa
     try:
         with whole_folder(places["pictures"]) as draft:
             for picture in PICTURES:
-                write_exr(draft / f"{picture}.exr", _image(comparison, picture))
+                write_exr(draft / f"{picture}.exr", _image(comparison, picture), comparison.photo.observer)
             texts = {"recipe": _recipe(comparison, name), "experiment": _experiment(comparison, name, rig_file, root)}
             for what, text in texts.items():
                 with places[what].open("x", encoding="utf-8") as file:
@@ -103,6 +104,8 @@ def _recipe(comparison: Comparison, name: str) -> str:
         "schema_version: 1",
         "kind: pictures",
     ]
+    if comparison.photo.observer != DEFAULT_OBSERVER:
+        lines.append(f"observer: {comparison.photo.observer}")
     if stereo:
         lines.append("views: [stereo, flat]")
     lines.append("stimuli:")

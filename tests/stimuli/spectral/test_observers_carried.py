@@ -47,10 +47,10 @@ def _picture(path: Path, observer: str = "CIE 1931 2") -> Path:
 def test_a_picture_file_declares_its_observer_unless_it_is_1931(tmp_path: Path) -> None:
     plain, ten = _picture(tmp_path / "a.exr"), _picture(tmp_path / "b.exr", "2012_10")
     assert (_declared(ten), _declared(plain)) == (TEN, None)
-    np.testing.assert_array_equal(read_exr(plain).left, read_exr(ten).left)
-    read_exr(ten, observer=TEN)
+    np.testing.assert_array_equal(read_exr(plain).left, read_exr(ten, observer=TEN).left)
+    read_exr(ten, observer=None)
     with pytest.raises(StimulusError, match=r"b.exr: its XYZ are for the observer CIE 2015 10; CIE 1931 2 is wanted"):
-        read_exr(ten, observer="CIE 1931 2")
+        read_exr(ten)
 
 
 def test_an_observer_that_nobody_knows_is_refused(tmp_path: Path) -> None:
@@ -178,3 +178,22 @@ def test_whites_of_another_observer_are_those_published(name: str, XYZ: tuple[fl
     spectrum = np.interp(waves, light.wavelengths, light.values, left=0.0, right=0.0)
     summed = spectrum @ colorimetric_observer("CIE 1931 2").functions_at(waves)
     np.testing.assert_allclose(summed / summed[1], white_point(name, 1.0), atol=3e-4)
+
+
+def test_the_experiment_of_a_comparison_is_for_the_pictures_observer(tmp_path: Path) -> None:
+    from runner.reports.comparison.report import report_comparison
+
+    _display(tmp_path, TEN)
+    pictures = _picture(tmp_path / "a.exr", TEN), _picture(tmp_path / "b.exr", TEN)
+    report_comparison(*pictures, REGIONS, CompareOptions(), experiment="ten", rig=tmp_path / "rig.yaml", root=tmp_path)
+    assert read_experiment(tmp_path / "experiments/ten.yaml").rig.observer == TEN
+    assert set(build_set(tmp_path / "configs/stimuli/ten.yaml", 0.2768).names) == {"photograph", "rendering"}
+
+
+def test_the_face_for_python_refuses_another_observer_unless_it_is_named(tmp_path: Path) -> None:
+    import cyclopean
+
+    cyclopean.write_picture(tmp_path / "a.exr", _light(), observer=TEN)
+    with pytest.raises(InputError, match="its XYZ are for the observer CIE 2015 10; CIE 1931 2 is wanted"):
+        cyclopean.read_picture(tmp_path / "a.exr")
+    np.testing.assert_allclose(cyclopean.read_picture(tmp_path / "a.exr", observer=TEN).left, _light(), rtol=1e-3)
