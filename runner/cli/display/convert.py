@@ -135,10 +135,14 @@ def _write(
         table = display.gamma_table(chosen, eye)
         made = write_profile(models.eye(eye), path, words, kind=kind, points=points, gamma_table=table)
         sentence = made.sentence()
+        close = made.close
     else:
         given = cast(CubeInput, cube_input)
         sentence = write_cube(models.eye(eye), path, words, given, points=points).sentence(given)
+        close = True
     click.echo(f"wrote {path}: {sentence}")
+    if not close:
+        click.echo("Note: people may see such differences; take more --points, up to 65, or --profile-kind auto.")
     if models.left is not models.right:
         click.echo(f"Note: it is of the {eye} eye; the other has a model of its own (--eye).")
     if display.crosstalk(chosen) is not None or display.gain_map(chosen) is not None:

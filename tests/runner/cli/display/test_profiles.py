@@ -10,12 +10,14 @@ import pytest
 from click.testing import CliRunner
 
 from devices.characterise import table_c1_codes, thesis_display
+from devices.characterise.display_yaml import model_lines
 from devices.display import read_display
 from devices.measurements import Measurements
 from devices.measurements.ti3 import format_ti3
 from devices.profiles import read_profile
 from runner.cli.main import group
 from tests.devices.profiles.profile_bytes import curv, matrix_tags, para, profile, text, vcgt
+from tests.devices.profiles.random_displays import plvc_display
 
 PANEL = ["--panel", "1920x1080,0.2768"]
 DISPLAY = Path("configs/displays/asus_vg248qe.yaml").resolve()
@@ -113,3 +115,15 @@ def test_the_gamma_table_goes_with_the_model_both_ways(tmp_path: Path) -> None:
     back = read_profile(again).gamma_table
     assert back is not None
     assert back.same_as(held)
+
+
+def test_a_profile_that_is_far_off_is_noted(tmp_path: Path) -> None:
+    plvc = plvc_display(0.15)
+    lines = ["schema_version: 1", "panel: {resolution_px: [100, 100], pixel_pitch_mm: 0.25}", "modes:", "  flat:"]
+    lines += [f"    {line}" for line in model_lines(plvc, "made up")]
+    path = tmp_path / "plvc.yaml"
+    path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    assert "take more --points" in _run("convert", str(path), "--to", "icc", "--points", "3")
+    words = _run("convert", str(path), "--to", "icc")
+    assert "Note" not in words
+    assert "tables of 33 points" in words or "tables of 25 points" in words
