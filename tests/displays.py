@@ -138,13 +138,13 @@ def gain_maps(draw: st.DrawFn, resolution_px: tuple[int, int]) -> GainMap:
 
 
 @st.composite
-def corrections(draw: st.DrawFn, resolution_px: tuple[int, int]) -> Correction:
-    """Crosstalk, an uneven panel, or both."""
+def corrections(draw: st.DrawFn, resolution_px: tuple[int, int], lifts: bool = True) -> Correction:
+    """Crosstalk, an uneven panel, or both; ``lifts`` where black may be lifted, which takes channels that add up."""
     which = draw(st.sampled_from(["crosstalk", "gain map", "both"]))
-    return Correction(
-        None if which == "gain map" else draw(crosstalks()),
-        None if which == "crosstalk" else draw(gain_maps(resolution_px)),
-    )
+    crosstalk = None if which == "gain map" else draw(crosstalks())
+    gain_map = None if which == "crosstalk" else draw(gain_maps(resolution_px))
+    lift_share = draw(st.sampled_from([0.0, 0.01, 0.05])) if lifts and crosstalk else 0.0
+    return Correction(crosstalk, gain_map, lift_share)
 
 
 def picture_of(model: DisplayModel, size_px: tuple[int, int], seed: int) -> NDArray[np.float32]:

@@ -3,7 +3,7 @@
 Between two entries of a `devices.display.table_curve.TableCurve`, √light is a cubic of the code. Scaled to 0..1 on
 either side,
 it is v = ((a·u + b)·u + c)·u, which Newton's method between brackets undoes in 32 bits. Which v it is, is found in 64
-bits: a curve may be so flat that 32 bits of its light are a hundredth of a code. The one table of
+bits (or two floats): a curve may be so flat that 32 bits of its light are a hundredth of a code. The one table of
 `devices.display.code_table`
 errs there by whole codes, as below a CRT's cut-off or where a signal is clipped.
 """

@@ -14,7 +14,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.colour import delta_e_2000, rgb_to_xyz_matrix, xyz_to_lab
+from devices.colour import delta_e_2000, rgb_to_xyz_matrix, srgb_decoded, xyz_to_lab
 from devices.colour.spaces import bradford_matrix
 from devices.colour.srgb_encoding import SRGB_PRIMARIES_XY
 from devices.display import DisplayModel
@@ -168,7 +168,7 @@ def _from_light(model: DisplayModel, title: str, points: int) -> WrittenCube:
 
 def _meant(model: DisplayModel, srgb: Floats) -> Floats:
     """Return the XYZ in cd/m² that sRGB codes (n, 3) mean on a display whose white is white."""
-    light = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    light = srgb_decoded(srgb)
     matrix = rgb_to_xyz_matrix(*SRGB_PRIMARIES_XY, _D65_XY)
     white = model.shown_white_XYZ_cd_m2
     return np.asarray(light @ (white[1] * bradford_matrix(matrix.sum(axis=1), white / white[1]) @ matrix).T)

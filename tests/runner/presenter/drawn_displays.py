@@ -43,7 +43,7 @@ def worst_of_an_eye(
     model = models.eye(eye)
     light = views[eye].astype(np.float64)
     if correction is not None and correction.crosstalk is not None:
-        done = cancel_crosstalk(models, correction.crosstalk, views["left"], views["right"])
+        done = cancel_crosstalk(models, correction.crosstalk, views["left"], views["right"], correction.lift_share)
         sent = done.left_linear if eye == "left" else done.right_linear
         light = model.black_XYZ_cd_m2 + sent @ model.primaries_XYZ_cd_m2.T
     if correction is not None and correction.gain_map is not None:
