@@ -16,6 +16,7 @@ from devices.characterise.cross_validation import NAMES, PARAMETRIC
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.characterise.parametric import fit_parametric
 from devices.characterise.patches import patches
+from devices.characterise.residual_fit import fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.measurements import Measurements, read_csv
 
@@ -43,6 +44,8 @@ def _rows(display: str, readings: Measurements) -> list[dict[str, object]]:
     tables = fit_table(data, begin.model)
     fits: dict[str, Callable[[], object]] = {kind: partial(fit_parametric, data, kind) for kind in PARAMETRIC}
     fits |= {"table": partial(fit_table, data, begin.model), "plvc": partial(fit_plvc, data, tables)}
+    plvc, count, _ = fit_plvc(data, tables)
+    fits["residual"] = partial(fit_residual, data, plvc, count)
     rows: list[dict[str, object]] = []
     for candidate in found.candidates:
         held = candidate.held_out

@@ -201,7 +201,7 @@ def characterise(
         chosen,
         reason,
         candidates,
-        judged.folds,
+        len(judged.folds),
         seed,
         tuple(notes),
         errs,

@@ -16,13 +16,15 @@ from numpy.typing import NDArray
 from devices.characterise.channel_fit import Kind
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches
+from devices.characterise.residual_fit import fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.model import DisplayModel
+from devices.display.plvc import Plvc
 
 Floats = NDArray[np.float64]
 Rows = NDArray[np.intp]
-Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc"]
-NAMES: tuple[Name, ...] = ("gamma", "gog", "ggo", "gogo", "table", "plvc")
+Name = Literal["gamma", "gog", "ggo", "gogo", "table", "plvc", "residual"]
+NAMES: tuple[Name, ...] = ("gamma", "gog", "ggo", "gogo", "table", "plvc", "residual")
 PARAMETRIC: tuple[Kind, ...] = ("gamma", "gog", "ggo", "gogo")
 FOLDS = 5
 _TRUSTED_TIMES, _TRUSTED_MORE = 1.5, 0.05
@@ -39,46 +41,79 @@ class Fit:
 
 
 @dataclass(frozen=True, slots=True, eq=False)
+class Fold:
+    """The ``rows`` that were held out, and every model fitted to the rest."""
+
+    rows: Rows
+    fits: Mapping[Name, Fit]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
 class CrossValidation:
     """Every model fitted to ``patches``, and what each predicts of readings that it was not fitted to.
 
     ``predicted_XYZ`` (n, 3) in cd/m², and ``delta_e_2000`` (n,) between it and what was read, are NaN where a reading
-    was never held out. ``judged``: the rows that were, fold by fold. ``fits_made``: how often all models were fitted.
+    was never held out. ``fits_made``: how often all models were fitted.
     """
 
     patches: Patches
     fits: Mapping[Name, Fit]
+    folds: tuple[Fold, ...]
     predicted_XYZ: Mapping[Name, Floats]
     delta_e_2000: Mapping[Name, Floats]
-    judged: Rows
-    folds: int
     fits_made: int
+
+    @property
+    def judged(self) -> Rows:
+        """The rows that were held out, fold by fold."""
+        return np.concatenate([fold.rows for fold in self.folds]) if self.folds else np.zeros(0, dtype=np.intp)
+
+    @property
+    def medians(self) -> dict[Name, float]:
+        """The median held-out ΔE00 of each model."""
+        return {name: float(np.median(delta[self.judged])) for name, delta in self.delta_e_2000.items()}
 
     @property
     def trusted(self) -> tuple[Name, ...]:
         """The models whose median ΔE00 is near the least: the others say nothing of a single reading."""
-        medians = {name: float(np.median(self.delta_e_2000[name][self.judged])) for name in NAMES}
+        medians = self.medians
         most = _TRUSTED_TIMES * min(medians.values()) + _TRUSTED_MORE
-        return tuple(name for name in NAMES if medians[name] <= most)
+        return tuple(name for name, median in medians.items() if median <= most)
+
+    def with_residual(self) -> CrossValidation:
+        """Return the same with the model of the residual too, on the PLVC that each fold has already."""
+        if "residual" in self.fits:
+            return self
+        folds = []
+        for fold in self.folds:
+            training = self.patches.select(np.setdiff1d(np.arange(len(self.patches)), fold.rows))
+            folds.append(Fold(fold.rows, {**fold.fits, "residual": residual_of(training, fold.fits["plvc"])}))
+        fits = {**self.fits, "residual": residual_of(self.patches, self.fits["plvc"])}
+        return _predicted(self.patches, fits, tuple(folds), self.fits_made)
 
 
-def cross_validate(data: Patches, seed: int, starts: dict[str, Floats] | None = None) -> CrossValidation:
-    """Fit every model to all of ``data``, and to what each fold leaves; ``starts`` as `fit_all`."""
-    starts = {} if starts is None else starts
-    whole = fit_all(data, starts)
-    folds = folds_of(data, seed)
-    predicted = {name: np.full((len(data), 3), np.nan) for name in NAMES}
-    delta = {name: np.full(len(data), np.nan) for name in NAMES}
+def cross_validate(data: Patches, seed: int, *, residual: bool = True) -> CrossValidation:
+    """Fit every model to all of ``data``, and to what each fold leaves; that of the residual if it is asked for."""
+    starts: dict[str, Floats] = {}
+    whole = fit_all(data, starts, residual=residual)
+    folds = []
+    for rows in folds_of(data, seed):
+        training = data.select(np.setdiff1d(np.arange(len(data)), rows))
+        folds.append(Fold(rows, fit_all(training, starts, judged=False, residual=residual)))
+    return _predicted(data, whole, tuple(folds), 1 + len(folds))
+
+
+def _predicted(data: Patches, fits: Mapping[Name, Fit], folds: tuple[Fold, ...], fits_made: int) -> CrossValidation:
+    predicted = {name: np.full((len(data), 3), np.nan) for name in fits}
+    delta = {name: np.full(len(data), np.nan) for name in fits}
     for fold in folds:
-        training = data.select(np.setdiff1d(np.arange(len(data)), fold))
-        for name, fit in fit_all(training, starts, judged=False).items():
-            predicted[name][fold] = fit.model.xyz(data.codes[fold])
-            delta[name][fold] = data.select(fold).delta_e_2000(predicted[name][fold])
-    judged = np.concatenate(folds) if folds else np.zeros(0, dtype=np.intp)
-    return CrossValidation(data, whole, predicted, delta, judged, len(folds), 1 + len(folds))
+        for name, fit in fold.fits.items():
+            predicted[name][fold.rows] = fit.model.xyz(data.codes[fold.rows])
+            delta[name][fold.rows] = data.select(fold.rows).delta_e_2000(predicted[name][fold.rows])
+    return CrossValidation(data, fits, folds, predicted, delta, fits_made)
 
 
-def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True) -> dict[Name, Fit]:
+def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True, residual: bool = True) -> dict[Name, Fit]:
     """Fit every model; numbers found are kept in ``starts`` and begin the fits of nearly the same patches."""
     out: dict[Name, Fit] = {}
     for kind in PARAMETRIC:
@@ -87,9 +122,16 @@ def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True) ->
         out[kind] = Fit(fitted.model, fitted.free_numbers, fitted.condition, fitted)
     tables = fit_table(data, out["gogo"].model, judged=judged)
     out["table"] = Fit(tables.model, tables.free_numbers, tables.condition, tables)
-    model, numbers_of, condition = fit_plvc(data, tables, judged=judged)
-    out["plvc"] = Fit(model, numbers_of, condition, None)
+    out["plvc"] = Fit(*fit_plvc(data, tables, judged=judged), None)
+    if residual:
+        out["residual"] = residual_of(data, out["plvc"])
     return out
+
+
+def residual_of(data: Patches, plvc: Fit) -> Fit:
+    """Return the model of the residual on the PLVC fitted to the same ``data``."""
+    assert isinstance(plvc.model, Plvc)
+    return Fit(*fit_residual(data, plvc.model, plvc.free_numbers), float("nan"), None)
 
 
 def anchors(codes: Floats) -> NDArray[np.bool_]:

@@ -35,6 +35,11 @@ def model_lines(model: DisplayModel, source: str, observer: str = DEFAULT_OBSERV
             lines.append("  mixtures_XYZ_cd_m2:")
             rows_of = zip(MixturesSpec.model_fields, model.mixtures_XYZ_cd_m2.tolist(), strict=True)
             lines += [f"    {name}: {_numbers(row)}" for name, row in rows_of]
+            if model.residual is not None:
+                lines += ["  residual:", f"    width: {_number(model.residual.width)}"]
+                for name in ("knots", "XYZ_cd_m2"):
+                    rows = ", ".join(_numbers(row) for row in getattr(model.residual, name).tolist())
+                    lines.append(f"    {name}: [{rows}]")
     elif all(isinstance(curve, SrgbCurve) for curve in model.curves):
         lines.append("  kind: srgb")
     else:

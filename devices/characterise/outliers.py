@@ -31,6 +31,8 @@ _NEIGHBOURS = 8
 _CONFIRMS = 0.25
 _ROUNDS = 12
 _FOREMOST = 0.5
+# Where the median held-out ΔE00 of all other models is above this, the residual has a say too; it takes its time.
+_ROUGH = 0.4
 _BLOCK = 256
 # Of white: shares of less light than this are shares of this.
 _DARK = 1e-3
@@ -69,7 +71,10 @@ class Missed:
 def screen(codes: Floats, XYZ: Floats, seed: int) -> Screened:
     """Return which of the readings, codes (n, 3) in 0..1 and XYZ (n, 3), are wrong, and the models judged without."""
     data = patches(codes, XYZ)
-    first = latest = cross_validate(data, seed)
+    first = latest = cross_validate(data, seed, residual=False)
+    residual = min(first.medians.values(), default=0.0) > _ROUGH
+    if residual:
+        first = latest = first.with_residual()
     wrong = np.zeros(len(data), dtype=bool)
     fits_made = first.fits_made + 1
     found = missed(data, first, wrong)
@@ -84,11 +89,12 @@ def screen(codes: Floats, XYZ: Floats, seed: int) -> Screened:
         wrong = again
         tried.add(wrong.tobytes())
         rest = patches(codes[~wrong], XYZ[~wrong])
-        latest = cross_validate(rest, seed) if wrong.any() else first
+        latest = cross_validate(rest, seed, residual=residual) if wrong.any() else first
         data = patches(codes, XYZ, white=rest.white)
         found = missed(data, latest, wrong)
         fits_made += latest.fits_made + 1
-    return Screened(wrong, found.delta_e_2000, first, latest, fits_made)
+    kept = latest.with_residual()
+    return Screened(wrong, found.delta_e_2000, kept if latest is first else first.with_residual(), kept, fits_made)
 
 
 def missed(data: Patches, models: CrossValidation, wrong: Flags) -> Missed:
@@ -98,7 +104,12 @@ def missed(data: Patches, models: CrossValidation, wrong: Flags) -> Missed:
     """
     leading = ~wrong
     leading[np.flatnonzero(~wrong)[models.judged]] = False
-    others = fit_all(data.select(np.flatnonzero(~leading & ~wrong)), {}, judged=False) if leading.any() else {}
+    residual = "residual" in models.fits
+    others = (
+        fit_all(data.select(np.flatnonzero(~leading & ~wrong)), {}, judged=False, residual=residual)
+        if leading.any()
+        else {}
+    )
     delta, share = [], []
     for name in models.trusted:
         XYZ = models.fits[name].model.xyz(data.codes)

@@ -33,7 +33,7 @@ _DEGREE = 6
 _BENDS = range(2, _DEGREE)
 FUNCTIONS = 3 + 3 * len(_BENDS) + MIXTURES
 # Weight of a term beyond the matrix, in ΔE00 for a term as large as the white.
-_RIDGE = 10.0
+RIDGE = 10.0
 _ROUNDS = 3
 
 
@@ -159,9 +159,7 @@ def fit_plvc(patches: Patches, tables: Fitted, *, judged: bool = True) -> tuple[
     beyond black, curves and matrix, so that nothing is made of noise.
     """
     model = tables.model
-    curves = tuple(curve for curve in model.curves if isinstance(curve, TableCurve))
-    assert len(curves) == 3
-    three = (curves[0], curves[1], curves[2])
+    three = curves_of(model)
     unit = float(patches.white[1])
     light = np.stack([curve.linear(patches.codes[:, i]) for i, curve in enumerate(three)], axis=1)
     functions = functions_of(light)
@@ -169,7 +167,7 @@ def fit_plvc(patches: Patches, tables: Fitted, *, judged: bool = True) -> tuple[
     coefficients[:3] = model.primaries_XYZ_cd_m2.T
     black = model.black_XYZ_cd_m2
     ridge = np.zeros((FUNCTIONS, 3))
-    ridge[3:] = _RIDGE
+    ridge[3:] = RIDGE
     rows = np.diag(ridge.ravel())[ridge.ravel() > 0]
     whole = np.zeros((1, 1))
     for _ in range(_ROUNDS):
@@ -190,6 +188,12 @@ def fit_plvc(patches: Patches, tables: Fitted, *, judged: bool = True) -> tuple[
         tables.free_numbers + 3 * (FUNCTIONS - 3),
         condition_of(whole) if judged else 0.0,
     )
+
+
+def curves_of(model: DisplayModel) -> tuple[TableCurve, TableCurve, TableCurve]:
+    """Return the curves of a model of tables."""
+    red, green, blue = (curve for curve in model.curves if isinstance(curve, TableCurve))
+    return red, green, blue
 
 
 def plvc_of(black: Floats, curves: tuple[TableCurve, TableCurve, TableCurve], coefficients: Floats) -> Plvc:

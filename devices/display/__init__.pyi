@@ -18,6 +18,8 @@ from .plvc import MIXTURES as MIXTURES
 from .plvc import MOST_STEPS as MOST_STEPS
 from .plvc import NODES as NODES
 from .plvc import Plvc as Plvc
+from .residual import Residual as Residual
+from .residual import kernels_at_black as kernels_at_black
 from .rig_file import Rig as Rig
 from .rig_file import RigSpec as RigSpec
 from .rig_file import read_rig as read_rig

@@ -13,6 +13,7 @@ from devices.compensation.gain_map import GainMap, Normalise, Positions
 from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
+from devices.display.residual import MOST_KNOTS, Residual
 from devices.display.srgb_curve import SrgbCurve
 from devices.display.table_curve import TableCurve
 from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
@@ -139,6 +140,18 @@ class MixturesSpec(Strict):
     blue_while_green: Triple = (0.0, 0.0, 0.0)
 
 
+class ResidualSpec(Strict):
+    """What PLVC leaves over, as kernels at knots; see `devices.display.residual`."""
+
+    width: PositiveFloat
+    knots: Annotated[tuple[Triple, ...], Field(min_length=1, max_length=MOST_KNOTS)]
+    XYZ_cd_m2: Annotated[tuple[Triple, ...], Field(min_length=1, max_length=MOST_KNOTS)]
+
+    def residual(self) -> Residual:
+        """Return the residual; DeviceError if knots and XYZ do not go together."""
+        return Residual(np.array(self.knots), self.width, np.array(self.XYZ_cd_m2))
+
+
 class PlvcSpec(Strict):
     """Channels whose chromaticity varies with their level and that act on each other; see `devices.display.plvc`."""
 
@@ -147,6 +160,7 @@ class PlvcSpec(Strict):
     green: PlvcChannelSpec
     blue: PlvcChannelSpec
     mixtures_XYZ_cd_m2: MixturesSpec = MixturesSpec()
+    residual: ResidualSpec | None = None
 
     def curves(self) -> tuple[Curve, Curve, Curve]:
         """Return the curves of red, green and blue."""
@@ -167,6 +181,7 @@ class PlvcSpec(Strict):
             additive.curves,
             np.array([channel.XYZ_per_light_cd_m2 for channel in (self.red, self.green, self.blue)]),
             np.array([getattr(self.mixtures_XYZ_cd_m2, name) for name in MixturesSpec.model_fields]),
+            None if self.residual is None else self.residual.residual(),
         )
         try:
             assert model.steps

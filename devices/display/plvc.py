@@ -3,7 +3,8 @@
 XYZ = black + Σ T·H(√T) + what pairs of channels and all three make of each other, T being each channel's tabulated
 light. H is XYZ per share of light, a polynomial of √T, so that the chromaticity varies along the channel ([Post1989]
 joins straight pieces; polynomials have no kinks). A pair adds T·T′·(p + q·(1 − T) + q′·(1 − T′)): what a channel takes
-from another, and how one's middle levels move while the other shines.
+from another, and how one's middle levels move while the other shines. What that leaves over may follow as smooth
+kernels over all three; see `devices.display.residual`.
 
 It is undone by Newton's method for T, in units of the primaries. Beyond its ends a channel continues along its primary,
 so that every colour has an answer, below 0 or above 1 outside the gamut. There is but one where all principal minors
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.display.model import DisplayModel
+from devices.display.residual import Residual, kernels_and_slopes
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
@@ -49,7 +51,8 @@ class Plvc(DisplayModel):
 
     ``XYZ_per_light_cd_m2``: shape (3, 4, 3), of each channel at √light 0, 1/4, 1/2 and 3/4. ``mixtures_XYZ_cd_m2``:
     shape (10, 3), red with green, red with blue, green with blue, all three, then middle levels: red while green
-    shines, red while blue, green while red, green while blue, blue while red, blue while green.
+    shines, red while blue, green while red, green while blue, blue while red, blue while green. ``residual``: what
+    all this leaves over, if any.
 
     Raises DeviceError as `DisplayModel`, or if these have other shapes, or hold a number that is not finite
     or beyond a thousand times the primaries.
@@ -57,6 +60,7 @@ class Plvc(DisplayModel):
 
     XYZ_per_light_cd_m2: Floats
     mixtures_XYZ_cd_m2: Floats
+    residual: Residual | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -68,6 +72,11 @@ class Plvc(DisplayModel):
                 raise DeviceError(f"{name} is beyond a thousand times the primaries, so that it cannot be undone")
             array.flags.writeable = False
             object.__setattr__(self, name, array)
+        if (
+            self.residual is not None
+            and np.abs(self.residual.XYZ_cd_m2).max() > _MOST_TIMES * np.abs(self.primaries_XYZ_cd_m2).max()
+        ):
+            raise DeviceError("the residual is beyond a thousand times the primaries, so that it cannot be undone")
 
     @property
     def additive(self) -> bool:
@@ -90,6 +99,13 @@ class Plvc(DisplayModel):
     def mixtures(self) -> Floats:
         """The ``mixtures_XYZ_cd_m2`` in units of the primaries, (10, 3)."""
         return np.asarray(self.mixtures_XYZ_cd_m2 @ self.linear_from_XYZ.T)
+
+    @cached_property
+    def residual_light(self) -> Floats:
+        """The residual's ``XYZ_cd_m2`` in units of the primaries, (k, 3); no rows where there is none."""
+        if self.residual is None:
+            return np.zeros((0, 3))
+        return np.asarray(self.residual.XYZ_cd_m2 @ self.linear_from_XYZ.T)
 
     def light_of(self, linear: ArrayLike) -> Floats:
         """Return the light, in units of the primaries, of the channels' own linear light, shape (..., 3) each."""
@@ -207,6 +223,11 @@ class Plvc(DisplayModel):
             light[row] += T[0] * T[1] * T[2] * self.mixtures[3, row]
             for c in range(3):
                 slopes[row, c] += T[(c + 1) % 3] * T[(c + 2) % 3] * self.mixtures[3, row]
+        if self.residual is not None:
+            made, by = kernels_and_slopes(T, self.residual.knots, self.residual.width)
+            light += self.residual_light.T @ made
+            for c in range(3):
+                slopes[:, c] += self.residual_light.T @ by[c]
         return light, slopes
 
 

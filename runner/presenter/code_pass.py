@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 
 import moderngl
 import numpy as np
+from numpy.typing import NDArray
 
 from devices.compensation import Size
 from devices.display import ENTRIES, Curve, Eye, TableCurve, curve_table, knot_tables
@@ -31,7 +32,8 @@ class CodePass:
 
     Its textures of XYZ are units 0 and up, the tables the units after them. ``eye`` chooses the dither mask.
     Codes have ``bits``; to round to 10, the tables of codes have twice the entries and so about a quarter of the error.
-    ``between`` are files that the shader calls, and that call the encoding. Curves that are tables are inverted piece
+    ``between`` are files that the shader calls, and that call the encoding, and ``more_tables`` what these read: numbers
+    (rows, texels, 4). Curves that are tables are inverted piece
     by piece (`devices.display.knot_table`), because they may be nearly flat; all others by one table
     (`devices.display.code_table`).
     """
@@ -47,6 +49,7 @@ class CodePass:
         eye: Eye = "left",
         bits: Bits = 8,
         between: Sequence[str] = (),
+        more_tables: Mapping[str, NDArray[np.float32]] | None = None,
     ) -> None:
         self._context = context
         if dithering is not None and dithering.levels is None:
@@ -56,7 +59,7 @@ class CodePass:
         encoder = "encode.glsl" if dithering is None else "dither.glsl"
         by_knots = [isinstance(curve, TableCurve) for curve in curves]
         files = [encoder, *between, shader]
-        tables: dict[str, moderngl.Texture] = {}
+        tables = {name: _texels(context, texels) for name, texels in (more_tables or {}).items()}
         common: dict[str, Uniform] = {}
         if any(by_knots) and not all(by_knots):
             files.insert(0, "knots_or_table.glsl")
@@ -169,6 +172,13 @@ class CodePass:
                     remedy=f"dither to {highest_code(bits)} levels, or draw to floats ('f4')",
                 )
             )
+
+
+def _texels(context: moderngl.Context, texels: NDArray[np.float32]) -> moderngl.Texture:
+    rows, across, _ = texels.shape
+    table = context.texture((across, rows), 4, texels.tobytes(), dtype="f4")
+    table.filter = (moderngl.NEAREST, moderngl.NEAREST)
+    return table
 
 
 def _knots(context: moderngl.Context, curves: Sequence[Curve]) -> moderngl.Texture:

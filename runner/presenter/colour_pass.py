@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.compensation import Mixture, squeezed_size
-from devices.display import MIXTURES, MOST_STEPS, NODES, DisplayModel, Eye, Plvc, TableCurve
+from devices.display import MIXTURES, MOST_STEPS, NODES, DisplayModel, Eye, Plvc, TableCurve, kernels_at_black
 from runner.presenter.arithmetic import Real3, Real3x3
 from runner.presenter.bands import InBands, to_the_end
 from runner.presenter.code_pass import CodePass, release_codes
@@ -20,17 +20,19 @@ from runner.presenter.shaders import Uniform
 
 COST = 9
 KNOTS_COST = 5
+RESIDUAL_COST = 60
 
 
 @dataclass(frozen=True, slots=True)
 class ChannelInteraction:
-    """``files`` stand between encoding and pass, with their ``uniforms``.
+    """``files`` stand between encoding and pass, with their ``uniforms``, and ``tables`` of (rows, texels, 4) numbers.
 
     ``cost``: times the plain colour pass, about; see benchmarks/plvc_pass.py.
     """
 
     files: tuple[str, ...] = ()
     uniforms: Mapping[str, Uniform] = field(default_factory=dict)
+    tables: Mapping[str, NDArray[np.float32]] = field(default_factory=dict)
     cost: int = 1
 
 
@@ -58,7 +60,26 @@ def channel_interaction(own: DisplayModel, other: DisplayModel | None = None) ->
         "plvc_mixtures": Real3(np.concatenate([mixtures for _, mixtures, _ in terms])),
         "plvc_steps": (terms[0][2], terms[1][2]),
     }
-    return ChannelInteraction(("plvc.glsl",), uniforms, cost=COST)
+    if not any(isinstance(model, Plvc) and model.residual for model in models):
+        return ChannelInteraction(("plvc.glsl", "plvc_alone.glsl"), uniforms, cost=COST)
+    tables = {"plvc_residual": _residual_texels(models)}
+    return ChannelInteraction(("plvc.glsl", "plvc_residual.glsl"), uniforms, tables, cost=RESIDUAL_COST)
+
+
+def _residual_texels(models: tuple[DisplayModel, DisplayModel]) -> NDArray[np.float32]:
+    """Return what plvc_residual.glsl reads: a row for each model, four texels for each knot, and then for black."""
+    most = max(len(model.residual.knots) for model in models if isinstance(model, Plvc) and model.residual)
+    texels = np.zeros((len(models), most + 1, 4, 4))
+    for row, model in enumerate(models):
+        if isinstance(model, Plvc) and (residual := model.residual):
+            count = len(residual.knots)
+            texels[row, :count, 0, :3] = residual.knots
+            texels[row, :count, 2, :3] = model.residual_light
+            texels[row, :count, 0, 3] = 1.0 / residual.width
+            texels[row, most, 2, :3] = kernels_at_black(residual) @ model.residual_light
+    texels[:, :, 1] = texels[:, :, 0] - texels[:, :, 0].astype(np.float32)
+    texels[:, :, 3] = texels[:, :, 2] - texels[:, :, 2].astype(np.float32)
+    return texels.reshape(len(models), -1, 4).astype(np.float32)
 
 
 def _terms(model: DisplayModel) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
@@ -112,6 +133,7 @@ class ColourPass:
             eye,
             bits,
             [*interaction.files, "mean_xyz.glsl"],
+            interaction.tables,
         )
 
     def run(self, picture_XYZ: moderngl.Texture, dtype: CodeFormat | None = None) -> moderngl.Framebuffer:

@@ -67,6 +67,7 @@ class CompensatedPass:
             eye,
             bits,
             [*interaction.files, "plvc_within.glsl" if interaction.files else "within.glsl", "mean_xyz.glsl"],
+            interaction.tables,
         )
 
     def run(

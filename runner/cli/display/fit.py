@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 )
 @click.option(
     "--model",
-    type=click.Choice(["auto", "gog", "gogo", "ggo", "gamma", "table", "plvc", "none"]),
+    type=click.Choice(["auto", "gog", "gogo", "ggo", "gamma", "table", "plvc", "residual", "none"]),
     default="auto",
     show_default=True,
     help="Display model; auto takes the simplest that predicts held-out readings well, none fits none.",

@@ -7,6 +7,9 @@ uniform Real3 plvc_powers[30];    // by eye (own, other), channel and power of t
 uniform Real3 plvc_mixtures[20];  // by eye: red and green, red and blue, green and blue, all, then middle levels
 uniform ivec2 plvc_steps;         // at most, by eye
 
+// What the model adds to all this: plvc_residual.glsl, or plvc_alone.glsl where it adds nothing.
+Real3 add_residual(int eye, Real3 T, Real3 light, inout mat3 slopes);
+
 // A step this long is the last: what remains is its square, or 1e-6 of it, which is what the slopes err by.
 const float LAST_STEP = 1e-11;
 
@@ -52,7 +55,7 @@ Real3 light_and_slopes(int eye, Real3 T, out mat3 slopes) {
     slopes[0] += T_floats.g * T_floats.b * all_floats;
     slopes[1] += T_floats.r * T_floats.b * all_floats;
     slopes[2] += T_floats.r * T_floats.g * all_floats;
-    return add(light, mul(all, mul(mul(r, g), b)));
+    return add_residual(eye, T, add(light, mul(all, mul(mul(r, g), b))), slopes);
 }
 
 Real3 light_of(int eye, Real3 T) {

@@ -52,7 +52,7 @@ def test_without_noise_it_is_recovered_exactly() -> None:
 @pytest.mark.parametrize("seed", range(3))
 def test_gog_is_rejected_on_a_liquid_crystal_display(seed: int) -> None:
     found = characterise(Measurements(CODES, noisy(LCD, 0.002, seed)))
-    assert found.chosen.name in ("table", "plvc")
+    assert found.chosen.name in ("table", "plvc", "residual")
     assert found.chosen.held_out.mean <= 0.5
     assert found.chosen.held_out.p95 <= 1.0
     gog = next(c for c in found.candidates if c.name == "gog")

@@ -44,7 +44,7 @@ def _run(*arguments: str, given: str | None = None) -> str:
 def test_the_table_names_every_candidate_and_the_chosen(thesis: Path) -> None:
     told = _run("fit", str(thesis))
     assert "→ gog" in told
-    for name in ("gamma", "ggo", "gogo", "table", "plvc"):
+    for name in ("gamma", "ggo", "gogo", "table", "plvc", "residual"):
         assert name in told
     assert "Where it errs:" in told
 
@@ -54,7 +54,7 @@ def test_json_holds_the_held_out_figures(thesis: Path) -> None:
     assert told["mode"] == "quad-buffered"
     found = told["both"]
     assert found["chosen"] == "gog"
-    assert {c["model"] for c in found["candidates"]} == {"gamma", "gog", "ggo", "gogo", "table", "plvc"}
+    assert {c["model"] for c in found["candidates"]} == {"gamma", "gog", "ggo", "gogo", "table", "plvc", "residual"}
     assert found["candidates"][1]["standard_errors"]["red.gamma"] > 0
     assert found["thesis"]["method_2_light_from_code"]["gog"]["red"]["r2"] > 0.999
 
