@@ -155,7 +155,7 @@ class Pass:
                         del values[unused]
             if way.steps is not None:
                 values["plvc_steps"] = (way.steps, way.steps)
-            parts.append((name, text))
+            parts += [(name, text), *(shader_file(file) for file in interaction.files[1:])]
         parts += [shader_file("mean_xyz.glsl"), shader_file("colour_pass.frag")]
         arithmetic = Arithmetic.DOUBLES if way is None else way.arithmetic
         self._program = compile_program(context, shader_file("area.vert"), parts, arithmetic)

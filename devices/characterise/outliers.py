@@ -32,7 +32,7 @@ _CONFIRMS = 0.25
 _ROUNDS = 12
 _FOREMOST = 0.5
 # Where the median held-out ΔE00 of all other models is above this, the residual has a say too; it takes its time.
-_ROUGH = 0.4
+_ROUGH = 0.8
 _BLOCK = 256
 # Of white: shares of less light than this are shares of this.
 _DARK = 1e-3

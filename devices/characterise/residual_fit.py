@@ -1,111 +1,198 @@
 """PLVC and a smooth residual fitted together, with as many knots, as wide and as stiff as the readings ask for.
 
-Knots are readings far from each other in the root of light. Their number, the kernels' width and the weight of the
-kernels' norm are those with the least mean ΔE00 of every reading by the fit without it, which for linear least squares
-is known from the fit with all [Allen1974]: nothing but the readings that are fitted has a say.
+The curves of tables and PLVC are fitted as if one matrix explained all readings, and bend where mixtures do not follow
+it. Here curves, PLVC's terms and kernels are fitted at once, by Gauss and Newton's steps. The kernels' knots are
+readings far from each other in the root of light. Their number, their width and the weight of their norm are those
+with the least mean ΔE00 of every reading by the fit without it, which for linear least squares is known from the fit
+with all [Allen1974]: nothing but the readings that are fitted has a say.
 """
 
 from __future__ import annotations
 
+from dataclasses import dataclass, replace
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.characterise.figures import differences
 from devices.characterise.patches import Patches
-from devices.characterise.table_fit import FUNCTIONS, RIDGE, curves_of, functions_of, plvc_of
+from devices.characterise.table_fit import (
+    FUNCTIONS,
+    RIDGE,
+    STIFFNESS,
+    curves_of,
+    functions_of,
+    hats,
+    plvc_of,
+    rising_curve,
+    second_differences,
+)
 from devices.display.plvc import Plvc
 from devices.display.residual import Residual, gram, kernels, place_of
+from devices.display.table_curve import TableCurve
 
 Floats = NDArray[np.float64]
+Curves = tuple[TableCurve, TableCurve, TableCurve]
 
-KNOTS, WIDTHS, STIFFNESSES = (8, 24, 48), (0.875, 1.75), (1.0, 4.0, 16.0)
+KNOTS, WIDTHS, STIFFNESSES = (8, 24, 48), (0.875, 1.75), (1.0, 4.0, 16.0, 64.0)
+# With which the curves are fitted, before these are chosen.
+_FIRST = (24, 0.875, 4.0)
 # Knots lie on a grid of this many steps, whose places floats hold exactly.
 _STEPS = 1024.0
-# More readings than this have no say in these three, for the time's sake.
+# More readings than this have no say in what the kernels are, for the time's sake.
 _MOST_JUDGED = 400
-_ROUNDS = 3
+_CURVE_ROUNDS, _ROUNDS = 2, 3
 _SMALL = 1e-10
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Kernels:
+    """Where the kernels are, how wide, and the weight of their norm."""
+
+    knots: Floats
+    width: float
+    stiffness: float
+
+    def functions(self, light: Floats) -> Floats:
+        """PLVC's functions and the kernels, (n, FUNCTIONS + k), at the channels' light (n, 3)."""
+        return np.concatenate([functions_of(light), kernels(light, self.knots, self.width)], axis=1)
+
+    def penalty(self) -> Floats:
+        """Return the ridge of PLVC's terms, and the kernels' norm, for all coefficients of X, Y and Z."""
+        out = np.zeros((FUNCTIONS + len(self.knots),) * 2)
+        terms = np.arange(3, FUNCTIONS)
+        out[terms, terms] = RIDGE**2
+        out[FUNCTIONS:, FUNCTIONS:] = self.stiffness**2 * gram(self.knots, self.width)
+        return np.kron(out, np.eye(3)) + _SMALL * np.eye(3 * len(out))
+
+    def model(self, black: Floats, curves: Curves, coefficients: Floats) -> Plvc:
+        """Return the model of all ``coefficients`` (FUNCTIONS + k, 3), in cd/m²."""
+        base = plvc_of(black, curves, coefficients[:FUNCTIONS])
+        return replace(base, residual=Residual(self.knots, self.width, coefficients[FUNCTIONS:]))
 
 
 def fit_residual(patches: Patches, plvc: Plvc, free_numbers: int) -> tuple[Plvc, int]:
     """Return ``plvc``, fitted to ``patches`` with ``free_numbers``, with a residual fitted along, and its numbers.
 
-    Of the settings the best by the readings left out is taken whose model can be undone; the stiffest if none can.
+    Of the settings the best by the readings left out is taken whose model can be undone, with curves fitted along if
+    any can, and curves nearer those of ``plvc`` if not; the last of all if none can.
     """
-    curves = curves_of(plvc)
-    light = np.stack([curve.linear(patches.codes[:, i]) for i, curve in enumerate(curves)], axis=1)
-    functions = functions_of(light)
-    unit = float(patches.white[1])
-    start = plvc.xyz_of_linear(light)
-    spread = knots_among(light, max(KNOTS))
-    judged = np.arange(len(patches))
-    if len(judged) > _MOST_JUDGED:
-        judged = np.unique(np.round(np.linspace(0, len(judged) - 1, _MOST_JUDGED)).astype(int))
-    A, target = _linearised(patches.select(judged), start[judged], unit, plvc.black_XYZ_cd_m2)
-    scores = []
-    for count, width in product(KNOTS, WIDTHS):
-        knots = spread[:count]
-        J = _columns(A, np.concatenate([functions[judged], kernels(light[judged], knots, width)], axis=1))
-        for stiffness in STIFFNESSES:
-            left = _left_out(J, target, _penalty(knots, width, stiffness))
-            scores.append((float(np.sqrt((left.reshape(-1, 3) ** 2).sum(axis=1)).mean()), count, width, stiffness))
-    best = None
-    for _, count, width, stiffness in sorted(scores):
-        knots = spread[:count]
-        model = _fitted(patches, plvc, functions, kernels(light, knots, width), start, knots, width, stiffness)
-        if not model.clashes():
-            best = model, count
-            break
-    if best is None:
-        best = model, count
-    return best[0], free_numbers + 3 * best[1] + 2
+    spread = knots_among(_light(curves_of(plvc), patches.codes), max(KNOTS))
+    count, width, stiffness = _FIRST
+    first = _Kernels(spread[:count], width, stiffness)
+    begin = _fitted(patches, plvc, curves_of(plvc), first)
+    for model in reversed(_curves_fitted(patches, begin, first)):
+        for chosen in _ranked(patches, model, spread):
+            best = _fitted(patches, model, curves_of(model), chosen)
+            if not best.clashes():
+                return best, free_numbers + 3 * len(chosen.knots) + 2
+    return best, free_numbers + 3 * len(chosen.knots) + 2
 
 
 def knots_among(light: Floats, most: int) -> Floats:
     """Return ``most`` places (k, 3) at most, each of a reading's light (n, 3), as far from each other as can be."""
-    places: Floats = np.unique(np.round(_STEPS * place_of(np.clip(light, 0.0, 1.0))) / _STEPS, axis=0)
+    places: Floats = np.asarray(np.unique(np.round(_STEPS * place_of(np.clip(light, 0.0, 1.0))) / _STEPS, axis=0))
     chosen = [int(np.argmax(places.sum(axis=1)))]
-    far = np.linalg.norm(places - places[chosen[0]], axis=1)
+    far: Floats = np.asarray(np.linalg.norm(places - places[chosen[0]], axis=1))
     while len(chosen) < min(most, len(places)) and far.max() > 0.0:
         chosen.append(int(np.argmax(far)))
-        far = np.minimum(far, np.linalg.norm(places - places[chosen[-1]], axis=1))
-    return places[chosen]
+        np.minimum(far, np.linalg.norm(places - places[chosen[-1]], axis=1), out=far)
+    return np.asarray(places[chosen])
 
 
-def _fitted(
-    patches: Patches,
-    plvc: Plvc,
-    functions: Floats,
-    more: Floats,
-    XYZ: Floats,
-    knots: Floats,
-    width: float,
-    stiffness: float,
-) -> Plvc:
-    unit = float(patches.white[1])
-    both = np.concatenate([functions, more], axis=1)
-    penalty = _penalty(knots, width, stiffness)
-    coefficients = np.zeros((both.shape[1], 3))
+def _ranked(patches: Patches, begin: Plvc, spread: Floats) -> list[_Kernels]:
+    """Return the settings, the one first whose fits to all other readings miss each by the least."""
+    rows = np.arange(len(patches))
+    if len(rows) > _MOST_JUDGED:
+        rows = np.unique(np.round(np.linspace(0, len(rows) - 1, _MOST_JUDGED)).astype(int))
+    some = patches.select(rows)
+    light = _light(curves_of(begin), some.codes)
+    A, target = _linearised(some, begin.xyz_of_linear(light), begin.black_XYZ_cd_m2)
+    scored: list[tuple[float, int, _Kernels]] = []
+    for count, width in product(KNOTS, WIDTHS):
+        functions = _Kernels(spread[:count], width, 1.0).functions(light)
+        J = _columns(A, functions)
+        for stiffness in STIFFNESSES:
+            setting = _Kernels(spread[:count], width, stiffness)
+            left = _left_out(J, target, setting.penalty()).reshape(-1, 3)
+            scored.append((float(np.sqrt((left**2).sum(axis=1)).mean()), len(scored), setting))
+    return [setting for _, _, setting in sorted(scored, key=lambda one: one[:2])]
+
+
+def _fitted(patches: Patches, begin: Plvc, curves: Curves, setting: _Kernels) -> Plvc:
+    """Fit the terms and the kernels on ``curves``, beginning with what ``begin`` predicts."""
+    unit, black = float(patches.white[1]), begin.black_XYZ_cd_m2
+    functions, penalty = setting.functions(_light(curves, patches.codes)), setting.penalty()
+    XYZ = begin.xyz(patches.codes)
+    coefficients: Floats = np.zeros((functions.shape[1], 3))
     for _ in range(_ROUNDS):
-        A, target = _linearised(patches, XYZ, unit, plvc.black_XYZ_cd_m2)
-        J = _columns(A, both)
-        coefficients = unit * np.linalg.solve(J.T @ J + penalty, J.T @ target).reshape(-1, 3)
-        XYZ = plvc.black_XYZ_cd_m2 + both @ coefficients
-    base = plvc_of(plvc.black_XYZ_cd_m2, curves_of(plvc), coefficients[:FUNCTIONS])
-    residual = Residual(knots, width, coefficients[FUNCTIONS:])
-    return Plvc(
-        base.black_XYZ_cd_m2,
-        base.primaries_XYZ_cd_m2,
-        base.curves,
-        base.XYZ_per_light_cd_m2,
-        base.mixtures_XYZ_cd_m2,
-        residual,
-    )
+        A, target = _linearised(patches, XYZ, black)
+        J = _columns(A, functions)
+        found = np.linalg.solve(J.T @ J + penalty, J.T @ target)
+        coefficients = np.asarray(unit * found, dtype=np.float64).reshape(-1, 3)
+        XYZ = black + functions @ coefficients
+    return setting.model(black, curves, coefficients)
 
 
-def _linearised(patches: Patches, XYZ: Floats, unit: float, black: Floats) -> tuple[Floats, Floats]:
+def _curves_fitted(patches: Patches, begin: Plvc, setting: _Kernels) -> list[Plvc]:
+    """Fit the roots of light at the curves' codes together with the terms; bends beyond those of ``begin`` cost.
+
+    Return ``begin`` and the models after each step; one that leaves more than the last is not taken.
+    """
+    unit, black = float(patches.white[1]), begin.black_XYZ_cd_m2
+    knots = [np.asarray(curve.codes) for curve in curves_of(begin)]
+    starts = [np.sqrt(curve.light) for curve in curves_of(begin)]
+    roots = [start.copy() for start in starts]
+    weights = [hats(patches.codes[:, c], knots[c]) for c in range(3)]
+    bends = [STIFFNESS * second_differences(knots[c])[:, 1:-1] for c in range(3)]
+    models, penalty = [begin], setting.penalty()
+    terms = len(penalty)
+    sizes = [len(k) - 2 for k in knots]
+    cuts = np.cumsum([terms, *sizes])
+    whole = np.zeros((cuts[-1], cuts[-1]))
+    whole[:terms, :terms] = penalty
+    for c in range(3):
+        whole[cuts[c] : cuts[c + 1], cuts[c] : cuts[c + 1]] = bends[c].T @ bends[c]
+    for _ in range(_CURVE_ROUNDS):
+        model = models[-1]
+        z = np.stack([weights[c] @ roots[c] for c in range(3)], axis=1)
+        light = np.clip(z, 0.0, 1.0) ** 2
+        functions = setting.functions(light)
+        XYZ = model.xyz_of_linear(light)
+        A, target = _linearised(patches, XYZ, black)
+        by_light = np.einsum("nix,xp,npc->nic", A / unit, model.primaries_XYZ_cd_m2, model.slopes(light))
+        own = [
+            ((by_light[:, :, c] * 2.0 * z[:, None, c])[:, :, None] * weights[c][:, None, 1:-1]).reshape(-1, sizes[c])
+            for c in range(3)
+        ]
+        now = np.concatenate([root[1:-1] for root in roots])
+        J = np.concatenate([_columns(A, functions), *own], axis=1)
+        wanted = J.T @ (target + np.concatenate(own, axis=1) @ now)
+        for c in range(3):
+            wanted[cuts[c] : cuts[c + 1]] += bends[c].T @ (bends[c] @ starts[c][1:-1])
+        found = np.linalg.solve(J.T @ J + whole + _SMALL * np.eye(len(whole)), wanted)
+        for c in range(3):
+            roots[c] = np.sqrt(rising_curve(knots[c], found[cuts[c] : cuts[c + 1]]).light)
+        curves = (_curve(knots[0], roots[0]), _curve(knots[1], roots[1]), _curve(knots[2], roots[2]))
+        new = _fitted(patches, setting.model(black, curves, unit * found[:terms].reshape(-1, 3)), curves, setting)
+        if differences(new, patches).mean() >= differences(model, patches).mean():
+            break
+        models.append(new)
+    return models
+
+
+def _curve(codes: Floats, roots: Floats) -> TableCurve:
+    return TableCurve(tuple(codes.tolist()), tuple((roots**2).tolist()))
+
+
+def _light(curves: Curves, codes: Floats) -> Floats:
+    return np.stack([curve.linear(codes[:, i]) for i, curve in enumerate(curves)], axis=1)
+
+
+def _linearised(patches: Patches, XYZ: Floats, black: Floats) -> tuple[Floats, Floats]:
     """Return ΔE00's slopes (n, 3, 3) by light in units of white's Y, and what they are to give (3n,), about ``XYZ``."""
+    unit = float(patches.white[1])
     left = patches.residuals(XYZ)
     weight = (1.0 + left**2) ** -0.25
     A = patches.slopes(XYZ) * unit * weight[:, :, None]
@@ -117,21 +204,10 @@ def _columns(A: Floats, functions: Floats) -> Floats:
     return (A[:, :, None, :] * functions[:, None, :, None]).reshape(3 * len(A), -1)
 
 
-def _penalty(knots: Floats, width: float, stiffness: float) -> Floats:
-    """Return the ridge of PLVC's terms, and the kernels' norm with ``stiffness``, for all coefficients."""
-    count = len(knots)
-    out = np.zeros((FUNCTIONS + count, FUNCTIONS + count))
-    terms = np.arange(3, FUNCTIONS)
-    out[terms, terms] = RIDGE**2
-    norm = gram(knots, width)
-    out[FUNCTIONS:, FUNCTIONS:] = stiffness**2 * norm
-    return np.kron(out, np.eye(3)) + _SMALL * np.eye(3 * len(out))
-
-
 def _left_out(J: Floats, target: Floats, penalty: Floats) -> Floats:
     """Return what the fit to all other readings leaves of each, (3n,): (I − H)⁻¹ · what the fit to all leaves."""
     inverse = np.linalg.inv(J.T @ J + penalty)
     left = target - J @ (inverse @ (J.T @ target))
     own = J.reshape(-1, 3, J.shape[1])
-    hats = np.einsum("nip,njp->nij", own @ inverse, own)
-    return np.linalg.solve(np.eye(3) - hats, left.reshape(-1, 3, 1)).ravel()
+    hats_of = np.einsum("nip,njp->nij", own @ inverse, own)
+    return np.asarray(np.linalg.solve(np.eye(3) - hats_of, left.reshape(-1, 3, 1))).ravel()

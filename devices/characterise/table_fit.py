@@ -54,13 +54,13 @@ def fit_table(patches: Patches, begin: DisplayModel, stiffness: float = STIFFNES
     unit = patches.white[1]
     black = black_of(patches, begin)
     knots = table_codes_of(patches.codes)
-    bases = [_hats(patches.codes[:, c], knots[c])[:, 1:-1] for c in range(3)]
-    ends = [_hats(patches.codes[:, c], knots[c])[:, -1] for c in range(3)]
+    bases = [hats(patches.codes[:, c], knots[c])[:, 1:-1] for c in range(3)]
+    ends = [hats(patches.codes[:, c], knots[c])[:, -1] for c in range(3)]
     start = []
     for c, curve in enumerate(begin.curves):
         low, high = float(curve.linear(0.0)), float(curve.linear(1.0))
         start.append(np.sqrt(np.maximum((np.asarray(curve.linear(knots[c])) - low) / (high - low), 0.0)))
-    bends = [stiffness * _second_differences(k)[:, 1:-1] for k in knots]
+    bends = [stiffness * second_differences(k)[:, 1:-1] for k in knots]
     sizes = [len(k) - 2 for k in knots]
     cuts = np.cumsum([9, *sizes])
     M0 = begin.primaries_XYZ_cd_m2 / unit
@@ -94,7 +94,7 @@ def fit_table(patches: Patches, begin: DisplayModel, stiffness: float = STIFFNES
 
     p = descend(residuals, jacobian, np.concatenate([M0.ravel(), *[s[1:-1] for s in start]]))
     M, roots, _ = parts(p)
-    curves = [_rising(knots[c], roots[c]) for c in range(3)]
+    curves = [rising_curve(knots[c], roots[c]) for c in range(3)]
     model = DisplayModel(black, unit * M, (curves[0], curves[1], curves[2]))
     return Fitted(model, len(p), condition_of(jacobian(p)) if judged else 0.0, {}, ())
 
@@ -105,7 +105,7 @@ def black_of(patches: Patches, begin: DisplayModel) -> Floats:
     return patches.black if measured else begin.xyz(np.zeros(3))
 
 
-def _hats(codes: Floats, knots: Floats) -> Floats:
+def hats(codes: Floats, knots: Floats) -> Floats:
     """Weights (n, k) of linear interpolation between ``knots``."""
     piece = np.clip(np.searchsorted(knots, codes, side="right") - 1, 0, len(knots) - 2)
     share = (codes - knots[piece]) / (knots[piece + 1] - knots[piece])
@@ -116,7 +116,7 @@ def _hats(codes: Floats, knots: Floats) -> Floats:
     return out
 
 
-def _second_differences(knots: Floats) -> Floats:
+def second_differences(knots: Floats) -> Floats:
     """Change of slope at each inner knot, (k − 2, k), as a share of the mean spacing."""
     gaps = np.diff(knots)
     out = np.zeros((len(knots) - 2, len(knots)))
@@ -128,7 +128,8 @@ def _second_differences(knots: Floats) -> Floats:
     return out
 
 
-def _rising(knots: Floats, inner: Floats) -> TableCurve:
+def rising_curve(knots: Floats, inner: Floats) -> TableCurve:
+    """Return the curve whose roots of light at ``knots`` (k,) are 0, ``inner`` (k − 2,) and 1, made to rise."""
     z = rising_averages(np.concatenate([[0.0], np.clip(inner, 0.0, 1.0), [1.0]]))
     z = (1.0 - _LEAST_SLOPE) * (z - z[0]) / (z[-1] - z[0]) + _LEAST_SLOPE * knots
     z[0], z[-1] = 0.0, 1.0
