@@ -18,7 +18,7 @@ from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.thesis import ThesisFits, thesis_fits
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.drift import Drift, estimate_drift
-from devices.diagnostics.readings import is_plain, plain, tag
+from devices.diagnostics.readings import is_plain, part_of_picture, plain, tag
 from devices.display.display_file import PanelSpec
 from devices.display.gamma_table import GammaTable
 from devices.display.gamma_table_spec import gamma_table_lines
@@ -252,7 +252,7 @@ def fit_display(
             eyes[each] = _fit_eye(own, model, seed, keep_all=keep_all, correct_drift=correct_drift)
     origin = _origin(str(file), readings.instrument)
     parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
-    notes = [*parts.notes, *_notes_on_tags(measurements), *settings.doubts]
+    notes = [*parts.notes, *_notes_on_tags(measurements), *_notes_on_part(readings), *settings.doubts]
     if eyes and "both" in readings.eye:
         notes += _notes_on_leakage(parts)
     loaded = readings.gamma_table
@@ -310,6 +310,17 @@ def _notes_on_tags(measurements: Measurements) -> list[str]:
     were = "was" if unused == 1 else "were"
     what = "at angles, on surrounds, while warming up or for other diagnoses (@ in the name, or a patch with an area)"
     return [f"{readings} {what} {were} left out"]
+
+
+def _notes_on_part(readings: Measurements) -> list[str]:
+    """Return a note on patches that filled a part of the picture, where all did."""
+    part = part_of_picture(readings)
+    if part is None:
+        return []
+    area, around = part
+    codes = " ".join(f"{255 * code:.0f}" for code in around)
+    where = f"all patches filled {100 * area:.3g} % of the picture, with codes {codes} (0-255) around them"
+    return [f"{where}: where light depends on the picture (display report), the model holds for such pictures"]
 
 
 def _notes_on_leakage(parts: MeasuredParts) -> list[str]:

@@ -6,7 +6,8 @@ the right and 20° below; ``gray120@on-white`` as a patch on a white screen; ``b
 picture was red; ``gray120@warm-up`` while the display warmed up; ``white@no-glasses`` without the glasses;
 ``grey120@cable`` to show what codes pass on their way to the light. ``#2`` and so on behind a name counts its showings.
 Every other name is a plain reading: full screen, at the centre, straight ahead, through the glasses, once the display
-is warm. A reading whose patch did not fill the picture (`Measurements.area`) is never plain.
+is warm. A reading whose patch did not fill the picture (`Measurements.area`) is plain only where all without a tag
+filled the same part of it, on one surround.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from devices.measurements import Measurements
 
+Floats = NDArray[np.float64]
 Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses", "cable"]
 _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("place", re.compile(r"r([1-9]\d?)c([1-9]\d?)", re.IGNORECASE)),
@@ -68,7 +70,7 @@ def plain(measurements: Measurements) -> Measurements:
     Returns
     -------
     Measurements
-        The readings whose names have no tag and whose patches filled the picture, in their order.
+        The readings that `is_plain` names, in their order.
 
     Examples
     --------
@@ -80,9 +82,26 @@ def plain(measurements: Measurements) -> Measurements:
 
 
 def is_plain(measurements: Measurements) -> NDArray[np.bool_]:
-    """Return which readings are plain, shape (n,): no tag in the name, and a patch that filled the picture."""
+    """Return which readings are plain, shape (n,): no tag in the name, and a patch that filled the picture.
+
+    Where all patches without a tag filled one share of the picture, with one surround, these are the plain ones: the
+    display was measured so throughout.
+    """
     untagged_names = np.array([tag(name) is None for name in measurements.name], dtype=bool)
+    if part_of_picture(measurements.select(untagged_names)) is not None:
+        return untagged_names
     return np.asarray(untagged_names & (measurements.filled == 1.0))
+
+
+def part_of_picture(measurements: Measurements) -> tuple[float, Floats] | None:
+    """Return the share of the picture that all patches filled, below 1, and the codes around them, (3,), in 0..1.
+
+    None where they filled it, or parts of it that differ.
+    """
+    if not len(measurements) or measurements.area is None or measurements.area.max() == 1.0:
+        return None
+    parts = np.column_stack([measurements.filled, measurements.around])
+    return None if np.any(np.ptp(parts, axis=0) > 1e-9) else (float(measurements.filled[0]), measurements.around[0])
 
 
 def tagged(measurements: Measurements, kind: Kind) -> list[tuple[int, Tag]]:
@@ -103,8 +122,6 @@ def cable_colours(measurements: Measurements) -> Measurements:
     found = replace(measurements.select(rows), area=None, surround=None)
     return replace(found, name=tuple(own.base for own in map(tag, found.name) if own is not None))
 
-
-Floats = NDArray[np.float64]
 
 CHANNELS = ("red", "green", "blue")
 # Codes nearer than this are one code: a step of 12 bits is forty times larger.

@@ -135,6 +135,20 @@ class PatchSet:
         if self.repeats < 1:
             raise DeviceError(f"the set '{self.name}' cannot be shown {self.repeats} times")
 
+    def in_part(self, area: float | None, around: Codes | None) -> PatchSet:
+        """Return the set with every patch that fills the picture in the middle alone, with the codes ``around`` it.
+
+        ``area`` is the share of the picture that it then fills, a ninth where it is None; patches for one eye beside
+        other codes in the other stay as they are.
+        """
+        moved = (
+            replace(patch, area=area, around=around or (0.0, 0.0, 0.0))
+            if patch.filled == 1.0 and patch.other is None and patch.place is None
+            else patch
+            for patch in self.patches
+        )
+        return replace(self, patches=tuple(moved))
+
     def rounded(self, highest: int) -> PatchSet:
         """Return the set as a surface of codes 0..``highest`` shows it."""
         return replace(self, patches=tuple(patch.rounded(highest) for patch in self.patches))
@@ -230,8 +244,11 @@ def _ordered(patches: PatchSet, seed: int, repeat_every: int, *, shuffled: bool)
         if any(patch.name == known.name and patch.codes != known.codes for patch in order):
             remedy = "give it another name, or repeat nothing"
             raise DeviceError(Finding(f"a patch called '{known.name}' has other codes", remedy=remedy))
+    part = {(patch.area, patch.around) for patch in order}
+    area, around = part.pop() if len(part) == 1 else (None, None)
+    ends = [replace(end, area=area, around=around) for end in (BLACK, WHITE)]
     order = [patch for patch in order if patch.codes not in (BLACK.codes, WHITE.codes)]
-    shown = [BLACK, WHITE]
+    shown = list(ends)
     for start in range(0, len(order), repeat_every):
-        shown += [*order[start : start + repeat_every], BLACK, WHITE]
+        shown += [*order[start : start + repeat_every], *ends]
     return shown

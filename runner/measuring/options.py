@@ -30,17 +30,26 @@ class ShowOptions:
 
 @dataclass(frozen=True, slots=True)
 class PatchOptions:
-    """Which patches are shown: names of sets or CSV files, the range of the files' codes, the warm-up's interval."""
+    """Which patches are shown: names of sets or CSV files, the range of the files' codes, the warm-up's interval.
+
+    ``area`` is the share of the picture that patches fill which would fill all of it, and ``surround`` the grey around
+    them, a code in 0..1; both None: they fill it.
+    """
 
     set_names: tuple[str, ...] = ("table_c1",)
     code_range: str | None = None
     every_s: float | None = None
+    area: float | None = None
+    surround: float | None = None
 
     def sets(self, target: Target, eye: PatchEye) -> tuple[tuple[PatchSet, ...], str]:
         """Return the sets, and a remark on those of ``all`` that the mode cannot show, which are left out."""
         from devices.patches import ALL, find_sets
 
         sets = find_sets(self.set_names, self.code_range, self.every_s)
+        if self.area is not None or self.surround is not None:
+            grey = self.surround or 0.0
+            sets = tuple(patches.in_part(self.area, (grey, grey, grey)) for patches in sets)
         return target.check_sets(sets, eye, chosen=ALL not in self.set_names)
 
 

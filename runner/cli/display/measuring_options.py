@@ -93,6 +93,18 @@ patch_options = _gathered(
         metavar="S",
         help="Time between two readings of the warm-up. Default: 60 s.",
     ),
+    click.option(
+        "--area",
+        type=click.FloatRange(0, 1, min_open=True),
+        metavar="SHARE",
+        help="Share of the picture that patches fill, in its middle. Default: all of it.",
+    ),
+    click.option(
+        "--surround",
+        type=click.FloatRange(0, 1),
+        metavar="CODE",
+        help="Grey around the patches, 0 (black) to 1 (white).",
+    ),
 )
 _instrument_options = _gathered(
     "instrument",

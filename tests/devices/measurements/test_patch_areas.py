@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -139,3 +140,25 @@ def test_a_patch_has_one_area() -> None:
         Patch("a", (0, 0, 0), place=Place(1, 1), area=0.5)
     with pytest.raises(DeviceError, match="has the area 0"):
         Patch("a", (0, 0, 0), area=0.0)
+
+
+def test_a_display_measured_on_one_surround_throughout_is_fitted_so() -> None:
+    clean = characterisation(noise=0.0)
+    count = len(clean)
+    table = replace(clean, area=np.full(count, 0.1), surround=np.full((count, 3), 0.5))
+    assert len(plain(table)) == len(clean)
+    assert len(plain(plain(table))) == len(clean)
+    fit = fit_display(table, model="gog")
+    alone = fit_display(clean, model="gog")
+    found, expected = (one.eyes["both"].characterisation.chosen.held_out for one in (fit, alone))
+    assert found == expected
+    assert "filled 10 % of the picture, with codes 128 128 128" in " ".join(fit.notes)
+    mixed = Measurements(clean.codes, clean.XYZ, clean.name, area=np.linspace(0.1, 0.9, len(clean)))
+    assert len(plain(mixed)) == 0
+
+
+def test_a_set_in_part_of_the_picture_has_its_black_and_white_there_too() -> None:
+    patches = find_patches("table_c1").in_part(0.25, (0.5, 0.5, 0.5))
+    assert {(step.patch.filled, step.patch.surround) for step in steps(patches, 1)} == {(0.25, (0.5, 0.5, 0.5))}
+    crosstalk = find_patches("crosstalk")
+    assert crosstalk.in_part(0.25, None) == crosstalk

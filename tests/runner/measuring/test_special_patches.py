@@ -10,6 +10,7 @@ import pytest
 from click.testing import CliRunner, Result
 
 from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.readings import plain
 from devices.display.display_file import read_display
 from devices.instruments.simulated import Simulated
 from devices.measurements import read_csv
@@ -232,3 +233,20 @@ def test_the_warm_up_waits_between_its_readings(folder: Path) -> None:
     assert table.time_s is not None
     assert len(table) == 31
     assert np.all(np.diff(table.time_s) >= 0.049)
+
+
+def test_patches_of_one_area_on_one_grey_are_measured_and_fitted(folder: Path) -> None:
+    """A display that limits bright pictures: full-screen patches mislead, those on the session's mean level do not."""
+    limit = ("--instrument-option", "picture_level_limit=0.5", "--instrument-option", "noise=0.0005")
+    result = _measure(folder, "--set", "grey", "--area", "0.1", "--surround", "0.5", *limit)
+    assert result.exit_code == 0, result.output
+    table = read_csv(folder / "m.csv")
+    assert set(table.filled) == {0.1}
+    np.testing.assert_allclose(table.around, 128 / 255)
+    assert len(plain(table)) == len(table)
+    white = table.XYZ[np.all(table.codes == 1, axis=1), 1].mean()
+    (folder / "m.jsonl").unlink()
+    assert _measure(folder, "--set", "grey", *limit).exit_code == 0
+    dim = read_csv(folder / "m.csv")
+    assert dim.area is None
+    assert dim.XYZ[np.all(dim.codes == 1, axis=1), 1].mean() == pytest.approx(0.5 * white, rel=0.01)
