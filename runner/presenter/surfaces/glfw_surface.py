@@ -18,7 +18,7 @@ from runner.presenter.depth import Bits, given_bits
 from runner.presenter.errors import GraphicsError, PresentationError
 from runner.presenter.pointer import Pointer
 from runner.presenter.surfaces import gl_calls
-from runner.presenter.surfaces.gamma_tables import LoadedTable, monitor_names, set_tables
+from runner.presenter.surfaces.gamma_tables import SETTABLE, LoadedTable, monitor_names, set_tables
 from runner.presenter.surfaces.gl_calls import Codes, GlCalls
 from runner.presenter.surfaces.glfw_session import ContextLoader, GlfwSession, function_address
 from runner.presenter.surfaces.identity_tables import IdentityTables
@@ -193,6 +193,12 @@ class GlfwSurface:
 
     def _load_identity(self) -> None:
         """Load the identity as gamma table of the monitors, until the window is closed."""
+        server = self._session.display_server
+        if server not in (*SETTABLE, "wayland"):  # Wayland's own reason is with its tables
+            raise PresentationError(
+                f"the identity cannot be loaded as gamma table on {server}, where a table goes back when the process "
+                "that set it ends (take gamma_table out of the rig file, and measure with the table that is loaded)"
+            )
         try:
             for before in self.gamma_tables().values():
                 self._identity.load(before)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +16,8 @@ from documents import InputError
 from documents.platform import boot_id
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces import identity_tables
-from runner.presenter.surfaces.gamma_tables import LoadedTable, set_tables
+from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable, set_tables
+from runner.presenter.surfaces.glfw_session import GlfwSession
 from runner.presenter.surfaces.identity_tables import IdentityTables, restore_left, state_folder
 from runner.presenter.surfaces.screens import monitors
 from runner.presenter.surfaces.surface import open_surface
@@ -218,6 +219,42 @@ def forget(identity: IdentityTables) -> None:
     """Let go of the lock as a dead process does."""
     for lock in identity._held.values():
         lock.release()
+
+
+def test_each_monitor_gets_its_own_back() -> None:
+    powers = {"DP-1": 1.2, "DP-2": 0.8}
+    there = {name: GammaTable.from_shares(np.linspace(0, 1, 256) ** power) for name, power in powers.items()}
+
+    def read() -> dict[str, LoadedTable]:
+        return {name: LoadedTable(name, table, table.entries) for name, table in there.items()}
+
+    def load(tables: Mapping[str, Entries]) -> None:
+        there.update({name: GammaTable(entries) for name, entries in tables.items()})
+
+    identity = IdentityTables(load)
+    for before in read().values():
+        identity.load(before)
+    assert all(table.is_identity for table in there.values())
+    forget(identity)
+    assert len(restore_left(read, load)) == 2
+    assert all(is_power(there[name], power) for name, power in powers.items())
+    again = IdentityTables(load)
+    for before in read().values():
+        again.load(before)
+    again.close(read)
+    assert all(is_power(there[name], power) for name, power in powers.items())
+    assert kept() == []
+
+
+def test_the_identity_is_refused_where_it_would_not_stay(load_table: Load, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(GlfwSession, "display_server", "cocoa")
+    with pytest.raises(PresentationError, match="cannot be loaded as gamma table on cocoa"):
+        WindowSurface(SIZE_PX, windowed=True, identity=True)
+    monkeypatch.setattr(GlfwSession, "display_server", "wayland")
+    with pytest.raises(PresentationError, match="Wayland does not let programs"):
+        WindowSurface(SIZE_PX, windowed=True, identity=True)
+    monkeypatch.undo()
+    assert kept() == []
 
 
 def test_a_table_of_before_the_machine_was_started_is_not_restored(monkeypatch: pytest.MonkeyPatch) -> None:
