@@ -1,3 +1,4 @@
+from .carried_text import carried as carried
 from .cube import CubeInput as CubeInput
 from .cube import WrittenCube as WrittenCube
 from .cube import cube_of_model as cube_of_model
@@ -6,7 +7,6 @@ from .display_model import ProfileModel as ProfileModel
 from .display_model import model_of_profile as model_of_profile
 from .profile import Profile as Profile
 from .profile import read_profile as read_profile
-from .readings import carried as carried
 from .readings import profile_measurements as profile_measurements
 from .readings import read_profile_measurements as read_profile_measurements
 from .write import ProfileKind as ProfileKind

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,20 +11,16 @@ from numpy.typing import NDArray
 
 from devices.display import GammaTable
 from devices.errors import DeviceError
-from devices.measurements.cgats import CgatsTable, read_table
+from devices.measurements.cgats import CgatsTable
 from devices.measurements.table import Measurements
 from devices.measurements.ti3 import parse_ti3
+from devices.profiles.carried_text import CarriedText, carried
 from devices.profiles.profile import MatrixModel, Profile, read_profile
-from devices.profiles.tag_table import Tag
 from documents import Finding
 from documents.text import counted
 
 Floats = NDArray[np.float64]
 
-# Where programs keep the readings: Argyll in the first, and with ProfileMaker codes and colours apart in the others.
-_TEXTS = ("targ", "CIED", "DevD")
-_RGB, _XYZ = ("RGB_R", "RGB_G", "RGB_B"), ("XYZ_X", "XYZ_Y", "XYZ_Z")
-_KEYS = ("SAMPLE_ID", "SampleID", "SAMPLE_NAME")
 # Levels of a model's ramps and of the cube of its mixtures.
 _RAMP, _CUBE = 21, 5
 # From this share of the black point on, light at code 0 is the display's black, and not what rounding leaves.
@@ -65,84 +61,10 @@ def profile_measurements(profile: Profile, white_cd_m2: float | None = None) -> 
     return _sampled(profile, white_cd_m2)
 
 
-@dataclass(frozen=True, slots=True)
-class CarriedText:
-    """The ``lines`` of a table of readings, and the ``place`` in the file that findings carry."""
-
-    place: str
-    lines: list[str]
-    table: CgatsTable
-
-
-def carried(profile: Profile) -> CarriedText | None:
-    """Return the readings inside ``profile`` as text, None where there are none of RGB and XYZ or spectra.
-
-    Raises
-    ------
-    DeviceError
-        If a table of readings is damaged.
-    """
-    tables: dict[str, CarriedText] = {}
-    for name in _TEXTS:
-        tag = profile.tag(name)
-        lines = [] if tag is None else _lines(tag)
-        if not any(line.split()[:1] == ["BEGIN_DATA_FORMAT"] for line in lines):
-            continue
-        place = f"{profile.file}[{name}]"
-        text = CarriedText(place, lines, read_table(lines, place))
-        if set(_RGB) <= set(text.table.names()) and _has_light(text.table):
-            return text
-        tables[name] = text
-    if "CIED" in tables and "DevD" in tables:
-        return _joined(tables["DevD"], tables["CIED"], profile.file)
-    return None
-
-
-def _lines(tag: Tag) -> list[str]:
-    """Return the lines of a tag of text, none where it is something else."""
-    if tag.type not in ("text", "utf8"):
-        return []
-    return tag.data[8:].split(b"\0", 1)[0].decode("utf-8", errors="replace").splitlines()
-
-
-def _has_light(table: CgatsTable) -> bool:
-    names = table.names()
-    return set(_XYZ) <= set(names) or any(name.startswith("SPEC_") for name in names)
-
-
-def _joined(codes: CarriedText, colours: CarriedText, file: str) -> CarriedText | None:
-    """Return codes and colours of the same samples as one table; None where they are no RGB or no light."""
-    key = next((key for key in _KEYS if key in codes.table.names() and key in colours.table.names()), None)
-    if key is None or not set(_RGB) <= set(codes.table.names()) or not _has_light(colours.table):
-        return None
-    at = codes.table.names().index(key)
-    own = {row[at].text: row for row in codes.table.rows}
-    names = colours.table.names()
-    wanted = [name for name in names if name in _XYZ or name.startswith("SPEC_")]
-    head = [
-        f'{word} "{cell.text}"'
-        for word, cell in colours.table.keywords.items()
-        if word.startswith(("SPECTRAL_", "NORMALIZED_", "LUMINANCE_"))
-    ]
-    rows = []
-    for row in colours.table.rows:
-        sample = row[names.index(key)]
-        if sample.text not in own:
-            raise DeviceError(colours.table.finding(f"{key} {sample.text} has no codes in 'DevD'", sample))
-        code = [own[sample.text][codes.table.names().index(name)].text for name in _RGB]
-        rows.append(" ".join([f'"{sample.text}"', *code, *(row[names.index(name)].text for name in wanted)]))
-    lines = ["CTI3", *head, "BEGIN_DATA_FORMAT", " ".join(["SAMPLE_ID", *_RGB, *wanted]), "END_DATA_FORMAT"]
-    lines += ["BEGIN_DATA", *rows, "END_DATA"]
-    place = f"{file}[DevD, CIED]"
-    return CarriedText(place, lines, read_table(lines, place))
-
-
 def _carried_readings(text: CarriedText, profile: Profile, white_cd_m2: float | None) -> Measurements:
     readings = parse_ti3(text.lines, text.place)
     notes = [f"the {counted(len(readings), 'reading', 'readings')} inside the profile were read"]
-    relative = text.table.keywords.get("NORMALIZED_TO_Y_100")
-    unknown = relative is not None and relative.text.strip().upper() == "YES"
-    if unknown and "LUMINANCE_XYZ_CDM2" not in text.table.keywords:
+    if _relative(text.table, readings, known=not (white_cd_m2 is None and profile.luminance_cd_m2 is None)):
         luminance = profile.white_cd_m2(white_cd_m2)
         whose = "--white-cd-m2" if white_cd_m2 is not None else "the profile's 'lumi'"
         notes.append(f"their XYZ are relative, and were brought to cd/m² by a white of {luminance:g} ({whose})")
@@ -193,6 +115,18 @@ def _sampled(profile: Profile, white_cd_m2: float | None) -> Measurements:
         notes.append(f"the table's white has Y = {white:.4g}; Y = 1 was taken for {luminance:g} cd/m²")
     names = tuple("r{:.4g} g{:.4g} b{:.4g}".format(*(255.0 * row)) for row in codes)
     return _through_gamma_table(Measurements(codes, absolute, names, assumptions=tuple(notes)), profile)
+
+
+def _relative(table: CgatsTable, readings: Measurements, *, known: bool) -> bool:
+    """Whether the XYZ of ``readings`` are relative to a white of Y = 100.
+
+    The table says so, or, as old ones do, says nothing and its white is 100.00: then, if it is ``known`` how bright the
+    white is. Otherwise the readings are taken as they are, of which the fit warns.
+    """
+    said = table.keywords.get("NORMALIZED_TO_Y_100")
+    if "LUMINANCE_XYZ_CDM2" in table.keywords or (said is not None and said.text.strip().upper() != "YES"):
+        return False
+    return said is not None or (known and len(readings) > 0 and abs(float(readings.XYZ[:, 1].max()) - 100.0) < 0.005)
 
 
 def _through_gamma_table(readings: Measurements, profile: Profile) -> Measurements:

@@ -36,9 +36,10 @@ def test_measurements_inside_are_read_as_from_their_own_file(tmp_path: Path, tag
     assert found.assumptions[0] == "the 6 readings inside the profile were read"
 
 
-def test_codes_and_colours_apart_are_joined_by_their_samples(tmp_path: Path) -> None:
+@pytest.mark.parametrize("full", [100, 255])
+def test_codes_and_colours_apart_are_joined_by_their_samples(tmp_path: Path, full: int) -> None:
     codes = ["IT8.7/3", "BEGIN_DATA_FORMAT", "SAMPLE_ID RGB_R RGB_G RGB_B", "END_DATA_FORMAT", "BEGIN_DATA"]
-    codes += [f"{i} " + " ".join(f"{100 * v}" for v in row) for i, row in enumerate(CODES.tolist())]
+    codes += [f"{i} " + " ".join(f"{full * v}" for v in row) for i, row in enumerate(CODES.tolist())]
     light = ["IT8.7/3", "BEGIN_DATA_FORMAT", "SAMPLE_ID XYZ_X XYZ_Y XYZ_Z", "END_DATA_FORMAT", "BEGIN_DATA"]
     rows = [f"{i} " + " ".join(f"{v}" for v in row) for i, row in enumerate(LIGHT.tolist())]
     tags = matrix_tags(para(0, 2.2)) | {"DevD": text("\n".join([*codes, "END_DATA"]))}
@@ -66,6 +67,16 @@ def test_relative_readings_take_the_profiles_luminance_or_the_callers(tmp_path: 
     path = _file(tmp_path, {"targ": text(format_ti3(READINGS))})
     with pytest.raises(DeviceError, match="in cd/m², and --white-cd-m2 90 was given"):
         read_measurements(path, white_cd_m2=90.0)
+
+
+def test_a_white_of_exactly_100_is_relative_where_it_is_known_how_bright_it_is(tmp_path: Path) -> None:
+    light = LIGHT * 100 / LIGHT[-1, 1]
+    lines = format_ti3(Measurements(CODES, light)).splitlines()
+    silent = {"targ": text("\n".join(line for line in lines if not line.startswith(("NORMALIZED", "LUMINANCE"))))}
+    np.testing.assert_allclose(read_measurements(_file(tmp_path, silent)).XYZ, light)
+    np.testing.assert_allclose(read_measurements(_file(tmp_path, silent), white_cd_m2=80.0).XYZ, 0.8 * light)
+    bright = silent | {"lumi": matrix_tags(curv(), lumi=300.0)["lumi"]}
+    np.testing.assert_allclose(read_measurements(_file(tmp_path, bright)).XYZ, 3 * light)
 
 
 def test_codes_are_those_that_the_gamma_table_sent(tmp_path: Path) -> None:
