@@ -11,8 +11,8 @@ import numpy as np
 from curves import seconds, write
 
 from devices.colour_matching import ColorimetricObserver, colorimetric_observer, individual_observers
+from devices.diagnostics import ScreenSpectra, observer_metamerism
 from devices.measurements import xyz_from_spectra
-from stimuli.spectral import ScreenSpectra, observer_metamerism
 
 FINE = np.arange(390.0, 781.0)
 PERSONS, THEIRS, REFERENCE = (10, 100, 1000), 10, 4000

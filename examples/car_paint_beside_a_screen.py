@@ -6,7 +6,7 @@ python examples/car_paint_beside_a_screen.py
 import numpy as np
 
 from devices.colour_matching import colorimetric_observer, individual_observers
-from stimuli.spectral import ScreenSpectra, observer_metamerism
+from devices.diagnostics import ScreenSpectra, observer_metamerism
 
 wavelengths_nm = np.arange(390.0, 781.0)
 

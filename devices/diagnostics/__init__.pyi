@@ -10,4 +10,8 @@ from .examination import MeasuredSet as MeasuredSet
 from .examination import examine as examine
 from .examination import judge_display as judge_display
 from .examination import read_sets as read_sets
+from .metamerism import ObserverMetamerism as ObserverMetamerism
+from .metamerism import ScreenSpectra as ScreenSpectra
+from .metamerism import observer_metamerism as observer_metamerism
+from .metamerism import screen_spectra as screen_spectra
 from .readings import plain as plain

@@ -13,6 +13,7 @@ from devices.diagnostics.diagnosis import Diagnosis, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
+from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, cable_colours, plain, primaries, tagged, untagged
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
@@ -34,11 +35,12 @@ SPECIAL: tuple[tuple[Examination, Kind], ...] = (
     (angular_luminance, "angle"),
 )
 # Checks of the primaries and their mixtures, for which the colours of the set ``cable`` serve too.
-OF_PRIMARIES = (primary_colours, spectral_overlap, gamut, additivity)
+OF_PRIMARIES = (primary_colours, spectral_overlap, gamut, additivity, observers_differ)
 TIMELY: tuple[Examination, ...] = (repeatability, warm_up, drift)
 CHECKS: tuple[Examination, ...] = (
     primary_colours,
     spectral_overlap,
+    observers_differ,
     gamut,
     channel_constancy,
     additivity,

@@ -1,9 +1,5 @@
 from .convert import VirtualCamera as VirtualCamera
 from .convert import convert_spectral as convert_spectral
 from .light import Illumination as Illumination
-from .metamerism import ObserverMetamerism as ObserverMetamerism
-from .metamerism import ScreenSpectra as ScreenSpectra
 from .metamerism import metamerism_of_files as metamerism_of_files
-from .metamerism import observer_metamerism as observer_metamerism
-from .metamerism import screen_spectra as screen_spectra
 from .picture import Quantity as Quantity

@@ -14,10 +14,9 @@ from devices.colour_matching import (
     individual_observers,
 )
 from devices.colour_matching.cie_2006_xyz import xyz_from_lms
+from devices.diagnostics import ScreenSpectra, observer_metamerism
 from devices.errors import DeviceError
 from devices.measurements import sampling_error, xyz_from_spectra
-from stimuli.errors import StimulusError
-from stimuli.spectral import ScreenSpectra, observer_metamerism
 
 pytestmark = pytest.mark.stress
 
@@ -143,6 +142,6 @@ def test_hostile_spectra_are_refused_in_one_message_each() -> None:
         paint = {"paint": np.ones(len(waves))}
         screen = ScreenSpectra(WAVES, np.zeros(len(WAVES)), np.eye(3, len(WAVES)))
         match = colorimetric_observer("CIE 1931 2")
-        with pytest.raises(StimulusError) as refused:
+        with pytest.raises(DeviceError) as refused:
             observer_metamerism(paint, np.ones(len(waves)), waves, screen, (match,), matched_for=match)
         assert len(refused.value.findings) == 1

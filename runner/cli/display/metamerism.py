@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from stimuli.spectral import ObserverMetamerism
+    from devices.diagnostics import ObserverMetamerism
 
 
 @click.command(name="metamerism")

@@ -13,6 +13,7 @@ from devices.diagnostics.colours import chromaticities, primary_colours, spectra
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, transmittance
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
+from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
 from devices.diagnostics.stability import drift, repeatability, warm_up
 from devices.display.model import DisplayModel
@@ -287,6 +288,33 @@ def test_overlapping_spectra_fail() -> None:
     assert "red and green" in found.words
 
 
+def test_primaries_that_divide_observers_are_found_and_broad_ones_are_not() -> None:
+    linear = np.stack([curve.linear(CLEAN.codes[:, i]) for i, curve in enumerate(MODEL.curves)], axis=1)
+    waves = np.arange(380.0, 781.0, 4)
+    values = []
+    for width in (8.0, 50.0):
+        narrow = np.array([np.exp(-(((waves - peak) / width) ** 2)) for peak in (630.0, 532.0, 460.0)])
+        found = observers_differ(replace(CLEAN, spectra=0.01 * linear @ narrow, wavelengths_nm=waves))
+        assert found.verdict == "no_limit"
+        assert "matched on the screen for CIE 1931 2°" in found.words
+        values.append(_found(found))
+    assert values[0] > 1.5 * values[1] > 0
+    assert observers_differ(CLEAN).words == "The readings are XYZ alone, without spectra."
+
+
+def test_a_screen_of_daylight_itself_divides_nobody() -> None:
+    from colour.colorimetry.datasets import SDS_ILLUMINANTS
+
+    waves = np.arange(380.0, 781.0, 5)
+    light = np.interp(waves, SDS_ILLUMINANTS["D65"].wavelengths, SDS_ILLUMINANTS["D65"].values)
+    # Filters before daylight whose sum is clear.
+    red, blue = 1 / (1 + np.exp((590 - waves) / 10)), 1 / (1 + np.exp((waves - 490) / 10))
+    filters = np.stack([red, 1 - red - blue, blue])
+    codes = np.vstack([np.zeros(3), np.eye(3), np.ones(3)])
+    readings = Measurements(codes, codes @ np.eye(3), spectra=1e-3 * codes @ (filters * light), wavelengths_nm=waves)
+    assert _found(observers_differ(readings)) < 0.01
+
+
 def test_nothing_is_judged_by_too_little() -> None:
     few = CLEAN.select(np.arange(3))
     for check in (
@@ -298,6 +326,7 @@ def test_nothing_is_judged_by_too_little() -> None:
         angular_luminance,
         primary_colours,
         spectral_overlap,
+        observers_differ,
         gamut,
         channel_constancy,
         additivity,

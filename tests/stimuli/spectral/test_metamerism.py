@@ -17,12 +17,12 @@ from devices.colour_matching import (
     individual_observer,
     individual_observers,
 )
+from devices.diagnostics import ScreenSpectra, observer_metamerism, screen_spectra
 from devices.errors import DeviceError
 from devices.measurements import Measurements, xyz_from_spectra
 from devices.measurements.ti3 import write_ti3
 from documents import InputError
-from stimuli.errors import StimulusError
-from stimuli.spectral import ScreenSpectra, metamerism_of_files, observer_metamerism, screen_spectra
+from stimuli.spectral import metamerism_of_files
 
 WAVES = np.arange(390.0, 781.0)
 BLUE_PAINT = 0.05 + 0.5 * np.exp(-(((WAVES - 470) / 40) ** 2)) + 0.15 / (1 + np.exp((700 - WAVES) / 8))
@@ -146,9 +146,9 @@ def test_the_screen_comes_from_readings_with_spectra() -> None:
     np.testing.assert_allclose(found.primaries, screen.primaries, rtol=1e-6, atol=1e-12)
     assert found.notes == ()
     readings = _readings()
-    with pytest.raises(StimulusError, match="blue at full drive, the others at 0, was not read"):
+    with pytest.raises(DeviceError, match="blue at full drive, the others at 0, was not read"):
         screen_spectra(readings.select([0, 1, 2]))
-    with pytest.raises(StimulusError, match=r"d.csv: the readings have no spectra"):
+    with pytest.raises(DeviceError, match=r"d.csv: the readings have no spectra"):
         screen_spectra(Measurements(readings.codes, readings.XYZ), "d.csv")
     assert "black was not read" in screen_spectra(readings.select([1, 2, 3])).notes[0]
     assert readings.spectra is not None
@@ -162,9 +162,7 @@ def test_the_screen_comes_from_readings_with_spectra() -> None:
 def test_spectra_too_short_or_too_coarse_are_refused(waves: np.ndarray) -> None:
     match = colorimetric_observer("CIE 2015 10")
     flat = {"flat": np.full(len(waves), 0.5)}
-    with pytest.raises(
-        StimulusError, match=r"the object.s spectra run over .*400\.\.700 nm .*for CIE 2015 10"
-    ) as caught:
+    with pytest.raises(DeviceError, match=r"the object.s spectra run over .*400\.\.700 nm .*for CIE 2015 10") as caught:
         observer_metamerism(flat, np.ones(len(waves)), waves, _screen(), (match,), matched_for=match)
     assert len(caught.value.findings) == 1
 
@@ -177,12 +175,12 @@ def test_what_determines_no_colour_is_refused() -> None:
         (PAINTS, alike, "primaries are so nearly alike"),
         ({"ink": np.full(len(WAVES), -0.1)}, _screen(), "the reflectance of ink is negative"),
     ):
-        with pytest.raises(StimulusError, match=says):
+        with pytest.raises(DeviceError, match=says):
             observer_metamerism(paints, _light(WAVES), WAVES, screen, (match,), matched_for=match)
     one = {"grey": np.ones(1)}
-    with pytest.raises(StimulusError, match="have 1 wavelengths"):
+    with pytest.raises(DeviceError, match="have 1 wavelengths"):
         observer_metamerism(one, np.ones(1), np.array([550.0]), _screen(), (match,), matched_for=match)
-    with pytest.raises(StimulusError, match="the light has no luminance"):
+    with pytest.raises(DeviceError, match="the light has no luminance"):
         observer_metamerism(PAINTS, np.zeros(len(WAVES)), WAVES, _screen(), (match,), matched_for=match)
 
 
