@@ -14,7 +14,9 @@ from devices.diagnostics.metamerism import observer_metamerism, screen_spectra
 from devices.errors import DeviceError
 from devices.measurements import Measurements
 
-OBSERVERS_DIFFER = Check("observer_metamerism", "White beside daylight, to other observers", None, "ΔE00", "Asano et al. 2016")
+OBSERVERS_DIFFER = Check(
+    "observer_metamerism", "White beside daylight, to other observers", None, "ΔE00", "Asano et al. 2016"
+)
 _PERSONS, _FIELD_DEG, _AGES = 500, 10.0, (20.0, 60.0)
 
 
