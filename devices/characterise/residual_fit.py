@@ -102,22 +102,26 @@ def knots_among(light: Floats, most: int) -> Floats:
 
 
 def _ranked(patches: Patches, begin: Plvc, spread: Floats) -> list[_Kernels]:
-    """Return the settings, the one first whose fits to all other readings miss each by the least."""
+    """Return the settings, the one first whose fits to all other readings miss each by the least.
+
+    Knots and width come first, at one stiffness, then the stiffness.
+    """
     rows = np.arange(len(patches))
     if len(rows) > _MOST_JUDGED:
         rows = np.unique(np.round(np.linspace(0, len(rows) - 1, _MOST_JUDGED)).astype(int))
     some = patches.select(rows)
     light = _light(curves_of(begin), some.codes)
     A, target = _linearised(some, begin.xyz_of_linear(light), begin.black_XYZ_cd_m2)
-    scored: list[tuple[float, int, _Kernels]] = []
-    for count, width in product(KNOTS, WIDTHS):
-        functions = _Kernels(spread[:count], width, 1.0).functions(light)
-        J = _columns(A, functions)
-        for stiffness in STIFFNESSES:
-            setting = _Kernels(spread[:count], width, stiffness)
-            left = _left_out(J, target, setting.penalty()).reshape(-1, 3)
-            scored.append((float(np.sqrt((left**2).sum(axis=1)).mean()), len(scored), setting))
-    return [setting for _, _, setting in sorted(scored, key=lambda one: one[:2])]
+
+    def ranked(settings: list[_Kernels]) -> list[_Kernels]:
+        scores = []
+        for place, setting in enumerate(settings):
+            left = _left_out(_columns(A, setting.functions(light)), target, setting.penalty()).reshape(-1, 3)
+            scores.append((float(np.sqrt((left**2).sum(axis=1)).mean()), place))
+        return [settings[place] for _, place in sorted(scores)]
+
+    best, *others = ranked([_Kernels(spread[:count], width, _FIRST[2]) for count, width in product(KNOTS, WIDTHS)])
+    return [*ranked([replace(best, stiffness=stiffness) for stiffness in STIFFNESSES]), *others]
 
 
 def _fitted(patches: Patches, begin: Plvc, curves: Curves, setting: _Kernels) -> Plvc:

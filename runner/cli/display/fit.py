@@ -250,7 +250,7 @@ def _print_candidates(candidates: Sequence[Candidate], chosen: str, console: Con
                 _number(candidate.r2_average),
                 _number(candidate.condition, ".0f"),
                 _number(candidate.inversion_error_codes, ".1g"),
-                _number(candidate.table_error_codes, ".2g"),
+                _number(candidate.table_error_codes, ".1g"),
             ]
         )
     columns = ("model", "free", "mean", "p95", "max", "dark", "fit", "R²", "cond.", "inverse", "table")
