@@ -27,7 +27,18 @@ class CarriedText:
 
 
 def carried(profile: Profile) -> CarriedText | None:
-    """Return the readings inside ``profile`` as text, None where there are none of RGB and XYZ or spectra.
+    """Return the measurements inside a profile as text.
+
+    Parameters
+    ----------
+    profile
+        A profile that `devices.profiles.read_profile` has read.
+
+    Returns
+    -------
+    CarriedText or None
+        The lines of a table of codes with XYZ or spectra, from the tag ``targ``, ``CIED`` or ``DevD``, or from the
+        latter two joined; None where there is no such table.
 
     Raises
     ------

@@ -54,7 +54,25 @@ def read_profile_measurements(path: str | Path, white_cd_m2: float | None = None
 
 
 def profile_measurements(profile: Profile, white_cd_m2: float | None = None) -> Measurements:
-    """Return ``profile`` as readings; see `read_profile_measurements`."""
+    """Return a profile as readings.
+
+    Parameters
+    ----------
+    profile
+        A profile that `devices.profiles.read_profile` has read.
+    white_cd_m2
+        Luminance of the white in cd/m², above 0, in place of what the profile says of it.
+
+    Returns
+    -------
+    Measurements
+        As `devices.profiles.read_profile_measurements`.
+
+    Raises
+    ------
+    DeviceError
+        As `devices.profiles.read_profile_measurements`.
+    """
     kept = carried(profile)
     if kept is not None:
         return _carried_readings(kept, profile, white_cd_m2)
