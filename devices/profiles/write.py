@@ -230,11 +230,16 @@ def _srgb(lift: float, full: float) -> bytes:
 
 
 def _judged(model: DisplayModel, tags: dict[str, bytes], kind: ProfileKind, points: int) -> WrittenProfile:
-    """Return the profile of ``tags`` with its differences from ``model``, as it is read back from its bytes."""
+    """Return the profile of ``tags`` with its differences from ``model``, as it is read back from its bytes.
+
+    A fitted model may give X or Z below 0 for saturated colours, which no light has and no profile holds: there it is
+    the nearest that one holds that counts.
+    """
     data = tag_bytes.profile(tags, D50)
     profile = profile_of(parse_profile_file(data, "profile"))
     codes = _probes()
-    wanted = model.xyz(codes)
+    relative = np.maximum(model.xyz(codes) @ profile.adaptation.T / profile.white_cd_m2(None), 0.0)
+    wanted = profile.absolute(relative, profile.white_cd_m2(None))
     white = model.xyz(np.ones(3))
     source = profile.matrix if kind == "matrix" else profile.table
     assert source is not None
@@ -244,7 +249,6 @@ def _judged(model: DisplayModel, tags: dict[str, bytes], kind: ProfileKind, poin
     if kind == "table":
         tag = profile.tag("B2A0")
         assert tag is not None
-        relative = wanted @ profile.adaptation.T / profile.white_cd_m2(None)
         back = _differences(model.xyz(read_table(tag, "XYZ").through(relative / XYZ_RANGE)), wanted, white)
     return WrittenProfile(
         data, kind, points, float(off.mean()), float(off.max()), float(back.mean()), float(back.max())
