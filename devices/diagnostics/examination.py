@@ -17,7 +17,8 @@ from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, cable_colours, plain, primaries, tagged, untagged
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
-from devices.diagnostics.stability import drift, repeatability, warm_up
+from devices.diagnostics.stability import drift, repeatability
+from devices.diagnostics.warm_up import warm_up
 from devices.display.display_file import EyeModels, read_display
 from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError

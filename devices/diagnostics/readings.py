@@ -3,7 +3,8 @@
 A name may say after its ``@`` where on the panel, from what angle, or beside what the patch was read:
 ``gray120@r1c3`` was read in row 1, column 3 of a grid over the panel; ``white@30deg`` and ``white@v-20deg`` from 30° to
 the right and 20° below; ``gray120@on-white`` as a patch on a white screen; ``black@other=red`` while the other eye's
-picture was red; ``gray120@warm-up`` while the display warmed up; ``white@no-glasses`` without the glasses;
+picture was red; ``gray120@warm-up`` while the display warmed up, ``gray120@warm-up-r2c1`` at a
+place of the screen meanwhile; ``white@no-glasses`` without the glasses;
 ``grey120@cable`` to show what codes pass on their way to the light. ``#2`` and so on behind a name counts its showings.
 Every other name is a plain reading: full screen, at the centre, straight ahead, through the glasses, once the display
 is warm. A reading whose patch did not fill the picture (`Measurements.area`) is plain only where all without a tag
@@ -29,7 +30,7 @@ _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("angle", re.compile(r"([hv]?)([+-]?\d+(?:\.\d+)?)(?:deg|°)", re.IGNORECASE)),
     ("surround", re.compile(r"on[- ](.+)", re.IGNORECASE)),
     ("other", re.compile(r"other=(.+)", re.IGNORECASE)),
-    ("warm-up", re.compile(r"warm-?up", re.IGNORECASE)),
+    ("warm-up", re.compile(r"warm-?up(?:[- ]r([1-9]\d?)c([1-9]\d?))?", re.IGNORECASE)),
     ("cable", re.compile(r"cable[- ]?(.*)", re.IGNORECASE)),
     ("no-glasses", re.compile(r"(?:no|without)[- ]glasses", re.IGNORECASE)),
 )
@@ -55,7 +56,7 @@ def tag(name: str) -> Tag | None:
     if at:
         for kind, pattern in _PATTERNS:
             if match := pattern.fullmatch(words.strip()):
-                return Tag(base.strip().lower(), kind, tuple(part.strip().lower() for part in match.groups()))
+                return Tag(base.strip().lower(), kind, tuple((part or "").strip().lower() for part in match.groups()))
     return None
 
 

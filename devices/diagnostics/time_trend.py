@@ -22,7 +22,7 @@ Basis = Callable[[Floats], Floats]
 
 _MOST_KNOTS = 10
 _TIME_CONSTANTS = (0.1, 0.3, 1.0)  # of the span of time
-_STIFFNESSES = (1.0, 1e-1, 1e-2, 1e-3, 1e-4)
+_STIFFNESSES = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)
 # Fewer readings beyond one of each patch leave no error to judge a trend by.
 FEWEST_SPARE = 2
 _DRAWS = 1999

@@ -115,7 +115,8 @@ WHITE = Patch("white", (1.0, 1.0, 1.0))
 class PatchSet:
     """Patches of different names, or read through different lenses, and where they come from.
 
-    Each is shown ``repeats`` times. Black and white come throughout a set that is a ``characterisation``.
+    Each is shown ``repeats`` times. Black and white come throughout a set that is a ``characterisation``. A set in
+    ``rounds`` keeps its order, all patches once before any is shown again, however often the instrument is moved.
 
     Raises DeviceError if there are none, two share a name, or ``repeats`` is below 1.
     """
@@ -125,6 +126,7 @@ class PatchSet:
     source: str = ""
     repeats: int = 1
     characterisation: bool = True
+    rounds: bool = False
 
     def __post_init__(self) -> None:
         if not self.patches:
@@ -184,7 +186,8 @@ def steps(
 
     In a characterisation, black and white come first, again after every ``repeat_every`` patches, and last, so that the
     set's own black and white are not shown again; with 0, nothing is repeated. Sets come one after the other, but all
-    patches of one arrangement of the instrument (in a measurement of ``eye``) together, so that it is moved least.
+    patches of one arrangement of the instrument (in a measurement of ``eye``) together, so that it is moved least; a
+    set in rounds keeps its own.
 
     Parameters
     ----------
@@ -218,8 +221,11 @@ def steps(
     if repeat_every < 0:
         raise DeviceError(Finding(f"patches cannot be repeated every {repeat_every}", remedy="0 repeats none"))
     sets = (patches,) if isinstance(patches, PatchSet) else tuple(patches)
-    together: dict[Arrangement, list[Patch]] = {}
+    together: dict[Arrangement | str, list[Patch]] = {}
     for patch_set in sets:
+        if patch_set.rounds:
+            together[patch_set.name] = list(patch_set.patches) * patch_set.repeats
+            continue
         for patch in _ordered(patch_set, seed, repeat_every, shuffled=shuffled):
             together.setdefault(patch.arrangement(eye), []).append(patch)
     times: Counter[str] = Counter()

@@ -121,6 +121,22 @@ def warm_up(repeats: int = 31, every_s: float = 60.0) -> PatchSet:
     return _special("warm-up", [patch], f"a grey {repeats} times, every {every_s:g} s", repeats)
 
 
+def warm_up_places(repeats: int = 7, every_s: float = 300.0) -> PatchSet:
+    """Return one grey over the screen, read at three places along its middle (thesis Figure 3.8), round after round.
+
+    There are ``repeats`` rounds, each begun at least ``every_s`` seconds after the last reading of the one before.
+    """
+    code = _WARM_UP_CODE
+    grey: Codes = (code, code, code)
+    waits = {1: every_s, 2: 0.0, 3: 0.0}
+    patches = [
+        Patch(f"gray120@warm-up-r2c{column}", grey, grey, place=Place(2, column), wait_s=wait_s)
+        for column, wait_s in waits.items()
+    ]
+    source = f"a grey at three places {repeats} times, every {every_s:g} s"
+    return PatchSet("warm-up-places", tuple(patches), source, repeats, characterisation=False, rounds=True)
+
+
 def glasses() -> PatchSet:
     """Return greys, the primaries and black, through the glasses and without them."""
     levels = [number / 8 for number in range(1, 8)]
@@ -151,6 +167,7 @@ CHARACTERISATIONS: Mapping[str, Callable[[], PatchSet]] = MappingProxyType(
 DIAGNOSTIC: Mapping[str, Callable[[], PatchSet]] = MappingProxyType(
     {
         "warm-up": warm_up,
+        "warm-up-places": warm_up_places,
         "repeatability": repeatability,
         "additivity": additivity,
         "on-white": on_surrounds,
@@ -219,8 +236,10 @@ def find_sets(
     sets = tuple(find_patches(name, code_range) for name in wanted)
     if every_s is None:
         return sets
+    timed = {"warm-up": warm_up, "warm-up-places": warm_up_places}
     return tuple(
-        warm_up(patch_set.repeats, every_s) if patch_set.name == "warm-up" else patch_set for patch_set in sets
+        timed[patch_set.name](patch_set.repeats, every_s) if patch_set.name in timed else patch_set
+        for patch_set in sets
     )
 
 

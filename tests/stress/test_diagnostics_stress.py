@@ -15,10 +15,12 @@ from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.drift import estimate_drift
 from devices.diagnostics.examination import MeasuredSet, examine
 from devices.diagnostics.eyewear import crosstalk
-from devices.diagnostics.stability import drift, warm_up
+from devices.diagnostics.stability import drift
+from devices.diagnostics.warm_up import warm_up
 from devices.display.display_file import EyeModels
 from devices.measurements import Measurements
 from tests.devices.diagnostics import test_hostile_readings as hostile
+from tests.devices.diagnostics import test_warm_up_places as places
 from tests.devices.diagnostics.simulated import MODEL, characterisation, crosstalk_readings, one_patch
 
 pytestmark = pytest.mark.stress
@@ -37,6 +39,12 @@ def test_noise_alone_is_corrected_for_drift_in_one_of_a_hundred_runs() -> None:
     for noise in (0.0005, 0.002, 0.02):
         seen = sum(estimate_drift(characterisation(seed, noise)).seen for seed in range(RUNS))
         assert seen <= 20, noise  # more in 1 of 500 at 1 %
+
+
+def test_places_that_warm_up_alike_are_called_different_in_one_of_a_hundred_runs() -> None:
+    for excess in (0.0, -0.02, -0.3):
+        runs = (warm_up(places.readings(places.ALIKE, seed, excess=excess)).words for seed in range(300))
+        assert sum("The places differ" in words for words in runs) <= 9, excess  # more in 1 of 500 at 1 %
 
 
 def test_a_steady_display_is_rarely_called_still_warming_up() -> None:

@@ -21,8 +21,8 @@ Command = Callable[..., Any]
 # As devices.instruments.INSTRUMENTS and devices.patches.BUILT_IN have them; repeated here so that help appears at once.
 INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
 SETS = (
-    "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, repeatability, additivity, on-white, "
-    "cable, uniformity, angles, crosstalk, glasses; all; or FILE.csv."
+    "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, warm-up-places, repeatability, "
+    "additivity, on-white, cable, uniformity, angles, crosstalk, glasses; all; or FILE.csv."
 )
 
 

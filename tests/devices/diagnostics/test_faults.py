@@ -15,7 +15,8 @@ from devices.diagnostics.eyewear import glasses_transmittance, luminance_loss, t
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence
-from devices.diagnostics.stability import drift, repeatability, warm_up
+from devices.diagnostics.stability import drift, repeatability
+from devices.diagnostics.warm_up import warm_up
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from devices.measurements import Measurements

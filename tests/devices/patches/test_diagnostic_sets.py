@@ -122,4 +122,18 @@ def test_wrong_patches_are_refused() -> None:
 
 def test_sets_are_named_once_and_all_holds_one_for_each_diagnosis() -> None:
     assert [one.name for one in find_sets(("grey", "uniformity", "grey"))] == ["grey", "uniformity"]
-    assert set(DIAGNOSTIC) <= {one.name for one in find_sets(("all",))}
+    assert set(DIAGNOSTIC) - {"warm-up-places"} <= {one.name for one in find_sets(("all",))}
+
+
+def test_the_places_of_a_warm_up_are_read_round_after_round() -> None:
+    (places,) = find_sets(("warm-up-places",), every_s=60.0)
+    order = steps((places, find_sets(("warm-up",))[0]), 5)
+    assert [step.label for step in order[:4]] == [
+        "gray120@warm-up-r2c1",
+        "gray120@warm-up-r2c2",
+        "gray120@warm-up-r2c3",
+        "gray120@warm-up-r2c1#2",
+    ]
+    assert [step.patch.wait_s for step in order[:4]] == [60.0, 0.0, 0.0, 60.0]
+    assert len(order) == 21 + 31
+    assert steps(places, 1) == steps(places, 2)
