@@ -6,6 +6,7 @@ from .instrument import Instrument as Instrument
 from .instrument import Reading as Reading
 from .instrument import Showing as Showing
 from .open import INSTRUMENTS as INSTRUMENTS
+from .open import SPECTRAL as SPECTRAL
 from .open import Wiring as Wiring
 from .open import open_instrument as open_instrument
 from .simulated import Faults as Faults

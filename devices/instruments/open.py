@@ -27,6 +27,8 @@ INSTRUMENTS: Mapping[str, str] = MappingProxyType(
         "simulated": "a model of the display with noise, drift and other faults",
     }
 )
+# Those that give spectra, whatever they are connected to.
+SPECTRAL = frozenset({"cs2000", "pr655"})
 _SKIP = ("skip", "s")
 
 

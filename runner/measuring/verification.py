@@ -14,8 +14,8 @@ from devices.colour import delta_e_2000, xyz_to_lab
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import DisplayModel
 from devices.errors import MeasuringError
-from devices.instruments import Faults, Showing, Simulated, SimulatedDisplay
-from devices.measurements import Kept, Session, Shown
+from devices.instruments import SPECTRAL, Faults, Showing, Simulated, SimulatedDisplay
+from devices.measurements import Kept, Session, Shown, xyz_from_spectra
 from devices.patches import AskedColour, Patch, PatchEye, PatchSet, asked_of
 from documents import Finding
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
@@ -153,11 +153,11 @@ def verify_display(
     dialogue = dialogue or Dialogue()
     target = read_target(display_file, mode)
     display = target.characterised()
-    if target.observer != DEFAULT_OBSERVER:
+    if target.observer != DEFAULT_OBSERVER and instrument.instrument not in SPECTRAL:
         what = (
             f"the mode '{target.mode.name}' is for the observer {target.observer}; XYZ are read for {DEFAULT_OBSERVER}"
         )
-        remedy = "verify a mode that was fitted to the same readings for that observer"
+        remedy = f"read spectra (--instrument {' or '.join(sorted(SPECTRAL))}), or verify a mode for {DEFAULT_OBSERVER}"
         raise MeasuringError(Finding(what, str(display_file), remedy=remedy))
     eye = show.eye
     if eye == "both" and display.models.left is not display.models.right:
@@ -189,7 +189,7 @@ def verify_display(
             file, target, order, screen, instrument.instrument, wiring, resume=resume, dialogue=dialogue
         )
     complete = session.readings and not outcome.stopped
-    return VerificationReport(file, outcome, judge(session, asked, display, eye) if complete else None)
+    return VerificationReport(file, outcome, judge(session, asked, display, eye, target.observer) if complete else None)
 
 
 def patches_of(asked: tuple[AskedColour, ...], model: DisplayModel) -> PatchSet:
@@ -207,11 +207,18 @@ def asked_XYZ(asked: tuple[AskedColour, ...], model: DisplayModel) -> Mapping[st
     return {**ends, **{colour.name: colour.XYZ_cd_m2 for colour in asked}}
 
 
-def judge(session: Session, asked: tuple[AskedColour, ...], display: SimulatedDisplay, eye: PatchEye) -> Verdict:
+def judge(
+    session: Session,
+    asked: tuple[AskedColour, ...],
+    display: SimulatedDisplay,
+    eye: PatchEye,
+    observer: str = DEFAULT_OBSERVER,
+) -> Verdict:
     """Return how far the readings of ``session`` lie from what was ``asked`` of ``eye``.
 
     A gain map that makes the whole panel as dim as its dimmest place makes what was asked dimmer too. The reference
-    white is the model's at full drive, dimmed alike. Raises MeasuringError if nothing was read.
+    white is the model's at full drive, dimmed alike. For another ``observer`` than CIE 1931 2° the readings' XYZ are
+    summed from their spectra. Raises MeasuringError if nothing was read, or spectra are lacking.
     """
     kept = {session.steps[place].patch.name: reading for place, reading in session.readings.items()}
     pairs = [(colour, kept[colour.name]) for colour in asked if colour.name in kept]
@@ -221,7 +228,7 @@ def judge(session: Session, asked: tuple[AskedColour, ...], display: SimulatedDi
     model = display.models.right if eye == "right" else display.models.left
     white = share * model.xyz([1.0, 1.0, 1.0])
     wanted = share * np.array([colour.XYZ_cd_m2 for colour, _ in pairs])
-    read = np.array([reading.reading.XYZ_cd_m2 for _, reading in pairs])
+    read = np.array([_read_for(reading, observer) for _, reading in pairs])
     modelled = np.array([_predicted(session, reading, display, eye) for _, reading in pairs])
     wanted_lab = xyz_to_lab(wanted, white)
     achieved = delta_e_2000(wanted_lab, xyz_to_lab(read, white))
@@ -240,6 +247,17 @@ def judge(session: Session, asked: tuple[AskedColour, ...], display: SimulatedDi
     )
     missing = tuple(colour.name for colour in asked if colour.name not in kept)
     return Verdict(colours, Spread.of(achieved), Spread.of(predicted), missing)
+
+
+def _read_for(kept: Kept, observer: str) -> Floats:
+    """Return what was read, XYZ (3,) in cd/m² for ``observer``."""
+    reading = kept.reading
+    if observer == DEFAULT_OBSERVER:
+        return np.array(reading.XYZ_cd_m2)
+    if not reading.spectrum:
+        what = f"the readings have no spectra, which XYZ for {observer} need"
+        raise MeasuringError(Finding(what, remedy=f"read with an instrument that gives them: {', '.join(SPECTRAL)}"))
+    return np.asarray(xyz_from_spectra(reading.spectrum, reading.wavelengths_nm, observer)[0])
 
 
 def _predicted(session: Session, kept: Kept, display: SimulatedDisplay, eye: PatchEye) -> Triple:

@@ -8,11 +8,14 @@ import numpy as np
 import pytest
 
 from devices.diagnostics import judge_display
+from devices.display import DisplayModel, EyeModels, ToneCurve
 from devices.errors import DeviceError, MeasuringError
-from devices.measurements import Measurements, write_csv
+from devices.instruments import Reading, SimulatedDisplay
+from devices.measurements import Kept, Measurements, Session, write_csv, xyz_from_spectra
+from devices.patches import Step, asked_of
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.measuring.target import read_target, wiring_of
-from runner.measuring.verification import verify_display
+from runner.measuring.verification import judge, patches_of, verify_display
 
 
 @pytest.fixture
@@ -34,10 +37,35 @@ def display(tmp_path: Path) -> Path:
 SAYS = "the mode 'flat' is for the observer CIE 1964 10; .* for CIE 1931 2"
 
 
-def test_it_is_not_verified(display: Path) -> None:
+def test_it_is_not_verified_without_spectra(display: Path) -> None:
     with pytest.raises(MeasuringError, match=SAYS) as caught:
         verify_display(display, InstrumentOptions("simulated"), ShowOptions(backend="egl"), mode="flat")
     assert len(caught.value.findings) == 1
+
+
+def test_an_instrument_that_reads_spectra_verifies_it() -> None:
+    waves = np.arange(380.0, 781.0, 4)
+    spectra = np.stack([np.exp(-(((waves - mid) / 25) ** 2)) for mid in (620, 535, 460)]) * 2e-3
+    curve = ToneCurve(1.0, 0.0, 2.2)
+    ten = DisplayModel(np.zeros(3), xyz_from_spectra(spectra, waves, "CIE 1964 10").T, (curve, curve, curve))
+    asked = asked_of(ten)
+    light = [ten.linear(colour.XYZ_cd_m2) @ spectra for colour in asked]
+    steps = tuple(Step(n, patch.name, patch) for n, patch in enumerate(patches_of(asked, ten).patches))
+
+    def session(*, with_spectra: bool) -> Session:
+        kept = {}
+        for place, seen in enumerate(light):
+            X, Y, Z = map(float, xyz_from_spectra(seen, waves)[0])
+            whole = (tuple(seen.tolist()), tuple(waves.tolist())) if with_spectra else ((), ())
+            kept[place] = Kept(place, 0.0, Reading((X, Y, Z), *whole))
+        return Session(Path("m.jsonl"), {}, steps, kept, {})
+
+    display = SimulatedDisplay(EyeModels(ten, ten))
+    assert judge(session(with_spectra=True), asked, display, "both", "CIE 1964 10").achieved.largest < 1e-6
+    # Taken for XYZ of CIE 1931 2°, the same readings would be far off.
+    assert judge(session(with_spectra=True), asked, display, "both").achieved.largest > 2
+    with pytest.raises(MeasuringError, match="the readings have no spectra, which XYZ for CIE 1964 10 need"):
+        judge(session(with_spectra=False), asked, display, "both", "CIE 1964 10")
 
 
 def test_it_is_not_simulated(display: Path) -> None:
