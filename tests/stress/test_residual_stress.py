@@ -1,0 +1,88 @@
+"""The residual pushed to its edges: many displays undone and shown, and figures that fresh colours bear out."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from devices.characterise.choose import characterise
+from devices.characterise.example_displays import noisy
+from devices.characterise.figures import differences
+from devices.characterise.patches import patches
+from devices.display.plvc import Plvc
+from devices.errors import DeviceError
+from devices.measurements import Measurements
+from runner.presenter.colour_pass import ColourPass
+from runner.presenter.errors import PresentationError
+from runner.presenter.surfaces.egl import EglSurface
+from tests.devices.characterise.test_residual_fit import CODES, FRESH
+from tests.devices.display.test_residual import smooth
+
+pytestmark = pytest.mark.stress
+
+
+def display(seed: int) -> Plvc:
+    """Return a random display: how large its residual is, how many knots it has and how wide they are."""
+    rng = np.random.default_rng(seed)
+    count = int(rng.integers(1, 49))
+    return smooth(seed, 10 ** rng.uniform(-3.0, 0.5) / count**0.5, count, float(rng.uniform(0.1, 3.0)))
+
+
+def refused(model: Plvc) -> bool:
+    """Return whether ``model`` cannot be undone."""
+    try:
+        return not model.steps
+    except DeviceError as error:
+        return "cannot be undone" in str(error)
+
+
+def test_many_displays_are_undone_everywhere_or_refused() -> None:
+    served = 0
+    for seed in range(40):
+        model = display(seed)
+        if refused(model):
+            continue
+        served += 1
+        rng = np.random.default_rng(seed)
+        T = np.concatenate(
+            [rng.uniform(0, 1, (300, 3)), 10 ** rng.uniform(-8, 0, (300, 3)), rng.uniform(-0.5, 1.5, (300, 3))]
+        )
+        found, _ = model.newton(model.in_primaries(model.xyz_of_linear(T)), model.steps)
+        np.testing.assert_allclose(found, T, atol=1e-9)
+    assert 10 < served < 40
+
+
+@pytest.mark.parametrize("arithmetic", ["doubles", "two-floats"])
+def test_the_pass_is_exact_on_many_displays(arithmetic: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("CYCLOPEAN_ARITHMETIC", arithmetic)
+    try:
+        surface = EglSurface((64, 64))
+    except PresentationError as error:
+        pytest.skip(str(error))
+    worst, served = 0.0, 0
+    with surface:
+        for seed in range(30):
+            model = display(seed)
+            if refused(model):
+                continue
+            served += 1
+            rng = np.random.default_rng(seed)
+            T = np.concatenate(
+                [rng.uniform(0, 1, (500, 3)), 10 ** rng.uniform(-9, 0, (300, 3)), rng.uniform(-0.5, 1.5, (100, 3))]
+            )
+            asked = model.xyz_of_linear(T).astype(np.float32).reshape(30, 30, 3)
+            texture = surface.context.texture((30, 30), 3, asked.tobytes(), alignment=1, dtype="f4")
+            shown = ColourPass(surface.context, model).run(texture)
+            found = np.frombuffer(shown.read(components=3, alignment=1), np.uint8).reshape(30, 30, 3)[::-1]
+            worst = max(worst, float(np.abs(found - 255 * model.code(asked.astype(np.float64))).max()))
+    assert served > 10
+    assert worst <= 0.501
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_held_out_figures_foretell_fresh_colours(seed: int) -> None:
+    model = smooth(seed, 0.01 if seed % 2 else 0.003, 12, 0.875)
+    found = characterise(Measurements(CODES, noisy(model.xyz(CODES), 0.001, seed)))
+    fresh = patches(FRESH, model.xyz(FRESH), white=found.patches.white)
+    assert found.chosen.held_out.mean <= 0.5
+    assert differences(found.chosen.model, fresh).mean() <= 1.3 * found.chosen.held_out.mean
