@@ -14,7 +14,6 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from devices.display.gamma_table import GammaTable
 from devices.errors import DeviceError
 from devices.measurements.cgats import Cell, CgatsTable, later_table, read_table
 from devices.measurements.observer import CIE_1931_2, argyll_observer
@@ -41,7 +40,8 @@ def read_ti3(path: Path) -> Measurements:
     """Read the readings of the ``.ti3`` file at ``path``, and the calibration that they were taken through.
 
     A calibration (the table CAL after the readings) is applied to the codes: ``codes`` are those that the panel
-    received, and ``gamma_table`` is the identity; ``assumptions`` says how far it is from that.
+    received, and ``gamma_table`` is the identity; ``assumptions`` says how far it is from that. One that lifts code 0
+    is not: then ``codes`` are the file's, and ``gamma_table`` is the calibration.
 
     XYZ that are normalised to a white of 100 are brought back to cd/m² by ``LUMINANCE_XYZ_CDM2``; where the file has
     none, they stay relative and ``assumptions`` says so. Spectra (``SPEC_nnn``, in mW/(sr m² nm)) are brought to the
@@ -106,7 +106,7 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
         assumptions=tuple(notes),
         observer=stated.observer,
         monitor_settings=_keyword_text(table, _SETTINGS),
-        gamma_table=None if stated.calibration is None else GammaTable.identity(2),
+        gamma_table=stated.gamma_table,
         area=area,
         surround=surround,
     )

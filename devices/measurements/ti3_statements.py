@@ -2,7 +2,8 @@
 
 ArgyllCMS's dispread writes the calibration that it was given (-k: loaded in the graphics card, -K: applied to the
 codes) as a second table, CAL. Either way the panel received CAL(code), so that this is the code which gives the same
-light through an identity table. With -E each value v was sent as (16 + 219 v) / 255 [Argyll].
+light through an identity table. Where that leaves no reading at code 0, the calibration stays the graphics card's
+table of the readings instead. With -E each value v was sent as (16 + 219 v) / 255 [Argyll].
 """
 
 from __future__ import annotations
@@ -36,31 +37,54 @@ class Statements:
     observer: str
     calibration: Floats | None
 
-    def codes_sent(self, codes: Floats) -> Floats:
-        """Return the codes in 0..1 that the panel received, shape (n, 3)."""
+    @property
+    def _departure(self) -> float:
+        """The largest difference of the calibration from the identity, as a share of full code."""
+        return (
+            0.0 if self.calibration is None else float(np.abs(self.calibration[:, 1:] - self.calibration[:, :1]).max())
+        )
+
+    @property
+    def _applies(self) -> bool:
+        """Whether the codes that the panel received stand for those of the file: where black's are 0 there too.
+
+        Without code 0, and mostly without full code, no model finds the panel's own black: then the codes of the file
+        stay, and hold with the calibration loaded.
+        """
+        return self.calibration is not None and bool(np.all(self.calibration[0, 1:] <= _ROUNDING))
+
+    @property
+    def gamma_table(self) -> GammaTable | None:
+        """The graphics card's table with which `codes_sent` hold, None where the file states none."""
         if self.calibration is None:
+            return None
+        if self._applies or self._departure <= _SAME:
+            return GammaTable.identity(2)
+        steps = np.concatenate([[0.0], self.calibration[1:-1, 0], [1.0]])
+        return GammaTable.from_shares(self.calibration[:, 1:], steps)
+
+    def codes_sent(self, codes: Floats) -> Floats:
+        """Return the codes in 0..1 that hold with `gamma_table`, shape (n, 3), for those of the file."""
+        if self.calibration is None or not self._applies or self._departure <= _SAME:
             return codes
         steps, values = self.calibration[:, 0], self.calibration[:, 1:]
         return np.stack([np.interp(codes[:, i], steps, values[:, i]) for i in range(3)], axis=1)
 
     def notes(self) -> list[str]:
         """Return what was taken for granted of the calibration, in sentences."""
-        if self.calibration is None:
+        if self.calibration is None or self._departure <= _SAME:
             return []
-        steps, values = self.calibration[:, 0], self.calibration[:, 1:]
-        departure = float(np.abs(values - steps[:, None]).max())
-        if departure <= _SAME:
-            return []
-        notes = [
+        begin = (
             "the readings were taken through a calibration of the graphics card's table, up to "
-            f"{departure:.2g} of full code from the identity; the codes are those that it sent, so that the model "
-            "holds with an identity table"
-        ]
-        low = [f"{colour} {v:.3g}" for colour, v in zip(_COLOURS, values.min(axis=0), strict=True) if v > _SAME]
-        high = [f"{colour} {v:.3g}" for colour, v in zip(_COLOURS, values.max(axis=0), strict=True) if v < 1 - _SAME]
-        beyond = [f"{word} {', '.join(codes)}" for word, codes in (("below", low), ("above", high)) if codes]
-        if beyond:
-            notes.append(f"the calibration sent no codes {' and '.join(beyond)}: what they give is extrapolated")
+            f"{self._departure:.2g} of full code from the identity"
+        )
+        if not self._applies:
+            return [f"{begin}, which lifts code 0: the model holds only while this calibration is loaded"]
+        notes = [f"{begin}; the codes are those that it sent, so that the model holds with an identity table"]
+        highest = self.calibration[:, 1:].max(axis=0)
+        short = [f"{name} {value:.3g}" for name, value in zip(_COLOURS, highest, strict=True) if value < 1 - _SAME]
+        if short:
+            notes.append(f"the calibration sent no codes above {', '.join(short)}: what they give is extrapolated")
         return notes
 
 

@@ -165,6 +165,33 @@ def test_an_identity_says_nothing_and_no_calibration_leaves_the_table_unknown() 
     assert back.gamma_table is not None
 
 
+@pytest.mark.parametrize("top", [1.0, 0.9])
+def test_a_calibration_that_lifts_black_stays_the_table_of_the_readings(top: float, tmp_path: Path) -> None:
+    codes = table_c1_codes()
+    curve = np.stack([0.02 + 0.98 * STEPS, 0.015 + 0.985 * STEPS, 0.03 + (top - 0.03) * STEPS], axis=1)
+    found = parse_ti3(_through(curve, codes), "d.ti3")
+    np.testing.assert_allclose(found.codes, codes, atol=1e-9)
+    assert found.gamma_table is not None
+    np.testing.assert_allclose(found.gamma_table.shares, curve, atol=2e-5)
+    assert "the model holds only while this calibration is loaded" in found.assumptions[0]
+    fit = fit_display(found)
+    model = fit.eyes["both"].characterisation.chosen.model
+    sent = np.stack([np.interp(codes[:, i], STEPS, curve[:, i]) for i in range(3)], axis=1)
+    truth, white = thesis_display().xyz(sent), thesis_display().xyz([1.0, 1.0, 1.0])
+    assert delta_e_2000(xyz_to_lab(model.xyz(codes), white), xyz_to_lab(truth, white)).max() < 0.5
+    assert fit.gamma_table is not None
+    assert not fit.gamma_table.is_identity
+
+
+def test_a_calibration_of_five_digits_that_changes_nothing_leaves_the_codes() -> None:
+    rounded = np.round(np.stack([STEPS] * 3, axis=1), 5)
+    found = parse_ti3([line.replace("CAL   ", "CAL    ") for line in _through(rounded, CODES)], "d.ti3")
+    np.testing.assert_allclose(found.codes, CODES, atol=1e-12)
+    assert found.assumptions == ()
+    assert found.gamma_table is not None
+    assert found.gamma_table.is_identity
+
+
 def test_the_model_of_readings_through_a_calibration_is_that_of_the_panel(tmp_path: Path) -> None:
     codes = table_c1_codes()
     curve = np.stack([STEPS**1.15, STEPS**1.1, STEPS**1.2], axis=1)
