@@ -12,13 +12,14 @@ from typing import Any, Literal
 
 from devices.characterise.choose import Characterisation, characterise
 from devices.characterise.cross_validation import Name
-from devices.characterise.display_yaml import model_lines
+from devices.characterise.display_yaml import ambient_lines, model_lines
 from devices.characterise.measured_parts import MeasuredParts, measured_parts
 from devices.characterise.mode_file import ModeLines, write_mode
 from devices.characterise.thesis import ThesisFits, thesis_fits
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.drift import Drift, estimate_drift
 from devices.diagnostics.readings import is_plain, part_of_picture, plain, tag
+from devices.diagnostics.room_light import RoomLight, without_room
 from devices.display.display_file import PanelSpec
 from devices.display.gamma_table import GammaTable
 from devices.display.gamma_table_spec import gamma_table_lines
@@ -29,7 +30,7 @@ from devices.measurements.observer import for_observer
 from documents import Finding
 from documents.text import counted
 
-_USED_TAGS = frozenset({"other", "place", "no-glasses"})
+_USED_TAGS = frozenset({"other", "place", "no-glasses", "screen-off"})
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -95,6 +96,9 @@ class DisplayFit:
         do not state it.
     monitor_settings
         What the monitor's menu said when it was measured; the mode of a display file states it too.
+    room
+        By lens, the room's light from the screen while it is off, and whether it was taken off the readings; the
+        display file has it as ``ambient_XYZ_cd_m2``.
     """
 
     mode: str | None
@@ -109,6 +113,7 @@ class DisplayFit:
     observer: str = DEFAULT_OBSERVER
     gamma_table: GammaTable | None = None
     monitor_settings: MonitorSettings = field(default_factory=MonitorSettings)
+    room: Mapping[PatchEye, RoomLight] = field(default_factory=dict)
 
     def to_json(self) -> dict[str, Any]:
         """Return plain JSON."""
@@ -117,6 +122,15 @@ class DisplayFit:
             "mode": self.mode,
             "observer": self.observer,
             "parts": self.parts.to_json(),
+            "room": {
+                eye: {
+                    "ambient_XYZ_cd_m2": light.ambient_XYZ_cd_m2.tolist(),
+                    "taken_off": light.held,
+                    "white_cd_m2": light.white_cd_m2,
+                    "black_cd_m2": light.black_cd_m2,
+                }
+                for eye, light in self.room.items()
+            },
             "said": list(self.notes),
             **eyes,
         }
@@ -135,7 +149,9 @@ class DisplayFit:
             drift = () if fit.drift is None else (f"corrected for drift: {fit.drift.words}",)
             source = "; ".join((source, *drift, *self.assumptions))
             table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
-            models[eye] = [*model_lines(chosen.model, source, self.observer), *table]
+            light = self.room.get(eye) or self.room.get("both") or (next(iter(self.room.values()), None))
+            ambient = [] if light is None else ambient_lines(light.ambient_XYZ_cd_m2)
+            models[eye] = [*model_lines(chosen.model, source, self.observer), *table, *ambient]
         settings = {"monitor_settings": lines} if (lines := self.monitor_settings.yaml_lines()) and models else {}
         return ModeLines(models, {**self.parts.lines, **settings})
 
@@ -242,6 +258,7 @@ def fit_display(
     if without_glasses is not None:
         without_glasses = for_observer(without_glasses, measurements.observer)
     settings = MonitorSettings.parse(measurements.monitor_settings, str(file))
+    measurements, room = without_room(measurements)
     readings = plain(measurements)
     apart = {"left", "right"} <= set(readings.eye)
     chosen_eyes: tuple[PatchEye, ...] = ("left", "right") if eye == "both" and apart else (eye,)
@@ -253,6 +270,7 @@ def fit_display(
     origin = _origin(str(file), readings.instrument)
     parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
     notes = [*parts.notes, *_notes_on_tags(measurements), *_notes_on_part(readings), *settings.doubts]
+    notes += [light.words if lens == "both" else f"{lens} eye: {light.words}" for lens, light in room.items()]
     if eyes and "both" in readings.eye:
         notes += _notes_on_leakage(parts)
     loaded = readings.gamma_table
@@ -274,6 +292,7 @@ def fit_display(
         readings.observer,
         readings.gamma_table,
         settings,
+        room,
     )
 
 

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+import numpy as np
 import yaml
+from numpy.typing import ArrayLike
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display.model import DisplayModel
@@ -52,6 +54,11 @@ def model_lines(model: DisplayModel, source: str, observer: str = DEFAULT_OBSERV
             lift = f", lift: {_number(tone.lift)}" if lifted else ""
             lines.append(f"  {colour + ':':6} {{{rest}gamma: {tone.gamma!r}{lift}}}")
     return [*lines, f"observer: {observer}", f"source: {quoted(source)}"]
+
+
+def ambient_lines(ambient_XYZ_cd_m2: ArrayLike) -> list[str]:
+    """Return the YAML line of the room's light, XYZ in cd/m², (3,)."""
+    return [f"ambient_XYZ_cd_m2: {_numbers(np.asarray(ambient_XYZ_cd_m2, dtype=np.float64).tolist())}"]
 
 
 def _numbers(values: Iterable[float]) -> str:

@@ -22,7 +22,15 @@ from documents import Finding, InputError
 from documents.files import whole_file
 from documents.yaml import YamlSource, parse_yaml, read_yaml
 
-CHARACTERISATION = ("black_XYZ_cd_m2", "primaries_XYZ_cd_m2", "curve", "observer", "source", "gamma_table")
+CHARACTERISATION = (
+    "black_XYZ_cd_m2",
+    "primaries_XYZ_cd_m2",
+    "curve",
+    "observer",
+    "source",
+    "gamma_table",
+    "ambient_XYZ_cd_m2",
+)
 _PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map", "monitor_settings": "settings of the monitor"}
 # What YAML takes for the end of a line.
 _LINE = re.compile("[^\n\r\x85\u2028\u2029]*(?:\r\n|[\n\r\x85\u2028\u2029]|$)")

@@ -16,6 +16,7 @@ from devices.diagnostics.mixing import added_channels, standard_primaries, white
 from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, cable_colours, plain, primaries, tagged, untagged
+from devices.diagnostics.room_light import room_light
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up
@@ -291,6 +292,7 @@ def examine(
         tables = [_with_primaries(own.measurements) if with_primaries else own.measurements for own, _ in subjects]
         add([(own.label, check(table)) for (own, _), table in zip(subjects, tables, strict=True)])
     add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
+    add([(measured.label, room_light(measured.measurements)) for measured in sets])
     if models is not None:
         chosen = [(own, models.right if eye == "right" else models.left) for own, eye in subjects]
         add([(own.label, estimated_codes(own.measurements, model)) for own, model in chosen])

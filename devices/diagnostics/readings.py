@@ -5,6 +5,7 @@ A name may say after its ``@`` where on the panel, from what angle, or beside wh
 the right and 20° below; ``gray120@on-white`` as a patch on a white screen; ``black@other=red`` while the other eye's
 picture was red; ``gray120@warm-up`` while the display warmed up, ``gray120@warm-up-r2c1`` at a
 place of the screen meanwhile; ``white@no-glasses`` without the glasses;
+``black@screen-off`` with the display switched off;
 ``grey120@cable`` to show what codes pass on their way to the light. ``#2`` and so on behind a name counts its showings.
 Every other name is a plain reading: full screen, at the centre, straight ahead, through the glasses, once the display
 is warm. A reading whose patch did not fill the picture (`Measurements.area`) is plain only where all without a tag
@@ -24,7 +25,7 @@ from numpy.typing import ArrayLike, NDArray
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
-Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses", "cable"]
+Kind = Literal["place", "angle", "surround", "other", "warm-up", "no-glasses", "cable", "screen-off"]
 _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("place", re.compile(r"r([1-9]\d?)c([1-9]\d?)", re.IGNORECASE)),
     ("angle", re.compile(r"([hv]?)([+-]?\d+(?:\.\d+)?)(?:deg|°)", re.IGNORECASE)),
@@ -32,6 +33,7 @@ _PATTERNS: tuple[tuple[Kind, re.Pattern[str]], ...] = (
     ("other", re.compile(r"other=(.+)", re.IGNORECASE)),
     ("warm-up", re.compile(r"warm-?up(?:[- ]r([1-9]\d?)c([1-9]\d?))?", re.IGNORECASE)),
     ("cable", re.compile(r"cable[- ]?(.*)", re.IGNORECASE)),
+    ("screen-off", re.compile(r"(?:screen|display)[- ]off", re.IGNORECASE)),
     ("no-glasses", re.compile(r"(?:no|without)[- ]glasses", re.IGNORECASE)),
 )
 

@@ -132,9 +132,12 @@ class Simulated:
         faults = self._faults
         time.sleep(faults.takes_s)
         # A negative leak takes no more light than there is.
+        ambient = self._display.models.eye(self._side(showing)).ambient_XYZ_cd_m2
         light = np.maximum(self._own(showing) + self._leak(showing), 0.0) * self._share(showing)
         light = light * (1.0 + faults.drift_per_hour * showing.time_s / 3600.0)
         light = light * (1.0 - faults.warm_up_loss * float(np.exp(-showing.time_s / _WARM_UP_S)))
+        # The room's light neither drifts nor dims with the display, and is all that is read while that is off.
+        light = ambient + (0.0 if showing.patch is not None and showing.patch.screen_off else light)
         rng = np.random.default_rng([self._seed, showing.position])
         light = light * (1.0 + faults.noise * rng.standard_normal(3)) + faults.floor_cd_m2 * rng.standard_normal(3)
         if faults.frame_rate_control and between_levels(np.array(showing.codes), faults):
@@ -149,9 +152,10 @@ class Simulated:
         return "right" if asked == "right" else "left"
 
     def _own(self, showing: Showing) -> Floats:
+        """Return what arrives of the eye's own picture, without the room's light."""
         model, codes = self._display.models.eye(self._side(showing)), np.array(showing.codes)
         share, stray = share_with_picture(codes, showing.patch, self._faults, model)
-        return share * simulated_XYZ(model, codes, self._faults) + stray
+        return share * (simulated_XYZ(model, codes, self._faults) - model.ambient_XYZ_cd_m2) + stray
 
     def _leak(self, showing: Showing) -> Floats:
         """Return what arrives of the other eye's picture."""

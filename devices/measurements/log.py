@@ -283,6 +283,7 @@ def _patch(line: Mapping[str, Any]) -> Patch:
         float(line.get("wait_s", 0.0)),
         None if line.get("area") is None else float(line["area"]),
         None if line.get("before") is None else _triple(line["before"]),
+        bool(line.get("screen_off", False)),
     )
 
 

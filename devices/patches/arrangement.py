@@ -59,17 +59,22 @@ class Arrangement:
     """Which lens is before the instrument (``both`` for any), where it points, from what angle, and if with glasses.
 
     ``place`` is None for the middle of the screen; ``angle`` is as in a reading's name, such as ``20deg`` or
-    ``v-10deg``, empty for straight ahead.
+    ``v-10deg``, empty for straight ahead. ``screen_off``: the display is switched off, and the room lit.
     """
 
     eye: PatchEye = "both"
     place: Place | None = None
     angle: str = ""
     glasses: bool = True
+    screen_off: bool = False
 
     def request(self, before: Arrangement) -> str:
         """Return what a person must do to come here from ``before``, in sentences; empty for nothing."""
         asked = []
+        if self.screen_off and not before.screen_off:
+            asked.append("Light the room as in the experiment, and switch the display off at its power button.")
+        if before.screen_off and not self.screen_off:
+            asked.append("Switch the display on again, and let it warm up.")
         if self.glasses != before.glasses:
             asked.append(
                 "Put the glasses before the instrument again."

@@ -29,8 +29,8 @@ class Patch:
     middle is, in its shape (a ninth without it); ``other`` are the codes of the eye that is not read. Without them a
     patch with an area or at a ``place`` has black around it, and the other eye sees what the measurement says.
     ``before`` are codes that fill the screen before the patch, for `BEFORE_SETTLINGS` times as long as it settles.
-    ``eye`` is whose lens it is read through, None for the measurement's own; ``angle`` and ``glasses`` are as in
-    `Arrangement`. ``wait_s`` is the least time between the reading before and this one.
+    ``eye`` is whose lens it is read through, None for the measurement's own; ``angle``, ``glasses`` and
+    ``screen_off`` are as in `Arrangement`. ``wait_s`` is the least time between the reading before and this one.
 
     Raises DeviceError if a code is not in 0..1, the name is empty or holds '#', a comma or an end of line, another eye
     is named without an eye to read, the wait is below 0, or the area is not above 0 and at most 1 or goes with a place.
@@ -47,6 +47,7 @@ class Patch:
     wait_s: float = 0.0
     area: float | None = None
     before: Codes | None = None
+    screen_off: bool = False
 
     def __post_init__(self) -> None:
         if not self.name.strip() or any(character in self.name for character in '#,"\n\r'):
@@ -93,7 +94,7 @@ class Patch:
     def arrangement(self, eye: PatchEye) -> Arrangement:
         """Return how the instrument stands, in a measurement of ``eye``."""
         angle = self.angle if degrees(self.angle) else ""
-        return Arrangement(self.eye or eye, self.place, angle, self.glasses)
+        return Arrangement(self.eye or eye, self.place, angle, self.glasses, self.screen_off)
 
 
 def _are_codes(codes: Codes) -> bool:

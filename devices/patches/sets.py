@@ -147,6 +147,12 @@ def glasses() -> PatchSet:
     return _special("glasses", patches, "greys and primaries through the glasses and without them")
 
 
+def ambient() -> PatchSet:
+    """Return black with the display switched off: what it sends to the eye of the room's light."""
+    patches = [Patch("black@screen-off", _BLACK, screen_off=True)]
+    return _special("ambient", patches, "the room's light from the screen while it is off", repeats=3)
+
+
 def angles() -> PatchSet:
     """Return white straight ahead, to both sides and from above and below."""
     every = [f"{degrees}deg" for degrees in (0, 10, 20, 30, -10, -20, -30)]
@@ -176,6 +182,7 @@ DIAGNOSTIC: Mapping[str, Callable[[], PatchSet]] = MappingProxyType(
         "angles": angles,
         "crosstalk": crosstalk,
         "glasses": glasses,
+        "ambient": ambient,
     }
 )
 
@@ -186,7 +193,7 @@ BUILT_IN: Mapping[str, Callable[[], PatchSet]] = MappingProxyType({**CHARACTERIS
 ALL = "all"
 
 
-# Warm-up first, what nobody need be there for next, and what the glasses come off for last.
+# Warm-up first, what nobody need be there for next, what the glasses come off for, and last the display switched off.
 _ALL = (
     "warm-up",
     "table_c1",
@@ -198,6 +205,7 @@ _ALL = (
     "angles",
     "crosstalk",
     "glasses",
+    "ambient",
 )
 
 

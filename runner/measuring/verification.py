@@ -180,6 +180,7 @@ def verify_display(
         for remark in filter(None, (verdict.refusal, verdict.warning)):
             dialogue.warn(remark)
         facts = {
+            "ambient_XYZ_cd_m2": model.ambient_XYZ_cd_m2.tolist(),
             "asked_XYZ_cd_m2": {colour.name: colour.XYZ_cd_m2.tolist() for colour in asked},
             "measured_gamma_table": tables_json(target.gamma_tables),
             "accepted_gamma_table": accept_gamma_table,
@@ -216,9 +217,9 @@ def judge(
 ) -> Verdict:
     """Return how far the readings of ``session`` lie from what was ``asked`` of ``eye``.
 
-    A gain map that makes the whole panel as dim as its dimmest place makes what was asked dimmer too. The reference
-    white is the model's at full drive, dimmed alike. For another ``observer`` than CIE 1931 2° the readings' XYZ are
-    summed from their spectra. Raises MeasuringError if nothing was read, or spectra are lacking.
+    A gain map that makes the whole panel as dim as its dimmest place makes what was asked dimmer too, above the room's
+    light. The reference white is the model's at full drive, dimmed alike. For another ``observer`` than CIE 1931 2° the
+    readings' XYZ are summed from their spectra. Raises MeasuringError if nothing was read, or spectra are lacking.
     """
     kept = {session.steps[place].patch.name: reading for place, reading in session.readings.items()}
     pairs = [(colour, kept[colour.name]) for colour in asked if colour.name in kept]
@@ -226,8 +227,9 @@ def judge(
         raise MeasuringError("none of the colours was read")
     share = 1.0 if display.gain_map is None else display.gain_map.delivered_share
     model = display.models.right if eye == "right" else display.models.left
-    white = share * model.xyz([1.0, 1.0, 1.0])
-    wanted = share * np.array([colour.XYZ_cd_m2 for colour, _ in pairs])
+    room = model.ambient_XYZ_cd_m2
+    white = room + share * (model.xyz([1.0, 1.0, 1.0]) - room)
+    wanted = room + share * (np.array([colour.XYZ_cd_m2 for colour, _ in pairs]) - room)
     read = np.array([_read_for(reading, observer) for _, reading in pairs])
     modelled = np.array([_predicted(session, reading, display, eye) for _, reading in pairs])
     wanted_lab = xyz_to_lab(wanted, white)

@@ -22,7 +22,7 @@ Command = Callable[..., Any]
 INSTRUMENTS = ("cs2000", "pr655", "spotread", "manual", "simulated")
 SETS = (
     "Set of patches; repeat for several: table_c1, grey, cube, dark; warm-up, warm-up-places, repeatability, "
-    "additivity, on-white, cable, uniformity, angles, crosstalk, glasses; all; or FILE.csv."
+    "additivity, on-white, cable, uniformity, angles, crosstalk, glasses, ambient; all; or FILE.csv."
 )
 
 

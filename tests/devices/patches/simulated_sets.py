@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from devices.display.display_file import EyeModels
 from devices.instruments import Showing
@@ -12,9 +13,12 @@ from devices.patches import PatchEye, find_sets, steps
 from tests.devices.diagnostics.simulated import MODEL
 
 
-def read_sets(names: tuple[str, ...], faults: Faults, eye: PatchEye = "both", seed: int = 1) -> Measurements:
+def read_sets(
+    names: tuple[str, ...], faults: Faults, eye: PatchEye = "both", seed: int = 1, room: ArrayLike = (0.0, 0.0, 0.0)
+) -> Measurements:
     """Read the sets as `display measure` does, 15 s a patch."""
-    instrument = Simulated(SimulatedDisplay(EyeModels(MODEL, MODEL)), seed, faults, eye)
+    model = MODEL.in_room(room)
+    instrument = Simulated(SimulatedDisplay(EyeModels(model, model)), seed, faults, eye)
     taken, time_s, now_s = [], [], 0.0
     shown = steps(find_sets(names), seed, eye=eye)
     for step in shown:

@@ -5,10 +5,12 @@ from __future__ import annotations
 import itertools
 import re
 
+import numpy as np
 import pytest
 
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.room_light import room_lights
 from devices.errors import DeviceError
 from devices.instruments.simulated import Faults
 from devices.measurements import Measurements
@@ -25,8 +27,8 @@ def _judged(table: Measurements) -> dict[str, Diagnosis]:
 def test_all_sets_let_every_check_be_made_and_a_display_without_fault_passes(eye: PatchEye) -> None:
     found = _judged(read_sets(("all",), Faults(noise=0.001, glasses_loss=0.85), eye))
     undecided = {name for name, one in found.items() if one.passed is None}
-    # Spectra are not simulated, and a gamut is told without a verdict.
-    assert undecided == {"spectral_overlap", "observer_metamerism", "gamut"}
+    # Spectra are not simulated, and a gamut and a contrast are told without a verdict.
+    assert undecided == {"spectral_overlap", "observer_metamerism", "gamut", "room_light"}
     failed = {name: one.value for name, one in found.items() if one.passed is False}
     # Taking the glasses off moves the gamut by nothing here; nothing else is planted either.
     assert failed == {}
@@ -67,6 +69,19 @@ def test_negative_crosstalk_is_found_and_told_in_words() -> None:
     for seed in range(5):
         none = _judged(read_sets(("crosstalk",), Faults(noise=0.005), seed=seed))["crosstalk"]
         assert "negative" not in none.words
+
+
+def test_the_room_s_light_is_read_with_the_display_switched_off() -> None:
+    ambient = np.array([0.3, 0.32, 0.27])
+    table = read_sets(("grey", "ambient"), Faults(noise=0.001), room=ambient)
+    found = room_lights(table)["both"]
+    assert found.readings == 3
+    assert found.held
+    assert found.ambient_XYZ_cd_m2 == pytest.approx(ambient, rel=0.01)
+    start = Arrangement("left")
+    off = Arrangement("left", screen_off=True)
+    assert "switch the display off at its power button" in off.request(start)
+    assert start.request(off) == "Switch the display on again, and let it warm up."
 
 
 def test_a_set_leaves_the_plain_readings_alone() -> None:

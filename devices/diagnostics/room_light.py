@@ -1,0 +1,138 @@
+"""The room's light on the screen (thesis Expression 3.1), from readings with the display switched off.
+
+A reading named ``black@screen-off`` holds what the screen, while it is off, sends to the eye of the room's light,
+through the glasses. Readings that were taken in the same light hold it too, in black and in all else; it is taken off
+them before a display model is fitted, so that the display's own black stays the display's. Black that is darker than
+the room's light cannot hold it: such readings were taken in the dark, and stay as they are.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from devices.diagnostics.diagnosis import Cell, Check, Diagnosis, Table
+from devices.diagnostics.readings import tag, tagged
+from devices.measurements import Measurements, PatchEye
+
+Floats = NDArray[np.float64]
+CONTRAST = Check(
+    "room_light",
+    "The room's light on the screen",
+    None,
+    "white over black, in the room",
+    "No limit: what a picture needs depends on its darkest parts; nothing darker than room and black can be shown",
+)
+# Two readings of one light differ by so little: black with the screen on is no darker than the room's light by more.
+_SAME = 0.05
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class RoomLight:
+    """What one lens gets of the room's light from the screen, XYZ in cd/m², (3,), as ``readings`` have it.
+
+    ``held``: whether the readings of the display hold it. ``white_cd_m2`` and ``black_cd_m2``: the display's own
+    luminances, without it; None where they were not read.
+    """
+
+    ambient_XYZ_cd_m2: Floats
+    readings: int
+    held: bool
+    white_cd_m2: float | None
+    black_cd_m2: float | None
+
+    @property
+    def contrasts(self) -> tuple[float, float] | None:
+        """White's luminance over black's, without and with the room's light; None where either was not read."""
+        if self.white_cd_m2 is None or self.black_cd_m2 is None:
+            return None
+        room = float(self.ambient_XYZ_cd_m2[1])
+        alone = self.white_cd_m2 / self.black_cd_m2 if self.black_cd_m2 > 0.0 else np.inf
+        dark = self.black_cd_m2 + room
+        return alone, (self.white_cd_m2 + room) / dark if dark > 0.0 else np.inf
+
+    @property
+    def words(self) -> str:
+        """What was found, in sentences."""
+        room = float(self.ambient_XYZ_cd_m2[1])
+        words = f"The screen sends {room:.3g} cd/m² of the room's light to the eye while it is off."
+        if self.contrasts is not None:
+            alone, lit = self.contrasts
+            dark = "more than can be read" if np.isinf(alone) else f"{alone:.0f}"
+            words += f" White over black is {dark} without it and {lit:.0f} with it."
+        if not self.held:
+            words += (
+                " Black with the screen on is darker: the display was read in the dark, and nothing is taken off it."
+            )
+        return words
+
+
+def room_lights(measurements: Measurements) -> Mapping[PatchEye, RoomLight]:
+    """Return the room's light by lens, of the readings with the display switched off; empty where there are none."""
+    rows = [row for row, _ in tagged(measurements, "screen-off")]
+    found: dict[PatchEye, RoomLight] = {}
+    for eye in dict.fromkeys(measurements.eye[row] for row in rows):
+        own = [row for row in rows if measurements.eye[row] == eye]
+        ambient = np.maximum(measurements.XYZ[own].mean(axis=0), 0.0)
+        dark, bright = (_mean(measurements, eye, code) for code in (0.0, 1.0))
+        held = dark is None or bool(dark[1] >= (1.0 - _SAME) * ambient[1])
+        off = ambient[1] if held else 0.0
+        found[eye] = RoomLight(
+            ambient,
+            len(own),
+            held,
+            None if bright is None else float(bright[1] - off),
+            None if dark is None else max(float(dark[1] - off), 0.0),
+        )
+    return found
+
+
+def without_room(measurements: Measurements) -> tuple[Measurements, Mapping[PatchEye, RoomLight]]:
+    """Return the readings with the room's light taken off those that hold it, and the room's light by lens.
+
+    Readings without the glasses, and with the display switched off, stay as they are. What noise would leave below no
+    light is none.
+    """
+    found = room_lights(measurements)
+    light = measurements.XYZ.copy()
+    for row, (name, eye) in enumerate(zip(measurements.name, measurements.eye, strict=True)):
+        known = found.get(eye) or found.get("both")
+        own = tag(name)
+        if known is None or not known.held or (own is not None and own.kind in ("screen-off", "no-glasses")):
+            continue
+        light[row] = np.maximum(light[row] - known.ambient_XYZ_cd_m2, 0.0)
+    return (replace(measurements, XYZ=light) if found else measurements), found
+
+
+def room_light(measurements: Measurements) -> Diagnosis:
+    """Return the contrast of white over black in the room, with the terms apart; nothing is judged by it."""
+    found = room_lights(measurements)
+    known = [(eye, light, *light.contrasts) for eye, light in found.items() if light.contrasts is not None]
+    known = [each for each in known if np.isfinite(each[3])]
+    if not known:
+        return CONTRAST.unjudged(
+            "Read black with the display switched off, in the light of the experiment and through the glasses, and "
+            "name that reading black@screen-off (display measure --set ambient); read black and white with it on."
+        )
+    rows: list[tuple[Cell, ...]] = []
+    for eye, light, alone, lit in known:
+        cells: tuple[Cell, ...] = (light.white_cd_m2, light.black_cd_m2, float(light.ambient_XYZ_cd_m2[1]))
+        rows.append((eye, *cells, "" if np.isinf(alone) else f"{alone:.0f}", f"{lit:.0f}"))
+    heads = ("lens", "white, cd/m²", "black, cd/m²", "room, cd/m²", "white over black", "in the room")
+    _, worst, _, least = min(known, key=lambda each: each[3])
+    return CONTRAST.described(least, worst.words, table=Table(heads, tuple(rows)))
+
+
+def _mean(measurements: Measurements, eye: PatchEye, code: float) -> Floats | None:
+    """Return the mean XYZ (3,) of the plain readings of a grey's ``code`` through ``eye``, None if there are none."""
+    rows = [
+        row
+        for row, name in enumerate(measurements.name)
+        if tag(name) is None
+        and np.all(measurements.codes[row] == code)
+        and (eye == "both" or measurements.eye[row] in (eye, "both"))
+    ]
+    return np.asarray(measurements.XYZ[rows].mean(axis=0)) if rows else None

@@ -1,0 +1,104 @@
+"""The room's light from readings with the display switched off: found, taken off, and kept apart in what is written."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.characterise.display_fit import fit_display
+from devices.diagnostics.room_light import room_light, room_lights, without_room
+from devices.display.display_file import PanelSpec, read_display
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
+from devices.measurements import Measurements
+from devices.patches import PatchEye, find_patches
+
+AMBIENT = np.array([0.3, 0.32, 0.27])
+MODEL = DisplayModel(
+    np.array([0.05, 0.06, 0.08]),
+    np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]]),
+    (ToneCurve(gamma=2.1), ToneCurve(gamma=2.2), ToneCurve(gamma=2.3)),
+)
+
+
+def _readings(*, lit: bool = True, noise: float = 0.0, seed: int = 0) -> Measurements:
+    """Table C.1 in the room's light or in the dark, and three readings of the room's light with the screen off."""
+    patches = find_patches("table_c1").patches
+    codes = np.array([(0.0, 0.0, 0.0), (1.0, 1.0, 1.0), *(patch.codes for patch in patches), *[(0.0, 0.0, 0.0)] * 3])
+    light = MODEL.xyz(codes) + (AMBIENT if lit else 0.0)
+    light[-3:] = AMBIENT
+    light = light * (1.0 + noise * np.random.default_rng(seed).standard_normal(light.shape))
+    names = ("black", "white", *(patch.name for patch in patches), *(f"black@screen-off#{n}" for n in (1, 2, 3)))
+    return Measurements(codes, light, names, None, ("both",) * len(codes), mode="flat")
+
+
+def test_it_is_taken_off_readings_that_hold_it() -> None:
+    bare, found = without_room(_readings())
+    assert found["both"].readings == 3
+    assert found["both"].held
+    assert found["both"].ambient_XYZ_cd_m2 == pytest.approx(AMBIENT)
+    assert bare.XYZ[:-3] == pytest.approx(MODEL.xyz(bare.codes[:-3]), abs=1e-9)
+    assert bare.XYZ[-3:] == pytest.approx(np.tile(AMBIENT, (3, 1)))
+    contrasts = found["both"].contrasts
+    assert contrasts == pytest.approx((MODEL.contrast(), MODEL.in_room(AMBIENT).contrast()))
+    assert "White over black is 1618 without it and 256 with it." in found["both"].words
+
+
+def test_readings_in_the_dark_stay_as_they_are() -> None:
+    dark = _readings(lit=False)
+    bare, found = without_room(dark)
+    assert not found["both"].held
+    assert np.array_equal(bare.XYZ, dark.XYZ)
+    assert "the display was read in the dark" in found["both"].words
+    assert found["both"].contrasts == pytest.approx((MODEL.contrast(), MODEL.in_room(AMBIENT).contrast()))
+
+
+def test_without_a_reading_nothing_changes() -> None:
+    table = _readings().select(np.arange(100))
+    assert without_room(table) == (table, {})
+    assert room_light(table).passed is None
+    assert "black@screen-off" in room_light(table).words
+
+
+def test_a_dark_room_and_a_black_of_nothing_give_no_number() -> None:
+    lit = np.asarray(_readings().codes.any(axis=1, keepdims=True))
+    none = replace(_readings(lit=False), XYZ=np.where(lit, [[1.0, 1.0, 1.0]], [[0.0, 0.0, 0.0]]))
+    assert room_light(none).value is None
+    json.dumps(room_light(none).to_json(), allow_nan=False)
+
+
+def test_each_lens_has_its_own() -> None:
+    left, right = _readings(), replace(_readings(), XYZ=0.5 * _readings().XYZ)
+    eyes: tuple[PatchEye, ...] = (*(("left",) * len(left)), *(("right",) * len(right)))
+    both = Measurements(
+        np.vstack([left.codes, right.codes]), np.vstack([left.XYZ, right.XYZ]), left.name + right.name, None, eyes
+    )
+    found = room_lights(both)
+    assert found["right"].ambient_XYZ_cd_m2 == pytest.approx(0.5 * found["left"].ambient_XYZ_cd_m2)
+    bare, _ = without_room(both)
+    assert bare.XYZ[len(left)] == pytest.approx(0.5 * MODEL.black_XYZ_cd_m2)
+
+
+@pytest.mark.parametrize("lit", [True, False])
+def test_a_fitted_display_file_keeps_black_and_room_apart(tmp_path: Path, lit: bool) -> None:
+    fit = fit_display(_readings(lit=lit, noise=0.001), model="table", file=tmp_path / "r.csv")
+    assert any("White over black" in note for note in fit.notes)
+    assert fit.to_json()["room"]["both"]["taken_off"] is lit
+    file = tmp_path / "d.yaml"
+    fit.write(file, PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.3))
+    model = read_display(file).models("flat").left
+    assert model.ambient_XYZ_cd_m2 == pytest.approx(AMBIENT, rel=0.01)
+    assert model.black_XYZ_cd_m2 == pytest.approx(MODEL.black_XYZ_cd_m2, abs=2e-3)
+    codes = np.array([[0.2, 0.5, 0.8], [0.6, 0.6, 0.6]])
+    assert model.xyz(codes) == pytest.approx(MODEL.in_room(AMBIENT).xyz(codes), rel=0.02)
+
+
+def test_the_report_gives_contrast_with_the_terms_apart() -> None:
+    found = room_light(_readings())
+    assert found.value == pytest.approx(MODEL.in_room(AMBIENT).contrast())
+    assert found.table is not None
+    assert found.table.rows[0][1:4] == pytest.approx((97.06, 0.06, 0.32))
