@@ -33,7 +33,7 @@ def _readings(*, lit: bool = True, noise: float = 0.0, seed: int = 0) -> Measure
     light[-3:] = AMBIENT
     light = light * (1.0 + noise * np.random.default_rng(seed).standard_normal(light.shape))
     names = ("black", "white", *(patch.name for patch in patches), *(f"black@screen-off#{n}" for n in (1, 2, 3)))
-    return Measurements(codes, light, names, None, ("both",) * len(codes), mode="flat")
+    return Measurements(codes, light, names, mode="flat")
 
 
 def test_it_is_taken_off_readings_that_hold_it() -> None:
@@ -73,9 +73,14 @@ def test_a_dark_room_and_a_black_of_nothing_give_no_number() -> None:
 
 def test_each_lens_has_its_own() -> None:
     left, right = _readings(), replace(_readings(), XYZ=0.5 * _readings().XYZ)
-    eyes: tuple[PatchEye, ...] = (*(("left",) * len(left)), *(("right",) * len(right)))
+    eyes: list[PatchEye] = ["left" for _ in left.name]
+    eyes += ["right" for _ in right.name]
     both = Measurements(
-        np.vstack([left.codes, right.codes]), np.vstack([left.XYZ, right.XYZ]), left.name + right.name, None, eyes
+        np.vstack([left.codes, right.codes]),
+        np.vstack([left.XYZ, right.XYZ]),
+        left.name + right.name,
+        None,
+        tuple(eyes),
     )
     found = room_lights(both)
     assert found["right"].ambient_XYZ_cd_m2 == pytest.approx(0.5 * found["left"].ambient_XYZ_cd_m2)
