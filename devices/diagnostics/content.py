@@ -118,6 +118,8 @@ def black_with_picture(measurements: Measurements) -> Diagnosis:
     blacks, white = _blacks(measurements)
     if white is None or len(blacks) < 2:
         return BLACK.unjudged(NOT_MEASURED)
+    if white <= 0:
+        return BLACK.unjudged("White gives no light.")
     light = {name: float(readings.mean()) for name, readings in blacks.items()}
     if {"beside grey", "full-screen"} <= set(light):
         more = light["beside grey"] - light["full-screen"]

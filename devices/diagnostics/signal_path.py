@@ -35,8 +35,9 @@ def cable_greys(measurements: Measurements) -> dict[int, Floats]:
 def pooled_deviation(groups: list[Floats]) -> float:
     """Return the standard deviation of a reading within its group, from all groups; NaN where none repeats."""
     freedom = sum(len(group) - 1 for group in groups)
-    squares = sum(float(((group - group.mean()) ** 2).sum()) for group in groups)
-    return float(np.sqrt(squares / freedom)) if freedom else float("nan")
+    scale = max((float(np.abs(group).max()) for group in groups), default=0.0) or 1.0
+    squares = sum(float((((group - group.mean()) / scale) ** 2).sum()) for group in groups)
+    return scale * float(np.sqrt(squares / freedom)) if freedom else float("nan")
 
 
 RANGE = Check(
@@ -130,6 +131,8 @@ def code_steps(measurements: Measurements) -> Diagnosis:
     codes = _successive(greys)
     if len(codes) < _FEWEST_CODES:
         return STEPS.unjudged(NOT_MEASURED)
+    if min(float(greys[code].mean()) for code in codes) <= 0:
+        return STEPS.unjudged(f"Some code from {codes[0]} to {codes[-1]} gives no light.")
     deviation = pooled_deviation([greys[code] / greys[code].mean() for code in codes])
     light = np.array([greys[code].mean() for code in codes])
     at = np.array(codes, dtype=np.float64)
@@ -275,6 +278,8 @@ def frame_rate_control(measurements: Measurements) -> Diagnosis:
     codes = [code for code in _successive(greys) if len(greys[code]) > 1]
     if len(codes) < _FEWEST_CODES:
         return FRAMES.unjudged(NOT_MEASURED)
+    if min(float(greys[code].mean()) for code in codes) <= 0:
+        return FRAMES.unjudged(f"Some code from {codes[0]} to {codes[-1]} gives no light.")
     from scipy.stats import f as f_distribution
 
     relative = {code: greys[code] / greys[code].mean() - 1 for code in codes}

@@ -76,6 +76,9 @@ def parse_ti3(lines: list[str], file: str) -> Measurements:
     eyes = _eyes(table, findings)
     times = _numbers(table, (_TIME,), findings)[:, 0] if _TIME in names else None
     area = _numbers(table, (_AREA,), findings, highest=100.0)[:, 0] / 100.0 if _AREA in names else None
+    if area is not None and len(area) and area.min() <= 0:
+        what = f"{_AREA} is {100 * area.min():g}"
+        findings.append(table.finding(what, table.rows[int(area.argmin())][names.index(_AREA)], "above 0, in percent"))
     surrounded = set(_SURROUND) <= set(names)
     surround = _numbers(table, _SURROUND, findings, highest=100.0) / 100.0 if surrounded else None
     if findings:

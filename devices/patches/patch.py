@@ -141,12 +141,12 @@ class PatchSet:
     def in_part(self, area: float | None, around: Codes | None) -> PatchSet:
         """Return the set with every patch that fills the picture in the middle alone, with the codes ``around`` it.
 
-        ``area`` is the share of the picture that it then fills, a ninth where it is None; patches for one eye beside
-        other codes in the other stay as they are.
+        ``area`` is the share of the picture that it then fills, a ninth where it is None. Patches that name an area, a
+        surround, a place, what stands before them or what the other eye sees stay as they are.
         """
         moved = (
             replace(patch, area=area, around=around or (0.0, 0.0, 0.0))
-            if patch.filled == 1.0 and patch.other is None and patch.place is None
+            if all(part is None for part in (patch.area, patch.around, patch.other, patch.place, patch.before))
             else patch
             for patch in self.patches
         )

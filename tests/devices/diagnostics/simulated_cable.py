@@ -38,14 +38,14 @@ WIDE = ((0.680, 0.320), (0.265, 0.690), (0.150, 0.060))
 
 
 @lru_cache(maxsize=8)
-def _order(seed: int) -> tuple[Step, ...]:
-    return steps(find_sets(("cable",)), seed)
+def _order(seed: int, highest: int) -> tuple[Step, ...]:
+    return steps([patches.rounded(highest) for patches in find_sets(("cable",))], seed)
 
 
-def read_cable(model: DisplayModel, faults: Faults, seed: int) -> Measurements:
-    """Read the set as `display measure` does, 10 s a patch."""
+def read_cable(model: DisplayModel, faults: Faults, seed: int, highest: int = 255) -> Measurements:
+    """Read the set as `display measure` does, 10 s a patch, with codes of 8 bits, or of 10 if ``highest`` is 1023."""
     instrument = Simulated(SimulatedDisplay(EyeModels(model, model)), seed, faults)
-    shown = _order(seed % 8)
+    shown = _order(seed % 8, highest)
     light = [
         instrument.read(Showing(s.label, s.patch.codes, s.position, EACH_S * s.position, s.patch.codes, s.patch))
         for s in shown

@@ -47,8 +47,9 @@ def test_displays_without_fault_are_not_accused() -> None:
         assert accused == {}
 
 
-def test_everything_is_judged_at_usual_noise() -> None:
-    found = _judged(read_cable(MODEL, QUIET, 1))
+@pytest.mark.parametrize("highest", [255, 1023])
+def test_everything_is_judged_at_usual_noise(highest: int) -> None:
+    found = _judged(read_cable(MODEL, QUIET, 1, highest))
     assert all(one.passed for one in found.values()), {name: one.words for name, one in found.items()}
     assert all(one.series and one.source for one in found.values())
 

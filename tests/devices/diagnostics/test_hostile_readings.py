@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import given, settings
@@ -10,8 +11,10 @@ from hypothesis import strategies as st
 
 from devices.diagnostics.examination import MeasuredSet, examine
 from devices.display.display_file import EyeModels
+from devices.instruments.simulated import Faults
 from devices.measurements import Measurements, PatchEye
 from tests.devices.diagnostics.simulated import MODEL, characterisation
+from tests.devices.diagnostics.simulated_cable import CHECKS, read_cable
 
 NAMES = ["white", "black", "red", "a@r1c1", "a@r1c2", "a@r2c1", "a@0deg", "a@20deg", "a@v-5deg", "a@on-white"]
 NAMES += ["a@on-black", "black@other=white", "black@other=red", "x@r99c99", "b@90000deg"]
@@ -56,3 +59,35 @@ def check_answers(table: Measurements, against_clean: bool) -> None:
 def test_any_readings_as_those_without_glasses(table: Measurements) -> None:
     found = examine([MeasuredSet("a", characterisation())], without_glasses=MeasuredSet("b", table))
     json.dumps([one.to_json() for one in found], allow_nan=False)
+
+
+@st.composite
+def cable_tables(draw: st.DrawFn) -> Measurements:
+    """The set ``cable`` with readings left out, and with light that no display gives."""
+    table = read_cable(MODEL, Faults(noise=draw(st.sampled_from([0.0, 0.002, 0.5]))), draw(st.integers(0, 3)))
+    rng = np.random.default_rng(draw(st.integers(0, 1000)))
+    changed = np.array(table.XYZ)
+    how = draw(st.sampled_from(["some", "all alike", "none", "negative", "reversed", "huge"]))
+    if how == "some":
+        rows = rng.random(len(table)) < 0.1
+        changed[rows] = rng.choice([0.0, -1.0, 1e-30, 1e30, 5.0], (int(rows.sum()), 3))
+    elif how in ("all alike", "none"):
+        changed[:] = 1.0 if how == "all alike" else 0.0
+    else:
+        changed = {"negative": -changed, "reversed": changed.max() - changed, "huge": 1e250 * changed}[how]
+    kept = rng.random(len(table)) < draw(st.sampled_from([0.2, 0.7, 1.0]))
+    return replace(table, XYZ=changed).select(np.flatnonzero(kept | (np.arange(len(table)) == 0)))
+
+
+@settings(max_examples=25, deadline=None)
+@given(cable_tables())
+def test_any_readings_of_the_set_cable_get_an_answer(table: Measurements) -> None:
+    check_cable_answers(table)
+
+
+def check_cable_answers(table: Measurements) -> None:
+    """Assert that every check of what codes pass on their way answers in finite numbers."""
+    for one in (check(table) for check in CHECKS):
+        json.dumps(one.to_json(), allow_nan=False)
+        assert one.words
+        assert one.value is None or np.isfinite(one.value)

@@ -90,6 +90,12 @@ def test_wrong_areas_and_surrounds_name_their_place(lines: list[str], says: str)
     assert says in str(told.value)
 
 
+def test_an_area_of_nothing_in_a_ti3_names_its_place() -> None:
+    text = format_ti3(PARTS).replace(" 11.1111111111 ", " 0 ")
+    with pytest.raises(DeviceError, match=r"t\.ti3:\d+:\d+: PATCH_AREA is 0"):
+        parse_ti3(text.splitlines(), "t.ti3")
+
+
 def test_tables_refuse_what_no_patch_can_fill() -> None:
     with pytest.raises(DeviceError, match="an area is a share"):
         Measurements(OLD.codes, OLD.XYZ, area=np.array([0.0, 1.0]))
@@ -160,5 +166,5 @@ def test_a_display_measured_on_one_surround_throughout_is_fitted_so() -> None:
 def test_a_set_in_part_of_the_picture_has_its_black_and_white_there_too() -> None:
     patches = find_patches("table_c1").in_part(0.25, (0.5, 0.5, 0.5))
     assert {(step.patch.filled, step.patch.surround) for step in steps(patches, 1)} == {(0.25, (0.5, 0.5, 0.5))}
-    crosstalk = find_patches("crosstalk")
-    assert crosstalk.in_part(0.25, None) == crosstalk
+    for name in ("crosstalk", "uniformity", "on-white", "cable"):
+        assert find_patches(name).in_part(0.25, None) == find_patches(name)

@@ -90,7 +90,7 @@ def _spectra(waves: np.ndarray) -> np.ndarray:
 def test_normalised_files_come_back_to_candelas_with_their_spectra() -> None:
     waves = np.arange(380.0, 731, 10)
     table = _spectral(waves)
-    white = table.XYZ[2, 1]
+    white = float(table.XYZ[2, 1])
     assert table.spectra is not None
     relative = Measurements(
         CODES, table.XYZ * 100 / white, table.name, spectra=table.spectra * 100 / white, wavelengths_nm=waves
