@@ -12,7 +12,7 @@ COMMANDS = {
     "measure": "Show patches and read each with an instrument.",
     "fit": "Fit display models to measurements and choose the one that predicts best.",
     "verify": "Show new colours, read them, and report the colour error.",
-    "convert": "Convert a table of device codes to XYZ, or back.",
+    "convert": "Convert codes to XYZ or back, or a display file to an ICC profile or .cube.",
     "metamerism": "Find how differently observers see an object beside its match on the screen.",
     "report": "Write an HTML page that judges a display by its measurements.",
 }
