@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -251,3 +252,18 @@ def test_patches_of_one_area_on_one_grey_are_measured_and_fitted(folder: Path) -
     dim = read_csv(folder / "m.csv")
     assert dim.area is None
     assert dim.XYZ[np.all(dim.codes == 1, axis=1), 1].mean() == pytest.approx(0.5 * white, rel=0.01)
+
+
+def test_a_simulated_panel_of_six_bits_is_reported_as_that(folder: Path) -> None:
+    planted = ("--instrument-option", "panel_bits=6", "--instrument-option", "picture_level_limit=0.4")
+    result = _measure(folder, "--set", "cable", *planted)
+    assert result.exit_code == 0, result.output
+    told = CliRunner().invoke(group, ["display", "report", str(folder / "m.csv"), "--json"])
+    assert told.exit_code == 0, told.output
+    judged = {one["name"]: one for one in json.loads(told.output)["diagnoses"]}
+    assert "6 bits reach the eye" in judged["code_steps"]["words"]
+    assert judged["picture_level"]["value"] == pytest.approx(40, abs=1)
+    assert judged["white_segment"]["passed"] is True
+    page = (folder / "m.html").read_text()
+    assert "up to 50 % of the screen" in page
+    assert page.count("<svg") >= 12
