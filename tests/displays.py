@@ -32,8 +32,8 @@ _SHARES = st.floats(-1.0, 1.0)
 
 
 def _gogo(gamma: float, offset: float, end: float, lift: float) -> ToneCurve:
-    """A curve from an offset, 0.15 at most either way, to about 1."""
-    return ToneCurve(1.0 - 0.15 * offset + 0.05 * end, 0.15 * offset, gamma, 0.01 * max(lift, 0.0))
+    """A curve from an offset, 0.15 at most either way, and a lift of either sign, to about 1."""
+    return ToneCurve(1.0 - 0.15 * offset + 0.05 * end, 0.15 * offset, gamma, 0.01 * lift)
 
 
 def _table(gamma: float, bend: float, flat: float, entries: int) -> TableCurve:
@@ -100,27 +100,30 @@ def display_models(draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: 
 
 @st.composite
 def eye_models(draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: bool | None = None) -> EyeModels:
-    """What each eye sees: the same, or another display of a light less."""
+    """What each eye sees: the same, or another display of a light less; in the dark, or in a lit room."""
+    room = draw(st.sampled_from([0.0, 1e-3, 0.02]))
     left = draw(display_models(kinds, plvc))
+    left = left.in_room(room * left.primaries_XYZ_cd_m2.sum(axis=1)) if room else left
     if draw(st.booleans()):
         return EyeModels(left, left)
     share = draw(st.floats(0.7, 1.0))
     black, matrix = share * left.black_XYZ_cd_m2, share * left.primaries_XYZ_cd_m2
+    ambient = 0.9 * left.ambient_XYZ_cd_m2
     if isinstance(left, Plvc):
         right: DisplayModel = Plvc(
             black, matrix, left.curves, share * left.XYZ_per_light_cd_m2, share * left.mixtures_XYZ_cd_m2
         )
     else:
         right = DisplayModel(black, matrix, draw(three_curves(kinds)))
-    return EyeModels(left, right)
+    return EyeModels(left, right.in_room(ambient))
 
 
 @st.composite
 def crosstalks(draw: st.DrawFn) -> Crosstalk:
-    """Leaks of -1 to 5 % of each of X, Y and Z, and a little of each into the others."""
+    """Leaks that add up to 8 % of each of X, Y and Z, or take up to 6 %, and a little of each into the others."""
 
     def matrix() -> Floats:
-        own = np.diag([draw(st.floats(-0.01, 0.05)) for _ in range(3)])
+        own = np.diag([draw(st.floats(-0.06, 0.08)) for _ in range(3)])
         return np.asarray(own + 0.003 * np.array([[draw(_SHARES) for _ in range(3)] for _ in range(3)]))
 
     return Crosstalk(matrix(), matrix())

@@ -45,10 +45,10 @@ def worst_of_an_eye(
     if correction is not None and correction.crosstalk is not None:
         done = cancel_crosstalk(models, correction.crosstalk, views["left"], views["right"], correction.lift_share)
         sent = done.left_linear if eye == "left" else done.right_linear
-        light = model.black_XYZ_cd_m2 + sent @ model.primaries_XYZ_cd_m2.T
+        light = model.dark_XYZ_cd_m2 + sent @ model.primaries_XYZ_cd_m2.T
     if correction is not None and correction.gain_map is not None:
         x, y = np.meshgrid(np.arange(SIZE_PX[0]) + 0.5, np.arange(SIZE_PX[1]) + 0.5)
-        light = correction.gain_map.corrected(light, correction.gain_map.gain(x, y))
+        light = correction.gain_map.corrected(light, correction.gain_map.gain(x, y), model.ambient_XYZ_cd_m2)
     wanted = model.code(light) * highest_code(bits)
     found = {}
     for word in WORDS:
