@@ -36,6 +36,8 @@ MOST_STEPS = 24
 HALVED = (8, 16)
 # A step of this much, in shares of full light, is the last that Newton's method needs.
 _CLOSE = 2e-14
+# Less than this is what no light was rounded to, and a part of a code where a curve is flat.
+_NO_LIGHT = 5.7e-14
 # Colours undone at a time, which a processor's cache holds.
 _BLOCK = 1 << 13
 # Steps must end for colours of the gamut and this much beyond it, and are counted for colours this far from it.
@@ -116,7 +118,8 @@ class Plvc(DisplayModel):
     def channels(self, light: ArrayLike) -> Floats:
         """Return the channels' linear light, unclipped, for light in units of the primaries, shape (..., 3) each."""
         wanted = np.clip(np.asarray(light, dtype=np.float64), -_LIGHT_LIMIT, _LIGHT_LIMIT)
-        return self.newton(wanted.reshape(-1, 3), MOST_STEPS)[0].reshape(wanted.shape)
+        T = self.newton(wanted.reshape(-1, 3), MOST_STEPS)[0].reshape(wanted.shape)
+        return np.where(np.abs(T) < _NO_LIGHT, 0.0, T)
 
     def newton(self, light: Floats, steps: int) -> tuple[Floats, Floats]:
         """Return the channels' light (n, 3) for ``light`` (n, 3) after ``steps`` at most, and the last step's size."""

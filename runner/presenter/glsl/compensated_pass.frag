@@ -29,8 +29,10 @@ uniform Real3 black_light;        // own_linear_from_XYZ · the black of this ey
 
 out vec4 codes;
 
-vec4 codes_of_linear(Real3 asked);
-Real3 within(int eye, Real3 light);
+vec4 codes_of_channels(Real3 T);
+Real3 channels_of(int eye, Real3 light);
+Real3 channels_within(int eye, Real3 light);
+Real3 light_of(int eye, Real3 T);
 
 Real reading(ivec2 place) {
     vec2 parts = texelFetch(gains, place, 0).rg;
@@ -65,10 +67,13 @@ Real gain_at(ivec2 place) {
     return between(upper, lower, down);
 }
 
-// Both eyes' light, clipped, lifted, clipped again, becomes what is sent to the other eye, and then to this one.
+// Both eyes' light, clipped, lifted, clipped again, becomes what is sent to the other eye, and then to this one, whose
+// channels give T of it. Where nothing follows, codes are those of T: a channel that gives none then has none, and not
+// what the way there and back rounds it to, which is a part of a code where a curve is flat.
 #if defined(LONG_WITHIN) && defined(TWO_FLOATS)
-// In a loop that `within` stands in once: Newton's method in two floats takes drivers half a minute to compile six times.
-void cancel(inout Real3 own, inout Real3 other) {
+// In a loop that channels_within stands in once: Newton's method in two floats takes drivers half a minute to compile six
+// times.
+void cancel(inout Real3 own, inout Real3 other, out Real3 T) {
     for (int step = 0; step < 6 * cancels; step++) {
         int eye = step < 4 ? step & 1 : 5 - step;
         Real3 asked = own;
@@ -84,20 +89,26 @@ void cancel(inout Real3 own, inout Real3 other) {
                 asked = add(asked, lift_share);
             }
         }
-        asked = within(eye, asked);
+        T = channels_within(eye, asked);
+        Real3 light = light_of(eye, T);
         if (eye == 0) {
-            own = asked;
+            own = light;
         } else {
-            other = asked;
+            other = light;
         }
     }
 }
 #else
-void cancel(inout Real3 own, inout Real3 other) {
+Real3 within(int eye, Real3 light) {
+    return light_of(eye, channels_within(eye, light));
+}
+
+void cancel(inout Real3 own, inout Real3 other, out Real3 T) {
     own = within(0, add(within(0, own), lift_share));
     other = within(1, add(within(1, other), lift_share));
     other = within(1, add(mul(other_from_own, own), mul(other_from_other, other)));
-    own = within(0, sub(own, mul(leak, other)));
+    T = channels_within(0, sub(own, mul(leak, other)));
+    own = light_of(0, T);
 }
 #endif
 
@@ -107,13 +118,17 @@ void main() {
     place.y = (size.y + box.y - 1) / box.y - 1 - place.y;
     ivec2 first = place * box;
     Real3 light = sub(mul(own_linear_from_XYZ, mean_XYZ(own_XYZ, first, box)), dark_light);
+    Real3 T = light;
     if (cancels != 0) {
         Real3 other = sub(mul(other_linear_from_XYZ, mean_XYZ(other_XYZ, first, box)), other_dark_light);
-        cancel(light, other);
+        cancel(light, other, T);
     }
     if (evens != 0) {
         // The panel dims black too, and not the room's light: room + gain · (black + light) is what is seen.
         light = sub(mul(add(light, black_light), div(delivered_share, gain_at(place))), black_light);
     }
-    codes = codes_of_linear(light);
+    if (cancels == 0 || evens != 0) {
+        T = channels_of(0, light);
+    }
+    codes = codes_of_channels(T);
 }

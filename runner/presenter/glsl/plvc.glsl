@@ -12,6 +12,8 @@ Real3 add_residual(int eye, Real3 T, Real3 light, inout mat3 slopes);
 
 // A step this long is the last: what remains is its square, or 1e-6 of it, which is what the slopes err by.
 const float LAST_STEP = 1e-11;
+// Less than this is what no light was rounded to, and a part of a code where a curve is flat.
+const float NO_LIGHT = 5.7e-14;
 
 Real3 add_pair(Real3 light, inout vec3 by_one, inout vec3 by_other, Real one, Real other, Real3 both, Real3 while_other,
                Real3 while_one) {
@@ -84,7 +86,12 @@ Real3 channels_of(int eye, Real3 asked) {
         T = sub(T, (i >= 8 && i < 16 ? 0.5 : 1.0) * step);
         if (all(lessThan(abs(step), vec3(LAST_STEP)))) break;
     }
-    return T;
+    vec3 T_floats = floats_of(T);
+    return mul(T, vec3(greaterThanEqual(abs(T_floats), vec3(NO_LIGHT))));
+}
+
+vec4 codes_of_channels(Real3 T) {
+    return codes_of_linear(T);
 }
 
 vec4 codes_of_light(Real3 asked) {
