@@ -5,9 +5,7 @@ from .colour.ciede2000 import delta_e_2000 as delta_e_2000
 from .colour.spaces import xyz_to_lab as xyz_to_lab
 from .colour.white_points import white_point as white_point
 from .colour_matching.individuals import individual_observers as individual_observers
-from .colour_matching.observers import ColorimetricObserver as ColorimetricObserver
 from .colour_matching.observers import colorimetric_observer as colorimetric_observer
-from .compensation.crosstalk import Crosstalk as Crosstalk
 from .compensation.crosstalk_fit import fit_crosstalk as fit_crosstalk
 from .diagnostics.examination import examine as examine
 from .display.display_file import Display as Display
@@ -15,7 +13,6 @@ from .display.display_file import read_display as read_display
 from .display.model import DisplayModel as DisplayModel
 from .display.rig_file import Rig as Rig
 from .display.rig_file import read_rig as read_rig
-from .display.tone_curve import ToneCurve as ToneCurve
 from .display.viewing import disparity_arcmin as disparity_arcmin
 from .display.viewing import pixels_per_degree as pixels_per_degree
 from .display.viewing import visual_angle_deg as visual_angle_deg
