@@ -7,8 +7,8 @@ g(t), one number or one for each channel, and black by itself is what its own re
 
 so that both a backlight, which takes black with it, and light that is added to everything are followed. Each of g, the
 balance of the channels and B is a smooth function of time by `devices.diagnostics.time_trend`, and constant where that
-finds no trend: with noise alone anything at all is corrected in 1 of 100 runs. Readings are brought to the end of the
-run, which is nearest to what is shown afterwards.
+finds no trend: with noise alone anything at all is corrected in about 1 of 100 runs. Readings are brought to the end of
+the run, which is nearest to what is shown afterwards.
 """
 
 from __future__ import annotations

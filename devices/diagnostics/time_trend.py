@@ -25,10 +25,12 @@ _TIME_CONSTANTS = (0.1, 0.3, 1.0)  # of the span of time
 _STIFFNESSES = (1.0, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6)
 # Fewer readings beyond one of each patch leave no error to judge a trend by.
 FEWEST_SPARE = 2
-_DRAWS = 1999
+# Noise is drawn in batches, until it gains so often that the p-value lies far above the level.
+_DRAWS, _BATCH, _FAR = 10_000, 500, 4
 _NOTHING = 1e-12  # spread of values that is only rounding
 _FULL_LEVERAGE = 1e-6
 # Of the readings that are missed by most, this many are doubted; one in so many may be left out at most.
+_LEVEL_WITHOUT_ODD = 0.2
 _ODD, _DOUBTED, _ONE_IN, _FEWEST_TO_DOUBT = 0.25, 3, 5, 8
 
 
@@ -80,7 +82,9 @@ def trend_in_time(time: ArrayLike, values: ArrayLike, group: ArrayLike, level: f
     smoothed = _smoothed(when[kept], value[kept], patch[kept])
     if smoothed is None:
         return None
-    p_value = smoothed.chance()
+    # To leave an odd reading out is a choice too, which noise could profit from.
+    level = level if kept.all() else _LEVEL_WITHOUT_ODD * level
+    p_value = smoothed.chance(level)
     before, after = (float(np.sqrt(np.mean(left**2))) for left in (smoothed.left_out_none, smoothed.left_out_best))
     if p_value > level or after >= before:
         return None
@@ -154,14 +158,19 @@ class _Smoothed:
         """The errors of readings left out, with the best trend."""
         return self.best.left_out(self.rest)
 
-    def chance(self) -> float:
-        """Return how often noise at the same times gains as much by its own best trend."""
-        draws = np.random.default_rng(1).standard_normal((_DRAWS, len(self.rest)))
-        noise = _within(draws, self.member, self.counts)
-        plain = np.mean((noise / (1.0 - 1.0 / self.counts[self.member])) ** 2, axis=1)
-        least = np.min([np.mean(fit.left_out(noise) ** 2, axis=1) for fit in self.fits], axis=0) / plain
+    def chance(self, level: float) -> float:
+        """Return how often noise at the same times gains as much by its own best trend; roughly, if far above it."""
         own = float(np.mean(self.left_out_best**2) / np.mean(self.left_out_none**2))
-        return float((1 + np.sum(least <= own)) / (1 + _DRAWS))
+        generator = np.random.default_rng(1)
+        drawn, gains = 0, 0
+        while drawn < _DRAWS:
+            noise = _within(generator.standard_normal((_BATCH, len(self.rest))), self.member, self.counts)
+            plain = np.mean((noise / (1.0 - 1.0 / self.counts[self.member])) ** 2, axis=1)
+            least = np.min([np.mean(fit.left_out(noise) ** 2, axis=1) for fit in self.fits], axis=0) / plain
+            drawn, gains = drawn + _BATCH, gains + int(np.sum(least <= own))
+            if gains > _FAR * (level * drawn + 1):
+                break
+        return (1 + gains) / (1 + drawn)
 
 
 def _smoothed(when: Floats, value: Floats, patch: NDArray[Any]) -> _Smoothed | None:
