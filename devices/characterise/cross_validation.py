@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from devices.characterise.channel_fit import Kind
 from devices.characterise.parametric import Fitted, fit_parametric
 from devices.characterise.patches import Patches
-from devices.characterise.residual_fit import fit_residual
+from devices.characterise.residual_fit import fit_curves_too, fit_residual
 from devices.characterise.table_fit import fit_plvc, fit_table
 from devices.display.model import DisplayModel
 from devices.display.plvc import Plvc
@@ -32,12 +32,16 @@ _TRUSTED_TIMES, _TRUSTED_MORE = 1.5, 0.05
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Fit:
-    """A model fitted to readings: how many of its numbers were free, their condition, and what else the fit tells."""
+    """A model fitted to readings: how many of its numbers were free, their condition, and what else the fit tells.
+
+    ``before``: the model before its curves were fitted along with its terms, None where they were not.
+    """
 
     model: DisplayModel
     free_numbers: int
     condition: float
     fitted: Fitted | None
+    before: Plvc | None = None
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -122,7 +126,8 @@ def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True, re
         out[kind] = Fit(fitted.model, fitted.free_numbers, fitted.condition, fitted)
     tables = fit_table(data, out["gogo"].model, judged=judged)
     out["table"] = Fit(tables.model, tables.free_numbers, tables.condition, tables)
-    out["plvc"] = Fit(*fit_plvc(data, tables, judged=judged), None)
+    plvc, numbers_of, condition = fit_plvc(data, tables, judged=judged)
+    out["plvc"] = Fit(fit_curves_too(data, plvc), numbers_of, condition, None, plvc)
     if residual:
         out["residual"] = residual_of(data, out["plvc"])
     return out
@@ -130,8 +135,8 @@ def fit_all(data: Patches, starts: dict[str, Floats], *, judged: bool = True, re
 
 def residual_of(data: Patches, plvc: Fit) -> Fit:
     """Return the model of the residual on the PLVC fitted to the same ``data``."""
-    assert isinstance(plvc.model, Plvc)
-    return Fit(*fit_residual(data, plvc.model, plvc.free_numbers), float("nan"), None)
+    assert plvc.before is not None
+    return Fit(*fit_residual(data, plvc.before, plvc.free_numbers), float("nan"), None)
 
 
 def anchors(codes: Floats) -> NDArray[np.bool_]:

@@ -31,6 +31,7 @@ from devices.characterise.table_fit import (
 from devices.display.plvc import Plvc
 from devices.display.residual import Residual, gram, kernels, place_of
 from devices.display.table_curve import TableCurve
+from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
 Curves = tuple[TableCurve, TableCurve, TableCurve]
@@ -69,6 +70,8 @@ class _Kernels:
     def model(self, black: Floats, curves: Curves, coefficients: Floats) -> Plvc:
         """Return the model of all ``coefficients`` (FUNCTIONS + k, 3), in cd/m²."""
         base = plvc_of(black, curves, coefficients[:FUNCTIONS])
+        if not len(self.knots):
+            return base
         return replace(base, residual=Residual(self.knots, self.width, coefficients[FUNCTIONS:]))
 
 
@@ -81,13 +84,23 @@ def fit_residual(patches: Patches, plvc: Plvc, free_numbers: int) -> tuple[Plvc,
     spread = knots_among(_light(curves_of(plvc), patches.codes), max(KNOTS))
     count, width, stiffness = _FIRST
     first = _Kernels(spread[:count], width, stiffness)
-    begin = _fitted(patches, plvc, curves_of(plvc), first)
-    for model in reversed(_curves_fitted(patches, begin, first)):
-        for chosen in _ranked(patches, model, spread):
-            best = _fitted(patches, model, curves_of(model), chosen)
-            if not best.clashes():
-                return best, free_numbers + 3 * len(chosen.knots) + 2
+    best, chosen = plvc, first
+    try:
+        begin = _fitted(patches, plvc, curves_of(plvc), first)
+        for model in reversed(_curves_fitted(patches, begin, first)):
+            for chosen in _ranked(patches, model, spread):
+                best = _fitted(patches, model, curves_of(model), chosen)
+                if not best.clashes():
+                    return best, free_numbers + 3 * len(chosen.knots) + 2
+    except DeviceError:
+        pass  # numbers beyond all measure, of readings that are no display's: what was found until then stays
     return best, free_numbers + 3 * len(chosen.knots) + 2
+
+
+def fit_curves_too(patches: Patches, plvc: Plvc) -> Plvc:
+    """Return ``plvc``, fitted to ``patches``, with its curves and terms fitted at once, if that can be undone."""
+    better = _curves_fitted(patches, plvc, _Kernels(np.zeros((0, 3)), 1.0, 1.0))[-1]
+    return better if not better.clashes() else plvc
 
 
 def knots_among(light: Floats, most: int) -> Floats:
@@ -179,7 +192,10 @@ def _curves_fitted(patches: Patches, begin: Plvc, setting: _Kernels) -> list[Plv
         for c in range(3):
             roots[c] = np.sqrt(rising_curve(knots[c], found[cuts[c] : cuts[c + 1]]).light)
         curves = (_curve(knots[0], roots[0]), _curve(knots[1], roots[1]), _curve(knots[2], roots[2]))
-        new = _fitted(patches, setting.model(black, curves, unit * found[:terms].reshape(-1, 3)), curves, setting)
+        try:
+            new = _fitted(patches, setting.model(black, curves, unit * found[:terms].reshape(-1, 3)), curves, setting)
+        except DeviceError:
+            break  # numbers beyond all measure
         if differences(new, patches).mean() >= differences(model, patches).mean():
             break
         models.append(new)
