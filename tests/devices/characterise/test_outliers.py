@@ -90,8 +90,8 @@ def test_what_a_repeat_contradicts_goes() -> None:
 
 @pytest.mark.parametrize("anchor", [0, 26, 52, 78], ids=["black", "red", "green", "blue"])
 def test_black_and_primaries_go_only_where_all_else_contradicts_them(anchor: int) -> None:
-    for display in DISPLAYS.values():
-        XYZ = noisy(display(CODES), 0.002, 1)
+    for display in ("S-shaped", "additive"):
+        XYZ = noisy(DISPLAYS[display](CODES), 0.002, 1)
         XYZ[anchor] = XYZ[119] if anchor == 0 else 0.3 * XYZ[anchor]
         found = screen(CODES, XYZ, 1)
         assert anchor in np.flatnonzero(found.wrong)
