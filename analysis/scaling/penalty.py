@@ -136,8 +136,11 @@ class Firth(NoPenalty):
         return 1e-12 * (1 + size)
 
     def has_settled(self, size: Floats, last_size: Floats) -> NDArray[np.bool_]:
-        """Steps shrink by a constant factor at the end, so they are followed down to rounding."""
-        return np.asarray((size <= 1e-12) | ((size <= 1e-9) & (size >= last_size)))
+        """Steps shrink by a constant factor at the end, so they are followed down to rounding.
+
+        Beside pairs compared 1e9 times and separated, rounding alone makes steps of 1e-9.
+        """
+        return np.asarray((size <= 1e-12) | ((size <= 1e-8) & (size >= last_size)))
 
 
 NO_PENALTY: Penalty = NoPenalty()
