@@ -17,7 +17,7 @@ from devices.diagnostics.examination import MeasuredSet, examine
 from devices.diagnostics.eyewear import crosstalk, crosstalk_readings
 from devices.diagnostics.panel import uniformity
 from devices.diagnostics.readings import plain, tag, tagged
-from devices.diagnostics.warm_up import settle
+from devices.diagnostics.settling import settle
 from devices.display.display_file import EyeModels, read_display
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye, read_csv

@@ -10,7 +10,8 @@ import pytest
 from numpy.typing import NDArray
 
 from devices.diagnostics.readings import tag
-from devices.diagnostics.warm_up import place_departures, warm_up
+from devices.diagnostics.settling import place_departures
+from devices.diagnostics.warm_up import warm_up
 from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
