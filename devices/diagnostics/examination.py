@@ -12,15 +12,17 @@ from devices.diagnostics.content import black_with_picture, dynamic_contrast, pi
 from devices.diagnostics.diagnosis import Diagnosis, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
+from devices.diagnostics.light_of_readings import in_light_of, light_through
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
 from devices.diagnostics.readings import Kind, cable_colours, plain, primaries, tagged, untagged
-from devices.diagnostics.room_light import room_light
+from devices.diagnostics.room_light import room_light, room_lights
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.diagnostics.stability import drift, repeatability
 from devices.diagnostics.warm_up import warm_up
 from devices.display.display_file import EyeModels, read_display
+from devices.display.model import DisplayModel
 from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
@@ -252,7 +254,8 @@ def examine(
     sets
         Characterisations and special readings (`devices.diagnostics.readings`), in any order.
     models
-        What the readings are compared with; for readings through both lenses the left eye's model.
+        What the readings are compared with; for readings through both lenses the left eye's model. Readings that were
+        taken in the dark are compared without the models' room light, and readings in another light with that.
     without_glasses
         The same patches read without glasses, compared with every set with primaries, through each lens. Where it is
         None, each set's own readings named ``...@no-glasses`` are.
@@ -294,9 +297,9 @@ def examine(
     add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
     add([(measured.label, room_light(measured.measurements)) for measured in sets])
     if models is not None:
-        chosen = [(own, models.right if eye == "right" else models.left) for own, eye in subjects]
-        add([(own.label, estimated_codes(own.measurements, model)) for own, model in chosen])
-        add([(own.label, model_difference(own.measurements, model)) for own, model in chosen])
+        chosen = [(own, *_in_their_light(own, eye, models, sets)) for own, eye in subjects]
+        for judge in (estimated_codes, model_difference):
+            add([(own.label, _with_words(judge(own.measurements, model), words)) for own, model, words in chosen])
     full = [own for own, _ in subjects if primaries(own.measurements)[0] is not None]
     if len(full) > 1:
         first = full[0]
@@ -311,6 +314,23 @@ def examine(
         add([(own.label, glasses_transmittance(own.measurements, table)) for own, table in seen])
         add([(own.label, luminance_loss(own.measurements, table)) for own, table in seen])
     return tuple(diagnoses)
+
+
+def _in_their_light(
+    own: MeasuredSet, eye: PatchEye, models: EyeModels, sets: Sequence[MeasuredSet]
+) -> tuple[DisplayModel, str]:
+    """Return the model of ``eye`` in the light that its readings were taken in, and words on it.
+
+    A set of ``sets`` in which the screen was read while it was off may be a file of its own, beside the readings.
+    """
+    read = light_through(room_lights(own.measurements), eye)
+    every = [light_through(room_lights(each.measurements), eye) for each in sets]
+    elsewhere = [light for light in every if light is not None]
+    return in_light_of(own.measurements, models.right if eye == "right" else models.left, read, elsewhere)
+
+
+def _with_words(diagnosis: Diagnosis, words: str) -> Diagnosis:
+    return replace(diagnosis, words=diagnosis.words + words) if _has_result(diagnosis) else diagnosis
 
 
 def _with_primaries(measurements: Measurements) -> Measurements:

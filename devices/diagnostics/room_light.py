@@ -27,7 +27,7 @@ CONTRAST = Check(
     "No limit: what a picture needs depends on its darkest parts; nothing darker than room and black can be shown",
 )
 # Two readings of one light differ by so little: black with the screen on is no darker than the room's light by more.
-_SAME = 0.05
+SAME = 0.05
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -78,7 +78,7 @@ def room_lights(measurements: Measurements) -> Mapping[PatchEye, RoomLight]:
         own = [row for row in rows if measurements.eye[row] == eye]
         ambient = np.maximum(measurements.XYZ[own].mean(axis=0), 0.0)
         dark, bright = (_mean(measurements, eye, code) for code in (0.0, 1.0))
-        held = dark is None or bool(dark[1] >= (1.0 - _SAME) * ambient[1])
+        held = dark is None or bool(dark[1] >= (1.0 - SAME) * ambient[1])
         off = ambient[1] if held else 0.0
         found[eye] = RoomLight(
             ambient,

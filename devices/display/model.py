@@ -74,6 +74,11 @@ class DisplayModel:
         """
         return replace(self, ambient_XYZ_cd_m2=np.asarray(ambient_XYZ_cd_m2, dtype=np.float64))
 
+    @property
+    def in_the_dark(self) -> DisplayModel:
+        """The same display without the room's light; the model itself where it has none."""
+        return self.in_room(np.zeros(3)) if self.ambient_XYZ_cd_m2.any() else self
+
     @cached_property
     def dark_XYZ_cd_m2(self) -> Floats:
         """XYZ (3,) at linear light 0 in every channel: the room's light and the display's own black."""

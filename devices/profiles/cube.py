@@ -64,7 +64,7 @@ def cube_of_model(
     Parameters
     ----------
     model
-        The display model of an eye.
+        The display model of an eye; the room's light is left out, as in an ICC profile.
     title
         What programs show as its name.
     given
@@ -95,7 +95,8 @@ def cube_of_model(
     most = 129 if given == "srgb" else 65536
     if not 2 <= size <= most:
         raise DeviceError(f"a .cube of {size} points; 2 to {most} are possible")
-    return _from_srgb(model, title, size) if given == "srgb" else _from_light(model, title, size)
+    own = model.in_the_dark
+    return _from_srgb(own, title, size) if given == "srgb" else _from_light(own, title, size)
 
 
 def write_cube(
@@ -106,7 +107,7 @@ def write_cube(
     Parameters
     ----------
     model
-        The display model of an eye.
+        The display model of an eye, as in `cube_of_model`.
     path
         The table to write; a file in its place is replaced.
     title, given, points

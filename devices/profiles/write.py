@@ -103,7 +103,7 @@ def profile_of_model(
         If the white gives no light, the points are not in range, or a matrix was asked for and cannot express the
         model.
     """
-    model = model.in_room(np.zeros(3)) if model.ambient_XYZ_cd_m2.any() else model
+    model = model.in_the_dark
     white = model.xyz(np.ones(3))
     if not np.all(white > 0):
         raise DeviceError(f"a profile needs a white with X, Y and Z above 0, not {white.tolist()}")

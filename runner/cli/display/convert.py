@@ -63,11 +63,11 @@ def command(
 
     With --to code or xyz: reads CSV from FILE or standard input, or the readings of an ArgyllCMS .ti3, and writes CSV
     to standard output: the columns red,green,blue, in 0..255 or up to --full, become X,Y,Z in cd/m², or the other way
-    about. Codes are not rounded. Colours outside the gamut become the nearest codes channel by channel; their number is
-    printed on the error stream.
+    about. XYZ include the room's light where the display file has it. Codes are not rounded. Colours outside the gamut
+    become the nearest codes channel by channel; their number is printed on the error stream.
 
-    With --to icc or cube: FILE is the display file. The model of one mode and eye is written for other programs, and
-    how well the file agrees with the model is printed.
+    With --to icc or cube: FILE is the display file. The model of one mode and eye is written for other programs,
+    without the room's light, and how well the file agrees with the model is printed.
     """
     from typing import cast
 
@@ -145,5 +145,8 @@ def _write(
         click.echo("Note: people may see such differences; take more --points, up to 65, or --profile-kind auto.")
     if models.left is not models.right:
         click.echo(f"Note: it is of the {eye} eye; the other has a model of its own (--eye).")
+    room_cd_m2 = float(models.eye(eye).ambient_XYZ_cd_m2[1])
+    if models.eye(eye).ambient_XYZ_cd_m2.any():
+        click.echo(f"Note: it is of the display alone: the room's light, {room_cd_m2:.3g} cd/m², is left out.")
     if display.crosstalk(chosen) is not None or display.gain_map(chosen) is not None:
         click.echo("Note: crosstalk and the gain map of the display file have no place in it.")

@@ -98,3 +98,10 @@ def test_what_cannot_be_a_cube_is_refused(tmp_path: Path) -> None:
         cube_of_model(thesis_display(), "x", points=130)
     with pytest.raises(DeviceError, match="cannot be written"):
         write_cube(thesis_display(), tmp_path / "none" / "x.cube", "x", points=2)
+
+
+@pytest.mark.parametrize("given", ["srgb", "light"])
+def test_the_room_s_light_is_left_out(given: CubeInput) -> None:
+    model = thesis_display()
+    lit, dark = (cube_of_model(each, "x", given, points=9) for each in (model.in_room([3.0, 4.0, 2.0]), model))
+    assert lit == dark

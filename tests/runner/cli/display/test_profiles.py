@@ -127,3 +127,16 @@ def test_a_profile_that_is_far_off_is_noted(tmp_path: Path) -> None:
     words = _run("convert", str(path), "--to", "icc")
     assert "Note" not in words
     assert "tables of 33 points" in words or "tables of 25 points" in words
+
+
+@pytest.mark.parametrize(("target", "more"), [("icc", []), ("cube", ["--points", "9"])])
+def test_the_room_s_light_goes_into_no_file_for_other_programs(tmp_path: Path, target: str, more: list[str]) -> None:
+    made: dict[str, bytes] = {}
+    for name, room in (("dark", ""), ("lit", "ambient_XYZ_cd_m2: [0.5, 0.6, 0.4]\n")):
+        path, out = tmp_path / name / "d.yaml", tmp_path / name / f"d.{target}"
+        path.parent.mkdir()
+        path.write_text(DISPLAY.read_text(encoding="utf-8") + room, encoding="utf-8")
+        words = _run("convert", str(path), "--mode", "side-by-side", "--to", target, "-o", str(out), *more)
+        assert ("Note: it is of the display alone: the room's light, 0.6 cd/m², is left out." in words) == bool(room)
+        made[name] = out.read_bytes()
+    assert made["lit"] == made["dark"]

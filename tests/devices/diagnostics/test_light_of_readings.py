@@ -1,0 +1,161 @@
+"""Readings compared with a display file in the light they were taken in: in the dark, lit, in another light."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from devices.characterise.display_yaml import ambient_lines, model_lines
+from devices.diagnostics.diagnosis import Diagnosis
+from devices.diagnostics.examination import MeasuredSet, examine, judge_display
+from devices.diagnostics.gamut_and_model import model_difference
+from devices.diagnostics.light_of_readings import in_light_of, light_through
+from devices.diagnostics.room_light import room_lights
+from devices.display.display_file import EyeModels
+from devices.display.model import DisplayModel
+from devices.display.tone_curve import ToneCurve
+from devices.measurements import Measurements, PatchEye, write_csv
+
+ROOM = np.array([0.55, 0.6, 0.5])
+OTHER_ROOM = np.array([1.6, 1.8, 1.5])
+MODEL = DisplayModel(
+    np.array([0.05, 0.06, 0.08]),
+    np.array([[40.0, 35, 18], [20, 70, 7], [2, 11, 95]]),
+    (ToneCurve(gamma=2.1), ToneCurve(gamma=2.2), ToneCurve(gamma=2.3)),
+)
+LIT = MODEL.in_room(ROOM)
+NONE = np.zeros(3)
+
+
+def _readings(
+    room: np.ndarray,
+    *,
+    off: np.ndarray | None = None,
+    shown: DisplayModel = MODEL,
+    eye: PatchEye = "both",
+    noise: float = 0.002,
+    with_black: bool = True,
+) -> Measurements:
+    """Dark and bright colours in ``room``; ``off``: what the screen gave while it was off, where that was read."""
+    steps = np.linspace(0.0, 1.0, 4)
+    codes = np.stack(np.meshgrid(steps, steps, steps), axis=-1).reshape(-1, 3)
+    codes = codes if with_black else codes[codes.any(axis=1)]
+    light = shown.in_room(room).xyz(codes)
+    names = [f"p{row}" for row in range(len(codes))]
+    if off is not None:
+        codes, light, names = np.vstack([codes, NONE]), np.vstack([light, off]), [*names, "black@screen-off"]
+    light = light * (1.0 + noise * np.random.default_rng(5).standard_normal((len(light), 1)))
+    return Measurements(codes, light, tuple(names), None, (eye,) * len(codes))
+
+
+def _difference(*tables: Measurements, model: DisplayModel = LIT) -> Diagnosis:
+    sets = [MeasuredSet(f"{place}", table) for place, table in enumerate(tables)]
+    return next(one for one in examine(sets, models=EyeModels(model, model)) if one.name == "model_difference")
+
+
+@pytest.mark.parametrize("off", [None, ROOM])
+@pytest.mark.parametrize(("room", "words"), [(NONE, "in the dark"), (ROOM, "hold 0.6")])
+def test_the_right_model_passes_in_the_dark_and_in_the_light(
+    room: np.ndarray, words: str, off: np.ndarray | None
+) -> None:
+    found = _difference(_readings(room, off=off))
+    assert found.passed
+    assert found.value is not None
+    assert found.value < 0.15
+    assert words in found.words
+
+
+def test_the_wrong_light_alone_fails_a_right_model() -> None:
+    """What the check would find if it did not look for the light: so much is at stake."""
+    assert model_difference(_readings(NONE), LIT).passed is False
+    assert model_difference(_readings(ROOM), MODEL).passed is False
+
+
+@pytest.mark.parametrize("off", [None, ROOM])
+@pytest.mark.parametrize("room", [NONE, ROOM])
+def test_a_wrong_model_fails_in_the_dark_and_in_the_light(room: np.ndarray, off: np.ndarray | None) -> None:
+    shown = replace(MODEL, curves=(ToneCurve(gamma=2.4),) * 3)
+    assert _difference(_readings(room, off=off, shown=shown)).passed is False
+
+
+def test_a_room_s_light_that_the_file_does_not_have_fails_unless_it_was_read() -> None:
+    assert _difference(_readings(OTHER_ROOM)).passed is False
+    assert _difference(_readings(OTHER_ROOM), model=MODEL).passed is False
+    for model, known in ((LIT, "0.6"), (MODEL, "0")):
+        found = _difference(_readings(OTHER_ROOM, off=OTHER_ROOM), model=model)
+        assert found.passed
+        assert f"the display file has {known}." in found.words
+
+
+def test_it_may_have_been_read_in_a_file_of_its_own() -> None:
+    off = _readings(OTHER_ROOM, off=OTHER_ROOM)
+    off = off.select([len(off) - 1])
+    assert _difference(_readings(OTHER_ROOM), off).passed
+    dark = _difference(_readings(NONE), off)
+    assert dark.passed
+    assert "in the dark" in dark.words
+    assert _difference(_readings(ROOM), off).passed
+
+
+def test_each_lens_is_compared_in_its_own_light() -> None:
+    left, right = _readings(OTHER_ROOM, off=OTHER_ROOM, eye="left"), _readings(NONE, off=0.5 * OTHER_ROOM, eye="right")
+    table = Measurements(
+        np.vstack([left.codes, right.codes]),
+        np.vstack([left.XYZ, right.XYZ]),
+        left.name + right.name,
+        None,
+        left.eye + right.eye,
+    )
+    found = [
+        one
+        for one in examine([MeasuredSet("m", table)], models=EyeModels(LIT, LIT))
+        if one.name in ("model_difference", "estimated_codes")
+    ]
+    assert [one.passed for one in found] == [True] * 4
+    assert "hold 1.8" in found[0].words
+    assert "in the dark" in found[1].words
+
+
+def test_without_black_they_are_taken_to_hold_it_and_that_is_said() -> None:
+    found = _difference(_readings(ROOM, with_black=False))
+    assert found.passed
+    assert "Black was not read" in found.words
+
+
+def test_a_screen_that_gives_no_light_while_off_is_in_the_dark() -> None:
+    model, words = in_light_of(_readings(NONE), LIT, NONE)
+    assert not model.ambient_XYZ_cd_m2.any()
+    assert "no light while it was off" in words
+    assert in_light_of(_readings(NONE), MODEL, NONE) == (MODEL, "")
+
+
+def test_black_darker_than_the_room_is_of_the_dark_whatever_the_file_has_for_black() -> None:
+    """The file's black is 0; black as read, 0.34, is nearer to 0.6 than to 0, and yet cannot hold 0.6."""
+    bright = replace(MODEL, black_XYZ_cd_m2=np.array([0.3, 0.34, 0.3]))
+    bare = replace(MODEL, black_XYZ_cd_m2=NONE)
+    model, _ = in_light_of(_readings(NONE, shown=bright), bare.in_room(ROOM), ROOM)
+    assert not model.ambient_XYZ_cd_m2.any()
+
+
+def test_the_light_through_a_lens() -> None:
+    both, left = (room_lights(_readings(ROOM, off=ROOM, eye=eye, noise=0.0)) for eye in ("both", "left"))
+    assert light_through(both, "right") == pytest.approx(ROOM)
+    assert light_through(left, "both") == pytest.approx(ROOM)
+    assert light_through(left, "right") is None
+
+
+def test_by_a_display_file(tmp_path: Path) -> None:
+    lines = ["schema_version: 1", "panel: {resolution_px: [100, 100], pixel_pitch_mm: 0.25}", *ambient_lines(ROOM)]
+    lines += ["modes:", "  flat:", *(f"    {line}" for line in model_lines(MODEL, "made up"))]
+    display, table = tmp_path / "d.yaml", tmp_path / "r.csv"
+    display.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    for room in (NONE, ROOM):
+        write_csv(_readings(room), table)
+        verdicts = judge_display([table], display=display)
+        found = next(one for one in verdicts.diagnoses if one.name == "model_difference")
+        assert found.passed
+        json.dumps(verdicts.to_json(), allow_nan=False)
