@@ -13,6 +13,7 @@ from pydantic import BeforeValidator, Field, NonNegativeFloat, PositiveFloat
 
 from devices.camera.camera_model import CameraModel, ExposureSet, Form
 from devices.camera.exposure import Exposure, parse_seconds
+from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.files import write_whole
@@ -69,7 +70,7 @@ class MatrixSpec(Strict):
 
 
 class CameraSpec(Strict):
-    """A camera file."""
+    """A camera file; ``observer`` is the colorimetric observer of its XYZ."""
 
     schema_version: Literal[1]
     name: str = ""
@@ -81,6 +82,7 @@ class CameraSpec(Strict):
     safe_luminance_cd_m2: tuple[NonNegativeFloat, PositiveFloat] | None = None
     exposure_sets: tuple[ExposureSetSpec, ...] = ()
     source: str = ""
+    observer: ObserverSpec = DEFAULT_OBSERVER
 
     def model(self) -> CameraModel:
         """Return the camera model."""
@@ -95,6 +97,7 @@ class CameraSpec(Strict):
             self.name,
             self.source,
             tuple(tried.exposure_set() for tried in self.exposure_sets),
+            str(self.observer),
         )
 
 
@@ -136,6 +139,8 @@ def format_camera(model: CameraModel) -> str:
     lines = ["schema_version: 1"]
     if model.name:
         lines.append(f"name: {_text(model.name)}")
+    if model.observer != DEFAULT_OBSERVER:
+        lines.append(f"observer: {model.observer}")
     lines.append(f"form: {model.form}")
     if model.exposure is not None:
         e = model.exposure

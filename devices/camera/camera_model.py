@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.camera.exposure import Exposure
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.errors import DeviceError
 from documents import Finding
 
@@ -43,8 +44,8 @@ class CameraModel:
     ``black_rgb`` is what remains to be subtracted from RGB, a share of full scale; zero where development has done it.
     ``exposure`` is that of the photograph fitted to, None where it is unknown. ``safe_luminance_cd_m2`` is the range of
     luminances at that exposure that the fit was tested on (thesis Figure 5.8). ``exposure_sets`` are those that the
-    camera was tried at (thesis Table 4.2). Raises DeviceError if the numbers are not finite, the matrix has no inverse,
-    the range is none, or a linear model has an offset.
+    camera was tried at (thesis Table 4.2). ``observer`` is the colorimetric observer of XYZ. Raises DeviceError if the
+    numbers are not finite, the matrix has no inverse, the range is none, or a linear model has an offset.
     """
 
     matrix: Floats
@@ -56,6 +57,7 @@ class CameraModel:
     name: str = ""
     source: str = ""
     exposure_sets: tuple[ExposureSet, ...] = ()
+    observer: str = DEFAULT_OBSERVER
 
     def __post_init__(self) -> None:
         for name, shape in (("matrix", (3, 3)), ("offset_XYZ", (3,)), ("black_rgb", (3,))):

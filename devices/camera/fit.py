@@ -24,6 +24,7 @@ from devices.camera.solve import Loss, design, find_outliers, left_out_xyz, solv
 from devices.characterise.figures import Errors, errors_of
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
+from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
 
@@ -96,6 +97,7 @@ class CameraFit:
         errors = self.standard_errors
         exposure = model.exposure
         return {
+            "observer": model.observer,
             "form": model.form,
             "loss": self.loss,
             "matrix_XYZ_cd_m2": model.matrix.tolist(),
@@ -129,6 +131,7 @@ def fit_camera(
     exposure: Exposure | None = None,
     name: str = "",
     source: str = "",
+    observer: str = DEFAULT_OBSERVER,
 ) -> CameraFit:
     """Fit a camera model (thesis Expressions 4.1 to 4.8) to colours that camera and instrument both saw.
 
@@ -151,6 +154,8 @@ def fit_camera(
         The exposure of the model; None takes the least of the colours'.
     name, source
         The camera's name, and where the numbers come from, for its file.
+    observer
+        The colorimetric observer of the colours' XYZ, such as ``CIE 2015 10``.
 
     Returns
     -------
@@ -160,7 +165,8 @@ def fit_camera(
     Raises
     ------
     DeviceError
-        If the black is none, too few patches remain, their colours do not determine the matrix, or too many do not fit.
+        If there is no such observer, the black is none, too few patches remain, their colours do not determine the
+        matrix, or too many do not fit.
 
     Examples
     --------
@@ -171,6 +177,7 @@ def fit_camera(
     >>> fit.model.matrix.round(3).tolist()
     [[41.0, 36.0, 18.0], [21.0, 72.0, 7.0], [2.0, 12.0, 95.0]]
     """
+    observer = colorimetric_observer(observer).name
     black = np.asarray(black_rgb, dtype=np.float64)
     check_black(colours, black)
     pooled = pool(colours, form, exposure)
@@ -230,6 +237,7 @@ def fit_camera(
         name,
         source,
         pooled.sets,
+        observer,
     )
     known = used & np.isfinite(alone)
     return CameraFit(

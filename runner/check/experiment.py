@@ -79,7 +79,7 @@ def faults_of_named_files(experiment_file: Path) -> list[Finding]:
 
 
 def missing_pictures(recipe_file: Path) -> list[Finding]:
-    """Return the faults of a recipe, and the files it names that are not there."""
+    """Return the faults of a recipe, and of the files it names: those that are not there, and a wrong camera file."""
     try:
         recipe, source = read_recipe(recipe_file)
     except InputError as error:
@@ -88,7 +88,7 @@ def missing_pictures(recipe_file: Path) -> list[Finding]:
     for file, where in recipe.inputs().items():
         if not (recipe_file.parent / file).is_file():
             findings.append(unreadable(file, where, source, "there is no such file"))
-    return findings
+    return findings or recipe.file_findings(recipe_file.parent)
 
 
 def _rig_faults(file: Path) -> list[Finding]:

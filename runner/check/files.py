@@ -94,6 +94,7 @@ def check_camera(report: CheckReport, options: CheckOptions) -> None:
         {
             "kind": "camera",
             "form": camera.form,
+            "observer": camera.observer,
             **({"exposure": str(exposure)} if exposure else {}),
             **({"safe_luminance_cd_m2": list(zone)} if zone else {}),
         }

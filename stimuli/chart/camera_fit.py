@@ -21,6 +21,7 @@ from devices.camera import (
     read_reference,
 )
 from devices.chart import COLORCHECKER, ChartLayout
+from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from devices.errors import DeviceError
 from devices.patches import colorchecker_XYZ
 from documents import Finding
@@ -210,6 +211,7 @@ def fit_camera_to_chart(
     saturated: float | None = None,
     assume_linear: bool = False,
     name: str = "",
+    observer: str = DEFAULT_OBSERVER,
 ) -> ChartFit:
     """Fit a camera model to a photographed colour chart.
 
@@ -238,6 +240,8 @@ def fit_camera_to_chart(
         Whether a TIFF or OpenEXR file is read as linear, whatever it declares.
     name
         The name of the camera.
+    observer
+        The colorimetric observer of the measured XYZ, such as ``CIE 2015 10``; the camera file names it.
 
     Returns
     -------
@@ -247,7 +251,8 @@ def fit_camera_to_chart(
     Raises
     ------
     InputError
-        If a file cannot be read, no chart is found, or the colours do not determine a camera model.
+        If a file cannot be read, no chart is found, the colours do not determine a camera model, there is no such
+        observer, or the published chart is asked for another observer than CIE 1931 2°.
 
     Examples
     --------
@@ -262,13 +267,14 @@ def fit_camera_to_chart(
     (True, ())
     """
     chart = Path(chart)
+    observer = colorimetric_observer(observer).name
     photographed: PhotographedChart | None = None
     notes: tuple[str, ...] = ()
     if is_table(chart):
         colours = read_correspondences(chart)
     else:
         # Bilinear demosaicing leaves the mean of a patch of one colour what it is, and the picture its size.
-        patches = _reference(reference, white_XYZ_cd_m2)
+        patches = _reference(reference, white_XYZ_cd_m2, observer)
         levels = Levels(saturated=saturated)
         image = read_camera_image(
             chart, demosaic="bilinear", levels=levels, exposure=exposure, assume_linear=assume_linear
@@ -277,16 +283,21 @@ def fit_camera_to_chart(
         colours, exposure = photographed.colours, image.exposure
         notes = (*photographed.notes, *image.full_early())
     source = f"{form} form, least squares in {'ΔE00' if loss == 'delta-e' else 'XYZ'}, {visible(chart.name)}"
-    fit = fit_camera(colours, form, loss, black_rgb=black_rgb, exposure=exposure, name=name, source=source)
+    fit = fit_camera(
+        colours, form, loss, black_rgb=black_rgb, exposure=exposure, name=name, source=source, observer=observer
+    )
     return ChartFit(str(chart), _with_figures(fit), photographed, notes)
 
 
-def _reference(reference: str | Path | None, white_XYZ_cd_m2: Triple | None) -> ReferenceColours:
+def _reference(reference: str | Path | None, white_XYZ_cd_m2: Triple | None, observer: str) -> ReferenceColours:
     if (reference is None) == (white_XYZ_cd_m2 is None):
         remedy = "give the chart's measured patches or its white patch, and one of them"
         raise StimulusError(Finding("a photograph of a chart says nothing of its colours", remedy=remedy))
     if reference is not None:
         return read_reference(reference)
+    if observer != DEFAULT_OBSERVER:
+        what = f"the chart's published colours are for {DEFAULT_OBSERVER}, and the camera file is to be for {observer}"
+        raise StimulusError(Finding(what, remedy="measure the patches' spectra, and give their XYZ with --reference"))
     names, XYZ = colorchecker_XYZ(white_XYZ_cd_m2 or ())
     return ReferenceColours(XYZ, names)
 

@@ -289,6 +289,7 @@ def _spectral(path: Path, digest: str, reading: ReadOptions, what: str, done: Ro
         developed.safe_cd_m2,
         picture.notes + developed.notes,
         developed.steps,
+        developed.observer,
     )
 
 
@@ -317,7 +318,7 @@ def _developed(
         notes.append(f"the camera file was not tested at this exposure, {image.exposure}")
     done(height, height)
     views: dict[Eye, EyeView] = {"both": EyeView(RowFile.of(developed.xyz), developed.saturated)}
-    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), developed.steps)
+    return Picture(path, digest, holds, views, developed.safe_cd_m2, tuple(notes), developed.steps, camera.observer)
 
 
 def _wrong(path: Path, message: str, remedy: str) -> StimulusError:

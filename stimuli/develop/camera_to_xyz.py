@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import CameraModel
+from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding
 from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
@@ -54,7 +55,7 @@ def to_xyz(image: CameraImage, camera: CameraModel, *, negative: Negative = "cli
     Returns
     -------
     Developed
-        XYZ in cd/m², float32 (height, width, 3), and how far it can be trusted.
+        XYZ in cd/m² of the camera file's observer, float32 (height, width, 3), and how far it can be trusted.
 
     Raises
     ------
@@ -101,5 +102,5 @@ def to_xyz(image: CameraImage, camera: CameraModel, *, negative: Negative = "cli
         "negative_pixels_set_to_0": clipped,
         "lowest_XYZ_cd_m2": min(lowest, 0.0),
         "pixels": pixels,
-    }
+    } | ({} if camera.observer == DEFAULT_OBSERVER else {"observer": camera.observer})
     return Developed(xyz, saturated, zone, int(below.sum()), int(above.sum()), clipped, lowest, (*image.steps, step))

@@ -222,7 +222,7 @@ def develop_photograph(photo: Path, output: Path, options: DevelopOptions) -> De
             developed.clipped,
             None if image.exposure is None else options.camera.tried_at(image.exposure),
         )
-        write_exr(output, StereoImage.flat(developed.xyz))
+        write_exr(output, StereoImage.flat(developed.xyz), options.camera.observer)
     result = _result(photo, output, image, tuple(dict(step) for step in steps), luminance)
     sidecar = output.with_suffix(".steps.json")
     text = json.dumps(result.to_json(), indent=1, allow_nan=False, ensure_ascii=False) + "\n"

@@ -9,16 +9,19 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 from pydantic import AfterValidator, Field, PositiveFloat, model_validator
 
 from devices.camera import ExposureSpec
+from documents import Finding, InputError
 from documents.files import tidy
 from documents.yaml import Path_, Strict
 from stimuli.develop.raw_files import DEFAULT_DEMOSAIC, Demosaic
+from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import View
 from stimuli.recipes.build_context import BuildContext
 from stimuli.recipes.pictures import FilesRecipe, FileStimulusSpec
-from stimuli.recipes.recipe_kind import Fault, not_for
+from stimuli.recipes.recipe_kind import Fault
 from stimuli.recipes.values import MAX_STIMULI, InsideFile
 
 if TYPE_CHECKING:
+    from devices.camera import CameraModel
     from stimuli.recipes.view_sources import Source, ViewReader
 
 VIEW_KEYS = ("left", "right", "center")
@@ -147,8 +150,6 @@ class PhotographsRecipe(FilesRecipe):
     def faults(self) -> Iterator[Fault]:
         """Yield names and views that stand twice or meet, and stimuli without a view that they are shown in."""
         yield from super().faults()
-        if self.camera is not None:
-            yield from not_for(self.observer, "a camera file makes XYZ for CIE 1931 2")
         for index, spec in enumerate(self.stimuli):
             place = ("stimuli", index, "name")
             missing = [key for view in self.views or (None,) if (key := spec.missing(view))]
@@ -179,14 +180,36 @@ class PhotographsRecipe(FilesRecipe):
         paths = {view: folder / file for view, file in spec.files.items()}
         return FilePerView(paths, self._reader(spec, folder), spec.flat_eye)
 
+    def file_findings(self, folder: Path) -> list[Finding]:
+        """Return what is wrong with the camera file: one for another observer than the recipe's, for one."""
+        if self.camera is None:
+            return []
+        try:
+            self._camera_of(folder)
+        except InputError as error:
+            return list(error.findings)
+        return []
+
+    def _camera_of(self, folder: Path) -> CameraModel:
+        """Return the camera; InputError if its file is wrong or for another observer than the recipe's pictures."""
+        from devices.camera import read_camera
+
+        file = tidy(folder / str(self.camera))
+        camera = read_camera(file)
+        if camera.observer != self.observer:
+            what = (
+                f"the camera file is for the observer {camera.observer}, and the recipe's pictures for {self.observer}"
+            )
+            remedy = f"write observer: {camera.observer} in the recipe, or fit the camera to XYZ for {self.observer}"
+            raise StimulusError.at(file, what, remedy)
+        return camera
+
     def _reader(self, spec: PhotographSpec, folder: Path) -> ViewReader:
         from stimuli.recipes.view_sources import exr_reader, photograph_reader, spectral_reader
 
         if self.camera is not None:
-            from devices.camera import read_camera
-
             exposure = None if spec.exposure is None else spec.exposure.exposure()
-            return photograph_reader(read_camera(tidy(folder / self.camera)), self.develop or DevelopSpec(), exposure)
+            return photograph_reader(self._camera_of(folder), self.develop or DevelopSpec(), exposure)
         if self.spectral is None:
             return exr_reader(str(self.observer))
         return spectral_reader(self.spectral, folder, str(self.observer))

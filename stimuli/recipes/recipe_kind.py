@@ -9,9 +9,11 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any, Literal
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
+from documents import Finding
 from documents.yaml import Path_, Strict
 from stimuli.recipes.build_context import BuildContext, DisplaySetup, Factors, MadePicture, Progress
 from stimuli.recipes.values import SparklesSpec, Views
@@ -57,6 +59,10 @@ class RecipeKind(Strict):
     def inputs(self) -> dict[str, Path_]:
         """Return each file that the recipe names, with the place in it that names it first."""
         return {}
+
+    def file_findings(self, folder: Path) -> list[Finding]:
+        """Return what is found wrong with the files that it names, in ``folder``, before any picture is made."""
+        return []
 
     def display_facts(self, setup: DisplaySetup | None) -> dict[str, Any]:
         """Return the facts of ``setup`` that the pictures depend on, for the cache's key."""

@@ -45,6 +45,13 @@ if TYPE_CHECKING:
     help="Level from which a photosite counts as saturated. Default: the file's white.",
 )
 @click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
+@click.option(
+    "--observer",
+    default="CIE 1931 2",
+    show_default=True,
+    metavar="NAME",
+    help="Colorimetric observer of the measured XYZ; the camera file names it.",
+)
 @click.option("--name", default="", help="Name of the camera.")
 @click.option("-o", "--output", metavar="CAMERA.yaml", help="Camera file to write.")
 @click.option("--replace", is_flag=True, help="Overwrite an existing camera file.")
@@ -61,6 +68,7 @@ def command(
     black: str | None,
     saturated: float | None,
     linear: bool,
+    observer: str,
     name: str,
     output: str | None,
     replace: bool,
@@ -103,6 +111,7 @@ def command(
         saturated=saturated,
         assume_linear=linear,
         name=name,
+        observer=observer,
     )
     if output and not replace:  # what is wrong with the table comes first: it has to be mended anyway
         refuse_existing(output)

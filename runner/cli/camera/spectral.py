@@ -71,12 +71,18 @@ def command(
     from typing import Literal, cast
 
     from devices.camera import parse_exposure
+    from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
     from stimuli.spectral import Illumination, Quantity, VirtualCamera, convert_spectral
 
     if (sensitivities is None) != (full_scale is None):
         raise click.UsageError("--sensitivities and --full-scale go together")
     if exposure and sensitivities is None:
         raise click.UsageError("--exposure goes with --sensitivities: XYZ has none")
+    if sensitivities is not None and colorimetric_observer(observer).name != DEFAULT_OBSERVER:
+        raise click.UsageError(
+            "--observer is that of XYZ, and --sensitivities writes camera RGB; the camera file names the observer of "
+            "its XYZ: cyclopean camera fit --observer"
+        )
     camera = None
     if sensitivities is not None and full_scale is not None:
         camera = VirtualCamera(Path(sensitivities), full_scale, parse_exposure(exposure) if exposure else None)
