@@ -104,13 +104,6 @@ def twin_names(names: Iterable[str], *location: str) -> Iterator[Fault]:
         seen.add(name.casefold())
 
 
-def not_for(observer: object, why: str) -> Iterator[Fault]:
-    """Yield a fault unless the recipe's observer is CIE 1931 2°, for the reason ``why``."""
-    if observer != DEFAULT_OBSERVER:
-        what = f"the pictures are to be for the observer {observer}, and {why}"
-        yield Fault(("observer",), what, f"leave 'observer' out: {DEFAULT_OBSERVER}")
-
-
 def twin_views(views: Sequence[str] | None) -> Iterator[Fault]:
     """Yield a fault if a view stands twice."""
     if views and len(set(views)) != len(views):

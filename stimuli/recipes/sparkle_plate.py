@@ -12,7 +12,7 @@ from pydantic import Field, PositiveFloat
 from documents.yaml import Path_, Strict
 from stimuli.pictures.stereo_image import StereoImage, XYZImage
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, not_for, stimulus_name, twin_names, twin_views
+from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, Views
 from stimuli.sparkle.recipe import CameraSpec, FurtherLamps, LampSpec, PlateSpec
 
@@ -57,13 +57,14 @@ class SparklePlateRecipe(RecipeKind):
         """Yield names and views that stand twice, and what of the plate cannot be rendered."""
         yield from twin_names((stimulus.name for stimulus in self.stimuli), "stimuli")
         yield from twin_views(self.views)
-        yield from not_for(self.observer, "a plate is computed for CIE 1931 2")
         yield from too_large(self.plate, self.camera)
         yield from without_spectra([self.plate], self.lamp, self.further_lamps)
 
     def tasks(self, context: BuildContext) -> Iterator[Mapping[str, str]]:
         """Yield all pictures together: they show one plate."""
-        shared = self.model_dump(mode="json", exclude={"stimuli", "views", "sparkles", "observer"})
+        shared = (
+            self.model_dump(mode="json", exclude={"stimuli", "views", "sparkles", "observer"}) | self.observer_key()
+        )
         yield {
             stimulus_name(stimulus.name, view): context.key(
                 self.sparkles,
@@ -83,7 +84,8 @@ class SparklePlateRecipe(RecipeKind):
         """
         from stimuli.sparkle.studio import Studio
 
-        studio = Studio(self.plate, self.lamp, self.camera, self.seed, context.pixel_pitch_mm, self.further_lamps)
+        scene = self.plate, self.lamp, self.camera, self.seed, context.pixel_pitch_mm, self.further_lamps
+        studio = Studio(*scene, observer=str(self.observer))
         factors = self.factors()
         wanted = [
             (spec, view) for spec, view in product(self.stimuli, self.views) if stimulus_name(spec.name, view) in names

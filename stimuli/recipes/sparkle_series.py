@@ -20,7 +20,7 @@ from stimuli.errors import StimulusError
 from stimuli.luminance.scale import factor_to, mean_luminance_cd_m2
 from stimuli.pictures.stereo_image import StereoImage, View
 from stimuli.recipes.build_context import BuildContext, Factors, MadePicture, Progress
-from stimuli.recipes.recipe_kind import Fault, RecipeKind, not_for, stimulus_name, twin_names, twin_views
+from stimuli.recipes.recipe_kind import Fault, RecipeKind, stimulus_name, twin_names, twin_views
 from stimuli.recipes.sparkle_plate import too_large, without_spectra
 from stimuli.recipes.values import MAX_STIMULI, Name, Seconds, SeriesSpec, SeriesSpecs
 from stimuli.sparkle.recipe import (
@@ -146,7 +146,6 @@ class SparkleSeriesRecipe(RecipeKind):
     def faults(self) -> Iterator[Fault]:
         """Yield names that stand twice or meet, too many pictures, and what of the plates cannot be rendered."""
         yield from twin_views(self.views)
-        yield from not_for(self.observer, "plates are computed for CIE 1931 2")
         yield from twin_names((plate.name for plate in self.plates), "plates")
         yield from twin_names((series.name for series in self.series), "series")
         printed = [f"{exposure_s:g}" for exposure_s in self.exposures_s]
@@ -194,6 +193,7 @@ class SparkleSeriesRecipe(RecipeKind):
         shared = self.model_dump(
             mode="json", include={"kind", "lamp", "further_lamps", "camera", "target_mean_luminance_cd_m2"}
         )
+        shared |= self.observer_key()
         for named, pictures in groupby(self.pictures(), key=lambda picture: picture.plate):
             plate, seed = named.over(self.plate).model_dump(mode="json"), plate_seed(self.seed, named.name)
             yield {
@@ -227,7 +227,8 @@ class SparkleSeriesRecipe(RecipeKind):
         for named, of_plate in groupby(pictures, key=lambda picture: picture.plate):
             seed = plate_seed(self.seed, named.name)
             plate = named.over(self.plate)
-            studio = Studio(plate, self.lamp, self.camera, seed, context.pixel_pitch_mm, self.further_lamps)
+            scene = plate, self.lamp, self.camera, seed, context.pixel_pitch_mm, self.further_lamps
+            studio = Studio(*scene, observer=str(self.observer))
             for picture in of_plate:
                 report(f"rendering {picture.name}", done, len(pictures))
                 yield _made(picture, studio, self.target_mean_luminance_cd_m2)

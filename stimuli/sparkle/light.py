@@ -2,7 +2,9 @@
 
 A plate's light is a sum of such terms: the base under each lamp, matt or shining and darker with the angle (flop), and
 the sparkles. So XYZ and any number of spectral bands follow from few maps, and none is computed before it is asked for.
-Spectra of lamps and reflectances lie on the CIE's grid of 5 nm.
+Spectra of lamps and reflectances lie on the CIE's grid of 5 nm. Maps are in cd/m² as a meter reads them, and so is the
+illuminance of lamps in lx: by the luminous efficiency of CIE 1931 2°. So the light of a scene with spectra is the same
+whoever looks, and its XYZ are those of the lamps' observer.
 """
 
 from __future__ import annotations
@@ -14,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import XYZ_from_xyY
+from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.errors import StimulusError
 from stimuli.pictures.resampling import area_weights, resample
 from stimuli.sparkle.lamplight import illuminance_lx
@@ -35,7 +38,10 @@ _NODES_PER_STRETCH = 6
 
 @dataclass(frozen=True, slots=True)
 class Colour:
-    """The XYZ of light with Y = 1; its ``spectrum`` in W/(sr m² nm) per cd/m², None where only XYZ is known."""
+    """The XYZ of light of 1 cd/m², and its ``spectrum`` in W/(sr m² nm) per cd/m², None where only XYZ is known.
+
+    XYZ are those of the lamps' observer. Y is 1 for CIE 1931 2° and where no spectrum is known.
+    """
 
     XYZ: Row
     spectrum: Spectrum | None = None
@@ -100,7 +106,7 @@ def colour_under(
     """Return the share of the lamp's luminance that a material reflects, and its colour.
 
     ``spectrum`` is the material's reflectance on the grid. Without one its light has ``chromaticity_xy``, else the
-    lamp's, and all of its luminance.
+    lamp's, and all of its luminance. XYZ are those of the lamp's observer.
 
     Raises
     ------
@@ -116,8 +122,11 @@ def colour_under(
         if share == 0:
             return 0.0, Colour((0.0, 1.0, 0.0))
         per_cd = tuple((emitted * spectrum / sent[1]).tolist())
-        return share, Colour((float(sent[0] / sent[1]), 1.0, float(sent[2] / sent[1])), per_cd)
-    x, y, z = XYZ_from_xyY([*(chromaticity_xy or lamp.chromaticity_xy), 1.0]).tolist()
+        x, y, z = (XYZ_of(tuple((emitted * spectrum).tolist()), lamp.observer) / sent[1]).tolist()
+        return share, Colour((x, y, z), per_cd)
+    # What a meter reads as 1 cd/m² of the lamp's light, as bright as the observer sees it.
+    bright = 1.0 if lamp.spectrum is None else XYZ_of(lamp.spectrum, lamp.observer)[1] / XYZ_of(lamp.spectrum)[1]
+    x, y, z = XYZ_from_xyY([*(chromaticity_xy or lamp.chromaticity_xy), bright]).tolist()
     own = None
     if chromaticity_xy is None and lamp.spectrum is not None:
         own = tuple((np.array(lamp.spectrum) / XYZ_of(lamp.spectrum)[1]).tolist())
@@ -154,11 +163,11 @@ def on_grid(nm: Sequence[float], values: Sequence[float]) -> Spectrum:
     return tuple(np.interp(wavelengths_nm(), nm, values).tolist())
 
 
-def XYZ_of(spectrum: Spectrum) -> Floats:
-    """Return XYZ (3,) in cd/m² of a spectral radiance in W/(sr m² nm) on the grid."""
+def XYZ_of(spectrum: Spectrum, observer: str = DEFAULT_OBSERVER) -> Floats:
+    """Return XYZ (3,) in cd/m², for an observer, of a spectral radiance in W/(sr m² nm) on the grid."""
     from devices.measurements import xyz_from_spectra
 
-    return np.asarray(xyz_from_spectra(np.array(spectrum), wavelengths_nm())[0])
+    return np.asarray(xyz_from_spectra(np.array(spectrum), wavelengths_nm(), observer)[0])
 
 
 def matt_luminance(plate: Plate, lamp: Lamp, camera: Camera) -> NDArray[np.float32] | float:

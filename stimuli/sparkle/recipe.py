@@ -13,6 +13,7 @@ from pydantic import (
     model_validator,
 )
 
+from devices.colour_matching import DEFAULT_OBSERVER
 from documents.yaml import Strict
 from stimuli.sparkle.scene import Camera, Clusters, Lamp, Noise, Plate, Spectrum
 
@@ -205,8 +206,8 @@ class LampSpec(Strict):
         """Whether the lamp's spectrum is known."""
         return self.chromaticity_xy is None
 
-    def lamp(self) -> Lamp:
-        """Return the lamp."""
+    def lamp(self, observer: str = DEFAULT_OBSERVER) -> Lamp:
+        """Return the lamp, whose light has XYZ of a colorimetric observer."""
         spectrum = None
         if self.chromaticity_xy is not None:
             x, y = self.chromaticity_xy
@@ -215,7 +216,7 @@ class LampSpec(Strict):
             from stimuli.sparkle.light import XYZ_of, planck
 
             spectrum = self.spectrum.on_grid() if self.spectrum else planck(self.temperature_K or 0.0)
-            x, y, _ = xyY_from_XYZ(XYZ_of(spectrum)).tolist()
+            x, y, _ = xyY_from_XYZ(XYZ_of(spectrum, observer)).tolist()
         return Lamp(
             illuminance_lx=self.illuminance_lx,
             chromaticity_xy=(x, y),
@@ -225,6 +226,7 @@ class LampSpec(Strict):
             distance_mm=self.distance_mm,
             beam_angle_deg=self.beam_angle_deg,
             spectrum=spectrum,
+            observer=observer,
         )
 
 

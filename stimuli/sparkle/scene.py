@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.colour_matching import DEFAULT_OBSERVER
+
 Floats = NDArray[np.float64]
 Row = tuple[float, float, float]
 Spectrum = tuple[float, ...]
@@ -80,7 +82,8 @@ class Lamp:
     It shines from afar, or from ``distance_mm`` from the plate's middle: its direction, its size and its light then
     change over the plate. ``angular_radius_deg`` is that of its disc as seen from the middle. A beam is aimed at the
     middle, and half as strong at half of ``beam_angle_deg`` from its axis; None shines into all directions alike.
-    ``spectrum`` is relative, on the grid of `stimuli.sparkle.light`.
+    ``spectrum`` is relative, on the grid of `stimuli.sparkle.light`. ``observer`` is the colorimetric observer of its
+    chromaticity, and of all XYZ of its light.
     """
 
     illuminance_lx: float
@@ -91,6 +94,7 @@ class Lamp:
     distance_mm: float | None = None
     beam_angle_deg: float | None = None
     spectrum: Spectrum | None = None
+    observer: str = DEFAULT_OBSERVER
 
     @property
     def direction(self) -> Floats:

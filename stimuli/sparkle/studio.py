@@ -13,6 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
+from stimuli.errors import StimulusError
 from stimuli.pictures.resampling import area_weights, resample
 from stimuli.pictures.resolution import display_resolution
 from stimuli.pictures.stereo_image import View, XYZImage
@@ -47,6 +49,8 @@ class Studio:
         Of the flakes and the noise.
     pixel_pitch_mm
         The pixel pitch of the display for which photographs are resampled.
+    observer
+        The colorimetric observer of the photographs' XYZ, and of chromaticities in ``plate`` and lamps.
 
     Examples
     --------
@@ -68,9 +72,12 @@ class Studio:
         seed: int,
         pixel_pitch_mm: float,
         further_lamps: Sequence[LampSpec] = (),
+        *,
+        observer: str = DEFAULT_OBSERVER,
     ) -> None:
         self._plate, self._camera = plate.plate(), camera.camera()
-        self._lamps = [spec.lamp() for spec in (lamp, *further_lamps)]
+        self._lamps = [spec.lamp(observer) for spec in (lamp, *further_lamps)]
+        self._observer = observer
         self._pixel_pitch_mm = pixel_pitch_mm
         self._seed = seed
         self._flakes = scatter_flakes(self._plate, seed)
@@ -101,6 +108,7 @@ class Studio:
                 "seed": self._seed,
                 "places": len({self._place(eye) for eye in eyes}),
                 "views": {eye: dict(self._light(eye).counts) for eye in eyes},
+                **({} if self._observer == DEFAULT_OBSERVER else {"observer": self._observer}),
             },
             expose,
             self._resampled(),
@@ -210,7 +218,7 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
     Raises
     ------
     StimulusError
-        If the plate has spectra and a lamp has none.
+        If the plate has spectra and a lamp has none, or lamps are of several observers.
 
     Examples
     --------
@@ -223,6 +231,8 @@ def plate_light(plate: Plate, lamps: Sequence[Lamp], camera: Camera, eye: str, f
     >>> light.size_mm, light.counts["lamps"], light.counts["flakes"] == len(flakes)
     ((10.0, 5.0), 1, True)
     """
+    if mixed := mixed_observers((f"lamp {number}", lamp.observer) for number, lamp in enumerate(lamps, start=1)):
+        raise StimulusError(mixed)
     terms: list[Term] = []
     counts = Counter({"lamps": 0, "flakes": 0, "shaded": 0, "splatted": 0, "tiles": 0, "tiles_visited": 0})
     for lamp in lamps:

@@ -17,7 +17,6 @@ from stimuli.build import build_set
 from stimuli.comparison import CompareOptions, ReadOptions, ViewingConditions, compare_pictures
 from stimuli.errors import StimulusError
 from stimuli.pictures import StereoImage, read_exr, write_exr
-from stimuli.recipes import read_recipe
 from stimuli.recipes.build_context import DisplaySetup
 from stimuli.spectral import convert_spectral
 from tests.stimuli.spectral.pictures import save_envi
@@ -85,14 +84,6 @@ def test_a_recipe_refuses_pictures_of_another_observer(tmp_path: Path, picture: 
     with pytest.raises(InputError, match=r"plate.exr: its XYZ are for the observer") as caught:
         build_set(_recipe(tmp_path, picture, line), 0.2768)
     assert len(caught.value.findings) == 1
-
-
-def test_what_is_computed_for_1931_alone_refuses_another(tmp_path: Path) -> None:
-    text = (ROOT / "configs/stimuli/exposure_series.yaml").read_text()
-    recipe = tmp_path / "series.yaml"
-    recipe.write_text(text + "\nobserver: CIE 2015 10\n")
-    with pytest.raises(InputError, match="for the observer CIE 2015 10, and plates are computed for CIE 1931 2"):
-        read_recipe(recipe)
 
 
 def _display(folder: Path, observer: str) -> None:
