@@ -103,8 +103,8 @@ def command(
         return
     files = [Path(path) for path in (file, without_glasses) if path]
     measured, *bare = read_sets(files, code_range, None, white_cd_m2=white_cd_m2)
-    if output and not mode and not plain(measured.measurements).mode:
-        raise click.UsageError("the file does not name a mode; give --mode with -o")
+    readings = plain(measured.measurements)
+    _require_for_writing(output, mode or readings.mode, panel or readings.panel)
     fit = fit_display(
         measured.measurements,
         model=cast(Name | Literal["auto", "none"], model),
@@ -135,6 +135,19 @@ def command(
         click.echo(written.words)
 
 
+def _require_for_writing(output: str | None, mode: str | None, panel: object) -> None:
+    """Refuse at once, before anything is fitted, what would be missing for the display file ``output``."""
+    from pathlib import Path
+
+    missing: list[str] = []
+    if output and not mode:
+        missing.append("the measurements do not name a mode; give --mode with -o")
+    if output and not panel and not Path(output).exists():
+        missing.append(f"there is no display file {output} yet; a new one needs --panel 1920x1080,0.2768")
+    if missing:
+        raise click.UsageError("; and ".join(missing))
+
+
 def _one_thread() -> None:
     """Let matrices be multiplied by one thread: on these small ones others only wait, at full load."""
     import os
@@ -159,8 +172,7 @@ def _stated(
 
     from rich.console import Console
 
-    if output and not mode:
-        raise click.UsageError("a profile does not name a mode; give --mode with -o")
+    _require_for_writing(output, mode, panel)
     written = stated.write(output, mode, panel, eye=eye, replace=replace) if output and mode else None
     if as_json:
         result = {"file": stated.file, "mode": mode, eye: stated.to_json()} | ({"written": written} if written else {})

@@ -249,8 +249,9 @@ def test_the_tables_of_the_thesis_and_standard_errors_are_printed_unless_brief(t
 def test_readings_that_say_their_panel_need_no_option(thesis: Path, tmp_path: Path) -> None:
     path = tmp_path / "d.yaml"
     text = thesis.read_text()
-    with pytest.raises(DeviceError, match="needs --panel"):
-        _run("fit", str(thesis), "--model", "gog", "-o", str(path))
+    without = CliRunner().invoke(group, ["display", "fit", str(thesis), "--model", "gog", "-o", str(path)])
+    assert without.exit_code == 2
+    assert "needs --panel" in without.output
     thesis.write_text("# panel: 1920x1080;0.2768\n" + text)
     with pytest.raises(DeviceError, match=r"thesis\.csv: the panel that was measured is '1920x1080;0.2768'"):
         _run("fit", str(thesis), "--model", "gog", "-o", str(path))
@@ -266,3 +267,12 @@ def test_readings_that_say_their_panel_need_no_option(thesis: Path, tmp_path: Pa
     told = _run("fit", str(thesis), "--model", "gog", "-o", str(other), "--mode", "more")
     assert "that was measured" not in told
     assert read_display(other).panel.text == PANEL[1]
+
+
+def test_what_a_new_display_file_lacks_is_said_at_once_before_the_fit(tmp_path: Path) -> None:
+    path = tmp_path / "readings.csv"
+    path.write_text("red,green,blue,X,Y,Z\n0,0,0,0,0,0\n255,255,255,95,100,109\n")  # too few to be fitted
+    result = CliRunner().invoke(group, ["display", "fit", str(path), "-o", str(tmp_path / "new.yaml")])
+    assert result.exit_code == 2
+    assert "give --mode" in result.output
+    assert "a new one needs --panel" in " ".join(result.output.split())
