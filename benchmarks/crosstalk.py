@@ -6,8 +6,8 @@ the plain colour pass: what a presenter would do that cannot compensate. The err
 pixel before rounding, in codes of 8 bits, against float64 throughout; at gamma 2.9 in the note.
 
 A leak that takes light away is cancelled as it is, or clipped at 0 and taken for none: on the processor, 100,000
-colours that both ways can show. The error is the largest difference between what is seen and what was asked, as the codes
-of 8 bits that would give them.
+colours that both ways can show. The error is the largest difference between what is seen and what was asked, as the
+codes of 8 bits that would give them.
 """
 
 from __future__ import annotations

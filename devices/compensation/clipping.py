@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike, NDArray
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
 from devices.display.model import Clipping, DisplayModel, outside_limits
+from devices.errors import DeviceError
+from documents import Finding
+from documents.text import counted
 
 Floats = NDArray[np.float64]
 _BLOCK = 1 << 13
@@ -43,7 +46,13 @@ class ClipCost:
 
 
 def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
-    """Return what showing XYZ in cd/m², shape (..., 3), on ``model`` costs; pixels shown as asked are not compared."""
+    """Return what showing XYZ in cd/m², shape (..., 3), on ``model`` costs; pixels shown as asked are not compared.
+
+    Raises
+    ------
+    DeviceError
+        If a value is not finite.
+    """
     asked = np.asarray(xyz_cd_m2).reshape(-1, 3)
     lowest, highest = model.limits
     parts = []
@@ -54,6 +63,7 @@ def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
         # A block within the channels' limits holds nothing to count or to compare.
         if (linear.min(axis=1) >= lowest).all() and (linear.max(axis=1) <= highest).all():
             continue
+        check_finite(block)
         parts.append(outside_limits(linear.T, model.limits, model.gamut_tolerance))
         changed = ((linear < lowest[:, None]) | (linear > highest[:, None])).any(axis=0)
         if changed.any():
@@ -62,6 +72,20 @@ def clip_cost(model: DisplayModel, xyz_cd_m2: ArrayLike) -> ClipCost:
             largest = max(largest, float(difference.max()))
     clipping = replace(counted_together(parts), pixels=len(asked))
     return ClipCost(clipping, total / max(len(asked), 1), largest)
+
+
+def check_finite(xyz_cd_m2: Floats) -> None:
+    """Refuse XYZ with what is no number or not finite: nothing can be said of what a display shows for it.
+
+    Raises
+    ------
+    DeviceError
+        If there is such a value.
+    """
+    bad = int(np.count_nonzero(~np.isfinite(xyz_cd_m2)))
+    if bad:
+        what = f"the picture's XYZ hold {counted(bad, 'value', 'values')} not finite"
+        raise DeviceError(Finding(what, remedy="mend the picture, such as by the mean of the pixels around them"))
 
 
 def blocks(pixels: int) -> Iterator[slice]:

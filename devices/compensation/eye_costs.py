@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from devices.colour.ciede2000 import delta_e_2000
 from devices.colour.spaces import xyz_to_lab
-from devices.compensation.clipping import ClipCost, blocks, clip_cost, counted_together
+from devices.compensation.clipping import ClipCost, blocks, check_finite, clip_cost, counted_together
 from devices.compensation.mixture import Mixture
 from devices.display.display_file import EYES, Eye, EyeModels
 from devices.display.model import Clipping, outside_limits, rounding_of
@@ -90,6 +90,8 @@ def mixed_costs(
     pixels = len(views["left"])
     for part in blocks(pixels):
         asked = {eye: views[eye][part].astype(np.float64) for eye in EYES}
+        for view in asked.values():
+            check_finite(view)
         light = mixture.light(asked["left"], asked["right"])
         clipped = np.clip(light, *limits)
         shown = np.stack([curve.linear(curve.code(clipped[:, i])) for i, curve in enumerate(mixture.curves)], axis=1)

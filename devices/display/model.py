@@ -207,10 +207,13 @@ def rounding_of(linear_from_XYZ: Floats, white_XYZ_cd_m2: Floats) -> Floats:
 
 
 def outside_limits(linear: ArrayLike, limits: tuple[Floats, Floats], tolerance: Floats | float) -> Clipping:
-    """Count the pixels of linear light, shape (..., 3), that leave ``limits`` by more than ``tolerance``."""
+    """Count the pixels of linear light, shape (..., 3), that leave ``limits`` by more than ``tolerance``.
+
+    What is no number is light that no code gives, and counts as outside.
+    """
     channels = np.asarray(linear, dtype=np.float64).reshape(-1, 3)
     above = channels > limits[1] + tolerance
-    outside = (channels < limits[0] - tolerance) | above
+    outside = ~((channels >= limits[0] - tolerance) & (channels <= limits[1] + tolerance))
     red, green, blue = (int(count) for count in outside.sum(axis=0))
     return Clipping(
         pixels=len(channels),

@@ -13,6 +13,7 @@ from devices.compensation.clipping import clip_cost
 from devices.display.display_file import read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from devices.errors import DeviceError
 
 ASUS = Path(__file__).parents[3] / "configs/displays/asus_vg248qe.yaml"
 
@@ -143,3 +144,13 @@ def test_blocks_come_to_what_all_pixels_at_once_do(model: DisplayModel, spread: 
 def test_no_pixels_cost_nothing() -> None:
     cost = clip_cost(_plain(), np.zeros((0, 3)))
     assert (cost.clipping.pixels, cost.delta_e_00_mean, cost.delta_e_00_max) == (0, 0.0, 0.0)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+def test_what_is_no_light_counts_as_outside_and_has_no_cost(bad: float) -> None:
+    model = _plain()
+    picture = np.full((20_000, 3), 5.0)
+    picture[15_000, 1] = bad
+    assert model.clipping(picture).any_channel == 1
+    with pytest.raises(DeviceError, match="hold 1 value not finite"):
+        clip_cost(model, picture)
