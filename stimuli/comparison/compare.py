@@ -25,7 +25,7 @@ from stimuli.comparison.regions_file import RegionsFile, read_regions
 from stimuli.comparison.registering import EyePair, Progress, register_eye
 from stimuli.comparison.results import CompareOptions, Comparison, EyeComparison
 from stimuli.comparison.rows import Floats, Mask, ScaledRows
-from stimuli.comparison.scielab import SeenPicture
+from stimuli.comparison.scielab import SeenPicture, remarks_on_observer
 from stimuli.comparison.sparkles import SparkleArea, sparkle_area
 from stimuli.comparison.verdict import Limits, Verdict, together
 from stimuli.errors import StimulusError
@@ -246,6 +246,7 @@ def _judge_eye(
         seen, seen_overview = summarise(delta_e, limits.delta_e, compared), overview(delta_e, pair.within, compared)
         by_region = seen_regions(delta_e, counts)
         del delta_e
+        notes += remarks_on_observer(options.reading.observer)
     alignment = pair.alignment
     evidence = Evidence(
         regions=table,

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from devices.colour import WHITE_POINTS_XYZ
+from devices.colour_matching import DEFAULT_OBSERVER
 from stimuli.comparison.rows import Floats32, Rows, bands
 from stimuli.errors import StimulusError
 
@@ -131,6 +132,16 @@ class SeenPicture:
         return np.maximum(
             _turned(seen, np.asarray(np.linalg.inv(self._opponent), dtype=np.float64)), 0, dtype=np.float32
         )
+
+
+def remarks_on_observer(observer: str) -> list[str]:
+    """Return what is to be said of pictures of a colorimetric observer: the channels are for CIE 1931 2°."""
+    if observer == DEFAULT_OBSERVER:
+        return []
+    return [
+        f"the eye's luminance and colour channels (S-CIELAB) are defined for {DEFAULT_OBSERVER}, and they take XYZ for "
+        f"{observer} here: greys stay grey, and colours finer than the eye resolves are blurred approximately"
+    ]
 
 
 def gaussian_kernel(sd_px: float) -> NDArray[np.float64]:

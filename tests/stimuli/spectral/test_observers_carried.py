@@ -138,6 +138,17 @@ def test_a_comparison_refuses_pictures_of_two_observers_and_takes_the_white_of_o
     assert result.to_json()["photograph"]["observer"] == TEN
 
 
+def test_a_comparison_says_that_the_eyes_channels_are_for_1931(tmp_path: Path) -> None:
+    says = f"they take XYZ for {TEN} here"
+    for observer in ("CIE 1931 2", TEN):
+        picture = _picture(tmp_path / "a.exr", observer)
+        for density in (None, 60.0):
+            viewing = None if density is None else ViewingConditions(density)
+            result = compare_pictures(picture, picture, REGIONS, CompareOptions(viewing=viewing))
+            found = [note for note in result.eyes["both"].notes if says in note]
+            assert len(found) == (observer == TEN and density is not None)
+
+
 def test_spectral_pictures_become_xyz_for_the_observer_that_is_asked(tmp_path: Path) -> None:
     waves = np.arange(380.0, 781.0, 10)
     values = np.random.default_rng(2).uniform(0.001, 0.01, (180, 240, len(waves))).astype(np.float32)
