@@ -171,7 +171,8 @@ def judge_display(
     Raises
     ------
     InputError
-        With what is wrong with every file, or if the mode is not known, or is for another observer than CIE 1931 2°.
+        With what is wrong with every file, if the mode is not known, or if it is for another observer than CIE 1931 2°
+        and there are readings without spectra.
 
     Examples
     --------
@@ -186,11 +187,16 @@ def judge_display(
     """
     sets = read_sets(files, codes, white_cd_m2=white_cd_m2)
     bare = read_sets([without_glasses], codes, white_cd_m2=white_cd_m2)[0] if without_glasses is not None else None
-    models = _models(display, mode, sets) if display is not None else None
-    diagnoses = examine(sets, models=models, without_glasses=bare)
+    models, observer = _models(display, mode, sets) if display is not None else (None, CIE_1931_2)
+    diagnoses = examine(sets, models=models, observer=observer, without_glasses=bare)
     every = [*sets, *([bare] if bare is not None else [])]
     notes = [f"{measured.label}: {words}" for measured in every for words in measured.measurements.assumptions]
     notes += _settings_notes(every, display)
+    if observer != CIE_1931_2:
+        notes.append(
+            f"the display file is for {observer}: its codes and colours are compared with readings summed from spectra "
+            f"for that observer; all other checks are for {CIE_1931_2}"
+        )
     return Verdicts(", ".join(measured.label for measured in sets), diagnoses, tuple(notes))
 
 
@@ -209,7 +215,8 @@ def _settings_notes(sets: Sequence[MeasuredSet], display: Path | None) -> list[s
     return notes + [f"{mode}: measured with {held.words}" for mode, held in known.items() if not notes]
 
 
-def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> EyeModels:
+def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> tuple[EyeModels, str]:
+    """Return the models to compare readings with, and their observer, whose XYZ all readings must give."""
     display = read_display(file)
     if mode is None:
         named = {measured.measurements.mode for measured in sets if measured.measurements.mode}
@@ -221,12 +228,13 @@ def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> EyeMod
             what = "the file has several modes, and the readings do not name theirs"
             remedy = f"name one with --mode: {', '.join(sorted(display.modes))}"
             raise DeviceError(Finding(what, str(file), remedy=remedy))
-    models = display.models(mode)
-    if display.observers[mode] != CIE_1931_2:
-        what = f"the mode '{mode}' is for the observer {display.observers[mode]}; a display is judged for {CIE_1931_2}"
-        remedy = f"leave --display out, or name a mode that was fitted for {CIE_1931_2}"
+    models, observer = display.models(mode), display.observers[mode]
+    bare = ", ".join(measured.label for measured in sets if measured.measurements.spectra is None)
+    if observer != CIE_1931_2 and bare:
+        what = f"the mode '{mode}' is for the observer {observer}; without spectra, XYZ are for {CIE_1931_2}: {bare}"
+        remedy = f"give readings with spectra, leave --display out, or name a mode that was fitted for {CIE_1931_2}"
         raise DeviceError(Finding(what, str(file), remedy=remedy))
-    return models
+    return models, observer
 
 
 def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:
@@ -243,7 +251,11 @@ def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:
 
 
 def examine(
-    sets: Sequence[MeasuredSet], *, models: EyeModels | None = None, without_glasses: MeasuredSet | None = None
+    sets: Sequence[MeasuredSet],
+    *,
+    models: EyeModels | None = None,
+    observer: str = CIE_1931_2,
+    without_glasses: MeasuredSet | None = None,
 ) -> tuple[Diagnosis, ...]:
     """Return the diagnoses of ``sets``, each eye's readings judged apart.
 
@@ -256,6 +268,8 @@ def examine(
     models
         What the readings are compared with; for readings through both lenses the left eye's model. Readings that were
         taken in the dark are compared without the models' room light, and readings in another light with that.
+    observer
+        The colorimetric observer of the models, to whose XYZ readings are turned by their spectra to be compared.
     without_glasses
         The same patches read without glasses, compared with every set with primaries, through each lens. Where it is
         None, each set's own readings named ``...@no-glasses`` are.
@@ -297,7 +311,9 @@ def examine(
     add([(measured.label, crosstalk(measured.measurements)) for measured in sets])
     add([(measured.label, room_light(measured.measurements)) for measured in sets])
     if models is not None:
-        chosen = [(own, *_in_their_light(own, eye, models, sets)) for own, eye in subjects]
+        turned = [replace(each, measurements=for_observer(each.measurements, observer, each.label)) for each in sets]
+        alike = [pair for measured in turned for pair in by_eye(measured)]
+        chosen = [(own, *_in_their_light(own, eye, models, turned)) for own, eye in alike]
         for judge in (estimated_codes, model_difference):
             add([(own.label, _with_words(judge(own.measurements, model), words)) for own, model, words in chosen])
     full = [own for own, _ in subjects if primaries(own.measurements)[0] is not None]

@@ -1,4 +1,4 @@
-"""XYZ are read for CIE 1931 2°: a display for another observer is neither verified, judged nor simulated by them."""
+"""XYZ are read for CIE 1931 2°: a display for another observer is verified and judged by spectra, never by them."""
 
 from __future__ import annotations
 
@@ -7,15 +7,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from devices.characterise import fit_display, table_c1_codes
 from devices.diagnostics import judge_display
-from devices.display import DisplayModel, EyeModels, ToneCurve
+from devices.display import DisplayModel, EyeModels, PanelSpec, ToneCurve
 from devices.errors import DeviceError, MeasuringError
 from devices.instruments import Reading, SimulatedDisplay
-from devices.measurements import Kept, Measurements, Session, write_csv, xyz_from_spectra
+from devices.measurements import Kept, Measurements, Session, read_measurements, write_csv, xyz_from_spectra
+from devices.measurements.ti3 import write_ti3
 from devices.patches import Step, asked_of
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.measuring.target import read_target, wiring_of
 from runner.measuring.verification import judge, patches_of, verify_display
+from runner.reports.display.page import write_page
 
 
 @pytest.fixture
@@ -80,8 +83,34 @@ def test_it_is_not_simulated(display: Path) -> None:
     wiring_of(read_target(display, "flat"), ShowOptions(), InstrumentOptions("spotread"), Dialogue())
 
 
-def test_readings_are_not_compared_with_it(display: Path, tmp_path: Path) -> None:
+def test_readings_without_spectra_are_not_compared_with_it(display: Path, tmp_path: Path) -> None:
     write_csv(Measurements(np.eye(3)[:2], np.array([[0.1, 0.1, 0.1], [95, 100, 108]])), tmp_path / "r.csv")
-    with pytest.raises(DeviceError, match=SAYS):
+    with pytest.raises(DeviceError, match=SAYS) as caught:
         judge_display([tmp_path / "r.csv"], display=display, mode="flat")
-    assert judge_display([tmp_path / "r.csv"], display=display, mode="side-by-side").diagnoses
+    assert len(caught.value.findings) == 1
+    verdicts = judge_display([tmp_path / "r.csv"], display=display, mode="side-by-side")
+    assert not any("observer" in note for note in verdicts.notes)
+
+
+def test_readings_with_spectra_are_compared_with_it_for_its_observer_and_the_page_says_so(tmp_path: Path) -> None:
+    waves = np.arange(380.0, 781.0, 5.0)
+    spectra = np.stack([np.exp(-(((waves - mid) / 25) ** 2)) for mid in (620, 535, 460)]) * 2e-3
+    codes = table_c1_codes()
+
+    def readings(blue: float) -> Path:
+        light = (0.002 + codes**2.2) * [1.0, 1.0, blue] @ spectra
+        table = Measurements(codes, xyz_from_spectra(light, waves), mode="flat", spectra=light, wavelengths_nm=waves)
+        write_ti3(table, tmp_path / f"{blue:g}.ti3")
+        return tmp_path / f"{blue:g}.ti3"
+
+    same, dimmer = readings(1.0), readings(0.7)
+    file = tmp_path / "display.yaml"
+    fit = fit_display(read_measurements(same), model="gamma", observer="CIE 1964 10")
+    fit.write(file, PanelSpec(resolution_px=(64, 48), pixel_pitch_mm=0.28))
+    for table, fits in ((same, True), (dimmer, False)):
+        verdicts = judge_display([table], display=file)
+        found = {diagnosis.name: diagnosis for diagnosis in verdicts.diagnoses}
+        assert found["model_difference"].passed is fits
+        assert sum("the display file is for CIE 1964 10" in note for note in verdicts.notes) == 1
+    write_page(verdicts, tmp_path / "page.html")
+    assert "all other checks are for CIE 1931 2" in (tmp_path / "page.html").read_text()
