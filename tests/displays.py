@@ -8,6 +8,7 @@ A kind of curve or of model that is new needs a line in `CURVES` or in `display_
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from hypothesis import assume
@@ -17,7 +18,18 @@ from numpy.typing import NDArray
 from devices.colour import XYZ_from_xyY
 from devices.compensation import Correction, Crosstalk, GainMap
 from devices.compensation.gain_map import Normalise, Positions
-from devices.display import Curve, DisplayModel, EyeModels, Plvc, SrgbCurve, TableCurve, ToneCurve, bt1886_curve
+from devices.display import (
+    Curve,
+    DisplayModel,
+    EyeModels,
+    Plvc,
+    Residual,
+    SrgbCurve,
+    TableCurve,
+    ToneCurve,
+    bt1886_curve,
+)
+from devices.display.residual import MOST_KNOTS
 from devices.errors import DeviceError
 
 Floats = NDArray[np.float64]
@@ -79,8 +91,29 @@ def primaries(draw: st.DrawFn) -> Floats:
 
 
 @st.composite
-def display_models(draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: bool | None = None) -> DisplayModel:
-    """A display of any gamut, black and curves; ``plvc`` chooses whether its channels act on each other."""
+def residuals(draw: st.DrawFn, white_XYZ_cd_m2: Floats) -> Residual:
+    """A residual of any number of knots and width, up to 5 % of ``white_XYZ_cd_m2`` in all."""
+    count, width = draw(st.integers(1, MOST_KNOTS)), draw(st.floats(0.2, 3.0))
+    rng = np.random.default_rng(draw(st.integers(0, 2**31)))
+    size = 0.05 * draw(st.floats(0.1, 1.0)) / count**0.5
+    return Residual(rng.uniform(0, 0.88, (count, 3)), width, size * rng.uniform(-1, 1, (count, 3)) * white_XYZ_cd_m2)
+
+
+def _undone(model: Plvc) -> bool:
+    try:
+        return model.steps > 0
+    except DeviceError:
+        return False
+
+
+@st.composite
+def display_models(
+    draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: bool | None = None, residual: bool | None = None
+) -> DisplayModel:
+    """A display of any gamut, black and curves.
+
+    ``plvc`` chooses whether its channels act on each other, and ``residual`` whether that leaves something over.
+    """
     matrix = draw(primaries())
     black = matrix.sum(axis=1) * draw(st.sampled_from([0.0, 1e-4, 2e-3, 0.02]))
     black = black * np.array([1.0 + 0.2 * draw(_SHARES) for _ in range(3)])
@@ -91,18 +124,28 @@ def display_models(draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: 
     own = matrix.T[:, np.newaxis] * (1.0 + 0.06 * draw(st.floats(0.0, 1.0)) * rng.uniform(-1, 1, (3, 4, 3)))
     mixtures = 0.02 * draw(st.floats(0.0, 1.0)) * rng.uniform(-1, 1, (10, 3)) * matrix.sum(axis=1)
     model = Plvc(black, matrix, draw(three_curves(("table",))), own, mixtures)
-    try:
-        assume(model.steps)
-    except DeviceError:
-        assume(False)
-    return model
+    if not (draw(st.booleans()) if residual is None else residual):
+        assume(_undone(model))
+        return model
+    left_over = draw(residuals(matrix.sum(axis=1)))
+    # Less of it until it can be undone, because most at the widest drawn cannot be.
+    smaller = (
+        replace(model, residual=replace(left_over, XYZ_cd_m2=share * left_over.XYZ_cd_m2))
+        for share in 0.5 ** np.arange(8)
+    )
+    found = next((one for one in smaller if _undone(one)), None)
+    assume(found is not None)
+    assert found is not None
+    return found
 
 
 @st.composite
-def eye_models(draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: bool | None = None) -> EyeModels:
+def eye_models(
+    draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: bool | None = None, residual: bool | None = None
+) -> EyeModels:
     """What each eye sees: the same, or another display of a light less; in the dark, or in a lit room."""
     room = draw(st.sampled_from([0.0, 1e-3, 0.02]))
-    left = draw(display_models(kinds, plvc))
+    left = draw(display_models(kinds, plvc, residual))
     left = left.in_room(room * left.primaries_XYZ_cd_m2.sum(axis=1)) if room else left
     if draw(st.booleans()):
         return EyeModels(left, left)
@@ -110,9 +153,9 @@ def eye_models(draw: st.DrawFn, kinds: Sequence[str] = tuple(CURVES), plvc: bool
     black, matrix = share * left.black_XYZ_cd_m2, share * left.primaries_XYZ_cd_m2
     ambient = 0.9 * left.ambient_XYZ_cd_m2
     if isinstance(left, Plvc):
-        right: DisplayModel = Plvc(
-            black, matrix, left.curves, share * left.XYZ_per_light_cd_m2, share * left.mixtures_XYZ_cd_m2
-        )
+        fewer = left.residual and replace(left.residual, XYZ_cd_m2=share * left.residual.XYZ_cd_m2)
+        own, mixtures = share * left.XYZ_per_light_cd_m2, share * left.mixtures_XYZ_cd_m2
+        right: DisplayModel = Plvc(black, matrix, left.curves, own, mixtures, fewer)
     else:
         right = DisplayModel(black, matrix, draw(three_curves(kinds)))
     return EyeModels(left, right.in_room(ambient))

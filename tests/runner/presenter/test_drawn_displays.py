@@ -8,13 +8,13 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from devices.compensation import Correction, least_squares
+from devices.compensation import Correction, Crosstalk, GainMap, least_squares
 from devices.display import EYES, Eye, EyeModels
 from runner.presenter.depth import Bits
 from runner.presenter.errors import PresentationError
 from runner.presenter.modes.registry import MODES, find_mode
 from runner.presenter.surfaces.egl import EglSurface
-from tests.displays import corrections, eye_models
+from tests.displays import corrections, crosstalks, eye_models, gain_maps
 from tests.runner.presenter.drawn_displays import (
     SIZE_PX,
     WITHIN_CODES,
@@ -59,8 +59,16 @@ def test_channels_that_add_up(surface: EglSurface, models: EyeModels, eye: Eye, 
 
 
 @FEWER
-@given(models=eye_models(plvc=True), bits=BITS, seed=SEEDS)
+@given(models=eye_models(plvc=True, residual=False), bits=BITS, seed=SEEDS)
 def test_channels_that_act_on_each_other(surface: EglSurface, models: EyeModels, bits: Bits, seed: int) -> None:
+    _check(worst_of_an_eye(surface, models, None, "left", bits, seed))
+
+
+@FEWER
+@given(models=eye_models(plvc=True, residual=True), bits=BITS, seed=SEEDS)
+def test_what_channels_that_act_on_each_other_leave_over(
+    surface: EglSurface, models: EyeModels, bits: Bits, seed: int
+) -> None:
     _check(worst_of_an_eye(surface, models, None, "left", bits, seed))
 
 
@@ -74,12 +82,23 @@ def test_crosstalk_and_uneven_panels(
 
 @TWO
 @given(
-    models=eye_models(plvc=True), correction=corrections(SIZE_PX, lifts=False), eye=st.sampled_from(EYES), seed=SEEDS
+    models=eye_models(plvc=True, residual=False),
+    correction=corrections(SIZE_PX, lifts=False),
+    eye=st.sampled_from(EYES),
+    seed=SEEDS,
 )
 def test_crosstalk_between_channels_that_act_on_each_other(
     surface: EglSurface, models: EyeModels, correction: Correction, eye: Eye, seed: int
 ) -> None:
     _check(worst_of_an_eye(surface, models, correction, eye, 8, seed))
+
+
+@TWO
+@given(models=eye_models(plvc=True, residual=True), leaks=crosstalks(), panel=gain_maps(SIZE_PX), bits=BITS, seed=SEEDS)
+def test_crosstalk_and_an_uneven_panel_with_what_is_left_over(
+    surface: EglSurface, models: EyeModels, leaks: Crosstalk, panel: GainMap, bits: Bits, seed: int
+) -> None:
+    _check(worst_of_an_eye(surface, models, Correction(leaks, panel), "left", bits, seed))
 
 
 @FEWER
