@@ -86,6 +86,8 @@ def screen(codes: Floats, XYZ: Floats, seed: int) -> Screened:
             break
         if again.tobytes() in tried:
             again &= wrong  # it goes round in circles: what is wrong all the way stays
+            if np.array_equal(again, wrong):
+                break
         wrong = again
         tried.add(wrong.tobytes())
         rest = patches(codes[~wrong], XYZ[~wrong])

@@ -45,6 +45,8 @@ _STEPS = 1024.0
 _MOST_JUDGED = 400
 _CURVE_ROUNDS, _ROUNDS = 2, 3
 _SMALL = 1e-10
+# A channel; each of them is among those that `Plvc.clashes` looks at by itself.
+_FIRST_LEVELS = 5
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -90,7 +92,7 @@ def fit_residual(patches: Patches, plvc: Plvc, free_numbers: int) -> tuple[Plvc,
         for model in reversed(_curves_fitted(patches, begin, first)):
             for chosen in _ranked(patches, model, spread):
                 best = _fitted(patches, model, curves_of(model), chosen)
-                if not best.clashes():
+                if _can_be_undone(best):
                     return best, free_numbers + 3 * len(chosen.knots) + 2
     except DeviceError:
         pass  # numbers beyond all measure, of readings that are no display's: what was found until then stays
@@ -145,8 +147,8 @@ def _fitted(patches: Patches, begin: Plvc, curves: Curves, setting: _Kernels) ->
     coefficients: Floats = np.zeros((functions.shape[1], 3))
     for _ in range(_ROUNDS):
         A, target = _linearised(patches, XYZ, black)
-        J = _columns(A, functions)
-        found = np.linalg.solve(J.T @ J + penalty, J.T @ target)
+        normal, wanted = _normal_equations(A, target, functions)
+        found = np.linalg.solve(normal + penalty, wanted)
         coefficients = np.asarray(unit * found, dtype=np.float64).reshape(-1, 3)
         XYZ = black + functions @ coefficients
     return setting.model(black, curves, coefficients)
@@ -222,6 +224,23 @@ def _linearised(patches: Patches, XYZ: Floats, black: Floats) -> tuple[Floats, F
 
 def _columns(A: Floats, functions: Floats) -> Floats:
     return (A[:, :, None, :] * functions[:, None, :, None]).reshape(3 * len(A), -1)
+
+
+def _normal_equations(A: Floats, target: Floats, functions: Floats) -> tuple[Floats, Floats]:
+    """Return Jᵀ · J and Jᵀ · ``target`` of J = `_columns` (A, functions), without making what is so wide."""
+    count = functions.shape[1]
+    weights = np.einsum("nix,niy->nxy", A, A)
+    normal = np.empty((count, 3, count, 3))
+    for x in range(3):
+        for y in range(x, 3):
+            normal[:, x, :, y] = normal[:, y, :, x] = functions.T @ (weights[:, x, y, None] * functions)
+    wanted = functions.T @ np.einsum("nix,ni->nx", A, target.reshape(-1, 3))
+    return normal.reshape(3 * count, 3 * count), wanted.ravel()
+
+
+def _can_be_undone(model: Plvc) -> bool:
+    """Return whether no level clashes; a few levels out of all, looked at first, show most of those that do."""
+    return not model.clashes(_FIRST_LEVELS) and not model.clashes()
 
 
 def _left_out(J: Floats, target: Floats, penalty: Floats) -> Floats:

@@ -21,6 +21,7 @@ from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError
 from devices.instruments.simulated import Faults, simulated_XYZ
 from devices.measurements import Measurements
+from tests.devices.display.test_residual import smooth
 
 pytestmark = pytest.mark.stress
 
@@ -105,11 +106,28 @@ def test_few_patches_give_a_right_model_or_a_refusal(count: int, seed: int) -> N
     assert _off(found, display.xyz(FRESH)) < 1.5 or told
 
 
-@pytest.mark.parametrize(("more", "most_s"), [(0, 2.0), (1949, 8.0)])
-def test_the_command_takes_little_of_the_processor(more: int, most_s: float, tmp_path: Path) -> None:
+# PLVC; a residual; and one for which nearly every residual that is tried cannot be undone.
+TIMED = {
+    "interaction": liquid_crystal_XYZ,
+    "smooth": smooth(2, 0.02, 8).xyz,
+    "not undone": smooth(1, 0.05, 30, 0.4).xyz,
+}
+
+
+@pytest.mark.parametrize(
+    ("display", "more", "most_s"),
+    [
+        ("interaction", 0, 2.0),
+        ("smooth", 0, 2.0),
+        ("interaction", 1949, 8.0),
+        ("smooth", 1949, 8.0),
+        ("not undone", 1949, 8.0),
+    ],
+)
+def test_the_command_takes_little_of_the_processor(display: str, more: int, most_s: float, tmp_path: Path) -> None:
     codes = np.concatenate([CODES, np.random.default_rng(0).integers(0, 256, (more, 3)) / 255])
     file = tmp_path / "readings.csv"
-    rows = np.column_stack([np.arange(len(codes)), 255 * codes, noisy(liquid_crystal_XYZ(codes), 0.002, 1)])
+    rows = np.column_stack([np.arange(len(codes)), 255 * codes, noisy(TIMED[display](codes), 0.002, 1)])
     header = "# codes: 0..255\nname,red,green,blue,X,Y,Z"
     np.savetxt(file, rows, fmt=["%d", *["%.6f"] * 6], delimiter=",", header=header, comments="")
     before = os.times()

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
+from devices.characterise import outliers
 from devices.characterise.example_displays import liquid_crystal_XYZ, noisy, table_c1_codes, thesis_display
 from devices.characterise.outliers import screen
 from devices.display.model import DisplayModel
@@ -104,3 +105,16 @@ def test_a_fifth_of_wrong_readings_is_found_to_the_last() -> None:
     rows = rng.choice(120, 24, replace=False)
     XYZ[rows] *= rng.uniform(1.5, 3, (24, 3))
     assert np.flatnonzero(screen(CODES, XYZ, 1).wrong).tolist() == sorted(rows.tolist())
+
+
+def test_a_screen_that_goes_round_in_circles_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    asked = 0
+
+    def doubted(*_: object) -> NDArray[np.bool_]:
+        nonlocal asked
+        asked += 1
+        return np.asarray((np.arange(len(CODES)) == 49) & (asked % 2 == 1))
+
+    monkeypatch.setattr(outliers, "doubted", doubted)
+    assert not screen(CODES, noisy(thesis_display().xyz(CODES), 0.002, 1), 1).wrong.any()
+    assert asked == 3

@@ -57,6 +57,21 @@ def test_what_is_left_out_is_what_the_fit_without_it_leaves() -> None:
         np.testing.assert_allclose(quick[row], target[own] - J[own] @ without, atol=1e-10)
 
 
+def test_the_normal_equations_are_those_of_the_columns() -> None:
+    rng = np.random.default_rng(1)
+    A, target, functions = rng.normal(size=(40, 3, 3)), rng.normal(size=120), rng.normal(size=(40, 7))
+    J = residual_fit._columns(A, functions)
+    normal, wanted = residual_fit._normal_equations(A, target, functions)
+    np.testing.assert_allclose(normal, J.T @ J, atol=1e-12)
+    np.testing.assert_allclose(wanted, J.T @ target, atol=1e-12)
+
+
+def test_the_levels_looked_at_first_are_among_all() -> None:
+    every = np.linspace(0.0, 1.0, 13) ** 2
+    first = np.linspace(0.0, 1.0, residual_fit._FIRST_LEVELS) ** 2
+    assert np.abs(first[:, None] - every).min(axis=1).max() < 1e-15
+
+
 def test_knots_are_readings_far_from_each_other() -> None:
     light = np.random.default_rng(2).uniform(0, 1, (200, 3))
     knots = knots_among(light, 12)
@@ -79,7 +94,8 @@ def test_a_model_that_cannot_be_undone_is_passed_over_for_a_stiffer_one(monkeypa
 
     monkeypatch.setattr(Plvc, "clashes", clashes)
     other, _ = fit_residual(data, plvc.model, plvc.free_numbers)
-    assert len(tried) == 2
+    assert len(tried) == 3
+    assert tried[1] is tried[2] is not tried[0]
     assert np.abs(other.xyz(FRESH) - free.xyz(FRESH)).max() > 0
 
 
