@@ -270,7 +270,9 @@ def fit_display(
     origin = _origin(str(file), readings.instrument)
     parts = measured_parts(measurements, origin, without_glasses, chosen_eyes)
     notes = [*parts.notes, *_notes_on_tags(measurements), *_notes_on_part(readings), *settings.doubts]
-    notes += [light.words if lens == "both" else f"{lens} eye: {light.words}" for lens, light in room.items()]
+    notes += [
+        _on_the_room(lens, light, taken_off=len(readings) > 0, fitted=model != "none") for lens, light in room.items()
+    ]
     if eyes and "both" in readings.eye:
         notes += _notes_on_leakage(parts)
     loaded = readings.gamma_table
@@ -294,6 +296,17 @@ def fit_display(
         settings,
         room,
     )
+
+
+def _on_the_room(lens: PatchEye, light: RoomLight, *, taken_off: bool, fitted: bool) -> str:
+    """Return what was found of the room's light, whether readings were changed by it, and what to write by hand."""
+    words = light.words if lens == "both" else f"{lens} eye: {light.words}"
+    if light.held and taken_off:
+        words += (
+            " It was taken off the readings, whose black is no darker; were they read in the dark, leave"
+            " black@screen-off out of the file and write ambient_XYZ_cd_m2 by hand."
+        )
+    return words if fitted else f"{words} For the display file: {ambient_lines(light.ambient_XYZ_cd_m2)[0]}"
 
 
 def _origin(file: str, instrument: str) -> str:

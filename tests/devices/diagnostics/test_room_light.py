@@ -92,6 +92,7 @@ def test_each_lens_has_its_own() -> None:
 def test_a_fitted_display_file_keeps_black_and_room_apart(tmp_path: Path, lit: bool) -> None:
     fit = fit_display(_readings(lit=lit, noise=0.001), model="table", file=tmp_path / "r.csv")
     assert any("White over black" in note for note in fit.notes)
+    assert any("It was taken off the readings" in note for note in fit.notes) == lit
     assert fit.to_json()["room"]["both"]["taken_off"] is lit
     file = tmp_path / "d.yaml"
     fit.write(file, PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.3))
@@ -107,3 +108,11 @@ def test_the_report_gives_contrast_with_the_terms_apart() -> None:
     assert found.value == pytest.approx(MODEL.in_room(AMBIENT).contrast())
     assert found.table is not None
     assert found.table.rows[0][1:4] == pytest.approx((97.06, 0.06, 0.32))
+
+
+def test_where_nothing_is_fitted_the_line_to_write_is_named() -> None:
+    table = _readings()
+    alone = table.select(np.arange(len(table) - 3, len(table)))
+    (note,) = [note for note in fit_display(alone, model="none").notes if "screen sends" in note]
+    assert note.endswith("For the display file: ambient_XYZ_cd_m2: [0.3, 0.32, 0.27]")
+    assert "taken off" not in note
