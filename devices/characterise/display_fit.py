@@ -153,7 +153,17 @@ class DisplayFit:
             ambient = [] if light is None else ambient_lines(light.ambient_XYZ_cd_m2)
             models[eye] = [*model_lines(chosen.model, source, self.observer), *table, *ambient]
         settings = {"monitor_settings": lines} if (lines := self.monitor_settings.yaml_lines()) and models else {}
-        return ModeLines(models, {**self.parts.lines, **settings})
+        return ModeLines(models, {**self.parts.lines, **settings, **self._room_alone()})
+
+    def _room_alone(self) -> dict[str, list[str]]:
+        """Return the room's light as a part of the mode, where no model has it and it was read for both eyes."""
+        alone = None if self.eyes else self.room.get("both")
+        return {} if alone is None else {"ambient_XYZ_cd_m2": ambient_lines(alone.ambient_XYZ_cd_m2)}
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether there is something to write beside a model: crosstalk, a gain map, the room's light."""
+        return bool(self.parts.lines or self._room_alone())
 
     def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> WrittenMode:
         """Write the mode into a display file; all else in the file stays as it is.
@@ -175,8 +185,8 @@ class DisplayFit:
         file = Path(file)
         if self.mode is None:
             raise DeviceError(Finding("the readings do not name a mode", remedy="name one with --mode"))
-        if not self.eyes and not self.parts.lines:
-            raise DeviceError(Finding("there is no model, crosstalk or gain map to write", str(file)))
+        if not self.eyes and not self.has_parts:
+            raise DeviceError(Finding("there is no model, crosstalk, gain map or room's light to write", str(file)))
         notes: list[str] = []
         if self.lens is not None:
             words = f"the {self.lens} lens stands for both eyes in the display file"

@@ -31,7 +31,13 @@ CHARACTERISATION = (
     "gamma_table",
     "ambient_XYZ_cd_m2",
 )
-_PARTS = {"crosstalk": "crosstalk", "gain_map": "a gain map", "monitor_settings": "settings of the monitor"}
+_AMBIENT = "ambient_XYZ_cd_m2"
+_PARTS = {
+    "crosstalk": "crosstalk",
+    "gain_map": "a gain map",
+    "monitor_settings": "settings of the monitor",
+    _AMBIENT: "the room's light",
+}
 # What YAML takes for the end of a line.
 _LINE = re.compile("[^\n\r\x85\u2028\u2029]*(?:\r\n|[\n\r\x85\u2028\u2029]|$)")
 
@@ -41,7 +47,8 @@ class ModeLines:
     """What is to be written of one mode, as lines of YAML that are not indented.
 
     ``models``: the lines of a model for ``both``, or for ``left``, ``right`` or the two; none to write parts alone.
-    ``parts``: the lines of ``crosstalk``, ``gain_map`` and ``monitor_settings``, their keys first.
+    ``parts``: the lines of ``crosstalk``, ``gain_map`` and ``monitor_settings``, their keys first; the room's light is
+    one where no model is written, because a model has it.
     """
 
     models: Mapping[str, Sequence[str]]
@@ -104,6 +111,9 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
     if "same_as" in there and not new.models:
         remedy = f"write into '{there['same_as']}'"
         raise _refusal(f"the mode '{mode}' is the same as another", source, "modes", mode, remedy=remedy)
+    if _AMBIENT in new.parts and {"left", "right"} & set(there):
+        remedy = "write the line that is printed into left: and right:, as each lens has it"
+        raise _refusal(f"the mode '{mode}' is characterised per eye", source, "modes", mode, remedy=remedy)
     same = {part for part, lines in new.parts.items() if _part(part, lines) == there.get(part)}
     new = ModeLines(new.models, {part: lines for part, lines in new.parts.items() if part not in same})
     goes = _goes(there, new)
@@ -111,6 +121,7 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
         what = f"the mode '{mode}' holds {' and '.join(goes)} already, which would go"
         remedy = "give --replace to overwrite it, another --mode, or a new file"
         raise _refusal(what, source, "modes", mode, remedy=remedy)
+    without: list[str] = []
     if "same_as" in there:
         after, comments = set_keys(text, ("modes",), {mode: new.block(mode)}, str(path))
     else:
@@ -125,7 +136,7 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
     sentences += [f"Overwritten: {', '.join(goes)}."] if goes else []
     sentences += [f"Lines with a comment that went with it: {comments}."] if comments else []
     sentences += [f"There already, and the same: {', '.join(sorted(same))}."] if same else []
-    kept = [part for part in _PARTS if part in there and part not in new.parts and part not in same]
+    kept = [part for part in _PARTS if part in there and part not in (*new.keys(), *without, *same)]
     sentences += [f"What was measured before stays: {', '.join(kept)}."] if kept and new.models else []
     return " ".join([*sentences, *_follows(path, mode)])
 

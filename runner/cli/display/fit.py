@@ -117,8 +117,8 @@ def command(
         observer=observer,
         correct_drift=not no_drift_correction,
     )
-    if output and not fit.eyes and not fit.parts.lines:
-        raise click.UsageError("--model none writes crosstalk or a gain map, and the readings give neither")
+    if output and not fit.eyes and not fit.has_parts:
+        raise click.UsageError("--model none writes crosstalk, a gain map or the room's light; the readings give none")
     written = fit.write(output, shape, replace=replace) if output else None
     notes = [*fit.notes, *(written.notes if written else ())]
     if as_json:

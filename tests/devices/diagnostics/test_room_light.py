@@ -14,6 +14,7 @@ from devices.diagnostics.room_light import room_light, room_lights, without_room
 from devices.display.display_file import PanelSpec, read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
+from devices.errors import DeviceError
 from devices.measurements import Measurements
 from devices.patches import PatchEye, find_patches
 
@@ -116,3 +117,33 @@ def test_where_nothing_is_fitted_the_line_to_write_is_named() -> None:
     (note,) = [note for note in fit_display(alone, model="none").notes if "screen sends" in note]
     assert note.endswith("For the display file: ambient_XYZ_cd_m2: [0.3, 0.32, 0.27]")
     assert "taken off" not in note
+
+
+def test_it_is_written_alone_into_a_mode_that_is_there(tmp_path: Path) -> None:
+    file, table = tmp_path / "d.yaml", _readings()
+    fit_display(_readings(), model="gog").write(file, PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.3))
+    alone = table.select(np.arange(len(table) - 3, len(table)))
+    fit = fit_display(replace(alone, XYZ=2.0 * alone.XYZ), model="none")
+    before = read_display(file).models("flat").left
+    with pytest.raises(DeviceError, match="holds the room's light already"):
+        fit.write(file)
+    words = fit.write(file, replace=True).words
+    assert "Overwritten: the room's light." in words
+    after = read_display(file).models("flat").left
+    assert after.ambient_XYZ_cd_m2 == pytest.approx(2.0 * AMBIENT)
+    assert after.in_the_dark.xyz([0.2, 0.5, 0.8]) == pytest.approx(before.in_the_dark.xyz([0.2, 0.5, 0.8]))
+    # A new characterisation has its own, and nothing is said to stay.
+    assert "stays: " not in fit_display(table, model="gog").write(file, replace=True).words
+    assert read_display(file).models("flat").left.ambient_XYZ_cd_m2 == pytest.approx(AMBIENT)
+
+
+def test_it_is_not_written_beside_eyes_that_have_their_own(tmp_path: Path) -> None:
+    file, table = tmp_path / "d.yaml", _readings()
+    panel = PanelSpec(resolution_px=(640, 480), pixel_pitch_mm=0.3)
+    fit_display(table, model="gog", eye="left").write(file, panel)
+    alone = table.select(np.arange(len(table) - 3, len(table)))
+    with pytest.raises(DeviceError, match="characterised per eye"):
+        fit_display(alone, model="none").write(file, replace=True)
+    left: PatchEye = "left"
+    with pytest.raises(DeviceError, match="no model, crosstalk, gain map or room's light"):
+        fit_display(replace(alone, eye=(left,) * 3), model="none").write(file, replace=True)
