@@ -1,3 +1,4 @@
+from .cie_2006_xyz import xyz_from_lms as xyz_from_lms
 from .cone_fundamentals import Departure as Departure
 from .cone_fundamentals import cone_fundamentals as cone_fundamentals
 from .individuals import STANDARD_DEVIATIONS as STANDARD_DEVIATIONS

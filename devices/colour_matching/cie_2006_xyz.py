@@ -31,7 +31,30 @@ def cie_2006_functions(field_deg: float, age_years: float) -> tuple[Floats, Floa
 
 
 def xyz_from_lms(field_deg: float, age_years: float) -> Floats:
-    """Return the matrix (3, 3) from l̄, m̄, s̄ with peaks of 1 to x̄, ȳ, z̄."""
+    """Return the matrix (3, 3) from l̄, m̄, s̄ with peaks of 1 to x̄, ȳ, z̄.
+
+    Parameters
+    ----------
+    field_deg
+        The field of view in degrees, 1 to 10.
+    age_years
+        The age in years, 20 to 80.
+
+    Returns
+    -------
+    ndarray
+        Shape (3, 3). Its columns are XYZ of light that L, M or S cones alone would answer to.
+
+    Raises
+    ------
+    DeviceError
+        If the field or the age is out of range.
+
+    Examples
+    --------
+    >>> xyz_from_lms(2.0, 32.0).round(3).tolist()
+    [[1.947, -1.414, 0.365], [0.69, 0.348, 0.0], [0.0, 0.0, 1.935]]
+    """
     waves, lms = cone_fundamentals(field_deg, age_years)
     matrix = np.zeros((3, 3))
     matrix[1, :2] = _luminous_shares(field_deg, age_years)

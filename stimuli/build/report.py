@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.colour import srgb, white_point
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import Rig
 from documents import Finding, InputError
 from documents.files import sha256_of_json, whole_folder, write_whole
@@ -277,7 +278,7 @@ def contact_sheet(made: StimulusSet) -> Image:
 
     small = {name: [_small(eye) for eye in _eyes(made, name)] for name in made.names}
     white_cd_m2 = 4.0 * max(float(eye[..., 1].mean()) for eyes in small.values() for eye in eyes) or 1.0
-    white_XYZ = white_point("d65", white_cd_m2)
+    white_XYZ = white_point("d65", white_cd_m2, made.manifest["recipe"].get("observer", DEFAULT_OBSERVER))
     sizes = {name: (sum(eye.shape[1] + _GAP_PX for eye in eyes), eyes[0].shape[0]) for name, eyes in small.items()}
     cell = max(width for width, _ in sizes.values()), max(height for _, height in sizes.values()) + _LINE_PX + _GAP_PX
     columns = max(1, round((len(small) * cell[1] / cell[0]) ** 0.5))

@@ -11,20 +11,22 @@ chromaticity, because no cone that is left answers to it. `confused` adds such l
 its confusion line without changing anything that the dichromat sees, brightness included: every cone that the dichromat
 has answers to ring and ground alike, dot for dot.
 
-The points hold for the average dichromat and for the 2° observer; a person's differ, and so do other tables'
-[Smith1975] gives (1.400, -0.400) for deutan in Judd's revised space.
+The points hold for the average dichromat and for CIE 1931 2°; a person's differ, and so do other tables':
+[Smith1975] gives (1.400, -0.400) for deutan in Judd's revised space. For the observers of CIE 170 they follow from cone
+fundamentals: `copunctal_xy`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer, xyz_from_lms
 from stimuli.errors import StimulusError
 from stimuli.pictures.stereo_image import StereoImage
 from stimuli.vision_tests.optotypes import in_ring
@@ -49,10 +51,11 @@ COPUNCTAL_XY: Mapping[Axis, tuple[float, float]] = MappingProxyType(
 
 @dataclass(frozen=True)
 class Plate:
-    """How plates look: ``side_px`` wide, on black, in greys and colours of ``shown``."""
+    """How plates look: ``side_px`` wide, on black, in greys and colours of ``shown``, by the confusion ``points``."""
 
     side_px: int
     shown: ShownRange
+    points: Mapping[Axis, tuple[float, float]] = field(default_factory=lambda: COPUNCTAL_XY)
 
     @property
     def ground_XYZ(self) -> Floats:
@@ -61,7 +64,7 @@ class Plate:
 
     def colour(self, axis: Axis, delta_uv: float) -> Floats:
         """Return the mean of the ring's dots in cd/m², shape (3,), ``delta_uv`` along a confusion line."""
-        return confused(axis, self.ground_XYZ, delta_uv)
+        return confused(axis, self.ground_XYZ, delta_uv, self.points)
 
     def can_show(self, axis: Axis, delta_uv: float) -> bool:
         """Return whether ring and ground, in their lightest and darkest dots, are within the gamut of both eyes."""
@@ -124,17 +127,57 @@ def uv_from_XYZ(xyz: ArrayLike) -> Floats:
     return np.asarray(values[..., :2] * (4.0, 9.0) / total[..., None])
 
 
-def missing_light(axis: Axis) -> Floats:
+def copunctal_xy(observer: str = DEFAULT_OBSERVER) -> Mapping[Axis, tuple[float, float]]:
+    """Return x, y of the light that only the cones which each dichromat lacks answer to, for an observer.
+
+    Parameters
+    ----------
+    observer
+        The name of a colorimetric observer, such as ``CIE 2015 10``.
+
+    Returns
+    -------
+    mapping
+        For CIE 1931 2° the points of [Wyszecki1982]; else those of the observer's cone fundamentals.
+
+    Raises
+    ------
+    InputError
+        If there is no such observer, or it has no cone fundamentals (CIE 1964 10°).
+
+    Examples
+    --------
+    >>> {axis: (round(x, 3), round(y, 3)) for axis, (x, y) in copunctal_xy("CIE 2015 2").items()}
+    {'protan': (0.738, 0.262), 'deutan': (1.327, -0.327), 'tritan': (0.159, 0.0)}
+    """
+    seen = colorimetric_observer(observer)
+    if seen.name == DEFAULT_OBSERVER:
+        return COPUNCTAL_XY
+    if seen.name == "CIE 1964 10":
+        what = f"{seen.name} has no cone fundamentals, from which confusion lines follow"
+        raise StimulusError.of(what, "take CIE 2015 10, or leave the test of colour vision out")
+    # The functions of CIE 2015 are those for age 32.
+    lights = xyz_from_lms(seen.field_deg, 32.0 if seen.age_years is None else seen.age_years)
+    points = (lights / lights.sum(axis=0))[:2].T.tolist()
+    return MappingProxyType({axis: (x, y) for axis, (x, y) in zip(AXES, points, strict=True)})
+
+
+def missing_light(axis: Axis, points: Mapping[Axis, tuple[float, float]] = COPUNCTAL_XY) -> Floats:
     """Return XYZ (3,) with X + Y + Z = 1 of the light to which only the cones that the dichromat lacks answer."""
-    x, y = COPUNCTAL_XY[axis]
+    x, y = points[axis]
     return np.array([x, y, 1.0 - x - y])
 
 
-def confused(axis: Axis, ground_XYZ: ArrayLike, delta_uv: float) -> Floats:
+def confused(
+    axis: Axis,
+    ground_XYZ: ArrayLike,
+    delta_uv: float,
+    points: Mapping[Axis, tuple[float, float]] = COPUNCTAL_XY,
+) -> Floats:
     """Return XYZ (3,) that the dichromat confuses with ``ground_XYZ`` and others see at a distance of it.
 
     ``delta_uv`` is the distance in CIE 1976 u', v': positive towards the missing point, negative away from it. The
-    colour is the ground plus k times the missing light.
+    colour is the ground plus k times the missing light, whose chromaticity ``points`` gives.
 
     Raises
     ------
@@ -142,7 +185,7 @@ def confused(axis: Axis, ground_XYZ: ArrayLike, delta_uv: float) -> Floats:
         If there is no such colour: the line ends before.
     """
     ground = np.asarray(ground_XYZ, dtype=np.float64)
-    light = missing_light(axis)
+    light = missing_light(axis, points)
     weights = np.array([1.0, 15.0, 3.0])
     # u'v' moves along a straight line by s(k) = |a| k / (D + d k), with D and d the denominators of ground and light.
     total, per_k = float(ground @ weights), float(light @ weights)

@@ -245,6 +245,7 @@ def _screen(tests: list[AnyTestSpec], setting: Setting) -> Screen:
         rig.interpupillary_distance_mm,
         _grain_px(area),
         rig.models,
+        rig.observer,
     )
 
 

@@ -21,7 +21,7 @@ from runner.blocks.screening.vision_test import (
     four_targets,
 )
 from runner.errors import SessionError
-from stimuli.vision_tests import AXES, COPUNCTAL_XY, SCALES, SIDES, Axis, Plate, Side
+from stimuli.vision_tests import AXES, SCALES, SIDES, Axis, Plate, Side, copunctal_xy
 
 NAME = "colour_vision"
 PLATE_DEG = 10.0
@@ -50,8 +50,10 @@ class ColourVisionSpec(VisionTestSpec):
         ------
         SessionError
             If the display cannot show the pass mark on one of the axes.
+        InputError
+            If the rig's observer has no cone fundamentals.
         """
-        plate = Plate(screen.fitting_px(PLATE_DEG), screen.shown)
+        plate = Plate(screen.fitting_px(PLATE_DEG), screen.shown, copunctal_xy(screen.observer))
         rng = random.Random(f"{seed}/{NAME}")
         wanted = sorted({*self.levels_delta_uv, self.pass_delta_uv}, reverse=True)
         ring_size = plate.side_px * 0.5
@@ -98,7 +100,7 @@ class ColourVisionSpec(VisionTestSpec):
             "what_it_is": "a screen, no diagnosis",
             "ground_XYZ_cd_m2": [round(float(value), 4) for value in plate.ground_XYZ],
             "dots_scaled_by": [round(scale, 2) for scale in SCALES],
-            "copunctal_xy": {axis: list(COPUNCTAL_XY[axis]) for axis in axes},
+            "copunctal_xy": {axis: list(plate.points[axis]) for axis in axes},
             "plate_deg": round(screen.degrees(plate.side_px), 2),
             "levels_delta_uv": wanted,
             "outside_the_gamut_delta_uv": outside,

@@ -13,6 +13,7 @@ from typing import Annotated, Any
 from pydantic import Field, PositiveFloat, model_validator
 
 from analysis.observers import threshold_estimate
+from devices.colour_matching import DEFAULT_OBSERVER
 from devices.display import EyeModels, disparity_arcmin, mm_from_px, px_from_mm, size_mm, visual_angle_deg
 from documents.yaml import Strict
 from runner.ports import Target
@@ -38,6 +39,7 @@ class Screen:
     interpupillary_distance_mm: float
     grain_px: tuple[int, int]
     models: EyeModels
+    observer: str = DEFAULT_OBSERVER
 
     @property
     def shown(self) -> ShownRange:

@@ -79,6 +79,17 @@ def test_a_recipe_keeps_the_observer_of_its_pictures(tmp_path: Path) -> None:
     assert _declared(built.path("plate")) == TEN
 
 
+def test_a_contact_sheet_adapts_to_the_observers_white(tmp_path: Path) -> None:
+    from stimuli.build.report import contact_sheet
+
+    recipe = _recipe(tmp_path, TEN, f"observer: {TEN}\n")
+    light = np.tile(white_point("d65", 20.0, TEN).astype(np.float32), (40, 60, 1))
+    write_exr(tmp_path / "plate.exr", StereoImage.flat(light), TEN)
+    sheet = np.asarray(contact_sheet(build_set(recipe, 0.2768)))
+    codes = sheet[sheet.shape[0] - 15, 15]
+    assert codes[0] == codes[1] == codes[2] > 100
+
+
 @pytest.mark.parametrize(("picture", "line"), [(TEN, ""), ("CIE 1931 2", "observer: CIE 2015 10\n")])
 def test_a_recipe_refuses_pictures_of_another_observer(tmp_path: Path, picture: str, line: str) -> None:
     with pytest.raises(InputError, match=r"plate.exr: its XYZ are for the observer") as caught:
