@@ -27,6 +27,8 @@ from runner.presenter.gamma_check import REMEDY, compare_tables, tables_json
 Floats = NDArray[np.float64]
 Triple = tuple[float, float, float]
 _NO_FAULT = Faults(noise=0.0)
+# Of black: readings differ by so much anyway.
+_NOISE = 0.05
 
 
 @dataclass(frozen=True, slots=True)
@@ -189,8 +191,28 @@ def verify_display(
         outcome, session = measure(
             file, target, order, screen, instrument.instrument, wiring, resume=resume, dialogue=dialogue
         )
+    if doubt := doubt_on_light(session, model):
+        dialogue.warn(doubt)
     complete = session.readings and not outcome.stopped
     return VerificationReport(file, outcome, judge(session, asked, display, eye, target.observer) if complete else None)
+
+
+def doubt_on_light(session: Session, model: DisplayModel) -> str:
+    """Return a sentence if black as read is nearer to the display's own than to it and the room's light; else none.
+
+    The display file then has a light that was off while it was verified, and every dark colour comes out too dark.
+    """
+    read = [
+        kept.reading.XYZ_cd_m2[1] for at, kept in session.readings.items() if not any(session.steps[at].patch.codes)
+    ]
+    room, lit = float(model.ambient_XYZ_cd_m2[1]), float(model.shown_black_XYZ_cd_m2[1])
+    black = float(np.mean(read)) if read else np.inf
+    if black >= min(lit - room / 2.0, (1.0 - _NOISE) * lit) or not room:
+        return ""
+    return (
+        f"black was read as {black:.3g} cd/m²; with the room's light of the display file it is {lit:.3g}, without it "
+        f"{lit - room:.3g}: verify with the room lit as in the experiment, or take ambient_XYZ_cd_m2 out"
+    )
 
 
 def patches_of(asked: tuple[AskedColour, ...], model: DisplayModel) -> PatchSet:

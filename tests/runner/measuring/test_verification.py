@@ -23,7 +23,7 @@ from devices.patches.colorchecker import asked_of
 from documents import InputError
 from runner.cli.main import group
 from runner.measuring.patch_screen import AskedScreen
-from runner.measuring.verification import asked_XYZ, judge, patches_of
+from runner.measuring.verification import asked_XYZ, doubt_on_light, judge, patches_of
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.surface import open_surface
 from tests.runner.measuring.displays import DISPLAY as SMALL
@@ -72,6 +72,22 @@ def test_a_colour_that_was_not_read_is_missing_from_the_numbers() -> None:
     assert verdict.missing == (asked[4].name,)
     assert len(verdict.colours) == 23
     assert verdict.achieved.largest < 1e-9
+
+
+@pytest.mark.parametrize("room", [0.05, 1.0])
+def test_a_verification_in_the_dark_by_a_file_of_a_lit_room_is_doubted(room: float) -> None:
+    lit = MODEL.in_room([room] * 3)
+    patches = PatchSet("m", (Patch("black", (0.0, 0.0, 0.0)), Patch("white", (1.0, 1.0, 1.0))))
+    codes = np.array([[0.0] * 3, [1.0] * 3])
+    dark, right = (_session(1.02 * model.xyz(codes), patches) for model in (MODEL, lit))
+    assert "verify with the room lit" in doubt_on_light(dark, lit)
+    assert doubt_on_light(right, lit) == ""
+    assert doubt_on_light(dark, MODEL) == ""
+    dimmer = _session(0.9 * MODEL.xyz(codes), patches)
+    assert doubt_on_light(dimmer, MODEL) == ""
+    assert doubt_on_light(dark, MODEL.in_room([1e-4] * 3)) == ""
+    assert doubt_on_light(_session(0.97 * lit.xyz(codes), patches), lit) == ""
+    assert doubt_on_light(_session(MODEL.xyz(codes), patches, leave_out=0), lit) == ""
 
 
 def test_nothing_read_is_no_verdict() -> None:
