@@ -1,7 +1,8 @@
 """Tables of colours as CSV: ``R,G,B,X,Y,Z[,name]``, or ``X,Y,Z[,name]`` alone for a chart that a camera is to see.
 
 ``time_s,f_number[,iso]`` beside them are the exposure of each row, where there are several (thesis Table 4.2).
-Comments begin with ``#``; ``# rgb: 0..16383`` says what the camera's values run over, ``# source: ...`` what they are.
+Comments begin with ``#``; ``# rgb: 0..16383`` says what the camera's values run over, ``# source: ...`` what they are,
+``# observer: CIE 2015 10`` whose XYZ they are.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from numpy.typing import NDArray
 
 from devices.camera.correspondences import FULL_SCALE, Correspondences
 from devices.camera.exposure import Exposure, parse_seconds
+from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
 from documents.files import other_separator
@@ -34,11 +36,12 @@ _MOST_BYTES = 50_000_000
 
 @dataclass(frozen=True, slots=True, eq=False)
 class ReferenceColours:
-    """XYZ (n, 3) in cd/m² of a chart's patches, row by row from the top left, and their names."""
+    """XYZ (n, 3) in cd/m² of a chart's patches, row by row from the top left, their names, the observer if known."""
 
     XYZ: Floats
     names: tuple[str, ...]
     file: str | None = None
+    observer: str | None = None
 
 
 def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
@@ -71,9 +74,9 @@ def read_correspondences(path: str | os.PathLike[str]) -> Correspondences:
     (('straw',), [[0.5, 0.5, 0.25]], [[19.0, 20.0, 11.0]])
     """
     file = str(path)
-    values, names, full, exposures = _read(file, (*_RGB, *_XYZ))
+    values, names, full, exposures, observer = _read(file, (*_RGB, *_XYZ))
     rgb = values[:, :3] / full
-    return Correspondences(rgb, values[:, 3:], names, rgb >= FULL_SCALE, file, exposures)
+    return Correspondences(rgb, values[:, 3:], names, rgb >= FULL_SCALE, file, exposures, observer)
 
 
 def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
@@ -100,14 +103,18 @@ def read_reference(path: str | os.PathLike[str]) -> ReferenceColours:
     (('white', 'black'), [90.0, 3.0])
     """
     file = str(path)
-    values, names, _, _ = _read(file, _XYZ)
+    values, names, _, _, observer = _read(file, _XYZ)
     if (values < 0).any() or values[:, 1].max() <= 0:
         raise DeviceError(Finding("XYZ must not be negative, nor all luminances 0", file))
-    return ReferenceColours(values, names, file)
+    return ReferenceColours(values, names, file, observer)
 
 
-def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], float, tuple[Exposure, ...] | None]:
+def _read(
+    file: str, needed: tuple[str, ...]
+) -> tuple[Floats, tuple[str, ...], float, tuple[Exposure, ...] | None, str | None]:
+    """Return values, names, the camera's full scale, exposures and observer; the last two None where not stated."""
     full = 1.0
+    observer: str | None = None
     rows: list[tuple[int, list[str]]] = []
     for number, line in enumerate(_text(file).splitlines(), start=1):
         bare = line.strip()
@@ -115,6 +122,8 @@ def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], 
             key, _, value = bare.lstrip("# ").partition(":")
             if key.strip().lower() == "rgb":
                 full = _full(value.strip(), file, number)
+            elif key.strip().lower() == "observer":
+                observer = _observer(value.strip(), file, number)
         elif bare:
             try:
                 rows.append((number, next(csv.reader([bare], strict=True))))
@@ -153,7 +162,15 @@ def _read(file: str, needed: tuple[str, ...]) -> tuple[Floats, tuple[str, ...], 
                 )
     if findings:
         raise DeviceError(findings[:_MOST_FINDINGS])
-    return values, tuple(names), full, tuple(exposures) or None
+    return values, tuple(names), full, tuple(exposures) or None, observer
+
+
+def _observer(text: str, file: str, line: int) -> str:
+    try:
+        return colorimetric_observer(text).name
+    except DeviceError as error:
+        finding = error.findings[0]
+        raise DeviceError(Finding(finding.message, file, line, remedy=finding.remedy)) from None
 
 
 def _exposure(cells: list[str], columns: dict[str, int]) -> Exposure:

@@ -43,7 +43,8 @@ class Correspondences:
     """``rgb`` (n, 3), linear, in shares of full scale; ``XYZ`` (n, 3) in cd/m²; a name for each.
 
     ``saturated`` (n, 3) marks channels that clipped anywhere within the patch; ``file`` is what findings carry.
-    ``exposures`` has the exposure of each, where they are known and may differ.
+    ``exposures`` has the exposure of each, where they are known and may differ. ``observer`` is the colorimetric
+    observer of XYZ, where the file names it.
     Raises DeviceError, with a finding for each fault, if the numbers cannot be those of a linear camera and a meter.
     """
 
@@ -53,6 +54,7 @@ class Correspondences:
     saturated: Bools
     file: str | None = None
     exposures: tuple[Exposure, ...] | None = None
+    observer: str | None = None
 
     def __post_init__(self) -> None:
         if not (self.rgb.shape == self.XYZ.shape == self.saturated.shape == (len(self.names), 3)):

@@ -131,7 +131,7 @@ def fit_camera(
     exposure: Exposure | None = None,
     name: str = "",
     source: str = "",
-    observer: str = DEFAULT_OBSERVER,
+    observer: str | None = None,
 ) -> CameraFit:
     """Fit a camera model (thesis Expressions 4.1 to 4.8) to colours that camera and instrument both saw.
 
@@ -155,7 +155,8 @@ def fit_camera(
     name, source
         The camera's name, and where the numbers come from, for its file.
     observer
-        The colorimetric observer of the colours' XYZ, such as ``CIE 2015 10``.
+        The colorimetric observer of the colours' XYZ, such as ``CIE 2015 10``. None takes the one that their file
+        names, else CIE 1931 2°.
 
     Returns
     -------
@@ -165,8 +166,8 @@ def fit_camera(
     Raises
     ------
     DeviceError
-        If there is no such observer, the black is none, too few patches remain, their colours do not determine the
-        matrix, or too many do not fit.
+        If there is no such observer or the colours are of another, the black is none, too few patches remain, their
+        colours do not determine the matrix, or too many do not fit.
 
     Examples
     --------
@@ -177,7 +178,10 @@ def fit_camera(
     >>> fit.model.matrix.round(3).tolist()
     [[41.0, 36.0, 18.0], [21.0, 72.0, 7.0], [2.0, 12.0, 95.0]]
     """
-    observer = colorimetric_observer(observer).name
+    observer = colorimetric_observer(observer or colours.observer or DEFAULT_OBSERVER).name
+    if colours.observer not in (None, observer):
+        what = f"its XYZ are for the observer {colours.observer}; {observer} is wanted"
+        raise DeviceError(Finding(what, colours.file, remedy="leave the observer out, or give XYZ for it"))
     black = np.asarray(black_rgb, dtype=np.float64)
     check_black(colours, black)
     pooled = pool(colours, form, exposure)

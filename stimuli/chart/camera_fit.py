@@ -94,7 +94,9 @@ def read_chart(
         raise StimulusError(Finding("the chart reaches out of the picture", file))
     corners, way = turn_upright(rgb, saturated, corners, reference.XYZ, layout, file=file)
     values = sample_patches(rgb, saturated, corners, layout, file=file)
-    colours = Correspondences(values.rgb, reference.XYZ, reference.names, values.saturated, file)
+    colours = Correspondences(
+        values.rgb, reference.XYZ, reference.names, values.saturated, file, observer=reference.observer
+    )
     notes = []
     if way:
         verb = "lies" if not was_found else "was found"
@@ -211,7 +213,7 @@ def fit_camera_to_chart(
     saturated: float | None = None,
     assume_linear: bool = False,
     name: str = "",
-    observer: str = DEFAULT_OBSERVER,
+    observer: str | None = None,
 ) -> ChartFit:
     """Fit a camera model to a photographed colour chart.
 
@@ -241,7 +243,8 @@ def fit_camera_to_chart(
     name
         The name of the camera.
     observer
-        The colorimetric observer of the measured XYZ, such as ``CIE 2015 10``; the camera file names it.
+        The colorimetric observer of the measured XYZ, such as ``CIE 2015 10``; the camera file names it. None takes
+        the one that the table names (``# observer: CIE 2015 10``), else CIE 1931 2°.
 
     Returns
     -------
@@ -267,7 +270,7 @@ def fit_camera_to_chart(
     (True, ())
     """
     chart = Path(chart)
-    observer = colorimetric_observer(observer).name
+    observer = None if observer is None else colorimetric_observer(observer).name
     photographed: PhotographedChart | None = None
     notes: tuple[str, ...] = ()
     if is_table(chart):
@@ -289,13 +292,17 @@ def fit_camera_to_chart(
     return ChartFit(str(chart), _with_figures(fit), photographed, notes)
 
 
-def _reference(reference: str | Path | None, white_XYZ_cd_m2: Triple | None, observer: str) -> ReferenceColours:
+def _reference(reference: str | Path | None, white_XYZ_cd_m2: Triple | None, observer: str | None) -> ReferenceColours:
     if (reference is None) == (white_XYZ_cd_m2 is None):
         remedy = "give the chart's measured patches or its white patch, and one of them"
         raise StimulusError(Finding("a photograph of a chart says nothing of its colours", remedy=remedy))
     if reference is not None:
-        return read_reference(reference)
-    if observer != DEFAULT_OBSERVER:
+        measured = read_reference(reference)
+        if None not in (observer, measured.observer) and observer != measured.observer:
+            what = f"its XYZ are for the observer {measured.observer}; {observer} is wanted"
+            raise StimulusError(Finding(what, measured.file, remedy="leave the observer out, or give XYZ for it"))
+        return measured
+    if observer not in (None, DEFAULT_OBSERVER):
         what = f"the chart's published colours are for {DEFAULT_OBSERVER}, and the camera file is to be for {observer}"
         raise StimulusError(Finding(what, remedy="measure the patches' spectra, and give their XYZ with --reference"))
     names, XYZ = colorchecker_XYZ(white_XYZ_cd_m2 or ())

@@ -47,10 +47,8 @@ if TYPE_CHECKING:
 @click.option("--linear", is_flag=True, help="Read a TIFF or OpenEXR file as linear camera RGB, whatever it declares.")
 @click.option(
     "--observer",
-    default="CIE 1931 2",
-    show_default=True,
     metavar="NAME",
-    help="Colorimetric observer of the measured XYZ; the camera file names it.",
+    help="Colorimetric observer of the measured XYZ; the camera file names it. Default: the table's, else CIE 1931 2.",
 )
 @click.option("--name", default="", help="Name of the camera.")
 @click.option("-o", "--output", metavar="CAMERA.yaml", help="Camera file to write.")
@@ -68,7 +66,7 @@ def command(
     black: str | None,
     saturated: float | None,
     linear: bool,
-    observer: str,
+    observer: str | None,
     name: str,
     output: str | None,
     replace: bool,

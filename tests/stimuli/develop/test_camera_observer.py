@@ -9,11 +9,12 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from devices.camera import CameraModel, Correspondences, fit_camera, read_camera, write_camera
+from devices.camera import CameraModel, Correspondences, fit_camera, read_camera, read_reference, write_camera
 from devices.measurements import xyz_from_spectra
 from documents import InputError
 from runner.cli.main import group
 from stimuli.build import build_set
+from stimuli.chart import fit_camera_to_chart
 from stimuli.comparison import CompareOptions, ReadOptions, compare_pictures
 from stimuli.develop import DevelopOptions
 from stimuli.develop.camera_image import CameraImage
@@ -163,3 +164,20 @@ def test_camera_rgb_of_a_spectral_picture_takes_no_observer(tmp_path: Path) -> N
     assert result.exit_code == 2
     assert "--observer" in result.output
     assert "camera file" in result.output
+
+
+def test_a_table_that_names_its_observer_is_taken_at_its_word(tmp_path: Path) -> None:
+    plain, ten = _table(tmp_path / "plain.csv", "CIE 1931 2"), _table(tmp_path / "chart.csv", TEN)
+    ten.write_text("# observer: 2012_10\n" + ten.read_text())
+    assert fit_camera_to_chart(ten).fit.model.observer == TEN
+    assert fit_camera_to_chart(ten, observer=TEN).fit.model.observer == TEN
+    assert fit_camera_to_chart(plain).fit.model.observer == "CIE 1931 2"
+    with pytest.raises(InputError, match=r"chart.csv: its XYZ are for the observer CIE 2015 10; CIE 1931 2") as caught:
+        fit_camera_to_chart(ten, observer="CIE 1931 2")
+    assert len(caught.value.findings) == 1
+    assert read_reference(ten).observer == TEN
+    with pytest.raises(InputError, match=r"chart.csv: its XYZ are for the observer CIE 2015 10; CIE 1964 10 is wanted"):
+        fit_camera_to_chart(_photo(tmp_path / "p.exr"), reference=ten, observer="1964_10")
+    ten.write_text(ten.read_text().replace("2012_10", "me"))
+    with pytest.raises(InputError, match=r"chart.csv:1: there is no colorimetric observer 'me'"):
+        fit_camera_to_chart(ten)
