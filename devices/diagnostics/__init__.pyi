@@ -6,10 +6,10 @@ from .diagnosis import Verdicts as Verdicts
 from .diagnosis import numbers as numbers
 from .drift import Drift as Drift
 from .drift import estimate_drift as estimate_drift
-from .examination import MeasuredSet as MeasuredSet
 from .examination import examine as examine
 from .examination import judge_display as judge_display
-from .examination import read_sets as read_sets
+from .measured_sets import MeasuredSet as MeasuredSet
+from .measured_sets import read_sets as read_sets
 from .metamerism import ObserverMetamerism as ObserverMetamerism
 from .metamerism import ScreenSpectra as ScreenSpectra
 from .metamerism import observer_metamerism as observer_metamerism

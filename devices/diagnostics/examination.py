@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from devices.diagnostics.channels import additivity, channel_constancy, headroom, tone_response
@@ -13,10 +13,11 @@ from devices.diagnostics.diagnosis import Diagnosis, Verdicts
 from devices.diagnostics.eyewear import crosstalk, glasses_transmittance, luminance_loss
 from devices.diagnostics.gamut_and_model import estimated_codes, gamut, gamut_change, model_difference
 from devices.diagnostics.light_of_readings import in_light_of, light_through
+from devices.diagnostics.measured_sets import MeasuredSet, by_eye, read_sets
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.observers_differ import observers_differ
 from devices.diagnostics.panel import angular_colour, angular_luminance, pixel_independence, uniformity
-from devices.diagnostics.readings import Kind, cable_colours, plain, primaries, tagged, untagged
+from devices.diagnostics.readings import Kind, cable_colours, primaries, tagged, untagged
 from devices.diagnostics.room_light import room_light, room_lights
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range
 from devices.diagnostics.stability import drift, repeatability
@@ -27,8 +28,7 @@ from devices.display.monitor_settings import MonitorSettings
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.observer import CIE_1931_2, for_observer
-from devices.measurements.read import PROFILE_ENDINGS, read_measurements
-from documents import Finding, InputError
+from documents import Finding
 
 Examination = Callable[[Measurements], Diagnosis]
 # Checks of readings of a special place, angle or surround.
@@ -62,79 +62,6 @@ CHECKS: tuple[Examination, ...] = (
     black_with_picture,
     picture_level,
 )
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class MeasuredSet:
-    """Measurements and the name by which a report calls them."""
-
-    label: str
-    measurements: Measurements
-
-
-def read_sets(
-    files: Sequence[Path],
-    codes: str | None,
-    observer: str | None = CIE_1931_2,
-    *,
-    white_cd_m2: float | None = None,
-) -> list[MeasuredSet]:
-    """Return the readings of each of ``files``, called by their files' names.
-
-    Parameters
-    ----------
-    files
-        Files of measurements, as `devices.measurements.read_measurements` reads them, each named once.
-    codes
-        The range of the codes of CSV files that do not name it, such as ``0..255``; None if they all do.
-    observer
-        The colorimetric observer of all XYZ, to which readings with spectra are turned; None leaves each at its own.
-    white_cd_m2
-        Luminance of the white of ICC profiles among them that do not say how bright it is.
-
-    Returns
-    -------
-    list of MeasuredSet
-        A set for each file, in the order of ``files``. Its label is the file's name, or the path where names repeat.
-
-    Raises
-    ------
-    InputError
-        With what is wrong with every file, if one is named twice, or if readings are for another observer and have no
-        spectra.
-
-    Examples
-    --------
-    >>> import tempfile
-    >>> from devices.measurements import write_csv
-    >>> with tempfile.TemporaryDirectory() as folder:
-    ...     write_csv(Measurements([[1, 1, 1]], [[95, 100, 108]]), Path(folder, "white.csv"))
-    ...     sets = read_sets([Path(folder, "white.csv")], None)
-    >>> sets[0].label, sets[0].measurements.XYZ.tolist()
-    ('white.csv', [[95.0, 100.0, 108.0]])
-    """
-    findings: list[Finding] = []
-    seen: set[Path] = set()
-    sets: list[MeasuredSet] = []
-    names = [file.name for file in files]
-    for file in files:
-        if file.resolve() in seen:
-            findings.append(Finding("the file is named twice", str(file), remedy="name it once"))
-            continue
-        seen.add(file.resolve())
-        try:
-            ending = file.suffix.lower()
-            white = white_cd_m2 if ending in PROFILE_ENDINGS else None
-            measurements = read_measurements(file, codes if ending == ".csv" else None, white_cd_m2=white)
-            if observer is not None:
-                measurements = for_observer(measurements, observer, str(file))
-        except InputError as error:
-            findings += error.findings
-            continue
-        sets.append(MeasuredSet(file.name if names.count(file.name) == 1 else str(file), measurements))
-    if findings:
-        raise DeviceError(findings)
-    return sets
 
 
 def judge_display(
@@ -235,19 +162,6 @@ def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> tuple[
         remedy = f"give readings with spectra, leave --display out, or name a mode that was fitted for {CIE_1931_2}"
         raise DeviceError(Finding(what, str(file), remedy=remedy))
     return models, observer
-
-
-def by_eye(measured: MeasuredSet) -> tuple[tuple[MeasuredSet, PatchEye], ...]:
-    """Return the readings through each lens apart, or all together where none is of one lens alone."""
-    eyes_read = set(plain(measured.measurements).eye) or set(measured.measurements.eye)
-    if not eyes_read & {"left", "right"}:
-        return ((measured, "both"),)
-    eyes: tuple[PatchEye, ...] = ("left", "right")
-    return tuple(
-        (MeasuredSet(f"{measured.label}, {eye} eye", measured.measurements.for_eye(eye)), eye)
-        for eye in eyes
-        if eye in eyes_read
-    )
 
 
 def examine(

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 from devices.diagnostics.channels import additivity, headroom
 from devices.diagnostics.diagnosis import Diagnosis
 from devices.diagnostics.drift import estimate_drift
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
 from devices.diagnostics.eyewear import crosstalk
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.stability import drift
 from devices.diagnostics.warm_up import warm_up
 from devices.display.display_file import EyeModels

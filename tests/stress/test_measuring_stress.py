@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.instruments import Reading
 from devices.instruments.simulated import Faults
 from devices.measurements.log import MeasurementLog, read_session, step_facts

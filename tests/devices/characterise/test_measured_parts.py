@@ -8,7 +8,8 @@ import yaml
 
 from devices.characterise.example_displays import thesis_display
 from devices.characterise.measured_parts import measured_parts
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.measurements import Measurements, PatchEye
 
 DISPLAY = thesis_display()

@@ -11,7 +11,8 @@ from devices.colour import rgb_to_xyz_matrix
 from devices.diagnostics.channels import channel_constancy
 from devices.diagnostics.content import black_with_picture, dynamic_contrast, picture_level
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.mixing import added_channels, standard_primaries, white_segment
 from devices.diagnostics.readings import plain
 from devices.diagnostics.signal_path import code_steps, frame_rate_control, last_codes, signal_range

@@ -13,8 +13,9 @@ from hypothesis import strategies as st
 
 from devices.compensation.crosstalk_fit import fit_crosstalk
 from devices.diagnostics.colours import outside
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
 from devices.diagnostics.eyewear import crosstalk, crosstalk_readings
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.panel import uniformity
 from devices.diagnostics.readings import plain, tag, tagged
 from devices.diagnostics.settling import settle

@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from devices.diagnostics.diagnosis import Diagnosis
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.room_light import room_lights
 from devices.errors import DeviceError
 from devices.instruments.simulated import Faults

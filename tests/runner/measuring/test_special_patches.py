@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 from click.testing import CliRunner, Result
 
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.diagnostics.readings import plain
 from devices.display.display_file import read_display
 from devices.instruments.simulated import Simulated

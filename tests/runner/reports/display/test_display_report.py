@@ -16,7 +16,8 @@ import pytest
 from click.testing import CliRunner, Result
 
 from devices.diagnostics.diagnosis import Line, Panel, Verdicts
-from devices.diagnostics.examination import MeasuredSet, examine
+from devices.diagnostics.examination import examine
+from devices.diagnostics.measured_sets import MeasuredSet
 from devices.errors import DeviceError
 from devices.measurements import write_csv
 from runner.cli.main import group

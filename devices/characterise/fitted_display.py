@@ -1,0 +1,201 @@
+"""What a display's readings give: the models of each eye, crosstalk, gain map and glasses, and the mode of a file."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from devices.characterise.choose import Characterisation
+from devices.characterise.display_yaml import ambient_lines, model_lines
+from devices.characterise.measured_parts import MeasuredParts
+from devices.characterise.mode_file import ModeLines, write_mode
+from devices.characterise.thesis import ThesisFits
+from devices.colour_matching import DEFAULT_OBSERVER
+from devices.diagnostics.drift import Drift
+from devices.diagnostics.room_light import RoomLight
+from devices.display.display_file import PanelSpec
+from devices.display.gamma_table import GammaTable
+from devices.display.gamma_table_spec import gamma_table_lines
+from devices.display.monitor_settings import MonitorSettings
+from devices.errors import DeviceError
+from devices.measurements import PatchEye
+from documents import Finding
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class EyeFit:
+    """The models fitted to one eye's readings, and the fits by the thesis's two methods.
+
+    ``thesis`` is None where those methods do not apply; ``notes`` then say why. ``drift`` is the drift during the run
+    that the readings were corrected for, None where they were not.
+    """
+
+    characterisation: Characterisation
+    thesis: ThesisFits | None
+    notes: tuple[str, ...]
+    drift: Drift | None = None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        return {
+            **self.characterisation.to_json(),
+            "numbers": self.characterisation.chosen.numbers.to_json(),
+            "said": list(self.notes),
+            "drift": None if self.drift is None else self.drift.to_json(),
+            "thesis": None if self.thesis is None else self.thesis.to_json(),
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class WrittenMode:
+    """What `DisplayFit.write` did, in sentences, and the ``notes`` on what it wrote."""
+
+    words: str
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class DisplayFit:
+    """A display characterised in one stereo mode.
+
+    Attributes
+    ----------
+    mode
+        The stereo mode; None where neither the readings nor the caller name it.
+    eyes
+        The fits by eye: ``both``, or ``left`` and ``right``; empty where no model was to be fitted.
+    parts
+        What tagged readings give: crosstalk, gain map, glasses.
+    notes
+        Sentences on the readings that a reader of the result must know.
+    file
+        The readings' file, which the source in a display file names.
+    instrument
+        The instrument that took them.
+    panel
+        The panel that was measured, as the readings name it; empty where they do not.
+    lens
+        The one lens that stands for both eyes; None if the readings are of both or each eye was fitted apart.
+    assumptions
+        What was taken for granted of the readings, in sentences that the source in a display file names too.
+    observer
+        The colorimetric observer whose XYZ the model gives.
+    gamma_table
+        The graphics card's table that the readings were taken with, which the display file names too; None where they
+        do not state it.
+    monitor_settings
+        What the monitor's menu said when it was measured; the mode of a display file states it too.
+    room
+        By lens, the room's light from the screen while it is off, and whether it was taken off the readings; the
+        display file has it as ``ambient_XYZ_cd_m2``.
+    """
+
+    mode: str | None
+    eyes: Mapping[PatchEye, EyeFit]
+    parts: MeasuredParts
+    notes: tuple[str, ...]
+    file: str
+    instrument: str
+    panel: str
+    lens: PatchEye | None
+    assumptions: tuple[str, ...] = ()
+    observer: str = DEFAULT_OBSERVER
+    gamma_table: GammaTable | None = None
+    monitor_settings: MonitorSettings = field(default_factory=MonitorSettings)
+    room: Mapping[PatchEye, RoomLight] = field(default_factory=dict)
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain JSON."""
+        eyes: dict[str, Any] = {eye: fit.to_json() for eye, fit in self.eyes.items()}
+        return {
+            "mode": self.mode,
+            "observer": self.observer,
+            "parts": self.parts.to_json(),
+            "room": {
+                eye: {
+                    "ambient_XYZ_cd_m2": light.ambient_XYZ_cd_m2.tolist(),
+                    "taken_off": light.held,
+                    "white_cd_m2": light.white_cd_m2,
+                    "black_cd_m2": light.black_cd_m2,
+                }
+                for eye, light in self.room.items()
+            },
+            "said": list(self.notes),
+            **eyes,
+        }
+
+    def mode_lines(self) -> ModeLines:
+        """Return the mode as lines of a display file."""
+        models: dict[str, list[str]] = {}
+        for eye, fit in self.eyes.items():
+            chosen = fit.characterisation.chosen
+            errors = chosen.held_out
+            readings = f"{len(fit.characterisation.patches)} readings of {origin_of(self.file, self.instrument)}"
+            source = (
+                f"{chosen.name} fitted to {readings}; "
+                f"held-out ΔE00 mean {errors.mean:.2f}, 95th percentile {errors.p95:.2f}, largest {errors.max:.2f}"
+            )
+            drift = () if fit.drift is None else (f"corrected for drift: {fit.drift.words}",)
+            source = "; ".join((source, *drift, *self.assumptions))
+            table = [] if self.gamma_table is None else gamma_table_lines(self.gamma_table)
+            light = self.room.get(eye) or self.room.get("both") or (next(iter(self.room.values()), None))
+            ambient = [] if light is None else ambient_lines(light.ambient_XYZ_cd_m2)
+            models[eye] = [*model_lines(chosen.model, source, self.observer), *table, *ambient]
+        settings = {"monitor_settings": lines} if (lines := self.monitor_settings.yaml_lines()) and models else {}
+        return ModeLines(models, {**self.parts.lines, **settings, **self._room_alone()})
+
+    def _room_alone(self) -> dict[str, list[str]]:
+        """Return the room's light as a part of the mode, where no model has it and it was read for both eyes."""
+        alone = None if self.eyes else self.room.get("both")
+        return {} if alone is None else {"ambient_XYZ_cd_m2": ambient_lines(alone.ambient_XYZ_cd_m2)}
+
+    @property
+    def has_parts(self) -> bool:
+        """Whether there is something to write beside a model: crosstalk, a gain map, the room's light."""
+        return bool(self.parts.lines or self._room_alone())
+
+    def write(self, file: str | Path, panel: PanelSpec | None = None, *, replace: bool = False) -> WrittenMode:
+        """Write the mode into a display file; all else in the file stays as it is.
+
+        Parameters
+        ----------
+        file
+            The display file, made if it does not exist.
+        panel
+            The panel of a new file; None takes the one that the readings name.
+        replace
+            Whether a characterisation, crosstalk or gain map that the mode has already is overwritten.
+
+        Raises
+        ------
+        DeviceError
+            If the fit has no mode, or nothing to write; or as `devices.characterise.mode_file.write_mode`.
+        """
+        file = Path(file)
+        if self.mode is None:
+            raise DeviceError(Finding("the readings do not name a mode", remedy="name one with --mode"))
+        if not self.eyes and not self.has_parts:
+            raise DeviceError(Finding("there is no model, crosstalk, gain map or room's light to write", str(file)))
+        notes: list[str] = []
+        if self.lens is not None:
+            words = f"the {self.lens} lens stands for both eyes in the display file"
+            notes.append(f"{words}; --eye {self.lens} writes that eye alone")
+        if panel is None and self.panel and not file.exists():
+            panel = self._measured_panel()
+            notes.append(f"the panel is the one that was measured: {panel.text}")
+        return WrittenMode(write_mode(file, self.mode, self.mode_lines(), panel, replace=replace), tuple(notes))
+
+    def _measured_panel(self) -> PanelSpec:
+        try:
+            return PanelSpec.parse(self.panel)
+        except ValueError:
+            remedy = "write it as 1920x1080,0.2768,120,8, or give --panel"
+            what = f"the panel that was measured is '{self.panel}'"
+            raise DeviceError(Finding(what, self.file, remedy=remedy)) from None
+
+
+def origin_of(file: str, instrument: str) -> str:
+    """Return the file's name and the instrument's, as a source says them."""
+    return Path(file).name + (f" by {instrument}" if instrument else "")
