@@ -52,9 +52,12 @@ class Transcript:
 
     def _play(self) -> None:
         waiting = b""
-        while not self._over:
-            ready, _, _ = select.select([self._master], [], [], 0.02)
+        while True:
+            over = self._over  # what was written before that is still to be heard, after a moment on a busy machine
+            ready, _, _ = select.select([self._master], [], [], 0.1 if over else 0.02)
             if not ready:
+                if over:
+                    return
                 continue
             waiting += os.read(self._master, 4096)
             *commands, waiting = waiting.split(self.end)
