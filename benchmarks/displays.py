@@ -135,4 +135,5 @@ if __name__ == "__main__":
     print(printed(result["cells"]))  # type: ignore[arg-type]  # as `run` makes them
     for line in result["refused"]:  # type: ignore[attr-defined]  # a list of text
         print(f"refused: {line}")
+    # The result is JSON, whose rows have no type of their own.
     write("displays" if given is None else f"displays_{given.name}", str(result["title"]), result["rows"])  # type: ignore[arg-type]

@@ -45,6 +45,7 @@ def _rows(name: str, model: DisplayModel) -> list[dict[str, object]]:
     for kind, points in FORMS:
         if kind == "matrix" and not model.additive:
             continue
+        # `kind` is one of the names above, which a loop makes plain text.
         make = partial(profile_of_model, model, "benchmark", kind=kind, points=points)  # type: ignore[arg-type]
         made: WrittenProfile = make()
         profile = profile_of(parse_profile_file(made.data, "made"))

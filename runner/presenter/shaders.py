@@ -67,6 +67,7 @@ def _set_reals(program: moderngl.Program, name: str, value: Real | Real3 | Real3
     if name in program:
         doubles = as_doubles(value)
         if isinstance(doubles, tuple) and isinstance(doubles[0], tuple):
+            # A member may be an attribute, which has neither length nor value; these are uniforms.
             doubles = doubles[: program[name].array_length]  # type: ignore[union-attr]
         program[name].value = doubles  # type: ignore[union-attr]
         return
@@ -74,6 +75,7 @@ def _set_reals(program: moderngl.Program, name: str, value: Real | Real3 | Real3
     if not used:
         raise KeyError(name)
     for part, floats in used:
+        # A uniform, as above.
         program[part].value = floats  # type: ignore[union-attr]
 
 

@@ -79,6 +79,7 @@ def test_it_does_not_leak() -> None:
 
 @pytest.mark.parametrize("normalise", ["minimum", "centre"])
 def test_no_gain_map_dims_it(normalise: str) -> None:
+    # `normalise` is one of two names, given as plain text by parametrize.
     gain_map = GainMap(np.array([[0.7, 0.9], [0.8, 1.1]]), (30, 40), "corners", normalise)  # type: ignore[arg-type]
     lit, gain = DARK.in_room(AMBIENT), gain_map.over(np.arange(30) + 0.5, np.arange(40) + 0.5)
     asked = np.broadcast_to(lit.xyz([0.5, 0.6, 0.7]), (40, 30, 3))
