@@ -331,6 +331,7 @@ PAGES: Mapping[str, Prepare] = {
     "factors": _table,
     "luminance": _plate,
     "observer_table": _with_results("dynamic_range"),
+    "hierarchical": _table,
     "pair_models": _table,
     "presenter": _plate,
     "python": _with_results("dynamic_range"),
@@ -338,6 +339,7 @@ PAGES: Mapping[str, Prepare] = {
     "report": _with_results("dynamic_range"),
     "scores": _table,
     "screening": _with_results("my_study"),
+    "reviewers": _table,
     "uncertainty": _table,
 }
 

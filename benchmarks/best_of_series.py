@@ -1,21 +1,27 @@
-"""The likelihood of choices from series, integrated over observers, against adaptive quadrature: run time and error.
+"""Choices from series: the likelihood integrated over observers, and intervals of scores. Run time and error.
 
 The rule that the fit uses (the trapezoid, at even distances) beside Gauss-Hermite nodes, for observers who scatter more
 than they differ from each other, and for observers who differ four times as much as they scatter.
+
+Intervals of similarity-weighted scores: the error is that of their coverage, 95 %, in 2000 simulated studies; Wilson's
+at the effective number of answers beside a bootstrap over observers.
 """
 
 from __future__ import annotations
 
 from dataclasses import replace
 from functools import partial
+from time import perf_counter
 
 import curves
 import numpy as np
 
 from analysis.series.just_noticeable import NODES, REACH, Matches
+from analysis.series.observer_means import bounded_means, means
 
 LEVELS = np.log([1.3, 1.6, 2.0, 2.5, 3.0, 4.0])
 CUTS = np.concatenate([[-np.inf], (LEVELS[1:] + LEVELS[:-1]) / 2, [np.inf]])
+STUDIES = ((30, 1, 0.1), (15, 5, 0.1), (30, 5, 0.1), (10, 5, 0.3), (15, 5, 0.6))
 CASES = {"within = 0.25, between = 0.15": (0.25, 0.15), "within = 0.1, between = 0.4": (0.1, 0.4)}
 
 
@@ -33,7 +39,33 @@ def run() -> dict[str, object]:
         for count in (7, 15, 31, 61, 121):
             rule = _hermite(matches, count)
             rows.append(_measured(f"Gauss-Hermite, {name}", count, rule, (within, between), truth))
-    return {"title": "Likelihood of choices from series: 15 observers, 5 choices each", "rows": rows}
+    for observers, series, share in STUDIES:
+        rows += _intervals(observers, series, share)
+    return {"title": "Choices from series: likelihood, and intervals of scores", "rows": rows}
+
+
+def _intervals(observers: int, series: int, share: float) -> list[dict[str, object]]:
+    random = np.random.default_rng([observers, series])
+    size = series, observers, 2000
+    own = random.beta(2 * share, 2 * (1 - share), size[1:]) if series > 1 else np.full(size[1:], share)
+    lean = random.normal(0, 1, size[1:])
+    given = (random.random(size) < own) * np.clip(np.round(6.5 + lean + random.normal(0, 1.2, size)), 1, 10)
+    truth = share * float(np.clip(np.round(6.5 + random.normal(0, np.hypot(1, 1.2), 4_000_000)), 1, 10).mean())
+    count = np.full(size[1:], float(series))
+    total, squares = given.sum(axis=0), (given**2).sum(axis=0)
+    ways = {
+        "Wilson's": partial(bounded_means, total, squares, count, 10.0),
+        "bootstrap": partial(means, total, count, replicates=1000),
+    }
+    rows = []
+    for way, work in ways.items():
+        start = perf_counter()
+        found = [one for one in work() if one.value and one.low is not None and one.high is not None]
+        taken_s = (perf_counter() - start) / size[2]
+        covered = float(np.mean([one.low <= truth <= one.high for one in found]))
+        name = f"{way}, chosen in {share:.0%}, {observers} observers of {series} choices"
+        rows.append(_row(name, "one score", taken_s, abs(covered - 0.95), f"coverage {covered:.1%}"))
+    return rows
 
 
 def _matches(within: float, between: float) -> Matches:

@@ -1,4 +1,4 @@
-"""How often intervals contain the truth and tests report a false difference, and the time that each kind takes.
+"""How often intervals contain the truth, tests report a false difference and find a true one, and the time of each.
 
     python benchmarks/coverage.py [STUDIES]
 
@@ -8,8 +8,10 @@ error is the distance of the share of 95 % intervals that contain the truth from
 
 from __future__ import annotations
 
+import os
 import sys
 from collections.abc import Iterator
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -17,11 +19,11 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).parent))
 from curves import OUT, seconds, write
-from simulated_studies import Coverage, Design, coverage, family_error
+from simulated_studies import Coverage, Decisions, Design, coverage, decisions
 
 from analysis.bootstrap.confidence_intervals import KINDS, Kind, intervals
 from analysis.bootstrap.replicates import NAMES, resample_counts
-from analysis.classes.multiplicity import Adjust
+from analysis.scaling.result import CovarianceChoice
 
 Row = dict[str, object]
 
@@ -38,32 +40,74 @@ DESIGNS = {
     "15 observers, each their own (1 nat), strengths 2.5 x as far apart": Design(2.5 * THETA, 15, 1.0),
     "15 observers, alike, one item far above": Design(FAR - FAR.mean(), 15),
 }
-QUICK: tuple[tuple[Adjust, str], ...] = (
-    ("maxz", "model"),
-    ("holm", "model"),
-    ("maxz", "sandwich"),
-    ("holm", "sandwich"),
-    ("maxz", "sandwich, normal law"),
-)
-SLOW: tuple[tuple[Adjust, str], ...] = (("maxz", "bootstrap"), ("holm", "bootstrap"))
+HALVES = np.r_[np.ones(5), -np.ones(5)] / 2
+OBSERVERS = (5, 10, 15, 30)
+POPULATIONS: dict[str, dict[str, Any]] = {
+    "alike": {},
+    "each their own (0.7 nats)": {"observer_sd": 0.7},
+    "each their own (1.5 nats)": {"observer_sd": 1.5},
+    "divided about two items (1.5 nats)": {"observer_sd": np.r_[1.5, 1.5, np.zeros(8)]},
+    "two camps, 1 nat either way": {"camps": 2 * HALVES},
+    "two camps, 0.5 nats either way": {"camps": HALVES},
+}
+PAIRS: dict[str, Any] = {"all pairs": 1.0, "20 to 100 % of the pairs": (0.2, 1.0)}
+COVARIANCES: tuple[CovarianceChoice, ...] = ("auto", "model", "scaled", "sandwich")
 
 
-def run(studies: int = 300) -> dict[str, Any]:
+def run(studies: int = 1000) -> dict[str, Any]:
     """Simulate and return the title and the rows.
 
-    There are ten times as many studies where no bootstrap is drawn, and a third for the studentised one.
+    There are a tenth as many studies where a bootstrap is drawn, and a thirtieth for the studentised one.
     """
     times = _times()
     quick: list[Kind] = [kind for kind in KINDS if kind != "studentised"]
     rows: list[Row] = []
     for name, design in DESIGNS.items():
-        rows += _covered(name, coverage(design, quick, NAMES, studies=studies), times)
-        slow = coverage(design, ["studentised"], ["difference"], studies=max(2, studies // 3))
+        rows += _covered(name, coverage(design, quick, NAMES, studies=max(2, studies // 10)), times)
+        slow = coverage(design, ["studentised"], ["difference"], studies=max(2, studies // 30))
         rows += _covered(name, slow, times)
+    return {"name": "coverage", "title": TITLE, "rows": [*rows, *_decided(studies)]}
+
+
+def _decided(studies: int) -> Iterator[Row]:
+    """Yield what classes and intervals of each covariance did, over observers, populations and designs."""
+    cells: list[tuple[str, str, Design, CovarianceChoice, int]] = []
+    few = max(2, studies // 4)
+    for people in OBSERVERS:
+        for population, fields in POPULATIONS.items():
+            for pairs, share in PAIRS.items():
+                equal = Design(np.zeros(10), people, share=share, **fields)
+                name = f"10 equal items, {people} observers, {population}, {pairs}"
+                kinds = COVARIANCES if share == 1.0 else COVARIANCES[:1]
+                cells += [(kind, name, equal, kind, studies if kind == "auto" else few) for kind in kinds]
+            apart = Design(THETA, people, **fields)
+            name = f"10 items of Table 4.4, {people} observers, {population}"
+            cells += [(kind, name, apart, kind, few) for kind in COVARIANCES]
+        name = f"10 items half as far apart as in Table 4.4, {people} observers, alike"
+        cells += [(kind, name, Design(THETA / 2, people), kind, studies) for kind in COVARIANCES]
+    with ProcessPoolExecutor(min(2, os.cpu_count() or 1)) as pool:
+        for (kind, name, _, _, many), found in zip(cells, pool.map(_decide, cells), strict=True):
+            yield _decision(kind, name, found, many)
+
+
+def _decide(cell: tuple[str, str, Design, CovarianceChoice, int]) -> Decisions:
+    _, _, design, kind, many = cell
+    return decisions(design, studies=many, covariance=kind)
+
+
+def _decision(kind: str, name: str, found: Decisions, studies: int) -> Row:
     return {
-        "name": "coverage",
-        "title": TITLE,
-        "rows": [*rows, *_families(QUICK, 10 * studies), *_families(SLOW, studies)],
+        "series": f"classes, holm, {kind}",
+        "parameter": name,
+        "seconds": None,
+        "error": abs(found.differences - 0.95),
+        "note": f"{studies} studies: {100 * found.false_difference:.1f} ± {100 * found.standard_error:.1f} % report a "
+        f"false difference, {100 * found.separated:.1f} % of true ones come out; 95 % intervals contain "
+        f"{100 * found.differences:.1f} % of differences, {100 * found.log10_scores:.1f} % of log scores",
+        "false_difference": found.false_difference,
+        "separated": found.separated,
+        "covered": found.differences,
+        "covered_log10_scores": found.log10_scores,
     }
 
 
@@ -88,20 +132,6 @@ def _covered(name: str, each: list[Coverage], times: dict[str, float]) -> Iterat
             "note": f"{note}; median width {found.width:.3g}",
             "covered": found.covered,
         }
-
-
-def _families(families: tuple[tuple[Adjust, str], ...], studies: int) -> Iterator[Row]:
-    for name, observer_sd in (("alike", 0.0), ("each their own (0.7 nats)", 0.7)):
-        design = Design(np.zeros(10), 30, observer_sd)
-        for (adjust, source), share in family_error(design, families, studies=studies).items():
-            yield {
-                "series": f"classes, {adjust}, {source}",
-                "parameter": f"10 equal items, 30 observers, {name}",
-                "seconds": None,
-                "error": abs(share - 0.05),
-                "note": f"{100 * share:.1f} % of {studies} studies find a difference",
-                "family_error": share,
-            }
 
 
 def main() -> None:

@@ -7,6 +7,7 @@ A benchmark is a script beside this file. Its ``run()`` returns ``{"title", "row
 from __future__ import annotations
 
 import json
+import math
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -59,14 +60,18 @@ def write(name: str, title: str, rows: Sequence[Row], out: Path = OUT) -> None:
     """Write ``out/<name>.json``, ``.md`` and ``.svg``.
 
     Each row has ``series`` and ``parameter`` (text), ``seconds`` and ``error`` (numbers, or None where there is
-    none to give), and optionally ``note``. Further keys go into the JSON and not into the table.
+    none to give), and optionally ``note``. Further keys go into the JSON and not into the table; NaN becomes null.
     """
     out.mkdir(parents=True, exist_ok=True)
     machine = f"{platform.machine()}, {platform.system()}, Python {platform.python_version()}"
-    document = {"name": name, "title": title, "machine": machine, "rows": [dict(row) for row in rows]}
+    document = {"name": name, "title": title, "machine": machine, "rows": [_plain(row) for row in rows]}
     (out / f"{name}.json").write_text(json.dumps(document, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     (out / f"{name}.md").write_text(table(title, machine, rows), encoding="utf-8")
     _plot(title, rows, out / f"{name}.svg")
+
+
+def _plain(row: Row) -> Row:
+    return {key: None if isinstance(value, float) and math.isnan(value) else value for key, value in row.items()}
 
 
 def table(title: str, machine: str, rows: Sequence[Row]) -> str:

@@ -14,45 +14,70 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.confidence_intervals import Kind, intervals
-from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.replicates import Name, Quantity, Replicates, resample_counts
-from analysis.classes.multiplicity import Adjust, corrected, single_step, two_sided_p
+from analysis.classes.multiplicity import Adjust, two_sided_p
+from analysis.comparisons.comparisons import Comparisons, from_arrays
+from analysis.power.plan import Plan
+from analysis.power.studies import analyse, widths
+from analysis.report.estimate import estimate_scores
 from analysis.scaling.fitting import fit
 from analysis.scaling.laplacian import contrast_variances
-from analysis.scaling.result import Fit, Method
+from analysis.scaling.result import CovarianceChoice, CovarianceKind, Method
 
 Floats = NDArray[np.float64]
-MAXZ_SAMPLES = 10_000
 
 
 @dataclass(frozen=True, slots=True, eq=False)
 class Design:
-    """``observers`` answer every pair once; each one's strengths are ``theta`` (n,) plus N(0, ``observer_sd``) nats."""
+    """``observers`` who compare n items with strengths ``theta`` (n,), in nats.
+
+    Attributes
+    ----------
+    observer_sd
+        Standard deviation in nats of each observer's own strengths about the common ones, of all items or (n,) of each.
+    camps
+        Shape (n,): what one half of all people add to the strengths, and the other half takes from them.
+    share
+        Share (0 to 1) of pairs that each observer answers, drawn for each; or shares that differ between the
+        observers, evenly from the first of two numbers to the second.
+    """
 
     theta: Floats
     observers: int
-    observer_sd: float = 0.0
+    observer_sd: Floats | float = 0.0
+    camps: Floats | float = 0.0
+    share: float | tuple[float, float] = 1.0
 
     def truth(self) -> Floats:
         """Return what endless observers would give, shape (n,), in nats, with mean 0."""
         from scipy.special import expit
 
         difference = self.theta[:, None] - self.theta[None, :]
+        camps = np.broadcast_to(self.camps, self.theta.shape)
+        off = camps[:, None] - camps[None, :]
+        variance = np.broadcast_to(self.observer_sd, self.theta.shape) ** 2
+        reach = np.sqrt(variance[:, None] + variance[None, :])
         nodes, weights = np.polynomial.hermite_e.hermegauss(60)
-        reach = np.sqrt(2) * self.observer_sd * nodes
-        mean = (expit(difference[:, :, None] + reach) * weights).sum(axis=2) / weights.sum()
+        each = [(expit((difference + side * off)[..., None] + reach[..., None] * nodes) * weights) for side in (-1, 1)]
+        mean = (each[0] + each[1]).sum(axis=2) / (2 * weights.sum())
         np.fill_diagonal(mean, 0)
         return fit(mean).theta
 
     def studies(self, count: int, seed: int) -> Iterator[Floats]:
         """Yield the counts of each observer, shape (observers, n, n), of ``count`` simulated studies."""
         random = np.random.default_rng(seed)
-        n = len(self.theta)
+        n, people = len(self.theta), self.observers
+        least, most = self.share if isinstance(self.share, tuple) else (self.share, self.share)
         for _ in range(count):
-            own = self.theta + random.normal(0, self.observer_sd, (self.observers, n))
-            ahead = random.random((self.observers, n, n)) < 1 / (1 + np.exp(own[:, None, :] - own[:, :, None]))
+            side = random.choice([-1.0, 1.0], (people, 1))
+            own = self.theta + random.normal(0, 1, (people, n)) * self.observer_sd + side * self.camps
+            ahead = random.random((people, n, n)) < 1 / (1 + np.exp(own[:, None, :] - own[:, :, None]))
             upper = np.triu(ahead, 1)
-            yield (upper | np.tril(~upper.transpose(0, 2, 1), -1)).astype(np.float64)
+            counts = (upper | np.tril(~upper.transpose(0, 2, 1), -1)).astype(np.float64)
+            if least < 1:
+                asked = np.triu(random.random((people, n, n)) < np.linspace(least, most, people)[:, None, None], 1)
+                counts = counts * (asked | asked.transpose(0, 2, 1))
+            yield counts
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -100,44 +125,141 @@ def coverage(
     return [_summary(quantity, kind, np.array(ends)) for (quantity, kind), ends in ends_by_kind.items()]
 
 
-def family_error(
-    design: Design, adjustments: Sequence[tuple[Adjust, str]], *, studies: int, alpha: float = 0.05, seed: int = 2016
-) -> dict[tuple[Adjust, str], float]:
-    """Return the share of studies with any significant pair, for each adjustment and covariance.
+@dataclass(frozen=True, slots=True, eq=False)
+class Decisions:
+    """What `analysis.report.estimate.estimate_scores` gave of simulated studies, by one choice of covariance.
 
-    With strengths that are all equal, that is the family-wise error. The covariance is ``model``, ``sandwich`` (tested
-    by the t distribution, observers − 1 degrees of freedom), ``sandwich, normal law``, or ``bootstrap`` (that of 1000
-    replicates, Student's law).
+    Attributes
+    ----------
+    false_difference
+        Share of studies (0 to 1) with a significant pair of which the truth is equal, and its standard error.
+    separated
+        Mean share of the pairs whose truth differs that came out significant, in the right direction.
+    differences, log10_scores
+        Share of 95 % intervals that contain the truth.
+    without_scores
+        Share of studies in which comparisons did not link all items.
     """
-    hits = dict.fromkeys(adjustments, 0)
+
+    false_difference: float
+    standard_error: float
+    separated: float
+    differences: float
+    log10_scores: float
+    without_scores: float
+
+
+def decisions(
+    design: Design,
+    *,
+    studies: int,
+    covariance: CovarianceChoice = "auto",
+    adjust: Adjust = "holm",
+    alpha: float = 0.05,
+    seed: int = 2016,
+) -> Decisions:
+    """Analyse simulated studies as a report does, and compare with the truth."""
+    truth = design.truth()
+    n = len(truth)
+    first, second = np.triu_indices(n, 1)
+    apart = truth[first] - truth[second]
+    log10 = (truth - np.logaddexp.reduce(truth)) / np.log(10)
+    outcomes = _alike if design.share == 1.0 and adjust != "maxz" else _one_by_one
+    found = outcomes(design, studies, covariance, adjust, alpha, seed)
+    equal = np.abs(apart) < 1e-9
+    false = (found.significant & equal).any(axis=1)
+    right = (found.significant & (np.sign(found.difference) == np.sign(apart)))[:, ~equal]
+    off = np.abs(found.difference - apart)
+    t = np.divide(off, found.error, out=np.full_like(off, np.inf), where=found.error > 0)
+    scored = (found.low <= log10) & (log10 <= found.high)
+    share = float(false.mean())
+    return Decisions(
+        share,
+        float(np.sqrt(max(share * (1 - share), 1 / len(false)) / len(false))),
+        float(right.mean()) if right.size else float("nan"),
+        float((two_sided_p(t, found.freedom) > 0.05).mean()),
+        float(scored.mean()),
+        1 - len(false) / studies,
+    )
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class _Outcomes:
+    """Of each of B studies: P pairs, and n log scores with the ends of their intervals."""
+
+    significant: NDArray[np.bool_]
+    difference: Floats
+    error: Floats
+    freedom: Floats | None
+    low: Floats
+    high: Floats
+
+
+def _one_by_one(
+    design: Design, studies: int, covariance: CovarianceChoice, adjust: Adjust, alpha: float, seed: int
+) -> _Outcomes:
+    """As a report does it."""
     first, second = np.triu_indices(len(design.theta), 1)
-    for number, by_observer in enumerate(design.studies(studies, seed)):
-        fitted = _fitted(by_observer)
-        for adjust, source in adjustments:
-            covariance = _covariance(by_observer, fitted, source, seed + number)
-            error = np.sqrt(contrast_variances(covariance)[first, second])
-            z = np.abs(fitted.theta[first] - fitted.theta[second]) / error
-            df = design.observers - 1 if source in ("sandwich", "bootstrap") else None
-            hits[adjust, source] += _least_p(z, covariance, adjust, df) <= alpha
-    return {case: times / studies for case, times in hits.items()}
+    rows: list[tuple[Floats, ...]] = []
+    for by_observer in design.studies(studies, seed):
+        found = estimate_scores(
+            as_comparisons(by_observer), alpha=alpha, adjust=adjust, covariance=covariance, draw=False
+        )
+        fitted, classes = found.scores.fit, found.scores.classes
+        if fitted.separation is not None or classes is None:
+            continue
+        ends = np.empty((len(fitted.theta), 2))
+        ends[list(found.scores.order)] = found.log10_interval
+        free = fitted.pair_freedom
+        rows.append(
+            (
+                classes.pair_p <= alpha,
+                fitted.theta[first] - fitted.theta[second],
+                np.sqrt(contrast_variances(fitted.covariance)[first, second]),
+                np.full(len(first), np.inf) if free is None else free,
+                ends[:, 0],
+                ends[:, 1],
+            )
+        )
+    return _Outcomes(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-def _least_p(absolute_z: Floats, covariance: Floats, adjust: Adjust, df: float | None) -> float:
-    """Return the smallest p value, as `analysis.classes.multiplicity.adjusted_p` has it; with fewer draws for
-    ``maxz``."""
-    if adjust == "maxz":
-        return float(single_step(absolute_z.max(keepdims=True), covariance, df, MAXZ_SAMPLES)[0])
-    return float(corrected(two_sided_p(absolute_z, df), adjust).min())
+def _alike(
+    design: Design, studies: int, covariance: CovarianceChoice, adjust: Adjust, alpha: float, seed: int
+) -> _Outcomes:
+    """All studies at once, as `analysis.power.studies` does it; tests there compare it with a report's."""
+    from scipy.special import log_softmax
+
+    n = len(design.theta)
+    first, second = np.triu_indices(n, 1)
+    kind: CovarianceKind = "shrinkage" if covariance == "auto" else covariance
+    pairs = np.ones(len(first), dtype=np.int64)
+    plan = Plan(tuple(map(str, range(n))), design.theta, pairs, pairs > 0, alpha=alpha, adjust=adjust, covariance=kind)
+    won = np.array([counts[:, first, second] for counts in design.studies(studies, seed)])
+    found = analyse(plan, design.observers, won)
+    width = widths(found, np.random.default_rng(0))
+    log10 = log_softmax(found.theta, axis=1) / np.log(10)
+    error = np.sqrt(contrast_variances(found.covariance)[:, first, second])
+    difference = found.theta[:, first] - found.theta[:, second]
+    freedom = None if found.freedom is None else found.freedom[:, : len(first)]
+    half = np.where(width / 2 <= -log10, width / 2, width + log10)  # no upper end is above 0
+    return _Outcomes(found.significant(np.nan), difference, error, freedom, log10 - half, np.minimum(log10 + half, 0))
 
 
-def _covariance(by_observer: Floats, fitted: Fit, source: str, seed: int) -> Floats:
-    if source == "model":
-        return fitted.covariance
-    if source == "bootstrap":
-        drawn = _drawn(by_observer, 1000, seed)
-        return np.asarray(np.cov(drawn.theta[~drawn.without_fit].T))
-    ones = np.ones((1, len(by_observer)))
-    return np.asarray(sandwich(influences(by_observer, ones, fitted.theta[None]), ones)[0])
+def as_comparisons(by_observer: Floats) -> Comparisons:
+    """Return the counts of each observer, shape (observers, n, n), as comparisons."""
+    people, n, _ = by_observer.shape
+    observer, winner, loser = np.nonzero(by_observer)
+    return from_arrays(
+        tuple(f"item {item:03d}" for item in range(n)),
+        tuple(f"{person:04d}" for person in range(people)),
+        winner=winner,
+        loser=loser,
+        observer=observer,
+        count=by_observer[observer, winner, loser],
+        winner_was_first=np.full(len(winner), -1, dtype=np.int8),
+        tie=np.zeros(len(winner), dtype=np.bool_),
+    )
 
 
 def _drawn(by_observer: Floats, replicates: int, seed: int) -> Replicates:
@@ -145,12 +267,6 @@ def _drawn(by_observer: Floats, replicates: int, seed: int) -> Replicates:
     items, observers = [f"item {item}" for item in range(n)], [f"{number:04d}" for number in range(people)]
     method: Method = "firth" if fit(by_observer.sum(axis=0)).separated else "ml"
     return resample_counts(by_observer, items, observers, replicates=replicates, seed=seed, method=method)
-
-
-def _fitted(by_observer: Floats) -> Fit:
-    wins = by_observer.sum(axis=0)
-    plain = fit(wins)
-    return fit(wins, method="firth") if plain.separated else plain
 
 
 def _summary(quantity: Name, kind: Kind, ends: Floats) -> Coverage:

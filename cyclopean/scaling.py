@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from analysis.comparisons import Comparisons
     from analysis.factors import FactorEffects
     from analysis.observers import ObserverTable
-    from analysis.scaling import CovarianceKind, Model, ModelMethod, Scores
+    from analysis.scaling import CovarianceChoice, GroupedScores, Model, ModelMethod, Scores
     from runner.reports import PowerStudy
 
 Answers = pd.DataFrame | str | Path
@@ -30,15 +30,16 @@ def scores(
     alpha: float = 0.05,
     adjust: Adjust = "holm",
     order_effect: bool = False,
-    covariance: CovarianceKind = "model",
-) -> Result[Scores]:
+    covariance: CovarianceChoice = "auto",
+) -> Result[Scores | GroupedScores]:
     """Fit scores and perceptual classes to paired comparisons.
 
     Parameters
     ----------
     answers
         A folder of results, a CSV table, the DataFrame of `read_results`, or a DataFrame with the columns ``winner``
-        and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``.
+        and ``loser`` and, if there are any, ``count``, ``observer``, ``first`` and ``outcome``; for pairs within
+        scenes also ``group``, ``scene`` or ``content``.
     model
         ``bradley-terry``, ``thurstone`` (Case V), or ``davidson`` or ``rao-kupper``, which have ties.
     method
@@ -51,13 +52,16 @@ def scores(
     order_effect
         Whether to fit the advantage of the item shown first.
     covariance
-        Standard errors from the ``model``, or clustered by observer (``sandwich``).
+        Standard errors from the ``model``, or clustered by observer: ``scaled``, ``sandwich`` or ``shrinkage``;
+        ``auto`` is ``shrinkage`` where two observers or more are named.
 
     Returns
     -------
     Result
         A row for each item, best first: wins, comparisons, log score ``theta`` in nats with its standard error ``se``,
         ``score`` (they sum to 1), ``log10_score``, ``class``, and ``jnd``: ``theta`` in just noticeable differences.
+        Where there are groups, a row for each item of each ``group``, and where items recur of all groups together,
+        with no name of a group; ``value.agreement`` says whether the groups agree.
 
     Raises
     ------
@@ -73,23 +77,22 @@ def scores(
     0    a   0.75     1
     1    b   0.25     1
     """
-    from analysis.scaling import score
+    from analysis.scaling import ScoreOptions, score, score_groups
 
-    result = score(
-        comparisons(answers),
-        model,
-        method=method,
-        alpha=alpha,
-        adjust=adjust,
-        order_effect=order_effect,
-        covariance=covariance,
-    )
+    options = ScoreOptions(method=method, alpha=alpha, adjust=adjust, order_effect=order_effect, covariance=covariance)
+    table, common = _with_common_names(answers)
+    how = f"by {model}, method {method}, best first"
+    if table.groups:
+        grouped = score_groups(table, model, common=common, **options)
+        scales = [*grouped.groups, *([(None, grouped.pooled)] if grouped.pooled else [])]
+        rows = [{"group": name, **item} for name, part in scales for item in part.to_json()["items"]]
+        return Result(grouped, rows, f"Scores within {len(table.groups)} groups {how}")
+    result = score(table, model, **options)
     rows = result.to_json()["items"]
-    fit = result.fit
-    if fit.separation:
+    if result.fit.separation:
         title = f"No finite estimate: complete separation of {len(rows)} items; try method='firth'"
     else:
-        title = f"Scores of {len(rows)} items by {model}, method {method}, best first"
+        title = f"Scores of {len(rows)} items {how}"
     return Result(result, rows, title)
 
 
@@ -199,8 +202,9 @@ def power(
     numbers_of_observers
         The numbers to try.
     scores
-        A file of simulated observers, or what `cyclopean scores --json` printed for a pilot study; even steps over two
-        nats if None.
+        A file of simulated observers, results or a table of a pilot study, which also say how much observers differ, or
+        what `cyclopean scores --json` printed; even steps over two nats if None. Without results or a table, observers
+        are assumed to differ by 0.7 nats.
     replicates
         Number of studies simulated for each number of observers.
     seed
@@ -227,9 +231,12 @@ def power(
     assumed = None if scores is None else Path(scores)
     options = PowerOptions(tuple(numbers_of_observers), scores=assumed, replicates=replicates, seed=seed)
     study = study_power(Path(experiment), options)
+    answer = study.to_json()
     sizes = [
-        {key: value for key, value in size.items() if key not in ("items", "pairs")}
-        for size in study.needed.power.to_json()["sizes"]
+        ({"group": group["name"]} if "name" in group else {})
+        | {key: value for key, value in size.items() if key not in ("items", "pairs")}
+        for group in answer.get("groups", [answer])
+        for size in group["sizes"]
     ]
     return Result(study, sizes, study.needed.sentence)
 
@@ -260,6 +267,7 @@ def comparisons(answers: Answers) -> Comparisons:
         if trials.empty:
             raise InputError(Finding("the trials hold no paired comparison", remedy="read results of a block of pairs"))
         tied = trials["answer"].isin(TIES)
+        grouped = {"group": trials["group"]} if "group" in trials and trials["group"].notna().all() else {}
         table = pd.DataFrame(
             {
                 "winner": trials["first"].where(tied, trials.get("chosen")),
@@ -267,9 +275,23 @@ def comparisons(answers: Answers) -> Comparisons:
                 "observer": trials["observer"],
                 "first": trials["first"],
                 "outcome": tied.map({True: "tie", False: "win"}),
+                **grouped,
             }
         )
     return parse_table(table.to_csv(index=False).splitlines(keepends=True), "the DataFrame, as CSV")
+
+
+def _with_common_names(answers: Answers) -> tuple[Comparisons, dict[str, str] | None]:
+    """Return the comparisons, and what stimuli of different groups have in common, which results of sessions know."""
+    if isinstance(answers, pd.DataFrame) or _is_table(Path(answers)):
+        return comparisons(answers), None
+    from analysis.comparisons import grouped_comparisons
+    from analysis.records import read_results as read_logs
+    from analysis.report import common_names
+
+    logs = read_logs(Path(answers))
+    table, groups = grouped_comparisons(logs)
+    return table, None if groups is None else common_names(logs[0].header, groups)
 
 
 def _is_table(path: Path) -> bool:

@@ -41,6 +41,8 @@ _EXACT: Mapping[str, _Known] = {
     "chosen": _Known(f"Name of the stimulus that the observer chose. {_NAMED}"),
     "rejected": _Known(f"Name of the stimulus that the observer did not choose. {_NAMED}"),
     "answer": _Known("What the observer answered.", levels=_SIDES),
+    "group": _Known("The group within which the pair was compared, such as the scene that both pictures show."),
+    "group_factor": _Known("The factor of the stimuli whose levels are the groups."),
     "first_position": _Known(
         "Position of the first picture.",
         levels={place: f"the first picture was at the {place}" for place in ("top", "bottom", "left", "right")},

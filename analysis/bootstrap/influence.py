@@ -48,10 +48,3 @@ def standard_errors(pulled: Floats, weights: Floats) -> Floats:
     people = weights.sum(axis=1)
     variance = (weights[:, :, None] * pulled**2).sum(axis=1)
     return np.asarray(np.sqrt(variance * (people / (people - 1))[:, None]))
-
-
-def sandwich(pulled: Floats, weights: Floats) -> Floats:
-    """Return S/(S − 1) Σ w_s d_s d_sᵀ. Shapes (B, S, n) and (B, S) to (B, n, n)."""
-    people = weights.sum(axis=1)
-    spread = np.matmul((weights[:, :, None] * pulled).transpose(0, 2, 1), pulled)
-    return np.asarray(spread * (people / (people - 1))[:, None, None])

@@ -14,8 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import Fits, fit_each
-from analysis.comparisons.comparisons import Comparisons
-from analysis.errors import ResultsError
+from analysis.comparisons.comparisons import Comparisons, split_groups
+from analysis.errors import ResultsError, naming
 from analysis.scaling.fitting import fit
 from analysis.scaling.result import Fit, Method
 from analysis.scaling.separation import are_connected
@@ -184,6 +184,60 @@ def resample(
     )
 
 
+def resample_groups(
+    comparisons: Comparisons,
+    *,
+    replicates: int = REPLICATES,
+    seed: int = SEED,
+    method: Method = "ml",
+) -> tuple[tuple[str, Replicates], ...]:
+    """As `resample`, for each group of ``comparisons`` on a scale of its own, with the same draws for all groups.
+
+    Parameters
+    ----------
+    comparisons
+        Answers within groups, such as scenes.
+    replicates, seed, method
+        As for `resample`. Replicate r of every group has the same observers, those of them who judged the group.
+
+    Returns
+    -------
+    tuple[tuple[str, Replicates], ...]
+        The name of each group with its draws, in the order of the groups; empty without groups.
+
+    Raises
+    ------
+    ResultsError
+        As `resample`, with the group's name.
+
+    Examples
+    --------
+    >>> from analysis.bootstrap import class_stability
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> pairs = ("ab", "ab", "ba", "bc", "bc", "cb", "ac", "ac", "ca")
+    >>> answers = [
+    ...     Answer(*pair, observer=str(observer), group=group)
+    ...     for observer in range(6)
+    ...     for group in ("church", "beach")
+    ...     for pair in pairs
+    ... ]
+    >>> draws = resample_groups(from_answers(answers), replicates=20)
+    >>> [(name, class_stability(part).class_counts) for name, part in draws]
+    [('church', {1: 20}), ('beach', {1: 20})]
+    """
+    names = sorted(comparisons.observers)
+    weights = draw_observers(len(names), replicates, seed)
+    drawn = []
+    for group, part in split_groups(comparisons):
+        with naming(f"the group '{group}'"):
+            by_observer, observers = counts_by_observer(part)
+            own = weights[:, np.isin(names, observers)]
+            drawn.append(
+                (group, resample_counts(by_observer, part.items, observers, seed=seed, method=method, weights=own))
+            )
+    return tuple(drawn)
+
+
 def resample_counts(
     by_observer: Floats,
     items: Sequence[str],
@@ -192,8 +246,12 @@ def resample_counts(
     replicates: int = REPLICATES,
     seed: int = SEED,
     method: Method = "ml",
+    weights: Floats | None = None,
 ) -> Replicates:
-    """As `resample`, from each observer's counts, shape (S, n, n), S at least 2."""
+    """As `resample`, from each observer's counts, shape (S, n, n), S at least 2.
+
+    ``weights`` (replicates, S) are how often each observer is drawn, where they were drawn before.
+    """
     if replicates < 1:
         raise ResultsError(Finding(f"{replicates} replicates were asked for", remedy="ask for 1000"))
     whole = fit(by_observer.sum(axis=0), method=method)
@@ -203,7 +261,7 @@ def resample_counts(
             Finding("the items are separated: there are no strengths to put intervals on", remedy=remedy)
         )
     people = len(observers)
-    weights = draw_observers(people, replicates, seed)
+    weights = draw_observers(people, replicates, seed) if weights is None else weights
     each = [fit_each(wins, method) for wins in blocks(by_observer, weights)]
     others = [fit_each(wins, method) for wins in blocks(by_observer, 1 - np.eye(people))]
     drawn, left_out = _joined(each), _joined(others)

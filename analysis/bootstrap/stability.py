@@ -5,22 +5,22 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Literal, get_args
+from typing import Any, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.influence import influences, sandwich
+from analysis.bootstrap.influence import influences
 from analysis.bootstrap.replicates import BLOCK_NUMBERS, Replicates
 from analysis.classes.classes import check_level, labelled, letter_display, numbered
-from analysis.classes.multiplicity import ADJUSTMENTS, Adjust, corrected, single_step, two_sided_p
+from analysis.classes.multiplicity import ADJUSTMENTS, MAXZ_SEED, Adjust, corrected, single_step, two_sided_p
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
+from analysis.scaling.result import CovarianceKind
+from analysis.scaling.shrinkage import Clustered, Spread, shrink
 from documents import Finding
 
 Floats = NDArray[np.float64]
-Covariance = Literal["model", "sandwich"]
-COVARIANCES: tuple[Covariance, ...] = get_args(Covariance)
 MAXZ_SAMPLES = 10_000
 
 
@@ -55,7 +55,7 @@ class Stability:
     without_fit: int
     alpha: float
     adjust: Adjust
-    covariance: Covariance
+    covariance: CovarianceKind
 
     def to_json(self) -> dict[str, Any]:
         """Return the fields as lists, numbers and text."""
@@ -78,15 +78,15 @@ def class_stability(
     *,
     alpha: float = 0.05,
     adjust: Adjust = "holm",
-    covariance: Covariance = "model",
+    covariance: CovarianceKind = "shrinkage",
 ) -> Stability:
     """Find the classes of each replicate, as `analysis.classes.classes.classify` does.
 
     Parameters
     ----------
     covariance
-        ``model`` takes a replicate's answers for independent; ``sandwich`` only its observers, with the t distribution
-        of observers − 1 degrees of freedom.
+        ``model`` takes a replicate's answers for independent; the others, as `analysis.scaling.shrinkage` has them,
+        only its observers. Separated replicates have ``scaled`` in their place.
 
     Returns
     -------
@@ -110,7 +110,7 @@ def class_stability(
     (('a', 'b', 'c'), 100)
     """
     check_level(alpha)
-    for wish, known in ((adjust, ADJUSTMENTS), (covariance, COVARIANCES)):
+    for wish, known in ((adjust, ADJUSTMENTS), (covariance, get_args(CovarianceKind))):
         if wish not in known:
             raise ResultsError(Finding(f"there is no '{wish}'", remedy="expected one of: " + ", ".join(known)))
     sound = np.flatnonzero(~replicates.without_fit)
@@ -144,45 +144,68 @@ def class_stability(
     )
 
 
-def covariances(by_observer: Floats, weights: Floats, theta: Floats, covariance: Covariance) -> Floats:
-    """Return the covariance of each replicate's strengths. Shapes (S, n, n), (B, S) and (B, n) to (B, n, n)."""
+def model_covariances(by_observer: Floats, weights: Floats, theta: Floats) -> Floats:
+    """Return the model's covariance of each replicate. Shapes (S, n, n), (B, S) and (B, n) to (B, n, n)."""
     from scipy.special import expit
 
-    if covariance == "sandwich":
-        return sandwich(influences(by_observer, weights, theta), weights)
     people, n, _ = by_observer.shape
     wins = (weights @ by_observer.reshape(people, n * n)).reshape(-1, n, n)
     p = expit(theta[:, :, None] - theta[:, None, :])
     return pseudo_inverse((wins + wins.transpose(0, 2, 1)) * p * p.transpose(0, 2, 1))
 
 
+def spreads(by_observer: Floats, weights: Floats, theta: Floats, kind: Clustered) -> Spread:
+    """Return the covariance of each replicate, clustered by observer. Shapes (S, n, n), (B, S) and (B, n)."""
+    people = len(by_observer)
+    pulled = influences(by_observer, weights, theta) * np.sqrt(weights * (people / (people - 1)))[:, :, None]
+    model = model_covariances(by_observer, weights, theta)
+    return shrink(model, pulled, kind, freedom=people - 1, at_least_model=kind == "scaled")
+
+
 def _differing(
-    replicates: Replicates, sound: NDArray[np.intp], alpha: float, adjust: Adjust, covariance: Covariance
+    replicates: Replicates, sound: NDArray[np.intp], alpha: float, adjust: Adjust, covariance: CovarianceKind
 ) -> Iterator[NDArray[np.bool_]]:
     """Yield for each replicate which pairs differ, shape (n, n)."""
     people, n, _ = replicates.by_observer.shape
     size = max(1, BLOCK_NUMBERS // (n * max(n, people)))
-    df = people - 1 if covariance == "sandwich" else None
     first, second = np.triu_indices(n, 1)
+    critical = _critical(replicates, alpha, covariance) if adjust == "maxz" and covariance != "model" else None
     for start in range(0, len(sound), size):
-        chosen = sound[start : start + size]
-        theta = replicates.theta[chosen]
-        weights, separated = replicates.weights[chosen], replicates.separated[chosen]
-        spread = covariances(replicates.by_observer, weights, theta, covariance)
-        if covariance == "sandwich" and separated.any():
-            # Observers who agree without exception have no spread: what the model says of them is all there is.
-            spread[separated] = covariances(replicates.by_observer, weights[separated], theta[separated], "model")
-        error = np.sqrt(contrast_variances(spread))[:, first, second]
-        off = np.abs(theta[:, first] - theta[:, second])
-        z = np.divide(off, error, out=np.zeros_like(off), where=error > 0)  # as `classify`: no spread is no evidence
-        for significant in _adjusted(z, spread, adjust, df) <= alpha:
+        block = sound[start : start + size]
+        significant = np.zeros((len(block), len(first)), dtype=bool)
+        # Observers who agree without exception do not vary: only the model's covariance is left, scaled.
+        apart = replicates.separated[block] & (covariance != "model")
+        for chosen, kind in ((~apart, covariance), (apart, "scaled")):
+            if not chosen.any():
+                continue
+            weights, theta = replicates.weights[block[chosen]], replicates.theta[block[chosen]]
+            if kind == "model":
+                spread, df = model_covariances(replicates.by_observer, weights, theta), None
+            else:
+                clustered = spreads(replicates.by_observer, weights, theta, kind)
+                spread, df = clustered.covariance, clustered.degrees_of_freedom()
+            error = np.sqrt(contrast_variances(spread))[:, first, second]
+            off = np.abs(theta[:, first] - theta[:, second])
+            t = np.divide(
+                off, error, out=np.zeros_like(off), where=error > 0
+            )  # as `classify`: no spread is no evidence
+            if critical is not None:
+                significant[chosen] = t >= critical
+            elif adjust == "maxz":
+                rows = [single_step(row, own, MAXZ_SAMPLES) <= alpha for row, own in zip(t, spread, strict=True)]
+                significant[chosen] = rows
+            else:
+                significant[chosen] = corrected(two_sided_p(t, df), adjust) <= alpha
+        for row in significant:
             differs = np.zeros((n, n), dtype=bool)
-            differs[first, second] = differs[second, first] = significant
+            differs[first, second] = differs[second, first] = row
             yield differs
 
 
-def _adjusted(z: Floats, spread: Floats, adjust: Adjust, df: int | None) -> Floats:
-    if adjust == "maxz":
-        rows = [single_step(row, own, df, MAXZ_SAMPLES) for row, own in zip(z, spread, strict=True)]
-        return np.array(rows)
-    return corrected(two_sided_p(z, df), adjust)
+def _critical(replicates: Replicates, alpha: float, kind: Clustered) -> float:
+    """Return the |t| that the largest of all pairs reaches with chance ``alpha`` when no two items differ."""
+    by_observer, ones = replicates.by_observer, np.ones((1, len(replicates.observers)))
+    largest = spreads(by_observer, ones, replicates.fit.theta[None], kind).largest(
+        MAXZ_SAMPLES, np.random.default_rng(MAXZ_SEED)
+    )
+    return float(np.quantile(largest, 1 - alpha))

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from analysis.classes.multiplicity import Adjust, adjusted_p
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import pair_variances
+from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -95,7 +96,13 @@ def check_level(alpha: float) -> None:
 
 
 def classify(
-    theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm", df: float | None = None
+    theta: Floats,
+    covariance: Floats,
+    *,
+    alpha: float = 0.05,
+    adjust: Adjust = "holm",
+    df: Floats | float | None = None,
+    spread: Spread | None = None,
 ) -> Classes:
     """Group items into perceptual classes by pairwise tests.
 
@@ -110,7 +117,9 @@ def classify(
     adjust
         ``none``, ``holm``, ``bh`` (Benjamini-Hochberg) or ``maxz`` (single step by the largest z), over all pairs.
     df
-        Degrees of freedom of ``covariance``: observers − 1 for a sandwich covariance, None for the model's.
+        Degrees of freedom of the standard errors, of all or of each pair i < j, shape (P,); None for the model's.
+    spread
+        Where ``covariance`` is clustered by observer, what it comes from: ``maxz`` draws from it.
 
     Returns
     -------
@@ -143,7 +152,7 @@ def classify(
     without_spread = int((np.abs(z[certain]) > TIED * np.abs(theta).max(initial=0.0)).sum())
     np.divide(z, error, out=z, where=~certain)
     z[certain] = 0.0
-    p = adjusted_p(np.abs(z, out=error), covariance, adjust, df)
+    p = adjusted_p(np.abs(z, out=error), covariance, adjust, df, spread)
     del error
     members = numbered(letter_display(_differing(p <= alpha, n)), theta)
     return Classes(labelled(members, n), members, z, p, alpha, adjust, without_spread)
@@ -190,11 +199,17 @@ def letter_display(differs: NDArray[np.bool_]) -> Letters:
 
 
 def classes_if_few(
-    theta: Floats, covariance: Floats, *, alpha: float = 0.05, adjust: Adjust = "holm", df: float | None = None
+    theta: Floats,
+    covariance: Floats,
+    *,
+    alpha: float = 0.05,
+    adjust: Adjust = "holm",
+    df: Floats | float | None = None,
+    spread: Spread | None = None,
 ) -> Classes | None:
     """Return what `classify` does, None where there are too many classes to list."""
     try:
-        return classify(theta, covariance, alpha=alpha, adjust=adjust, df=df)
+        return classify(theta, covariance, alpha=alpha, adjust=adjust, df=df, spread=spread)
     except TooManyClasses:
         return None
 

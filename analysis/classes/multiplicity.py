@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from analysis.errors import ResultsError
 from analysis.scaling.laplacian import pair_variances
+from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]
@@ -22,7 +23,13 @@ MAXZ_FEWEST_SAMPLES = 10_000
 BLOCK = 1 << 16
 
 
-def adjusted_p(absolute_z: Floats, covariance: Floats, adjust: Adjust, df: float | None = None) -> Floats:
+def adjusted_p(
+    absolute_z: Floats,
+    covariance: Floats,
+    adjust: Adjust,
+    df: Floats | float | None = None,
+    spread: Spread | None = None,
+) -> Floats:
     """Return two-sided p values of all pairs i < j, adjusted.
 
     Parameters
@@ -35,8 +42,10 @@ def adjusted_p(absolute_z: Floats, covariance: Floats, adjust: Adjust, df: float
         ``none``; ``holm`` [Holm1979] and ``maxz`` control the family-wise error rate; ``bh`` [Benjamini1995] controls
         the false discovery rate.
     df
-        Degrees of freedom of the standard errors in ``absolute_z``, such as observers − 1 for a sandwich covariance:
-        the t distribution takes the place of the normal one. None where they are as good as known.
+        Degrees of freedom of the standard errors in ``absolute_z``, of all or of each: Student's distribution takes
+        the place of the normal one. None where they are as good as known.
+    spread
+        What a covariance clustered by observer comes from: ``maxz`` then draws the covariance too.
 
     Returns
     -------
@@ -52,7 +61,7 @@ def adjusted_p(absolute_z: Floats, covariance: Floats, adjust: Adjust, df: float
             Finding(f"there is no adjustment '{adjust}'", remedy="expected one of: " + ", ".join(ADJUSTMENTS))
         )
     if adjust == "maxz":
-        return single_step(absolute_z, covariance, df)
+        return single_step(absolute_z, covariance) if spread is None else clustered_single_step(absolute_z, spread)
     absolute_z[:] = two_sided_p(absolute_z, df)
     return corrected(absolute_z, adjust)
 
@@ -65,8 +74,8 @@ def corrected(p: Floats, adjust: Adjust) -> Floats:
     return _holm(p) if adjust == "holm" else benjamini_hochberg(p) if adjust == "bh" else p
 
 
-def two_sided_p(absolute_z: Floats, df: float | None = None) -> Floats:
-    """Return the chance of a value at least as far from 0: by the normal distribution, or by t with ``df``."""
+def two_sided_p(absolute_z: Floats, df: Floats | float | None = None) -> Floats:
+    """Return the chance of a value at least as far from 0: by the normal distribution, or by Student's with ``df``."""
     from scipy.special import erfc, stdtr
 
     if df is None:
@@ -99,15 +108,12 @@ def benjamini_hochberg(p: Floats) -> Floats:
     return np.asarray(false_discovery_control(p, axis=-1))
 
 
-def single_step(
-    absolute_z: Floats, covariance: Floats, df: float | None = None, most_samples: int = MAXZ_SAMPLES
-) -> Floats:
+def single_step(absolute_z: Floats, covariance: Floats, most_samples: int = MAXZ_SAMPLES) -> Floats:
     """Return, for each absolute z, the chance that the largest of all pairs reaches it when no two items differ.
 
     The estimates are drawn from a normal distribution with ``covariance``, with a fixed seed: the same data give the
     same value. With 200,000 draws the standard error is at most 0.0005 at p = 0.05; above 20 items there are fewer
-    draws (at least 10,000, standard error 0.0022), to keep the work within a few seconds. With ``df``, each draw is
-    divided by its own √(χ²/df): a multivariate t distribution, as for standard errors that were estimated.
+    draws (at least 10,000, standard error 0.0022), to keep the work within a few seconds.
     """
     first, second = np.triu_indices(len(covariance), 1)
     values, vectors = np.linalg.eigh(covariance)
@@ -123,7 +129,15 @@ def single_step(
     for start in range(0, samples, block):
         draws = random.standard_normal((min(block, samples - start), len(root)))
         largest[start : start + block] = np.abs(draws @ contrasts.T).max(axis=1)
-    if df is not None:
-        largest /= np.sqrt(np.random.default_rng([MAXZ_SEED, 1]).chisquare(df, samples) / df)
     largest.sort()
     return 1 - np.searchsorted(largest, absolute_z, side="left") / samples
+
+
+def clustered_single_step(absolute_t: Floats, spread: Spread, samples: int = MAXZ_FEWEST_SAMPLES) -> Floats:
+    """As `single_step`, for a covariance clustered by observer: each draw has its own estimates and covariance.
+
+    A common χ² in place of the covariance is not enough: with 10, 15 and 20 observers it reported a false difference in
+    14, 10 and 7 % of studies at 5 %. With 10,000 draws the standard error is 0.0022 at p = 0.05.
+    """
+    largest = spread.largest(samples, np.random.default_rng([MAXZ_SEED, 1]))
+    return 1 - np.searchsorted(largest, absolute_t, side="left") / samples

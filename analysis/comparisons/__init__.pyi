@@ -1,9 +1,12 @@
 from .comparisons import Answer as Answer
 from .comparisons import Comparisons as Comparisons
 from .comparisons import from_answers as from_answers
+from .comparisons import split_groups as split_groups
 from .session_comparisons import KINDS as KINDS
 from .session_comparisons import TIES as TIES
 from .session_comparisons import from_sessions as from_sessions
+from .session_comparisons import grouped_comparisons as grouped_comparisons
+from .session_groups import SessionGroups as SessionGroups
 from .table import parse_table as parse_table
 from .table import read_stream as read_stream
 from .table import read_table as read_table

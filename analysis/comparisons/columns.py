@@ -9,7 +9,8 @@ from documents import Finding
 from documents.files import other_separator
 from documents.text import did_you_mean
 
-COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties")
+COLUMNS = ("winner", "loser", "count", "observer", "first", "outcome", "ties", "group")
+GROUP_NAMES = ("group", "scene", "content")  # what the column of groups may be called
 REQUIRED = ("winner", "loser")
 OUTCOMES = ("win", "tie")
 
@@ -19,10 +20,12 @@ Columns = dict[str, int]
 def read_header(header: Sequence[str], line: str, file: str) -> Columns:
     """Return the place of each column in ``header``, from 0; ``line`` is the text that it stands in.
 
+    The column of groups stands under ``group``, whichever of its names it has.
+
     Raises
     ------
     ResultsError
-        If the header is empty, a column is unknown, repeated or missing, or ties are given in two ways.
+        If the header is empty, a column is unknown, repeated or missing, or ties or groups are given in two ways.
     """
     names = [field.strip() for field in header]
     if not any(names):
@@ -31,8 +34,9 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
         raise ResultsError(separated)
     findings = []
     for field, name in enumerate(names):
-        if name not in COLUMNS:
-            remedy = did_you_mean(name.lower(), COLUMNS, f"the columns are {', '.join(COLUMNS)}, separated by commas")
+        if name not in COLUMNS and name not in GROUP_NAMES:
+            known = (*COLUMNS, *GROUP_NAMES[1:])
+            remedy = did_you_mean(name.lower(), known, f"the columns are {', '.join(COLUMNS)}, separated by commas")
             findings.append(Finding(f"unknown column '{name}'", file, 1, column_of(field, line), remedy))
         elif name in names[:field]:
             findings.append(Finding(f"the column '{name}' stands twice", file, 1, column_of(field, line), "keep one"))
@@ -45,9 +49,14 @@ def read_header(header: Sequence[str], line: str, file: str) -> Columns:
     if "outcome" in names and "ties" in names:
         place = column_of(names.index("ties"), line)
         findings.append(Finding("both 'outcome' and 'ties' give ties", file, 1, place, "keep one of the two"))
+    grouping = [name for name in names if name in GROUP_NAMES]
+    if len(set(grouping)) > 1:
+        place, pair = column_of(names.index(grouping[1]), line), f"both '{grouping[0]}' and '{grouping[1]}'"
+        remedy = "keep one of the two, or write both into one column, such as 'church, night'"
+        findings.append(Finding(f"{pair} name the group", file, 1, place, remedy))
     if findings:
         raise ResultsError(findings)
-    return {name: field for field, name in enumerate(names)}
+    return {"group" if name in GROUP_NAMES else name: field for field, name in enumerate(names)}
 
 
 def column_of(field: int, line: str) -> int:

@@ -1,12 +1,13 @@
 """Who was preferred over whom, how often, by which observer: what every scaling method starts from.
 
-Answers that prefer neither of two items are kept apart from the others: models without ties leave them out.
+Answers that prefer neither of two items are kept apart from the others: models without ties leave them out. Where pairs
+were compared within groups, such as the scenes of an image-quality study, each answer says in which group.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,6 +16,7 @@ from analysis.errors import ResultsError
 from documents import Finding
 
 MOST_ITEMS = 5000
+NO_GROUP = -1
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -29,6 +31,8 @@ class TiedAnswers:
         Shape (k,): how often, above zero.
     a_was_first
         Shape (k,): 1 where item a was shown first, 0 where item b was, -1 where the source does not say.
+    group
+        Shape (k,): as in `Comparisons`.
     """
 
     item_a: NDArray[np.intp]
@@ -36,6 +40,7 @@ class TiedAnswers:
     observer: NDArray[np.intp]
     count: NDArray[np.float64]
     a_was_first: NDArray[np.int8]
+    group: NDArray[np.intp]
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -56,6 +61,11 @@ class Comparisons:
         Shape (m,): 1 where the winner was shown first, 0 where the loser was, -1 where the source does not say.
     tied
         The answers that prefer neither item; they are in none of the counts above.
+    group
+        Shape (m,): index into ``groups``; -1 where an answer belongs to none of them; 0 where there are no groups.
+    groups
+        Names of the groups within which pairs were compared; empty where the source names none. An item may occur in
+        several groups.
     """
 
     items: tuple[str, ...]
@@ -66,6 +76,8 @@ class Comparisons:
     count: NDArray[np.float64]
     winner_was_first: NDArray[np.int8]
     tied: TiedAnswers
+    group: NDArray[np.intp]
+    groups: tuple[str, ...] = ()
 
     @property
     def ties(self) -> float:
@@ -131,7 +143,8 @@ class Comparisons:
 class Answer:
     """One line of a source: ``winner`` was preferred over ``loser`` ``count`` times; ``first`` was shown first.
 
-    With ``tie`` neither was preferred, and it does not matter which of the two is called the winner.
+    With ``tie`` neither was preferred, and it does not matter which of the two is called the winner. ``group`` is the
+    scene or content within which they were compared, empty where there is none.
     """
 
     winner: str
@@ -140,9 +153,10 @@ class Answer:
     observer: str = ""
     first: str | None = None
     tie: bool = False
+    group: str = ""
 
 
-def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Comparisons:
+def from_answers(answers: Sequence[Answer], items: Sequence[str] = (), groups: Sequence[str] = ()) -> Comparisons:
     """Build comparisons from answers.
 
     The items are those that occur in the answers: first the ones in ``items``, in that order, then others in the
@@ -154,6 +168,8 @@ def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Compar
         Who was preferred over whom, how often, by which observer; or which two were tied.
     items
         Names of items in the order wanted; names that no answer has are left out.
+    groups
+        Names of groups, likewise.
 
     Returns
     -------
@@ -177,6 +193,9 @@ def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Compar
     counted = [answer for answer in answers if answer.count > 0]
     observers = tuple(dict.fromkeys(answer.observer for answer in counted))
     people = {name: number for number, name in enumerate(observers)}
+    within = dict.fromkeys(answer.group for answer in counted if answer.group)
+    named = tuple(dict.fromkeys([name for name in groups if name in within] + list(within)))
+    place = {"": NO_GROUP if named else 0} | {name: number for number, name in enumerate(named)}
     return from_arrays(
         names,
         observers,
@@ -188,6 +207,8 @@ def from_answers(answers: Sequence[Answer], items: Sequence[str] = ()) -> Compar
             [-1 if answer.first is None else int(answer.first == answer.winner) for answer in counted], dtype=np.int8
         ),
         tie=np.array([answer.tie for answer in counted], dtype=np.bool_),
+        group=np.array([place[answer.group] for answer in counted], dtype=np.intp),
+        groups=named,
     )
 
 
@@ -201,6 +222,8 @@ def from_arrays(
     count: NDArray[np.float64],
     winner_was_first: NDArray[np.int8],
     tie: NDArray[np.bool_],
+    group: NDArray[np.intp] | None = None,
+    groups: tuple[str, ...] = (),
 ) -> Comparisons:
     """Build comparisons from columns, each of shape (m,), as `Comparisons` describes them; ``tie`` marks the ties.
 
@@ -212,9 +235,125 @@ def from_arrays(
     n = len(items)
     if n > MOST_ITEMS:
         raise ResultsError(Finding(f"there are {n} items, more than {MOST_ITEMS}", remedy="scale fewer at once"))
-    tied = TiedAnswers(winner[tie], loser[tie], observer[tie], count[tie], winner_was_first[tie])
+    if group is None:
+        group = np.zeros(len(winner), dtype=np.intp)
+    tied = TiedAnswers(winner[tie], loser[tie], observer[tie], count[tie], winner_was_first[tie], group[tie])
     if tie.any():
         won = ~tie
         winner, loser, observer = winner[won], loser[won], observer[won]
-        count, winner_was_first = count[won], winner_was_first[won]
-    return Comparisons(items, observers, winner, loser, observer, count, winner_was_first, tied)
+        count, winner_was_first, group = count[won], winner_was_first[won], group[won]
+    return Comparisons(items, observers, winner, loser, observer, count, winner_was_first, tied, group, groups)
+
+
+def without_groups(comparisons: Comparisons) -> Comparisons:
+    """Return all the answers as if they had been given without groups."""
+    tied = replace(comparisons.tied, group=np.zeros_like(comparisons.tied.group))
+    return replace(comparisons, tied=tied, group=np.zeros_like(comparisons.group), groups=())
+
+
+def rename_items(comparisons: Comparisons, names: Mapping[str, str]) -> Comparisons:
+    """Return the same answers with every item under its name in ``names``; items of one name become one.
+
+    No two items of one name may be compared with each other.
+    """
+    places = {name: place for place, name in enumerate(dict.fromkeys(names[item] for item in comparisons.items))}
+    place = np.array([places[names[item]] for item in comparisons.items], dtype=np.intp)
+    tied = comparisons.tied
+    return replace(
+        comparisons,
+        items=tuple(places),
+        winner=place[comparisons.winner],
+        loser=place[comparisons.loser],
+        tied=replace(tied, item_a=place[tied.item_a], item_b=place[tied.item_b]),
+    )
+
+
+def split_groups(comparisons: Comparisons, *, all_observers: bool = False) -> tuple[tuple[str, Comparisons], ...]:
+    """Return the answers of each group by themselves.
+
+    Parameters
+    ----------
+    comparisons
+        Answers within groups. Answers that belong to no group are left out.
+    all_observers
+        Keep those observers too who have no answer in a group, so that their indices are those of the whole.
+
+    Returns
+    -------
+    tuple[tuple[str, Comparisons], ...]
+        The name of each group with its answers, in the order of ``comparisons.groups``: without groups of their own,
+        and with the items and observers that occur in them, in the order of the whole. Empty without groups.
+
+    Examples
+    --------
+    >>> answers = [Answer("a", "b", 3, group="church"), Answer("b", "c", group="beach")]
+    >>> [(name, part.items) for name, part in split_groups(from_answers(answers))]
+    [('church', ('a', 'b')), ('beach', ('b', 'c'))]
+    """
+    tied = comparisons.tied
+    ends = np.arange(len(comparisons.groups) + 1)
+    order, tied_order = (np.argsort(group, kind="stable") for group in (comparisons.group, tied.group))
+    starts, tied_starts = (
+        np.searchsorted(group[rows], ends) for group, rows in ((comparisons.group, order), (tied.group, tied_order))
+    )
+    return tuple(
+        (
+            name,
+            select_answers(
+                comparisons,
+                order[starts[number] : starts[number + 1]],
+                tied_order[tied_starts[number] : tied_starts[number + 1]],
+                all_observers=all_observers,
+            ),
+        )
+        for number, name in enumerate(comparisons.groups)
+    )
+
+
+def split_scales(comparisons: Comparisons) -> tuple[tuple[str, Comparisons], ...]:
+    """Return the answers scale by scale, each with its name and all observers: those of each group.
+
+    Without groups, and where some answers belong to no group and link them, there is one scale.
+    """
+    across = (comparisons.group < 0).any() or (comparisons.tied.group < 0).any()
+    if not comparisons.groups or across:
+        return (("", comparisons),)
+    return split_groups(comparisons, all_observers=True)
+
+
+def select_answers(
+    whole: Comparisons, rows: NDArray[np.intp], tied_rows: NDArray[np.intp], *, all_observers: bool = False
+) -> Comparisons:
+    """Return some of the answers, by their places, without groups: with the items and observers that occur in them."""
+    tied = whole.tied
+    winner, loser, observer = whole.winner[rows], whole.loser[rows], whole.observer[rows]
+    item_a, item_b, tied_observer = tied.item_a[tied_rows], tied.item_b[tied_rows], tied.observer[tied_rows]
+    items, item = _numbered(len(whole.items), winner, loser, item_a, item_b)
+    everyone = np.arange(len(whole.observers))
+    people, person = _numbered(len(everyone), everyone if all_observers else observer, tied_observer)
+    return Comparisons(
+        tuple(whole.items[number] for number in items),
+        tuple(whole.observers[number] for number in people),
+        item[winner],
+        item[loser],
+        person[observer],
+        whole.count[rows],
+        whole.winner_was_first[rows],
+        TiedAnswers(
+            item[item_a],
+            item[item_b],
+            person[tied_observer],
+            tied.count[tied_rows],
+            tied.a_was_first[tied_rows],
+            np.zeros(len(tied_rows), dtype=np.intp),
+        ),
+        np.zeros(len(rows), dtype=np.intp),
+    )
+
+
+def _numbered(size: int, *places: NDArray[np.intp]) -> tuple[list[int], NDArray[np.intp]]:
+    """Return which of ``size`` numbers occur in ``places``, and for each number its place among those that do."""
+    occurs = np.zeros(size, dtype=np.bool_)
+    for place in places:
+        occurs[place] = True
+    return np.flatnonzero(occurs).tolist(), np.cumsum(occurs) - 1

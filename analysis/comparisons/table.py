@@ -1,9 +1,8 @@
-"""Read a table of comparisons: CSV with the columns ``winner,loser[,count,observer,first][,outcome|ties]``.
+"""Read a table of comparisons: CSV with the columns ``winner,loser[,count,observer,first,group][,outcome|ties]``.
 
 Lines are read in blocks, and like answers are counted together as they come, so that a table of any length takes the
-memory of its kinds of answers: winner, loser, observer, which was first, and whether it was a tie. What a block of
-lines means is computed column by column; only a block with a fault in it is read line by line, to name the
-place.
+memory of its kinds of answers: winner, loser, observer, group, which was first, and whether it was a tie. What a block
+of lines means is computed column by column; only a block with a fault in it is read line by line, to name the place.
 """
 
 from __future__ import annotations
@@ -122,7 +121,9 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
 
     ``count`` is 1 where it is not given; it may be a fraction. ``first`` is the item shown first. A line whose
     ``outcome`` is ``tie`` prefers neither item; or ``ties`` says how many answers preferred neither, beside the
-    ``count`` that preferred the winner. Blanks around a field do not belong to it; empty lines are passed over.
+    ``count`` that preferred the winner. ``group``, also called ``scene`` or ``content``, is what a pair was compared
+    within, such as the scene that all its pictures show. Blanks around a field do not belong to it; empty lines are
+    passed over.
 
     Parameters
     ----------
@@ -140,8 +141,8 @@ def parse_table(lines: Iterable[str], file: str) -> Comparisons:
     ------
     ResultsError
         With the first twenty faults: an unknown, repeated or missing column, a line too long or too short, an
-        empty name, an item against itself, a count that is no finite number above or at zero, a ``first`` that
-        was not in the pair, or no comparison at all; or more items than fit into memory.
+        empty name or group, an item against itself, a count that is no finite number above or at zero, a ``first``
+        that was not in the pair, or no comparison at all; or more items than fit into memory.
 
     Examples
     --------
@@ -226,6 +227,8 @@ def _fault(row: Sequence[str], columns: Columns) -> tuple[int, str, str] | None:
     winner, loser = value["winner"], value["loser"]
     if winner == loser:
         return columns["loser"], f"'{winner}' is compared with itself", "compare two different items"
+    if "group" in value and not value["group"]:
+        return columns["group"], "the group is empty", "name the group, or leave the column out"
     for name, what in (("count", "the count is"), ("ties", "the number of ties is")):
         if name in value and not _is_count(value[name]):
             return columns[name], f"{what} '{value[name]}'", "write a finite number, zero or above"

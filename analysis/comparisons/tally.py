@@ -17,6 +17,7 @@ Floats = NDArray[np.float64]
 Indices = NDArray[np.int64]
 
 NO_ITEM = UNKNOWN = -1
+MOST_GROUPS = 5000
 MOST_PENDING = 1 << 20
 SIDES = 3  # unknown, loser first, winner first
 
@@ -42,13 +43,13 @@ class _Names(dict[str, int]):
 class Tally:
     """The answers so far: for each kind of answer how often it was given.
 
-    A kind is a whole number: observer, winner, loser, which was first, tie or not. Kinds are kept sorted; those of new
-    blocks wait until there are about as many as are sorted already.
+    A kind is a whole number: observer, group, winner, loser, which was first, tie or not. Kinds are kept sorted;
+    those of new blocks wait until there are about as many as are sorted already.
     """
 
     def __init__(self, columns: Columns) -> None:
         self._columns = columns
-        self._items, self._people = _Names(), _Names()
+        self._items, self._people, self._groups = _Names(), _Names(), _Names()
         self._items[""] = NO_ITEM
         self._kinds, self._counts = np.empty(0, np.int64), np.empty(0)
         self._pending: list[tuple[Indices, Floats]] = []
@@ -72,7 +73,13 @@ class Tally:
         side, tie = self._sides(column.get("first"), winner, loser), _ties(column.get("outcome"), len(rows))
         if counts is None or ties is None or side is None or tie is None:
             return False
-        observer = self._observers(column.get("observer"), (counts > 0) | (ties > 0))
+        if not all(map(str.strip, column.get("group", ()))):
+            return False
+        counted = (counts > 0) | (ties > 0)
+        group = _numbered(self._groups, column.get("group"), counted)
+        if len(self._groups.list) > MOST_GROUPS:
+            raise ResultsError(Finding(f"there are more than {MOST_GROUPS} groups", remedy="scale fewer at once"))
+        observer = _numbered(self._people, column.get("observer"), counted) * MOST_GROUPS + group
         kind = ((observer * MOST_ITEMS + winner) * MOST_ITEMS + loser) * SIDES + side + 1
         self._gather(kind * 2 + tie, counts)
         if "ties" in column:
@@ -87,7 +94,8 @@ class Tally:
         rest, tie = np.divmod(self._kinds, 2)
         rest, side = np.divmod(rest, SIDES)
         rest, loser = np.divmod(rest, MOST_ITEMS)
-        observer, winner = np.divmod(rest, MOST_ITEMS)
+        rest, winner = np.divmod(rest, MOST_ITEMS)
+        observer, group = np.divmod(rest, MOST_GROUPS)
         return from_arrays(
             tuple(self._items.list),
             tuple(self._people.list) or ("",),
@@ -97,6 +105,8 @@ class Tally:
             count=self._counts,
             winner_was_first=(side - 1).astype(np.int8),
             tie=tie.astype(np.bool_),
+            group=group,
+            groups=tuple(self._groups.list),
         )
 
     def _add_without_blanks(self, rows: Sequence[Sequence[str]]) -> bool:
@@ -114,14 +124,6 @@ class Tally:
         side = np.where(first == winner, 1, np.where(first == loser, 0, UNKNOWN))
         return None if ((side == UNKNOWN) & (first != UNKNOWN)).any() else side
 
-    def _observers(self, texts: Sequence[str] | None, counted: NDArray[np.bool_]) -> Indices:
-        """Return each line's observer; one who gave no answer that counts is not numbered."""
-        if texts is None:
-            return np.zeros(len(counted), dtype=np.int64)
-        if counted.all():
-            return np.fromiter(map(self._people.__getitem__, texts), int)
-        return np.array([self._people[text] if yes else 0 for text, yes in zip(texts, counted, strict=True)])
-
     def _gather(self, kinds: Indices, counts: Floats) -> None:
         kept = counts > 0
         kinds, counts = _summed(kinds[kept], counts[kept])
@@ -136,6 +138,15 @@ class Tally:
             counts = np.concatenate([self._counts, *(counts for _, counts in self._pending)])
             self._pending, self._waiting = [], 0
             self._kinds, self._counts = _summed(kinds, counts)
+
+
+def _numbered(names: _Names, texts: Sequence[str] | None, counted: NDArray[np.bool_]) -> Indices:
+    """Return the number of each line's name; one that is in no line that counts is not numbered."""
+    if texts is None:
+        return np.zeros(len(counted), dtype=np.int64)
+    if counted.all():
+        return np.fromiter(map(names.__getitem__, texts), int)
+    return np.array([names[text] if yes else 0 for text, yes in zip(texts, counted, strict=True)])
 
 
 def _summed(kinds: Indices, counts: Floats) -> tuple[Indices, Floats]:

@@ -13,16 +13,13 @@ from analysis.errors import ResultsError
 from analysis.factors.aliasing import choose_terms
 from analysis.factors.explained import explain
 from analysis.factors.fit import TermsFit, fit_terms
-from analysis.factors.likelihood_ratio import NO_SPREAD, factor_tests, interaction_tests, robust_wald
+from analysis.factors.likelihood_ratio import NO_SPREAD, factor_tests, interaction_tests, robust_wald, slopes_at
 from analysis.factors.result import Effect, FactorEffects, FactorMethod, effect
 from analysis.factors.separation import separated_effects
 from analysis.factors.terms import Coding, Term, main_term
 from analysis.factors.values import FactorOptions, Value, read_factors
 from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD
-from analysis.scaling.laws import LOGISTIC
-from analysis.scaling.newton import Point
-from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import compared_groups
 from documents import Finding
 
@@ -65,7 +62,8 @@ def factor_effects(
     Returns
     -------
     FactorEffects
-        The effect of each level or number with its standard error, and likelihood-ratio tests of each factor.
+        The effect of each level or number with its standard error, and tests of each factor, of every interaction and
+        of lack of fit: by likelihood ratio, and with the observer as the unit.
 
     Raises
     ------
@@ -111,14 +109,15 @@ def factor_effects(
     fit = fit_terms(counts, terms, prior)
     estimate, covariance, sandwich, robust = _estimates(counts, answers, terms, fit, observers)
     tested = method == "ml" and fit.converged
+    slopes = slopes_at(counts, answers, fit)
     return FactorEffects(
         **shared,
         effects=_effects(terms, estimate, covariance, sandwich, observers),
         joint_covariance=covariance,
         sandwich_covariance=sandwich,
-        tests=factor_tests(counts, terms, fit, robust) if tested else (),
-        interactions=interaction_tests(counts, kept, terms, fit, groups) if tested else (),
-        explained=explain(counts, comparisons.wins, fit, tested=tested),
+        tests=factor_tests(counts, answers, terms, fit, robust) if tested else (),
+        interactions=interaction_tests(counts, slopes, kept, terms, fit, groups) if tested else (),
+        explained=explain(counts, comparisons.wins, fit, slopes if tested else None),
         theta=fit.theta,
         log_likelihood=fit.log_likelihood,
         converged=fit.converged,
@@ -172,9 +171,7 @@ def _estimates(
     none: list[tuple[float, float] | None] = [None] * len(terms)
     if observers < 2:
         return contrasts @ beta, covariance, None, none
-    nothing = np.zeros((1, 1))
-    slopes = observer_slopes(counts, answers, LOGISTIC, Point(fit.theta[None], nothing, nothing))
-    half = slopes @ basis @ fit.inverse @ to_beta.T
+    half = slopes_at(counts, answers, fit) @ basis @ fit.inverse @ to_beta.T
     beta_sandwich = half.T @ half * (observers / (observers - 1))
     starts = np.cumsum([0, *(term.width for term in terms)])
     se = np.sqrt(np.diag(beta_covariance))

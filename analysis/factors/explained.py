@@ -6,8 +6,8 @@ free ones θ with all the precision of θ as weight, H being their information (
 
     R² = 1 − (θ − θ̂)ᵀ H (θ − θ̂) / θᵀ H θ
 
-which is generalised least squares' [Buse1973]. Lack of fit is the likelihood-ratio test of the factors against the
-free model.
+which is generalised least squares' [Buse1973]. Lack of fit is the test of the factors against the free model, as
+`analysis.factors.likelihood_ratio` has them.
 """
 
 from __future__ import annotations
@@ -19,10 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.factors.fit import TermsFit
-from analysis.factors.likelihood_ratio import chance
+from analysis.factors.likelihood_ratio import chance, covariance_at, observer_test
 from analysis.scaling.counts import Counts
+from analysis.scaling.designs import ITEMS
 from analysis.scaling.fitting import fit as fit_wins
 from analysis.scaling.laws import LOGISTIC
+from analysis.scaling.robust_tests import ObserverTest
 from documents.text import json_fields
 
 Floats = NDArray[np.float64]
@@ -44,6 +46,8 @@ class Explained:
         Likelihood-ratio statistic, its degrees of freedom, and the χ² chance of as much if the factors are all there
         is; p is None where there are no degrees left or a prior was used, and all are None where there are no free
         strengths.
+    lack_of_fit_by_observers
+        The score test with the observer as the unit, to judge by; None with fewer than five observers, or as above.
     missing
         Why there are no free strengths; None if there are.
     """
@@ -57,6 +61,7 @@ class Explained:
     lack_of_fit: float | None
     lack_of_fit_df: int | None
     lack_of_fit_p: float | None
+    lack_of_fit_by_observers: ObserverTest | None
     missing: str | None
 
     def to_json(self) -> dict[str, Any]:
@@ -64,8 +69,11 @@ class Explained:
         return json_fields(self, omit=["free_theta"])
 
 
-def explain(counts: Counts, wins: Floats, fit: TermsFit, *, tested: bool) -> Explained:
-    """Compare ``fit`` with the null and the free model of the same answers; ``tested`` if it is a maximum."""
+def explain(counts: Counts, wins: Floats, fit: TermsFit, slopes: Floats | None) -> Explained:
+    """Compare ``fit`` with the null and the free model of the same answers.
+
+    ``slopes`` (G, n) are those of the observers' log likelihoods at ``fit``; None where that is no maximum.
+    """
     from scipy.special import xlogy
 
     won, lost = counts.won[0], counts.lost[0]
@@ -76,15 +84,19 @@ def explain(counts: Counts, wins: Floats, fit: TermsFit, *, tested: bool) -> Exp
     free = fit_wins(wins)
     if not free.converged:
         why = "the items are separated, or not all linked by comparisons" if free.separated else "no convergence"
-        return Explained(null, factors, None, None, None, free.theta, None, None, None, why)
+        return Explained(null, factors, None, None, None, free.theta, None, None, None, None, why)
     difference = counts.differences(free.theta[None])
     free_terms = LOGISTIC.log_likelihood(counts, difference, 0.0)[0]
     to_explain = float(2 * (free_terms - equal).sum())
     lack = max(0.0, float(2 * (free_terms - fit.pair_terms).sum()))
     df = counts.n - 1 - len(fit.gamma)
+    tested = slopes is not None and df > 0
     weight = LOGISTIC.slopes(counts, difference, 0.0).dd[0]
     all_of_it = float(weight @ difference[0] ** 2)
     missed = float(weight @ counts.differences((free.theta - fit.theta)[None])[0] ** 2)
+    by_observers = None
+    if slopes is not None and df > 0:
+        by_observers = observer_test(slopes, covariance_at(counts, ITEMS, fit), fit, df)
     # Below rounding of the likelihood the items are equal, and there is nothing to explain.
     anything = to_explain > 1e-12 * float(np.abs(equal).sum())
     return Explained(
@@ -96,6 +108,7 @@ def explain(counts: Counts, wins: Floats, fit: TermsFit, *, tested: bool) -> Exp
         free_theta=free.theta,
         lack_of_fit=lack,
         lack_of_fit_df=df,
-        lack_of_fit_p=chance(lack, df) if tested and df > 0 else None,
+        lack_of_fit_p=chance(lack, df) if tested else None,
+        lack_of_fit_by_observers=by_observers,
         missing=None,
     )

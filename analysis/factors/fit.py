@@ -50,6 +50,11 @@ class TermsFit:
         return np.asarray(self.basis.T @ self.theta)
 
     @property
+    def covariance(self) -> Floats:
+        """Shape (n, n): of θ, by the model."""
+        return np.asarray(self.basis @ self.inverse @ self.basis.T)
+
+    @property
     def log_likelihood(self) -> float:
         """Σ W log p."""
         return float(self.pair_terms.sum())

@@ -1,9 +1,11 @@
 """Likelihood-ratio tests of type II: each factor against the model of all the others.
 
-An interaction is tested against the model of all factors without interactions, one at a time. Beside each test of a
-factor stands Wald's with the sandwich covariance by observer, which needs no independence within an observer: with G
-observers and r effects, W (G − r) / (r (G − 1)) is compared with the F distribution of r and G − r degrees of
-freedom.
+An interaction is tested against the model of all factors without interactions, one at a time. Likelihood ratios take
+all answers for independent. Beside each stands the score test of `analysis.scaling.robust_tests`, with the observer as
+the unit: with A and A₀ the covariances of θ by the larger model and the smaller, both at the smaller one's maximum, and
+u_g the slope of observer g's log likelihood there, the observers' contributions have the inner products
+u_gᵀ (A − A₀) u_h. Beside the tests of factors stands Wald's with the sandwich covariance too: with G observers and r
+effects, W (G − r) / (r (G − 1)) is compared with the F distribution of r and G − r degrees of freedom.
 """
 
 from __future__ import annotations
@@ -22,7 +24,12 @@ from analysis.factors.fit import TermsFit, fit_terms
 from analysis.factors.separation import is_separated
 from analysis.factors.terms import Term, empty_cell, interaction_term
 from analysis.factors.values import Factor
-from analysis.scaling.counts import Counts
+from analysis.scaling.counts import Answers, Counts
+from analysis.scaling.designs import Columns, Design
+from analysis.scaling.laws import LOGISTIC
+from analysis.scaling.newton import Point
+from analysis.scaling.robust_tests import ObserverTest, from_products
+from analysis.scaling.sandwich import observer_slopes
 from analysis.scaling.separation import Groups
 from documents.text import json_fields
 
@@ -43,6 +50,8 @@ class FactorTest:
         Twice the log likelihood lost without it, its degrees of freedom, and the χ² chance of as much by accident.
     robust_statistic, robust_p
         Wald's statistic with the sandwich covariance, as F, and its p; None where there are too few observers.
+    by_observers
+        The score test with the observer as the unit, to judge by; None with fewer than five observers.
     """
 
     name: str
@@ -51,6 +60,12 @@ class FactorTest:
     p: float
     robust_statistic: float | None
     robust_p: float | None
+    by_observers: ObserverTest | None = None
+
+    @property
+    def observer_p(self) -> float | None:
+        """The p value by observers; Wald's with fewer than five of them."""
+        return self.by_observers.p if self.by_observers else self.robust_p
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -62,6 +77,7 @@ class FactorTest:
             "p": self.p,
             "robust_statistic": self.robust_statistic,
             "robust_p": self.robust_p,
+            "by_observers": self.by_observers.to_json() if self.by_observers else None,
         }
 
 
@@ -69,7 +85,9 @@ class FactorTest:
 class InteractionTest:
     """Test of two factors' interaction, or why there is none.
 
-    ``p_holm`` is p after Holm's adjustment for all the interactions that were tested.
+    ``p`` is that of the likelihood ratio, ``by_observers`` the test with the observer as the unit, None with fewer than
+    five observers. ``p_holm`` and ``observer_p_holm`` are after Holm's adjustment for all the interactions that were
+    tested.
     """
 
     names: tuple[str, str]
@@ -78,6 +96,8 @@ class InteractionTest:
     p: float | None
     p_holm: float | None
     not_fitted: str | None
+    by_observers: ObserverTest | None = None
+    observer_p_holm: float | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -96,16 +116,41 @@ def chance(value: float, df: int) -> float:
     return float(gammaincc(df / 2, value / 2))
 
 
+def slopes_at(counts: Counts, answers: Answers, fit: TermsFit) -> Floats:
+    """Return the slope of each observer's log likelihood at ``fit``, shape (G, n)."""
+    nothing = np.zeros((1, 1))
+    return observer_slopes(counts, answers, LOGISTIC, Point(fit.theta[None], nothing, nothing))
+
+
+def observer_test(slopes: Floats, larger: Floats, smaller: TermsFit, df: int) -> ObserverTest | None:
+    """Test what a larger model adds: ``larger`` (n, n) is its covariance of θ at ``smaller``, as are ``slopes``."""
+    return from_products(slopes @ (larger - smaller.covariance) @ slopes.T, df)
+
+
+def covariance_at(counts: Counts, design: Design, fit: TermsFit) -> Floats:
+    """Return the covariance (n, n) of strengths that are free to do what ``design`` lets them, at those of ``fit``."""
+    weight = LOGISTIC.slopes(counts, counts.differences(fit.theta[None]), 0.0).dd
+    return np.asarray(design.covariance(counts, weight, 0.0)[0])
+
+
 def factor_tests(
-    counts: Counts, terms: Sequence[Term], full: TermsFit, robust: Sequence[tuple[float, float] | None]
+    counts: Counts,
+    answers: Answers,
+    terms: Sequence[Term],
+    full: TermsFit,
+    robust: Sequence[tuple[float, float] | None],
 ) -> tuple[FactorTest, ...]:
     """Test each factor of the fit ``full``; ``robust`` are Wald's F and p of each."""
     tests = []
     for place, (term, wald) in enumerate(zip(terms, robust, strict=True)):
         others = [other for other in terms if other is not terms[place]]
-        lost = statistic(full, fit_terms(counts, others))
-        robust_test = wald or (None, None)
-        tests.append(FactorTest(term.names[0], lost, term.width, chance(lost, term.width), *robust_test))
+        without = fit_terms(counts, others)
+        lost = statistic(full, without)
+        larger = covariance_at(counts, Columns(full.basis), without)
+        by_observers = observer_test(slopes_at(counts, answers, without), larger, without, term.width)
+        f, robust_p = wald or (None, None)
+        p = chance(lost, term.width)
+        tests.append(FactorTest(term.names[0], lost, term.width, p, f, robust_p, by_observers))
     return tuple(tests)
 
 
@@ -131,22 +176,26 @@ def robust_wald(effects: Floats, covariance: Floats, model_se: Floats, observers
 
 
 def interaction_tests(
-    counts: Counts, factors: Sequence[Factor], terms: Sequence[Term], full: TermsFit, groups: Groups
+    counts: Counts, slopes: Floats, factors: Sequence[Factor], terms: Sequence[Term], full: TermsFit, groups: Groups
 ) -> tuple[InteractionTest, ...]:
-    """Test every two factors' interaction, each added alone to ``full``."""
+    """Test every two factors' interaction, each added alone to ``full``, where the observers have ``slopes``."""
     tests = [
-        _interaction(counts, (factors[i], factors[j]), (terms[i], terms[j]), terms, full, groups)
+        _interaction(counts, slopes, (factors[i], factors[j]), (terms[i], terms[j]), terms, full, groups)
         for i, j in combinations(range(len(terms)), 2)
     ]
     fitted = [place for place, test in enumerate(tests) if test.p is not None]
     adjusted = holm(np.array([tests[place].p for place in fitted], dtype=np.float64))
     for place, p in zip(fitted, adjusted.tolist(), strict=True):
         tests[place] = replace(tests[place], p_holm=p)
+    own = {place: test.by_observers.p for place, test in enumerate(tests) if test.by_observers}
+    for place, p in zip(own, holm(np.array(list(own.values()), dtype=np.float64)).tolist(), strict=True):
+        tests[place] = replace(tests[place], observer_p_holm=p)
     return tuple(tests)
 
 
 def _interaction(
     counts: Counts,
+    slopes: Floats,
     factors: tuple[Factor, Factor],
     pair: tuple[Term, Term],
     terms: Sequence[Term],
@@ -168,4 +217,5 @@ def _interaction(
     if not fit.converged:
         return InteractionTest(names, None, None, None, None, f"the fit did not converge in {fit.iterations} steps")
     gained = statistic(fit, full)
-    return InteractionTest(names, gained, added.width, chance(gained, added.width), None, None)
+    by_observers = observer_test(slopes, covariance_at(counts, Columns(fit.basis), full), full, added.width)
+    return InteractionTest(names, gained, added.width, chance(gained, added.width), None, None, by_observers)

@@ -7,11 +7,13 @@ below. A tie counts 0. Without ties and gaps this is Kendall's u.
 Two tests have different null hypotheses. The first is random answers: every verdict is a coin toss. Observers with
 preferences of their own do not toss coins: their verdicts, and so their agreements, are correlated. The second is
 unrelated preferences: each observer keeps their own judgement with its consistency, but the items' names are permuted
-independently for each observer.
+independently for each observer. Where pairs were compared within groups, such as scenes, the pairs of all groups count,
+and names are permuted within a group.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import comb
 from typing import Any
@@ -19,7 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.consistency import Verdicts, verdicts
 from analysis.observers.tails import Tail, from_chances, from_moments
 
@@ -92,33 +94,36 @@ class Concordance:
 
 
 def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance | None:
-    """Return the agreement between observers; None if no two of them answered the same pair.
+    """Return the agreement between observers, over the pairs of all groups; None if no two answered the same pair.
 
     ``shuffles`` is the number of permutations for the test against unrelated preferences, from a fixed seed; 0 leaves
     the test out. With many items or observers there are fewer, at least 999.
     """
-    n = len(comparisons.items)
-    answered = np.zeros((n, n), dtype=np.int64)
-    decided, balance = answered.copy(), answered.copy()
-    pairs_each = []
-    for items, verdict, compared in verdicts(comparisons):
-        place = np.ix_(items, items)
-        answered[place] += compared
-        decided[place] += verdict != 0
-        balance[place] += verdict
-        pairs_each.append(int(compared.sum()) // 2)
-    above = np.triu_indices(n, 1)
-    answered_pairs, k, lead = answered[above], decided[above], balance[above]
+    parts = [part for _, part in split_scales(comparisons)]
+    above = [np.triu_indices(len(part.items), 1) for part in parts]
+    answered, decided, balance = ([np.zeros((len(part.items),) * 2, np.int64) for part in parts] for _ in range(3))
+    pairs_each = np.zeros(len(comparisons.observers), dtype=np.int64)
+    for number, part in enumerate(parts):
+        for person, (items, verdict, compared) in enumerate(verdicts(part)):
+            place = np.ix_(items, items)
+            answered[number][place] += compared
+            decided[number][place] += verdict != 0
+            balance[number][place] += verdict
+            pairs_each[person] += int(compared.sum()) // 2
+    answered_pairs, k, lead = (
+        np.concatenate([counts[pairs] for counts, pairs in zip(matrices, above, strict=True)])
+        for matrices in (answered, decided, balance)
+    )
     shared = int((answered_pairs * (answered_pairs - 1)).sum()) // 2
     if not shared:
         return None
     split = (k**2 - lead**2) // 4
     disagreements, decided_twice = int(split.sum()), int((k * (k - 1)).sum()) // 2
-    full = pairs_each == [comb(n, 2)] * len(pairs_each)
+    full = bool((pairs_each == len(k)).all())
     return Concordance(
         u=(decided_twice - 2 * disagreements) / shared,
         least=(decided_twice - 2 * int((k**2 // 4).sum())) / shared,
-        observers=_sharing(comparisons, answered),
+        observers=_sharing(parts, answered),
         agreements=decided_twice - disagreements,
         disagreements=disagreements,
         shared=shared,
@@ -126,14 +131,16 @@ def kendall_u(comparisons: Comparisons, shuffles: int = SHUFFLES) -> Concordance
         chi_square=_chi_square(int(k[0]), len(k), decided_twice - disagreements)
         if (k == len(pairs_each)).all()
         else None,
-        strangers_p=_strangers_p(comparisons, balance, shuffles) if full and shuffles else None,
+        strangers_p=_strangers_p(parts, balance, shuffles) if full and shuffles else None,
     )
 
 
-def _sharing(comparisons: Comparisons, answered: NDArray[np.int64]) -> int:
-    return sum(
-        bool((answered[np.ix_(items, items)][compared] > 1).any()) for items, _, compared in verdicts(comparisons)
-    )
+def _sharing(parts: Sequence[Comparisons], answered: Sequence[NDArray[np.int64]]) -> int:
+    share = [
+        [bool((counts[np.ix_(items, items)][compared] > 1).any()) for items, _, compared in verdicts(part)]
+        for part, counts in zip(parts, answered, strict=True)
+    ]
+    return int(np.any(share, axis=0).sum())
 
 
 def _chance(k: NDArray[np.int64], disagreements: int) -> Tail:
@@ -170,29 +177,32 @@ def _chi_square(m: int, pairs: int, agreements: int) -> ChiSquare | None:
     return ChiSquare(statistic, df, float(chdtrc(df, max(statistic, 0.0))))
 
 
-def _strangers_p(comparisons: Comparisons, balance: NDArray[np.int64], shuffles: int) -> float:
+def _strangers_p(parts: Sequence[Comparisons], balance: Sequence[NDArray[np.int64]], shuffles: int) -> float:
     """Return the share of permutations with at least the observed agreement, the observed order among them.
 
     `scipy.stats.permutation_test` of pairings has the same null distribution and p value. It is not used here: its
     random numbers differ, so the p values of earlier reports would change, and it needs one index array per observer.
 
-    Agreements minus disagreements are half of the sum of squares of ``balance``, shape (n, n), minus a constant.
+    Agreements minus disagreements are half of the sum of squares of ``balance``, of each part (n, n), minus a constant.
+    Names are permuted within each part.
     """
-    everyone = np.array([verdict for _, verdict, _ in verdicts(comparisons)])
-    people, n, _ = everyone.shape
-    shuffles = min(shuffles, max(_FEWEST_SHUFFLES, _MOST_NUMBERS // (people * n * n)))
-    random = np.random.default_rng([_SEED, people, n])
-    observed = int((balance**2).sum())
-    as_much = 1
-    block = max(1, _BLOCK // (n * n))
-    for start in range(0, shuffles, block):
-        size = min(block, shuffles - start)
-        summed = np.zeros((size, n, n), dtype=np.int32)
-        for verdict in everyone:
-            order = random.permuted(np.tile(np.arange(n), (size, 1)), axis=1)
-            summed += _renamed(verdict, order)
-        as_much += int(((summed.astype(np.int64) ** 2).sum(axis=(1, 2)) >= observed).sum())
-    return as_much / (shuffles + 1)
+    people = len(parts[0].observers)
+    sizes = [len(part.items) for part in parts]
+    shuffles = min(shuffles, max(_FEWEST_SHUFFLES, _MOST_NUMBERS // (people * sum(n * n for n in sizes))))
+    squares = np.zeros(shuffles, dtype=np.int64)
+    for number, (part, n) in enumerate(zip(parts, sizes, strict=True)):
+        everyone = np.array([verdict for _, verdict, _ in verdicts(part)])
+        random = np.random.default_rng([_SEED, people, n, *([number] if number else [])])
+        block = max(1, _BLOCK // (n * n))
+        for start in range(0, shuffles, block):
+            size = min(block, shuffles - start)
+            summed = np.zeros((size, n, n), dtype=np.int32)
+            for verdict in everyone:
+                order = random.permuted(np.tile(np.arange(n), (size, 1)), axis=1)
+                summed += _renamed(verdict, order)
+            squares[start : start + size] += (summed.astype(np.int64) ** 2).sum(axis=(1, 2))
+    observed = sum(int((matrix**2).sum()) for matrix in balance)
+    return (1 + int((squares >= observed).sum())) / (shuffles + 1)
 
 
 def _renamed(verdict: Verdicts, order: NDArray[np.intp]) -> Verdicts:

@@ -5,12 +5,12 @@ defined for designs in which every two items were compared. The test works for a
 most T circular triads if each verdict is a coin toss, by enumeration where that is feasible, else by the distribution
 with the same mean, variance and skewness, which for complete designs is Kendall's χ² (with a conservative continuity
 correction, T + ½). Ties stay ties: a triad with ties counts as the share of the ways to break them that make it
-circular.
+circular. Where pairs were compared within groups, such as scenes, T and T_max are sums over the groups.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cache
 from itertools import product
@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.tails import Tail, from_chances, from_moments
 
 Floats = NDArray[np.float64]
@@ -44,7 +44,8 @@ class Consistency:
     triads
         How many triads of items were all compared with each other; by chance, a quarter of them is circular.
     zeta
-        Kendall's ζ, at most 1; None unless every two items that the observer saw were compared, or below 3 items.
+        Kendall's ζ, at most 1; None unless every two items that the observer saw, of one group where there are groups,
+        were compared, or below 3 items.
     ties
         How many pairs are tied.
     test
@@ -69,21 +70,32 @@ class Consistency:
 
 
 def consistencies(comparisons: Comparisons) -> tuple[Consistency, ...]:
-    """Return each observer's consistency, in the order of ``comparisons.observers``."""
-    return tuple(kendall_zeta(verdict, compared) for _, verdict, compared in verdicts(comparisons))
+    """Return each observer's consistency, in the order of ``comparisons.observers``, over all groups."""
+    by_scale = [verdicts(part) for _, part in split_scales(comparisons)]
+    return tuple(
+        _consistency([(verdict, compared) for _, verdict, compared in own]) for own in zip(*by_scale, strict=True)
+    )
 
 
 def kendall_zeta(verdict: Verdicts, compared: Flags) -> Consistency:
     """Return the consistency of one observer's ``verdict`` on the pairs ``compared``, as `verdicts` yields both."""
-    n = len(verdict)
-    linked = compared.astype(np.float64)
-    triads = round(float(np.trace(linked @ linked @ linked)) / 6)
-    circular = float(circular_triads(verdict[None], compared)[0])
-    pairs = int(compared.sum()) // 2
-    ties = pairs - int(np.count_nonzero(verdict)) // 2
-    complete = n > 2 and pairs == comb(n, 2)
-    zeta = 1 - circular / most_circular_triads(n) if complete else None
-    return Consistency(circular, triads, zeta, ties, _test(verdict, compared, circular, triads))
+    return _consistency([(verdict, compared)])
+
+
+def _consistency(blocks: Sequence[tuple[Verdicts, Flags]]) -> Consistency:
+    """Return the consistency over ``blocks`` of verdicts and compared pairs, such as those of each group."""
+    circular, triads, ties, complete = 0.0, 0, 0, True
+    most = sum(most_circular_triads(len(verdict)) for verdict, _ in blocks)
+    for verdict, compared in blocks:
+        linked = compared.astype(np.float64)
+        triads += round(float(np.trace(linked @ linked @ linked)) / 6)
+        circular += float(circular_triads(verdict[None], compared)[0])
+        pairs = int(compared.sum()) // 2
+        ties += pairs - int(np.count_nonzero(verdict)) // 2
+        complete = complete and pairs == comb(len(verdict), 2)
+    zeta = 1 - circular / most if complete and most else None
+    larger = [block for block in blocks if len(block[0]) > 2]
+    return Consistency(circular, triads, zeta, ties, _test(larger, circular, triads))
 
 
 def circular_triads(verdict: Verdicts, compared: Flags) -> Floats:
@@ -100,19 +112,38 @@ def most_circular_triads(n: int) -> int:
     return (n**3 - (n if n % 2 else 4 * n)) // 24
 
 
-def _test(verdict: Verdicts, compared: Flags, circular: float, triads: int) -> Tail | None:
-    n = len(verdict)
-    coins = int(np.count_nonzero(verdict)) // 2
-    variance, third = _spread(verdict, compared)
+def _test(blocks: Sequence[tuple[Verdicts, Flags]], circular: float, triads: int) -> Tail | None:
+    coins = [int(np.count_nonzero(verdict)) // 2 for verdict, _ in blocks]
+    variance, third = np.sum([(0.0, 0.0), *(_spread(*block) for block in blocks)], axis=0)
     if not variance:
         return None
-    if coins == comb(n, 2) and n <= EXACT_UP_TO:
-        return from_chances(triad_chances(n), round(circular))
-    if coins <= MOST_COINS:
+    sizes = tuple(len(verdict) for verdict, _ in blocks)
+    if max(sizes) <= EXACT_UP_TO and coins == [comb(n, 2) for n in sizes]:
+        return from_chances(_joint_triad_chances(tuple(sorted(sizes))), round(circular))
+    if sum(coins) <= MOST_COINS:
+        verdict, compared = (_block_diagonal(parts) for parts in zip(*blocks, strict=True))
         return _enumerated(verdict, compared, circular)
     # A triad with a tie counts 0 or ½, one with more of them ¼ whatever the third verdict is.
-    half_step = 0.5 if np.count_nonzero(verdict) == np.count_nonzero(compared) else 0.25
-    return from_moments(circular, half_step, triads / 4, variance, third)
+    untied = all(np.count_nonzero(verdict) == np.count_nonzero(compared) for verdict, compared in blocks)
+    return from_moments(circular, 0.5 if untied else 0.25, triads / 4, float(variance), float(third))
+
+
+def _block_diagonal(blocks: Sequence[NDArray[Any]]) -> NDArray[Any]:
+    whole = np.zeros((sum(map(len, blocks)),) * 2, dtype=blocks[0].dtype)
+    start = 0
+    for block in blocks:
+        whole[start : start + len(block), start : start + len(block)] = block
+        start += len(block)
+    return whole
+
+
+@cache
+def _joint_triad_chances(sizes: tuple[int, ...]) -> Floats:
+    """Return the chance of each number of circular triads in all of several groups of items, from those of each."""
+    chances = np.ones(1)
+    for n in sizes:
+        chances = np.convolve(chances, triad_chances(n))
+    return chances
 
 
 def _enumerated(verdict: Verdicts, compared: Flags, circular: float) -> Tail:
@@ -167,8 +198,15 @@ def verdicts(comparisons: Comparisons) -> Iterator[tuple[NDArray[np.intp], Verdi
         Shape (k, k), symmetric: whether the observer answered the pair at all.
     """
     tied = comparisons.tied
+    everyone = np.arange(len(comparisons.observers) + 1)
+    order, tied_order = (np.argsort(who, kind="stable") for who in (comparisons.observer, tied.observer))
+    starts, tied_starts = (
+        np.searchsorted(who[rows], everyone)
+        for who, rows in ((comparisons.observer, order), (tied.observer, tied_order))
+    )
     for person in range(len(comparisons.observers)):
-        own, own_tied = comparisons.observer == person, tied.observer == person
+        own = order[starts[person] : starts[person + 1]]
+        own_tied = tied_order[tied_starts[person] : tied_starts[person + 1]]
         winner, loser, count = comparisons.winner[own], comparisons.loser[own], comparisons.count[own]
         low, high = tied.item_a[own_tied], tied.item_b[own_tied]
         items, places = np.unique(np.concatenate([winner, loser, low, high]), return_inverse=True)

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from analysis.bootstrap.fits import fit_each
 from analysis.classes import multiplicity
-from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.observers.tails import lower_tail
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse
 from analysis.scaling.laws import probabilities
@@ -54,7 +54,7 @@ class FitToRest:
         Whether ``adjusted_p`` is at most the level.
     influence
         The largest change of any item's strength, in nats, when the observer is left out; ``most_moved`` names
-        the item, whose strength is lower without them if ``influence`` is below zero.
+        the item, with its group if it has one, whose strength is lower without them if ``influence`` is below zero.
     """
 
     mean_log_likelihood: float
@@ -83,14 +83,51 @@ class FitToRest:
 def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToRest | None, ...]:
     """Return each observer's fit to the rest, in the order of ``comparisons.observers``.
 
-    None for an observer without a decided answer; where the others' answers do not link all items, so that there is no
-    common scale; and where all items that the observer saw have equal strengths by the others' answers. None for all
-    observers above 300 items: time grows with observers times the cube of the items, memory with the square. Counts
-    are numbers of answers: with weights, z is too large or too small.
+    Where there are groups, each has a scale of its own, and the fit is over all groups. A group is left out for an
+    observer without a decided answer in it; where the others' answers do not link all items, so that there is no
+    common scale; and where all items that the observer saw have equal strengths by the others' answers. None for an
+    observer for whom no group is left, and for all observers above 300 items: time grows with observers times the cube
+    of the items, memory with the square. Counts are numbers of answers: with weights, z is too large or too small.
     """
+    people = len(comparisons.observers)
+    sums, answers = np.zeros((people, 4)), np.zeros(people)
+    influence, moved = np.zeros(people), [""] * people
+    for name, part in split_scales(comparisons):
+        if len(part.items) > MOST_ITEMS:
+            return (None,) * people
+        parts, change, given = _one_scale(part)
+        usable = np.isfinite(parts).all(axis=1) & (parts[:, 2] > 0) & np.isfinite(change).all(axis=1)
+        sums[usable] += parts[usable]
+        answers[usable] += given[usable]
+        for person in np.flatnonzero(usable):
+            size = np.abs(change[person])
+            # The first of those that moved most: equal but for rounding is equal.
+            most = int((size >= size.max() * (1 - 1e-9)).argmax())
+            if not moved[person] or size[most] > abs(influence[person]) * (1 + 1e-9):
+                influence[person] = change[person, most]
+                moved[person] = f"{part.items[most]} ({name})" if name else part.items[most]
+    judged = np.flatnonzero(answers > 0)
+    deviation, expected, variance, third = sums[judged].T
+    p = lower_tail(deviation, variance, third)
+    adjusted = multiplicity.holm(p)
+    lines: list[FitToRest | None] = [None] * people
+    for line, person in enumerate(judged):
+        lines[person] = FitToRest(
+            mean_log_likelihood=float((deviation[line] + expected[line]) / answers[person]),
+            expected=float(expected[line] / answers[person]),
+            z=float(deviation[line] / np.sqrt(variance[line])),
+            p=float(p[line]),
+            adjusted_p=float(adjusted[line]),
+            outlier=bool(adjusted[line] <= level),
+            influence=float(influence[person]),
+            most_moved=moved[person],
+        )
+    return tuple(lines)
+
+
+def _one_scale(comparisons: Comparisons) -> tuple[Floats, Floats, Floats]:
+    """Return each observer's `_parts` (S, 4), change of the strengths (S, n), NaN if none, and answers (S,)."""
     people, n = len(comparisons.observers), len(comparisons.items)
-    if n > MOST_ITEMS:
-        return (None,) * people
     by_observer = comparisons.wins_by_observer()
     wins = comparisons.wins
     together = fit_each(wins[None], "firth").theta[0]
@@ -105,28 +142,7 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
         theta[start : start + block][usable_fit] = fitted[usable_fit]
         if usable_fit.any():
             parts[start : start + block][usable_fit] = _parts(own[usable_fit], rest[usable_fit], fitted[usable_fit])
-    usable = np.isfinite(parts).all(axis=1) & (parts[:, 2] > 0) & np.isfinite(together).all()
-    deviation, expected, variance, third = parts[usable].T
-    p = lower_tail(deviation, variance, third)
-    adjusted = multiplicity.holm(p)
-    answers = by_observer.sum(axis=(1, 2))[usable]
-    change = together - theta[usable]
-    moved = np.abs(change)
-    # The first of those that moved most: equal but for rounding is equal.
-    most = (moved >= moved.max(axis=1, keepdims=True, initial=0.0) * (1 - 1e-9)).argmax(axis=1)
-    lines: list[FitToRest | None] = [None] * people
-    for line, person in enumerate(np.flatnonzero(usable)):
-        lines[person] = FitToRest(
-            mean_log_likelihood=float((deviation[line] + expected[line]) / answers[line]),
-            expected=float(expected[line] / answers[line]),
-            z=float(deviation[line] / np.sqrt(variance[line])),
-            p=float(p[line]),
-            adjusted_p=float(adjusted[line]),
-            outlier=bool(adjusted[line] <= level),
-            influence=float(change[line, most[line]]),
-            most_moved=comparisons.items[most[line]],
-        )
-    return tuple(lines)
+    return parts, together - theta, by_observer.sum(axis=(1, 2))
 
 
 def _parts(own: Floats, rest: Floats, theta: Floats) -> Floats:

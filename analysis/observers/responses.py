@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from analysis.classes.classes import levels
 from analysis.comparisons.comparisons import Comparisons
@@ -52,12 +53,17 @@ def side_biases(comparisons: Comparisons) -> tuple[SideBias | None, ...]:
     A line with a count stands for that many answers, rounded. Where each item is first as often as second, the share
     varies less than the binomial distribution: the test is conservative.
     """
+    first, answers = first_choices(comparisons)
+    return tuple(_bias(*line) for line in zip(first.tolist(), answers.tolist(), strict=True))
+
+
+def first_choices(comparisons: Comparisons) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return how often each observer chose the first position, and of how many answers with a known one."""
     known = comparisons.winner_was_first >= 0
     observer, count = comparisons.observer[known], comparisons.count[known]
     people = len(comparisons.observers)
-    answers = np.bincount(observer, count, people)
     first = np.bincount(observer, count * comparisons.winner_was_first[known], people)
-    return tuple(_bias(*line) for line in zip(first.tolist(), answers.tolist(), strict=True))
+    return first.astype(np.float64), np.bincount(observer, count, people).astype(np.float64)
 
 
 def _bias(first: float, answers: float) -> SideBias | None:
@@ -97,22 +103,25 @@ class SelfAgreement:
 def self_agreements(comparisons: Comparisons) -> tuple[SelfAgreement | None, ...]:
     """Return each observer's self-agreement, in the order of `comparisons.observers`; None without repeated pairs.
 
-    Lines whose counts are not whole numbers are weights, not repetitions, and are ignored.
+    The same two items in two groups are two pairs. Lines whose counts are not whole numbers are weights, not
+    repetitions, and are ignored.
     """
     tied = comparisons.tied
-    n = len(comparisons.items)
+    n, places = len(comparisons.items), len(comparisons.groups) + 2  # from no group, -1, on
+    group = np.concatenate([comparisons.group, tied.group]) + 1
     winner, loser = np.concatenate([comparisons.winner, tied.item_a]), np.concatenate([comparisons.loser, tied.item_b])
     observer = np.concatenate([comparisons.observer, tied.observer])
     count = np.concatenate([comparisons.count, tied.count])
     is_tie = np.arange(len(winner)) >= len(comparisons.winner)
     low, high = np.minimum(winner, loser), np.maximum(winner, loser)
     outcome = np.where(is_tie, 2, winner == high)
-    pairs, pair = np.unique((observer * n + low) * n + high, return_inverse=True)
+    kind = ((observer * places + group) * n + low) * n + high
+    pairs, pair = np.unique(kind, return_inverse=True)
     answers = np.bincount(pair * 3 + outcome, count, len(pairs) * 3).reshape(-1, 3)
     whole = (answers == np.rint(answers)).all(axis=1)
     totals = answers.sum(axis=1)
     again = whole & (totals > 1)
-    people, person = len(comparisons.observers), pairs[again] // (n * n)
+    people, person = len(comparisons.observers), pairs[again] // (n * n * places)
     repeated = np.bincount(person, minlength=people)
     alike = np.bincount(person, (answers[again] * (answers[again] - 1)).sum(axis=1) / 2, people)
     twos = np.bincount(person, totals[again] * (totals[again] - 1) / 2, people)

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from analysis.comparisons.comparisons import Comparisons
+from analysis.comparisons.comparisons import Comparisons, split_scales
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison, is_tie
 from analysis.observers.concordance import SHUFFLES, Concordance, kendall_u
 from analysis.observers.consistency import Consistency, consistencies
@@ -172,7 +172,8 @@ def observers_in_sessions(
     theta: dict[str, float] = {}
     described: dict[str, ObserverLine] = {}
     if comparisons:
-        theta = dict(zip(comparisons.items, _strengths(comparisons).theta.tolist(), strict=True))
+        for _, part in split_scales(comparisons):  # a stimulus belongs to one group
+            theta |= dict(zip(part.items, _strengths(part).theta.tolist(), strict=True))
         described = {line.name: line for line in _lines(comparisons, level)}
     lines = []
     for name, own in sessions_by_observer(sessions).items():

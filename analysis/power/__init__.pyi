@@ -1,8 +1,10 @@
 from .compute import ComputeError as ComputeError
+from .groups import GroupsNeeded as GroupsNeeded
 from .page import assumed_notes as assumed_notes
 from .page import write_page as write_page
 from .plan import Interval as Interval
 from .plan import Plan as Plan
+from .plan import ScoresOf as ScoresOf
 from .plan import differing_pairs as differing_pairs
 from .plan import score_theta as score_theta
 from .plan import spread_theta as spread_theta

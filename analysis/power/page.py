@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.plan import Plan
 from analysis.power.results import Needed
 from analysis.power.tables import size_rows
@@ -27,10 +28,15 @@ FAINT, SECOND = "#b9c2c9", "#b4541f"
 SIZE_IN = (5.2, 3.7)
 MOST_MARKED = 25
 INTERVAL_NAMES = {"wald": "estimate ± quantile × standard error", "bootstrap": "observer bootstrap"}
-COVARIANCE_NAMES = {"model": "the model's", "sandwich": "sandwich, by observer, Student's t"}
+COVARIANCE_NAMES = {
+    "model": "the model's",
+    "scaled": "the model's, scaled by overdispersion",
+    "sandwich": "sandwich, by observer",
+    "shrinkage": "shrinkage, by observer",
+}
 
 
-def chances_svg(needed: Needed) -> str:
+def chances_svg(needed: Needed, salt: str = "") -> str:
     """Return an ``<svg>``: the power for each pair. Pairs that matter are dark, the hardest is marked."""
     power = needed.power
 
@@ -53,10 +59,10 @@ def chances_svg(needed: Needed) -> str:
         axes.axhline(100 * needed.target, color=INK, linewidth=0.8, linestyle=(0, (5, 3)))
         axes.set(ylabel="power (%)", ylim=(-2, 102))
 
-    return _svg(draw, "chances", "Power for each pair of stimuli, against the number of observers")
+    return _svg(draw, f"chances{salt}", "Power for each pair of stimuli, against the number of observers")
 
 
-def classes_svg(needed: Needed) -> str:
+def classes_svg(needed: Needed, salt: str = "") -> str:
     """Return an ``<svg>``: how often all classes are the right ones, and the share of pairs classified alike."""
     power = needed.power
 
@@ -69,12 +75,12 @@ def classes_svg(needed: Needed) -> str:
 
     return _svg(
         draw,
-        "classes",
+        f"classes{salt}",
         "Share of correct pairs and probability of exact classes, against the number of observers",
     )
 
 
-def widths_svg(needed: Needed) -> str:
+def widths_svg(needed: Needed, salt: str = "") -> str:
     """Return an ``<svg>``: the mean width of the intervals of log10 scores, of each item and of all."""
     power = needed.power
 
@@ -85,7 +91,7 @@ def widths_svg(needed: Needed) -> str:
         axes.set(ylabel="width of interval (log₁₀ score)")
         axes.set_ylim(bottom=0)
 
-    return _svg(draw, "widths", "Mean width of the scores' intervals, against the number of observers")
+    return _svg(draw, f"widths{salt}", "Mean width of the scores' intervals, against the number of observers")
 
 
 def _with_error(axes: Axes, observers: tuple[int, ...], value: Floats, error: Floats, colour: str, label: str) -> None:
@@ -119,13 +125,13 @@ class PairRow:
     matters: bool
 
 
-def write_page(needed: Needed, output: Path, title: str, notes: Sequence[str] = ()) -> None:
+def write_page(needed: Needed | GroupsNeeded, output: Path, title: str, notes: Sequence[str] = ()) -> None:
     """Write the page, whole or not at all; its folder is made if need be. ``notes`` are sentences for its head.
 
     Parameters
     ----------
     needed
-        The number of observers needed, with the power that it follows from.
+        The number of observers needed, with the power that it follows from; or that of an experiment with groups.
     output
         The HTML file.
     title
@@ -153,7 +159,7 @@ def write_page(needed: Needed, output: Path, title: str, notes: Sequence[str] = 
     write_whole(output, page)
 
 
-def render(needed: Needed, title: str, notes: Sequence[str] = ()) -> str:
+def render(needed: Needed | GroupsNeeded, title: str, notes: Sequence[str] = ()) -> str:
     """Return the page's HTML; text from people is escaped."""
     from markupsafe import Markup
 
@@ -161,16 +167,23 @@ def render(needed: Needed, title: str, notes: Sequence[str] = ()) -> str:
     return environment.get_template("power.html.j2").render(
         title=title,
         needed=needed,
-        plan=needed.power.plan,
         notes=notes,
-        observers=needed.power.observers,
-        rows=size_rows(needed),
-        pairs=_pair_rows(needed),
-        facts=facts(needed),
-        # matplotlib escapes the text that it writes.
-        chances=Markup(chances_svg(needed)),
-        classes=Markup(classes_svg(needed)),
-        widths=Markup(widths_svg(needed)),
+        parts=[
+            {
+                "name": name,
+                "needed": own,
+                "plan": own.power.plan,
+                "observers": own.power.observers,
+                "rows": size_rows(own),
+                "pairs": _pair_rows(own),
+                "facts": facts(own),
+                # matplotlib escapes the text that it writes.
+                "chances": Markup(chances_svg(own, str(number))),
+                "classes": Markup(classes_svg(own, str(number))),
+                "widths": Markup(widths_svg(own, str(number))),
+            }
+            for number, (name, own) in enumerate(parts_of(needed))
+        ],
     )
 
 
@@ -186,7 +199,7 @@ def facts(needed: Needed) -> list[tuple[str, str]]:
         ("Observers' own spread", f"{plan.observer_sd:g} nats (standard deviation of each stimulus's strength)"),
         ("Lapses", f"{100 * plan.lapse_rate:g} % of the answers"),
         ("Tests", f"level {plan.alpha:g}, {ADJUSTMENT_NAMES[plan.adjust]}"),
-        ("Standard errors", COVARIANCE_NAMES[plan.covariance]),
+        ("Standard errors", COVARIANCE_NAMES[plan.kind(power.observers[-1])]),
         ("Intervals", f"{100 * plan.level:g} %, {INTERVAL_NAMES[plan.interval]}"),
         ("Studies in which an item won or lost all", _shares(power.observers, power.separated)),
     ]
@@ -234,12 +247,12 @@ def assumed_notes(plan: Plan) -> list[str]:
     >>> theta, times, differs = np.array([1.0, -1.0]), np.array([1]), np.array([True])
     >>> assumed_notes(Plan(("a", "b"), theta, times, differs))
     []
-    >>> len(assumed_notes(Plan(("a", "b"), theta, times, differs, observer_sd=0.5)))
+    >>> len(assumed_notes(Plan(("a", "b"), theta, times, differs, observer_sd=0.5, covariance="model")))
     1
     """
     if plan.observer_sd > 0 and plan.covariance == "model":
         return [
             "Observers are assumed to differ, but the model's standard errors treat all answers as independent: pairs "
-            "that are equal are then significant too often. Use --covariance sandwich."
+            "that are equal are then significant too often. Use --covariance auto, here and in the experiment."
         ]
     return []

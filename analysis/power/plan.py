@@ -9,17 +9,21 @@ from typing import Literal, get_args
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.stability import Covariance
 from analysis.classes.classes import check_level
-from analysis.classes.multiplicity import Adjust, single_step
+from analysis.classes.multiplicity import MAXZ_SEED, Adjust, single_step
 from analysis.errors import ResultsError
+from analysis.hierarchical.spread import flattening, mean_over_observers
+from analysis.scaling.fitting import covariance_kind, fit
 from analysis.scaling.laplacian import pseudo_inverse
-from analysis.scaling.laws import probabilities
+from analysis.scaling.laws import LOGISTIC, probabilities
+from analysis.scaling.result import CovarianceChoice, CovarianceKind
+from analysis.scaling.shrinkage import Spread
 from documents import Finding
 
 Floats = NDArray[np.float64]
 Interval = Literal["wald", "bootstrap"]
 MAXZ_SAMPLES = 50_000  # standard error 0.001 at p = 0.05
+ScoresOf = Literal["typical", "average"]
 INTERVALS: tuple[Interval, ...] = get_args(Interval)
 
 
@@ -32,17 +36,20 @@ class Plan:
     items
         Names.
     theta
-        Shape (n,): assumed log scores in nats.
+        Shape (n,): assumed log scores in nats, of the observers that ``scores_of`` says.
     times
         Shape (P,): how often each observer compares each pair, whole, at least 0.
     differs
         Shape (P,): whether the pair differs in the assumed classes.
     observer_sd
-        Standard deviation in nats of each observer's own strength of each item about ``theta``.
+        Standard deviation in nats of each observer's own strength of each item about the typical observer's.
+    scores_of
+        ``typical``: ``theta`` are the typical observer's, as `analysis.hierarchical` fits them. ``average``: they are
+        those of the average answer, as a report has them; observers who differ then answer by larger differences.
     lapse_rate
         Share (0 to 1) of random answers.
     alpha, adjust, covariance
-        How pairs are tested: level, correction for multiple comparisons, and kind of standard errors.
+        How pairs are tested: level, correction for multiple comparisons, and standard errors, chosen as in a report.
     interval, level
         Kind of the intervals of log10 scores, and their coverage.
     """
@@ -52,10 +59,11 @@ class Plan:
     times: NDArray[np.int64]
     differs: NDArray[np.bool_]
     observer_sd: float = 0.0
+    scores_of: ScoresOf = "typical"
     lapse_rate: float = 0.0
     alpha: float = 0.05
     adjust: Adjust = "holm"
-    covariance: Covariance = "model"
+    covariance: CovarianceChoice = "auto"
     interval: Interval = "wald"
     level: float = 0.95
 
@@ -68,7 +76,44 @@ class Plan:
     @property
     def by_observer(self) -> bool:
         """Whether answers are simulated observer by observer, not as one count for each pair."""
-        return self.observer_sd > 0 or self.covariance == "sandwich" or self.interval == "bootstrap"
+        return self.observer_sd > 0 or self.covariance != "model" or self.interval == "bootstrap"
+
+    def kind(self, observers: int, *, separated: bool = False) -> CovarianceKind:
+        """Return the kind of standard errors that a report on a study by so many observers has.
+
+        ``separated`` says whether it is fitted by Firth's penalised likelihood.
+        """
+        if observers < 2 or self.covariance == "model":
+            return "model"
+        choice: CovarianceChoice = "auto" if separated else self.covariance
+        return covariance_kind(choice, observers, len(self.items), "firth" if separated else "ml")
+
+    @property
+    def typical(self) -> Floats:
+        """Shape (n,): log scores of the typical observer in nats, with mean 0.
+
+        Raises
+        ------
+        ResultsError
+            If ``theta`` is of the average answer, and no typical observer leads to it.
+        """
+        theta = np.asarray(self.theta - self.theta.mean())
+        if self.scores_of == "typical" or self.observer_sd == 0:
+            return theta
+        typical, share = theta.copy(), flattening(LOGISTIC, self.observer_sd)
+        first, second = self.pairs
+        for _ in range(MOST_STEPS):
+            chances = mean_over_observers(LOGISTIC, typical[first] - typical[second], self.observer_sd).clip(0, 1)
+            wins = np.zeros((len(theta), len(theta)))
+            wins[first, second], wins[second, first] = self.times * chances, self.times * (1 - chances)
+            off = theta - fit(wins).theta
+            if not np.abs(off).max() > CLOSE_NATS:
+                break
+            typical += off / share
+        if not np.abs(off).max() <= CLOSE_NATS:
+            what = f"observers who differ by {self.observer_sd:g} nats do not give average scores so far apart"
+            raise ResultsError(Finding(what, remedy="assume scores closer together, or a smaller --observer-sd"))
+        return typical
 
     def chances(self, theta: Floats) -> Floats:
         """Return the probability that each pair's first item is preferred. Shapes (..., n) to (..., P)."""
@@ -78,10 +123,6 @@ class Plan:
         attentive = expit(theta[..., first] - theta[..., second])
         return np.asarray(attentive * (1 - self.lapse_rate) + self.lapse_rate / 2)
 
-    def degrees_of_freedom(self, observers: int) -> int | None:
-        """Return the degrees of freedom of the standard errors: observers − 1 for the sandwich, else None."""
-        return observers - 1 if self.covariance == "sandwich" else None
-
     def critical_z(self, observers: int) -> float:
         """Return the |z| at which a pair differs by the single-step maximum, under the assumed strengths.
 
@@ -89,12 +130,19 @@ class Plan:
         """
         n, (first, second) = len(self.theta), self.pairs
         totals = np.zeros((n, n))
-        totals[first, second] = totals[second, first] = self.times
+        totals[first, second] = totals[second, first] = self.times * float(observers)
         p = probabilities(self.theta)
         covariance = pseudo_inverse((totals * p * p.T)[None])[0]
+        kind = self.kind(observers)
+        if kind != "model":
+            apart = np.eye(n) - 1 / n
+            best = (covariance + self.observer_sd**2 / observers * apart)[None]
+            none = np.zeros(1)
+            spread = Spread(kind, best, covariance[None], none, none, observers - 1, none, best)
+            largest = spread.largest(MAXZ_SAMPLES // 5, np.random.default_rng(MAXZ_SEED))
+            return float(np.quantile(largest, 1 - self.alpha))
         grid = np.geomspace(0.01, 1e4, 20_001)
-        p_values = single_step(grid, covariance, self.degrees_of_freedom(observers), MAXZ_SAMPLES)
-        small = np.flatnonzero(p_values <= self.alpha)
+        small = np.flatnonzero(single_step(grid, covariance, MAXZ_SAMPLES) <= self.alpha)
         return float(grid[small[0]]) if len(small) else float("inf")
 
 
@@ -124,6 +172,7 @@ def check(plan: Plan) -> None:
 
 
 MOST_NATS = 30.0
+MOST_STEPS, CLOSE_NATS = 100, 1e-6
 
 
 def _linked(plan: Plan) -> int:

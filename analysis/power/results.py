@@ -79,10 +79,11 @@ class Power:
                 {"name": name, "theta": theta} for name, theta in zip(plan.items, plan.theta.tolist(), strict=True)
             ],
             "observer_sd": plan.observer_sd,
+            "scores_of": plan.scores_of,
             "lapse_rate": plan.lapse_rate,
             "alpha": plan.alpha,
             "adjust": plan.adjust,
-            "covariance": plan.covariance,
+            "covariance": plan.kind(self.observers[-1]),
             "interval": plan.interval,
             "level": plan.level,
             "replicates": self.replicates,
@@ -160,36 +161,30 @@ class Needed:
     def sentence(self) -> str:
         """The answer in words."""
         size, pair = self.weakest
-        observers = self.power.observers[size]
         first, second = self.power.pair_names[pair]
-        chance, error = self.power.separates[size, pair], self.power.separates_error[size, pair]
-        how = f"{100 * chance:.0f} % of the studies (± {100 * error:.1f} %)"
-        target = f"{100 * self.target:g} % power"
-        if self.observers is None and len(self.pairs) == 1:
-            too_few = f"{_people(observers)}, the most tried, are too few for {target}"
-            return f"{too_few} on {self._which}: they separate in {how}."
-        if self.observers is None:
-            reach = int((self.power.separates[size, self.pairs] >= self.target).sum())
-            return (
-                f"{_people(observers)}, the most tried, are too few for {target} on {self._which}: {reach} of "
-                f"{len(self.pairs)} reach it, and the hardest, {first} and {second}, separate in {how}."
-            )
-        hardest = "they" if len(self.pairs) == 1 else f"the hardest, {first} and {second},"
-        few = ", the fewest tried," if size == 0 else ""
-        return f"{_people(observers)}{few} give {target} on {self._which}: {hardest} separate in {how}."
+        return answer_words(
+            self.power.observers[size],
+            enough=self.observers is not None,
+            fewest=size == 0,
+            target=self.target,
+            which=self._which,
+            hardest=f"{first} and {second}",
+            reach=(int((self.power.separates[size, self.pairs] >= self.target).sum()), len(self.pairs)),
+            chance=float(self.power.separates[size, pair]),
+            error=float(self.power.separates_error[size, pair]),
+        )
 
     @property
     def doubt(self) -> str | None:
         """Which numbers two standard errors of the simulation leave open, or None."""
-        reached = self.power.separates[:, self.pairs] + 2 * self.power.separates_error[:, self.pairs] >= self.target
-        certain = self.power.separates[:, self.pairs] - 2 * self.power.separates_error[:, self.pairs] >= self.target
-        sizes = self.power.observers
-        perhaps, surely = _first_kept(np.asarray(reached.all(axis=1))), _first_kept(np.asarray(certain.all(axis=1)))
-        if perhaps == surely:
-            return None
-        fewest = sizes[perhaps] if perhaps is not None else sizes[-1]
-        most = str(sizes[surely]) if surely is not None else f"more than {sizes[-1]}"
-        return f"The simulation leaves open whether it takes {fewest} or {most}; more replicates would decide."
+        return doubt_words(self.power.observers, *self.limits)
+
+    @property
+    def limits(self) -> tuple[int | None, int | None]:
+        """Indices of the fewest observers that are perhaps enough, and surely, by two standard errors; None: none."""
+        chance, error = (values[:, self.pairs] for values in (self.power.separates, self.power.separates_error))
+        perhaps, surely = (chance + sign * 2 * error >= self.target for sign in (1, -1))
+        return _first_kept(np.asarray(perhaps.all(axis=1))), _first_kept(np.asarray(surely.all(axis=1)))
 
     @property
     def _which(self) -> str:
@@ -322,6 +317,39 @@ def _first_kept(enough: NDArray[np.bool_]) -> int | None:
     short = np.flatnonzero(~enough)
     first = int(short[-1]) + 1 if len(short) else 0
     return first if first < len(enough) else None
+
+
+def answer_words(
+    observers: int,
+    *,
+    enough: bool,
+    fewest: bool,
+    target: float,
+    which: str,
+    hardest: str,
+    reach: tuple[int, int],
+    chance: float,
+    error: float,
+) -> str:
+    """Return the answer in words: ``reach`` is how many pairs reach the ``target``, and of how many."""
+    people, power = _people(observers), f"{100 * target:g} % power on {which}"
+    how = f"separate in {100 * chance:.0f} % of the studies (± {100 * error:.1f} %)."
+    if enough:
+        few = ", the fewest tried," if fewest else ""
+        return f"{people}{few} give {power}: {'they' if reach[1] == 1 else f'the hardest, {hardest},'} {how}"
+    few = f"{people}, the most tried, are too few for {power}"
+    if reach[1] == 1:
+        return f"{few}: they {how}"
+    return f"{few}: {reach[0]} of {reach[1]} reach it, and the hardest, {hardest}, {how}"
+
+
+def doubt_words(sizes: Sequence[int], perhaps: int | None, surely: int | None) -> str | None:
+    """Return which numbers the simulation leaves open, or None; both are indices of ``sizes``."""
+    if perhaps == surely:
+        return None
+    fewest = sizes[perhaps] if perhaps is not None else sizes[-1]
+    most = str(sizes[surely]) if surely is not None else f"more than {sizes[-1]}"
+    return f"The simulation leaves open whether it takes {fewest} or {most}; more replicates would decide."
 
 
 def _people(observers: int) -> str:

@@ -91,13 +91,14 @@ class Tally:
 def blocks_of(plan: Plan, sizes: Sequence[int], replicates: int, seed: int) -> list[Block]:
     """Return blocks that fit into memory; their size depends on the plan and the numbers of observers alone."""
     blocks = []
-    common = plan.critical_z(2) if plan.adjust == "maxz" and plan.covariance == "model" else float("nan")
+    common = plan.critical_z(1) if plan.adjust == "maxz" else float("nan")
     for observers in sizes:
         per_study = max(len(plan.times), len(plan.items) ** 2) * (observers if plan.by_observer else 2)
         most = int(np.clip(MOST_NUMBERS // per_study, 1, MOST_REPLICATES))
         if plan.interval == "bootstrap":
             most = min(most, 10)
-        critical = plan.critical_z(observers) if plan.adjust == "maxz" and plan.covariance == "sandwich" else common
+        clustered = plan.adjust == "maxz" and plan.kind(observers) != "model"
+        critical = plan.critical_z(observers) if clustered else common
         for index, start in enumerate(range(0, replicates, most)):
             blocks.append(Block(plan, observers, min(most, replicates - start), index, seed, critical))
     return blocks
@@ -187,7 +188,7 @@ def simulate_power(
     """
     check(plan)
     sizes = sorted(set(observers))
-    fewest = 2 if plan.covariance == "sandwich" or plan.interval == "bootstrap" else 1
+    fewest = 2 if plan.interval == "bootstrap" else 1
     if not sizes or sizes[0] < fewest or sizes[-1] > MOST_OBSERVERS:
         given = ", ".join(str(size) for size in sizes) or "none"
         remedy = f"give numbers from {fewest} to {MOST_OBSERVERS}"

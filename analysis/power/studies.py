@@ -14,6 +14,7 @@ from analysis.power.plan import Interval, Plan
 from analysis.scaling.laplacian import contrast_variances, pseudo_inverse, without_rounding
 from analysis.scaling.laws import probabilities
 from analysis.scaling.result import Method
+from analysis.scaling.shrinkage import Clustered, Spread, shrink
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -33,8 +34,9 @@ class Studies:
     theta
         Shape (B, n): strengths in nats, mean 0; by Firth's fit where items are separated, as in a report; NaN where no
         fit converged.
-    covariance
-        Shape (B, n, n): of ``theta``, of the kind that the plan names.
+    covariance, freedom
+        Shape (B, n, n): of ``theta``, of the kind that the plan names; and (B, P + n), the degrees of freedom of pairs,
+        then of log scores, None for the model's.
     separated
         Shape (B,): whether the plain likelihood has no maximum.
     """
@@ -44,6 +46,7 @@ class Studies:
     won: Floats
     theta: Floats
     covariance: Floats
+    freedom: Floats | None
     separated: Flags
 
     def only(self, chosen: Flags) -> Studies:
@@ -51,7 +54,8 @@ class Studies:
         if chosen.all():
             return self
         won, theta, covariance = (part[chosen] for part in (self.won, self.theta, self.covariance))
-        return Studies(self.plan, self.observers, won, theta, covariance, self.separated[chosen])
+        freedom = None if self.freedom is None else self.freedom[chosen]
+        return Studies(self.plan, self.observers, won, theta, covariance, freedom, self.separated[chosen])
 
     def significant(self, critical_z: float) -> Flags:
         """Return which pairs differ at the plan's level, shape (B, P); ``critical_z`` is `Plan.critical_z`'s."""
@@ -61,13 +65,18 @@ class Studies:
         z = np.divide(off, error, out=np.zeros_like(off), where=error > 0)
         if self.plan.adjust == "maxz":
             return np.asarray(z >= critical_z)
-        p = two_sided_p(z, self.plan.degrees_of_freedom(self.observers))
+        p = two_sided_p(z, None if self.freedom is None else self.freedom[:, : len(first)])
         return np.asarray(corrected(p, self.plan.adjust) <= self.plan.alpha)
 
 
 def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Studies:
     """Simulate ``replicates`` studies by ``observers`` each, and fit them."""
-    won = draw(plan, observers, replicates, random)
+    return analyse(plan, observers, draw(plan, observers, replicates, random))
+
+
+def analyse(plan: Plan, observers: int, won: Floats) -> Studies:
+    """Fit studies of which ``won`` says how often the first item of each pair won, as `Studies` has it."""
+    replicates = len(won)
     totals = matrices(np.broadcast_to(plan.times * float(observers), (replicates, len(plan.times))))
     wins = np.tril(totals.transpose(0, 2, 1), -1)
     first, second = plan.pairs
@@ -77,11 +86,17 @@ def run(plan: Plan, observers: int, replicates: int, random: np.random.Generator
     fits = fit_each(wins, "ml")
     p = probabilities(fits.theta)
     covariance = pseudo_inverse(totals * p * p.transpose(0, 2, 1))
-    if plan.covariance == "sandwich":
-        # Observers who agree without exception do not vary: only the model's covariance is left.
-        kept = fits.separated
-        covariance[~kept] = _sandwich(plan, won[~kept], p[~kept], covariance[~kept])
-    return Studies(plan, observers, won, fits.theta, covariance, fits.separated)
+    freedom = None
+    kind, if_separated = plan.kind(observers), plan.kind(observers, separated=True)
+    if kind != "model" and if_separated != "model":
+        freedom = np.empty((replicates, len(first) + len(plan.items)))
+        for chosen, clustered in ((~fits.separated, kind), (fits.separated, if_separated)):
+            if chosen.any():
+                own = _clustered(plan, won[chosen], p[chosen], covariance[chosen], clustered)
+                of_scores = own.degrees_of_freedom(_score_slopes(fits.theta[chosen]))
+                covariance[chosen] = own.covariance
+                freedom[chosen] = np.hstack([own.degrees_of_freedom(), of_scores])
+    return Studies(plan, observers, won, fits.theta, covariance, freedom, fits.separated)
 
 
 def draw(plan: Plan, observers: int, replicates: int, random: np.random.Generator) -> Floats:
@@ -90,7 +105,7 @@ def draw(plan: Plan, observers: int, replicates: int, random: np.random.Generato
         totals = plan.times * observers
         return random.binomial(totals, plan.chances(plan.theta), (replicates, 1, len(totals))).astype(np.float64)
     size = (replicates, observers, len(plan.times))
-    own = plan.theta
+    own = plan.typical
     if plan.observer_sd > 0:
         own = own + random.normal(0, plan.observer_sd, (replicates, observers, len(plan.theta)))
     chances = np.broadcast_to(plan.chances(own), size)
@@ -108,8 +123,8 @@ def matrices(values: Floats) -> Floats:
     return spread
 
 
-def _sandwich(plan: Plan, won: Floats, p: Floats, inverse: Floats) -> Floats:
-    """Return S/(S − 1) H⁻¹ Σ g_s g_sᵀ H⁻¹ of each study, g_s being the slope of observer s's log likelihood."""
+def _clustered(plan: Plan, won: Floats, p: Floats, inverse: Floats, kind: Clustered) -> Spread:
+    """Return each study's covariance by what each observer moves the strengths by, as in a report."""
     first, second = plan.pairs
     people, n = won.shape[1], p.shape[1]
     pull = won - (plan.times * p[:, first, second])[:, None, :]
@@ -117,9 +132,9 @@ def _sandwich(plan: Plan, won: Floats, p: Floats, inverse: Floats) -> Floats:
     incidence[np.arange(len(first)), first] = 1
     incidence[np.arange(len(first)), second] = -1
     slope = without_rounding(pull @ incidence, plan.times.astype(np.float64) @ np.abs(incidence))
-    pulled = slope @ inverse
-    spread = pulled.transpose(0, 2, 1) @ pulled
-    return np.asarray(spread * (people / (people - 1)))
+    slope = slope - slope.mean(axis=1, keepdims=True)
+    pulled = slope @ inverse * np.sqrt(people / (people - 1))
+    return shrink(inverse, pulled, kind, freedom=people - 1, at_least_model=kind == "scaled")
 
 
 def widths(studies: Studies, random: np.random.Generator) -> Floats:
@@ -128,18 +143,23 @@ def widths(studies: Studies, random: np.random.Generator) -> Floats:
 
 
 def _wald(studies: Studies, random: np.random.Generator) -> Floats:
-    """Twice a quantile times the standard error by the delta method, as in `analysis.report.summary`."""
-    from scipy.special import ndtri, softmax, stdtrit
+    """By the delta method, as in `analysis.report.estimate`: no limit is above 0."""
+    from scipy.special import log_softmax, ndtri, stdtrit
 
-    tail = (1 + studies.plan.level) / 2
-    df = studies.plan.degrees_of_freedom(studies.observers)
-    quantile = float(ndtri(tail) if df is None else stdtrit(df, tail))
-    score = softmax(studies.theta, axis=1)
-    # The gradient of log s_i is e_i − s: its variance is C_ii − 2 (C s)_i + sᵀ C s.
-    pulled = (studies.covariance @ score[:, :, None])[:, :, 0]
-    variance = np.diagonal(studies.covariance, axis1=1, axis2=2) - 2 * pulled
-    variance = variance + (score * pulled).sum(axis=1, keepdims=True)
-    return np.asarray(2 * quantile * np.sqrt(np.maximum(variance, 0)) / np.log(10))
+    tail, pairs = (1 + studies.plan.level) / 2, len(studies.plan.times)
+    quantile = ndtri(tail) if studies.freedom is None else stdtrit(studies.freedom[:, pairs:], tail)
+    slopes = _score_slopes(studies.theta)
+    variance = ((slopes @ studies.covariance) * slopes).sum(axis=2)
+    reach = quantile * np.sqrt(np.maximum(variance, 0)) / np.log(10)
+    log10_score = log_softmax(studies.theta, axis=1) / np.log(10)
+    return np.asarray(reach + np.minimum(reach, -log10_score))
+
+
+def _score_slopes(theta: Floats) -> Floats:
+    """Return the gradient of each log score, the unit vector minus scores. Shapes (B, n) to (B, n, n)."""
+    from scipy.special import softmax
+
+    return np.asarray(np.eye(theta.shape[1]) - softmax(theta, axis=1)[:, None, :])
 
 
 def _bootstrap(studies: Studies, random: np.random.Generator) -> Floats:

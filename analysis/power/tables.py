@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, TextIO
 
+from analysis.power.groups import GroupsNeeded, parts_of
 from analysis.power.results import Needed
 from documents.files import whole_file
 from documents.text import plain_table, print_table
@@ -71,13 +72,13 @@ def csv_rows(needed: Needed) -> Iterator[tuple[int, str, str, str, float, float]
             yield observers, "separates", item, other, chance, error
 
 
-def write_csv(needed: Needed, file: TextIO | Path) -> None:
-    """Write every value as CSV with a heading, numbers in full.
+def write_csv(needed: Needed | GroupsNeeded, file: TextIO | Path) -> None:
+    """Write every value as CSV with a heading, numbers in full; with groups, the first column names the group.
 
     Parameters
     ----------
     needed
-        The number of observers needed, with the power that it follows from.
+        The number of observers needed, with the power that it follows from; or that of an experiment with groups.
     file
         An open text stream, or the path of a file, which is written whole or not at all.
 
@@ -98,17 +99,22 @@ def write_csv(needed: Needed, file: TextIO | Path) -> None:
             write_csv(needed, opened)
         return
     writer = csv.writer(file)
-    writer.writerow(COLUMNS)
-    writer.writerows(csv_rows(needed))
+    if isinstance(needed, Needed):
+        writer.writerow(COLUMNS)
+        writer.writerows(csv_rows(needed))
+        return
+    writer.writerow(("group", *COLUMNS))
+    for name, own in needed.groups:
+        writer.writerows((name, *row) for row in csv_rows(own))
 
 
-def print_power(needed: Needed, console: Console | None = None) -> None:
+def print_power(needed: Needed | GroupsNeeded, console: Console | None = None) -> None:
     """Print a line per number of observers, then the answer; on standard output if ``console`` is None.
 
     Parameters
     ----------
     needed
-        The number of observers needed, with the power that it follows from.
+        The number of observers needed, with the power that it follows from; or that of an experiment with groups.
     console
         Where to print; standard output if None.
 
@@ -130,12 +136,15 @@ def print_power(needed: Needed, console: Console | None = None) -> None:
 
     console = console or Console()
     reached = f"reach {100 * needed.target:g} %"
-    table = plain_table((), ("observers", "hardest pair", reached, "pairs right", "all right", "width"))
-    for row in size_rows(needed):
-        cells = (str(row.observers), row.hardest, row.reached, row.alike, row.recovery, row.width)
-        style = "bold" if row.observers == needed.observers else ""
-        table.add_row(*(Text(cell) for cell in cells), style=style)
-    print_table(table, console)
+    for name, own in parts_of(needed):
+        if name:
+            console.print(Text(name, style="bold"))
+        table = plain_table((), ("observers", "hardest pair", reached, "pairs right", "all right", "width"))
+        for row in size_rows(own):
+            cells = (str(row.observers), row.hardest, row.reached, row.alike, row.recovery, row.width)
+            style = "bold" if row.observers == own.observers else ""
+            table.add_row(*(Text(cell) for cell in cells), style=style)
+        print_table(table, console)
     legend = (
         "Right: pairs that share a class, or do not, as they should. Width: mean of the intervals of log10 score. "
         "±: standard error of the simulation."

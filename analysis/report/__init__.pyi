@@ -1,4 +1,4 @@
-from .estimate import CovarianceChoice as CovarianceChoice
+from .grouped import common_names as common_names
 from .page import write_report as write_report
 from .report import Report as Report
 from .report import describe as describe

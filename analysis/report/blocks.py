@@ -58,6 +58,14 @@ class Paragraph:
 
 
 @dataclass(frozen=True, slots=True)
+class Heading:
+    """A heading within a section."""
+
+    text: str
+    kind: ClassVar[str] = "heading"
+
+
+@dataclass(frozen=True, slots=True)
 class Facts:
     """Pairs of a term and its value."""
 
@@ -123,7 +131,7 @@ class Numbered:
     kind: ClassVar[str] = "numbered"
 
 
-Block: TypeAlias = Table | Paragraph | Facts | Figure | Matrix | Gallery | Numbered
+Block: TypeAlias = Table | Heading | Paragraph | Facts | Figure | Matrix | Gallery | Numbered
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal, cast, get_args
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.bootstrap.confidence_intervals import DEFAULT, intervals
 from analysis.bootstrap.replicates import Replicates, resample
-from analysis.bootstrap.stability import Covariance, Stability, class_stability
-from analysis.classes.classes import classify
+from analysis.bootstrap.stability import Stability, class_stability
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
-from analysis.scaling.fitting import fit_model
-from analysis.scaling.learnt_prior import learnt_posterior
-from analysis.scaling.result import Fit
-from analysis.scaling.scores import Scores, rescored, score
+from analysis.report.words import COVARIANCE_WORDS, freedom_words
+from analysis.scaling.learnt_prior import Posterior, learnt_posterior
+from analysis.scaling.result import TWO_SIDED_95, CovarianceChoice, CovarianceKind, Fit
+from analysis.scaling.scores import Scores, classes_of, rescored, score
 from analysis.scaling.separation import compared_groups
 
 Floats = NDArray[np.float64]
-CovarianceChoice = Literal["auto", "model", "sandwich"]
-COVARIANCE_CHOICES: tuple[CovarianceChoice, ...] = get_args(CovarianceChoice)
 ScoreMethod = Literal["ml", "firth", "learnt_prior"]
-FEWEST_FOR_SANDWICH = 10
-# Above these numbers of items, a thousand bootstrap samples, or their classes, take too long. Standard errors clustered
-# by observer give no simple order: the classes of hundreds of items are then too many to list.
-MOST_ITEMS_DRAWN, MOST_ITEMS_CLASSED, MOST_ITEMS_FOR_SANDWICH = 60, 30, 60
-TWO_SIDED_95 = 1.959963984540054
+# Above these numbers of items, a thousand bootstrap samples, or their classes, take too long.
+MOST_ITEMS_DRAWN, MOST_ITEMS_CLASSED = 60, 30
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -45,11 +38,10 @@ class Estimate:
         ``ml``; ``firth`` in case of complete separation; ``learnt_prior`` if pairs were chosen by the answers.
     prior_sd
         Standard deviation of the learnt prior, in nats; None without a prior.
-    covariance, df
-        Kind of standard errors, and their degrees of freedom; None for the model's.
-    log10_interval, interval_kind
-        Shape (items, 2): 95 % limits of log10 score in the order of the scores' items; ``expanded-bca`` by
-        bootstrap over observers, or ``model``.
+    covariance
+        Kind of standard errors.
+    log10_interval
+        Shape (items, 2): 95 % limits of log10 score in the order of the scores' items, by ``covariance``.
     stability
         Stability of the classes over the bootstrap samples; None without them.
     """
@@ -58,11 +50,19 @@ class Estimate:
     plain: Fit
     method: ScoreMethod
     prior_sd: float | None
-    covariance: Covariance
-    df: int | None
+    covariance: CovarianceKind
     log10_interval: Floats
-    interval_kind: Literal["expanded-bca", "model"]
     stability: Stability | None
+
+    @property
+    def error_words(self) -> str:
+        """Whose standard errors the tests use, and by which law."""
+        errors = f"standard errors by {COVARIANCE_WORDS[self.covariance]}"
+        clustered = self.scores.fit.clustered
+        if clustered is None:
+            return errors
+        free = clustered.pair_freedom
+        return f"{errors}, and Student's t with {freedom_words(free.min(), free.max())} degrees of freedom"
 
 
 def estimate_scores(
@@ -79,51 +79,38 @@ def estimate_scores(
     Parameters
     ----------
     covariance
-        ``model``, ``sandwich``, or ``auto``: ``sandwich`` from 10 observers, up to 60 items. If observers agree without
-        exception about an item, or with fewer than two observers, the model's standard errors are used.
+        As `analysis.scaling.fitting.fit_model` has it; Firth's fits have ``scaled`` in place of ``sandwich`` and
+        ``shrinkage``.
     chosen
         Whether pairs were chosen by earlier answers: scores are then the posterior under a normal prior whose standard
         deviation is learnt, since maximum likelihood overestimates differences from such pairs.
     draw
-        Whether to make the bootstrap over observers, for intervals and stability.
+        Whether to make the bootstrap over observers, for the stability of the classes.
     """
-    scores = score(comparisons, alpha=alpha, adjust=adjust)
+    scores = score(comparisons, alpha=alpha, adjust=adjust, covariance=_possible(covariance, comparisons))
     plain, prior_sd = scores.fit, None
     method: ScoreMethod = "ml"
     linked = len(compared_groups(comparisons.wins)) == 1
     if chosen and linked:
-        scores, prior_sd = _under_prior(comparisons, alpha, adjust)
-        limits = delta_interval(scores.fit.score, scores.fit.log10_score, scores.fit.covariance)
-        ordered = limits[list(scores.order)]
-        return Estimate(scores, plain, "learnt_prior", prior_sd, "model", None, ordered, "model", None)
+        scores, learnt = _under_prior(comparisons, alpha, adjust)
+        limits = learnt.log10_score_limits()[list(scores.order)]
+        return Estimate(scores, plain, "learnt_prior", learnt.prior_sd, "model", limits, None)
     if plain.separated and linked:
-        scores, method = score(comparisons, alpha=alpha, adjust=adjust, method="firth"), "firth"
+        firth: CovarianceChoice = "model" if covariance == "model" else "auto"
+        scores, method = score(comparisons, alpha=alpha, adjust=adjust, method="firth", covariance=firth), "firth"
+    kind = scores.fit.covariance_kind
     fitted = bool(np.isfinite(scores.fit.theta).all())
-    replicates = _resampled(comparisons, method) if fitted and draw else None
-    limits = delta_interval(scores.fit.score, scores.fit.log10_score, scores.fit.covariance)
-    if replicates is not None:
-        ends = intervals(replicates, "log10_score")
-        limits = np.stack([ends.low, ends.high], axis=1)
-    used, df = _covariance(covariance, comparisons, method, fitted)
-    if df is not None:
-        scores = _with_sandwich(scores, alpha, adjust, df)
     stable = None
-    if replicates is not None and len(comparisons.items) <= MOST_ITEMS_CLASSED:
-        stable = class_stability(replicates, alpha=alpha, adjust=adjust, covariance=used)
-    kind = cast("Literal['expanded-bca', 'model']", DEFAULT if replicates is not None else "model")
-    return Estimate(scores, plain, method, prior_sd, used, df, limits[list(scores.order)], kind, stable)
+    if fitted and draw and len(comparisons.items) <= MOST_ITEMS_CLASSED:
+        replicates = _resampled(comparisons, method)
+        if replicates is not None:
+            stable = class_stability(replicates, alpha=alpha, adjust=adjust, covariance=kind)
+    return Estimate(scores, plain, method, prior_sd, kind, _log10_interval(scores), stable)
 
 
-def _covariance(
-    choice: CovarianceChoice, comparisons: Comparisons, method: ScoreMethod, fitted: bool
-) -> tuple[Covariance, int | None]:
-    people = len(comparisons.observers)
-    if not fitted or method != "ml" or people < 2 or choice == "model":
-        return "model", None
-    enough = people >= FEWEST_FOR_SANDWICH and len(comparisons.items) <= MOST_ITEMS_FOR_SANDWICH
-    if choice == "sandwich" or enough:
-        return "sandwich", people - 1
-    return "model", None
+def _possible(choice: CovarianceChoice, comparisons: Comparisons) -> CovarianceChoice:
+    """Return ``choice``, or the model's covariance where there are too few observers for it."""
+    return choice if len(comparisons.observers) > 1 else "model"
 
 
 def _resampled(comparisons: Comparisons, method: ScoreMethod) -> Replicates | None:
@@ -132,17 +119,13 @@ def _resampled(comparisons: Comparisons, method: ScoreMethod) -> Replicates | No
     return resample(comparisons, method="firth" if method == "firth" else "ml")
 
 
-def _with_sandwich(scores: Scores, alpha: float, adjust: Adjust, df: int) -> Scores:
-    robust = fit_model(scores.comparisons, covariance="sandwich")
-    fitted = replace(scores.fit, joint_covariance=robust.joint_covariance, covariance_kind="sandwich")
-    return _classed(scores, fitted, alpha, adjust, df)
-
-
-def _under_prior(comparisons: Comparisons, alpha: float, adjust: Adjust) -> tuple[Scores, float]:
+def _under_prior(comparisons: Comparisons, alpha: float, adjust: Adjust) -> tuple[Scores, Posterior]:
     scores = score(comparisons, alpha=alpha, adjust=adjust, method="firth")
     learnt = learnt_posterior(comparisons.wins)
     fitted = replace(
         scores.fit,
+        covariance_kind="model",
+        clustered=None,
         method="map",
         prior_sd=learnt.prior_sd,
         theta=learnt.theta,
@@ -151,18 +134,23 @@ def _under_prior(comparisons: Comparisons, alpha: float, adjust: Adjust) -> tupl
         iterations=learnt.iterations,
         converged=learnt.converged,
     )
-    return _classed(scores, fitted, alpha, adjust, None), learnt.prior_sd
+    return rescored(scores, fitted, classes_of(fitted, alpha=alpha, adjust=adjust)), learnt
 
 
-def _classed(scores: Scores, fitted: Fit, alpha: float, adjust: Adjust, df: int | None) -> Scores:
-    """Return the scores by another fit of the same comparisons, with the order and classes that follow."""
-    classes = classify(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust, df=df)
-    return rescored(scores, fitted, classes)
+def _log10_interval(scores: Scores) -> Floats:
+    return log10_interval(scores.fit)[list(scores.order)]
 
 
-def delta_interval(score: Floats, log10_score: Floats, covariance: Floats) -> Floats:
-    """Return 95 % limits (n, 2) of log10 score by the delta method: the gradient is the unit vector minus scores."""
-    gradient = np.eye(len(score)) - score[None, :]
-    variance = np.einsum("ij,jk,ik->i", gradient, covariance, gradient)
-    half_width = TWO_SIDED_95 * np.sqrt(np.maximum(variance, 0)) / np.log(10)
-    return np.stack([log10_score - half_width, log10_score + half_width], axis=1)
+def log10_interval(fit: Fit) -> Floats:
+    """Return 95 % limits (n, 2) of log10 score by the delta method: the gradient is the unit vector minus scores.
+
+    By Student's law with the degrees of freedom of the covariance; no limit is above 0.
+    """
+    from scipy.special import stdtrit
+
+    gradient = np.eye(len(fit.score)) - fit.score[None, :]
+    variance = np.einsum("ij,jk,ik->i", gradient, fit.covariance, gradient)
+    free = fit.freedom(gradient)
+    quantile = TWO_SIDED_95 if free is None else stdtrit(free, 0.975)
+    half_width = quantile * np.sqrt(np.maximum(variance, 0)) / np.log(10)
+    return np.stack([fit.log10_score - half_width, np.minimum(fit.log10_score + half_width, 0.0)], axis=1)

@@ -5,17 +5,21 @@ Colours of perceptual classes are those of Figure 4.18: 1 green, 2 blue, 3 yello
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from analysis.report.summary import Summary
 from analysis.report.words import percent
+from analysis.scaling.scores import ItemScore
 from analysis.series.observer_means import Estimate
 from documents.pages import DEEP, FAINT, INK, drawing, rows_only, short, svg_of
 from documents.text import json_fields
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 MOST_NAMED = 5
 
@@ -26,52 +30,115 @@ def scores_svg(summary: Summary, width_in: float) -> str:
     Text stays text. An item in several classes has a marker of several colours; the class is beside each row, so that
     nothing depends on colour.
     """
-    from matplotlib.path import Path
-
     items = summary.scores.items
-    height_in = 0.75 + 0.31 * len(items)
-    with drawing("scores", width_in, height_in) as (figure, axes):
-        rows = np.arange(len(items))
-        scores = {row: item.log10_score for row, item in enumerate(items) if item.log10_score is not None}
-        shown = list(scores)
-        low, high = summary.log10_interval[shown].T
-        axes.hlines(shown, low, high, color=INK, linewidth=1.3, capstyle="butt", zorder=2)
-        axes.plot([*low, *high], [*shown, *shown], "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=2)
-        for (part, parts), markers in _markers(summary).items():
-            # Wedges from the top, anticlockwise: the better class on the left.
-            turn = 360 / parts
-            wedge = Path.wedge(90 + part * turn, 90 + (part + 1) * turn) if parts > 1 else "o"
-            at, row, colours = zip(*markers, strict=True)
-            axes.scatter(at, row, s=95, marker=wedge, color=colours, linewidths=0, zorder=4)
-        axes.scatter(
-            list(scores.values()), shown, s=95, marker="o", facecolors="none", edgecolors=INK, linewidths=1.1, zorder=5
-        )
-        axes.set_yticks(rows, [short(item.name) for item in items])
-        axes.set_ylim(len(items) - 0.4, -0.6)
-        beside = axes.secondary_yaxis("right")
-        beside.set_yticks(rows, [_few(item.label or "–") for item in items], fontweight="bold")
-        beside.tick_params(length=0)
-        beside.set_ylabel("class", rotation=0, ha="left", va="bottom", color=INK)
-        beside.yaxis.set_label_coords(1.01, 1.0)
+    with drawing("scores", width_in, 0.75 + ROW_IN * len(items)) as (figure, axes):
+        _draw_scores(axes, summary, [item.name for item in items])
+        axes.set_yticks(range(len(items)), [short(item.name) for item in items])
         axes.set_xlabel("log₁₀ score")
-        axes.hlines(rows, 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=1)
-        axes.tick_params(axis="y", length=0, colors=INK)
-        axes.tick_params(axis="x", colors=INK)
-        for spines in (axes.spines, beside.spines):
-            spines[["top", "right", "left"]].set_visible(False)
-        axes.spines["bottom"].set_color(INK)
         return svg_of(figure, f"Scores of {len(items)} stimuli with 95 % intervals")
 
 
-def _markers(summary: Summary) -> dict[tuple[int, int], list[tuple[float, int, str]]]:
+ROW_IN = 0.31
+
+
+def group_scores_svg(
+    groups: Sequence[tuple[str, Summary]], names: Sequence[str], common: Mapping[str, str], width_in: float
+) -> str:
+    """Return an ``<svg>`` element with a panel as of `scores_svg` for each group, on one axis of log10 scores.
+
+    With ``names`` that stimuli have in common (``common``, by stimulus), these are the rows of all panels; without,
+    each panel has its own, best at the top.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    most = max(1, int((width_in - _NAMES_IN) / _SHARED_IN if names else width_in / _PANEL_IN))
+    across = min(len(groups), most, 3 if len(groups) <= 9 else most)
+    down = -(-len(groups) // across)
+    rows = [_rows(part, names, common) if names else [item.name for item in part.scores.items] for _, part in groups]
+    heights = [max(map(len, rows[line * across : (line + 1) * across])) for line in range(down)]
+    height_in = 0.3 + sum(0.75 + ROW_IN * height for height in heights)
+    with drawing("group scores", width_in, height_in) as (figure, axes):
+        axes.remove()
+        figure.set_layout_engine("constrained", h_pad=0.1)
+        panels = figure.subplots(
+            down,
+            across,
+            sharex=True,
+            squeeze=False,
+            gridspec_kw={"height_ratios": [height + 1.2 for height in heights]},
+        )
+        for number, panel in enumerate(panels.flat):
+            panel.patch.set_alpha(0)
+            if number >= len(groups):
+                panel.set_visible(False)
+                continue
+            (group, part), items = groups[number], rows[number]
+            _draw_scores(panel, part, items, heights[number // across])
+            panel.set_title(short(group), fontsize=10, fontweight="bold", loc="left", color=INK)
+            beside = (
+                (names if number % across == 0 else ("",) * len(names)) if common else [str(item) for item in items]
+            )
+            panel.set_yticks(range(len(items)), [short(name) for name in beside])
+            panel.xaxis.set_major_locator(MaxNLocator(4 if width_in / across > 2 else 2))
+            if number + across >= len(groups):
+                panel.tick_params(labelbottom=True)
+                panel.set_xlabel("log₁₀ score")
+        return svg_of(figure, f"Scores in {len(groups)} groups with 95 % intervals")
+
+
+_NAMES_IN, _SHARED_IN, _PANEL_IN = 1.2, 1.5, 3.4  # room for names; widths of a panel without them, and with its own
+
+
+def _rows(part: Summary, names: Sequence[str], common: Mapping[str, str]) -> list[str | None]:
+    """Return the stimulus of the group in each row, None where it has none."""
+    own = {common.get(item.name, item.name): item.name for item in part.scores.items}
+    return [own.get(name) for name in names]
+
+
+def _draw_scores(axes: Axes, summary: Summary, names: Sequence[str | None], height: int | None = None) -> None:
+    """Draw log10 scores with intervals, classes at the right; a row for each of ``names``, empty where that is None."""
+    from matplotlib.path import Path
+
+    place = {item.name: index for index, item in enumerate(summary.scores.items)}
+    rows = {row: place[name] for row, name in enumerate(names) if name is not None}
+    items = {row: summary.scores.items[index] for row, index in rows.items()}
+    scores = {row: item.log10_score for row, item in items.items() if item.log10_score is not None}
+    shown = list(scores)
+    low, high = summary.log10_interval[[rows[row] for row in shown]].T
+    axes.hlines(shown, low, high, color=INK, linewidth=1.3, capstyle="butt", zorder=2)
+    axes.plot([*low, *high], [*shown, *shown], "|", color=INK, markersize=7, markeredgewidth=1.3, zorder=2)
+    for (part, parts), markers in _markers(scores, items).items():
+        # Wedges from the top, anticlockwise: the better class on the left.
+        turn = 360 / parts
+        wedge = Path.wedge(90 + part * turn, 90 + (part + 1) * turn) if parts > 1 else "o"
+        at, row, colours = zip(*markers, strict=True)
+        axes.scatter(at, row, s=95, marker=wedge, color=colours, linewidths=0, zorder=4)
+    axes.scatter(
+        list(scores.values()), shown, s=95, marker="o", facecolors="none", edgecolors=INK, linewidths=1.1, zorder=5
+    )
+    axes.set_ylim((len(names) if height is None else height) - 0.4, -0.6)
+    beside = axes.secondary_yaxis("right")
+    beside.set_yticks(list(items), [_few(item.label or "–") for item in items.values()], fontweight="bold")
+    beside.tick_params(length=0)
+    beside.set_ylabel("class", rotation=0, ha="left", va="bottom", color=INK)
+    beside.yaxis.set_label_coords(1.01, 1.0)
+    axes.hlines(list(items), 0, 1, transform=axes.get_yaxis_transform(), color=FAINT, linewidth=0.7, zorder=1)
+    axes.tick_params(axis="y", length=0, colors=INK)
+    axes.tick_params(axis="x", colors=INK)
+    for spines in (axes.spines, beside.spines):
+        spines[["top", "right", "left"]].set_visible(False)
+    axes.spines["bottom"].set_color(INK)
+
+
+def _markers(
+    scores: Mapping[int, float], items: Mapping[int, ItemScore]
+) -> dict[tuple[int, int], list[tuple[float, int, str]]]:
     """Return log10 score, row and colour of the markers by shape: the part and the number of parts."""
     markers: dict[tuple[int, int], list[tuple[float, int, str]]] = {}
-    for row, item in enumerate(summary.scores.items):
-        if item.log10_score is None:
-            continue
-        colours = class_colours(item.label)
+    for row, score in scores.items():
+        colours = class_colours(items[row].label)
         for part, colour in enumerate(colours):
-            markers.setdefault((part, len(colours)), []).append((item.log10_score, row, colour))
+            markers.setdefault((part, len(colours)), []).append((score, row, colour))
     return markers
 
 

@@ -2,21 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
+from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate
-from analysis.scaling.scores import Scores
+from analysis.scaling.departure import OneScale
 
-FEWEST_EXPECTED = 5.0
 FEWEST_FOR_CHOSEN_PAIRS = 5
 
 
-def notes_on(sessions: Sequence[SessionLog], estimate: Estimate) -> tuple[str, ...]:
+def notes_on(sessions: Sequence[SessionLog], estimate: Estimate, fits: OneScale | None) -> tuple[str, ...]:
     """Return the notes on paired comparisons, the most important first."""
-    return (*on_sessions(sessions), *_on_answers(sessions, estimate.scores), *_on_fit(estimate))
+    return (*on_sessions(sessions), *_on_answers(sessions, estimate.scores.comparisons), *_on_fit(estimate, fits))
+
+
+def notes_on_groups(
+    sessions: Sequence[SessionLog],
+    comparisons: Comparisons,
+    groups: str,
+    estimates: Sequence[tuple[str, Estimate]],
+    caveats: Sequence[tuple[str, str]],
+    further: Sequence[str],
+) -> tuple[str, ...]:
+    """Return the notes on pairs that were compared within groups, the most important first.
+
+    ``groups`` says in a sentence what the groups are, ``estimates`` are those of each, by name, and of all together,
+    ``caveats`` on the test of their fit, and ``further`` are notes of their own.
+    """
+    notes = [*on_sessions(sessions), groups, *_on_answers(sessions, comparisons), *further]
+    if any(estimate.method == "learnt_prior" for _, estimate in estimates):
+        notes += _on_method(next(estimate for _, estimate in estimates if estimate.method == "learnt_prior"))
+    for sentence, concerns in _CONCERNS:
+        names = [name for name, estimate in estimates if concerns(estimate)]
+        if names:
+            notes.append(f"{sentence}: {_some(names)}.")
+    if caveats:
+        (name, caveat), *others = caveats
+        notes.append(f"In {name}: {caveat}" + (f" Likewise in {_some([other for other, _ in others])}." * bool(others)))
+    return tuple(notes)
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
+
+
+MOST_NAMED = 5
 
 
 def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
@@ -48,9 +81,8 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     return notes + list(remarks)
 
 
-def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
+def _on_answers(sessions: Sequence[SessionLog], comparisons: Comparisons) -> list[str]:
     notes = []
-    comparisons = scores.comparisons
     if comparisons.ties:
         total = comparisons.ties + int(comparisons.count.sum())
         notes.append(
@@ -72,40 +104,46 @@ def _on_answers(sessions: Sequence[SessionLog], scores: Scores) -> list[str]:
     return notes
 
 
-def _on_fit(estimate: Estimate) -> list[str]:
-    scores, plain = estimate.scores, estimate.plain
-    comparisons = scores.comparisons
-    notes = []
+def _on_fit(estimate: Estimate, fits: OneScale | None) -> list[str]:
+    scores, notes = estimate.scores, _on_method(estimate)
+    if not scores.fit.separated and not scores.fit.converged:
+        notes.append(f"The fit did not converge in {scores.fit.iterations} steps.")
+    if fits is not None and fits.caveat:
+        notes.append(fits.caveat)
+    return notes
+
+
+def _on_method(estimate: Estimate) -> list[str]:
+    plain, comparisons = estimate.plain, estimate.scores.comparisons
     if estimate.method == "learnt_prior":
         few = len(comparisons.observers) < FEWEST_FOR_CHOSEN_PAIRS
-        notes.append(
+        return [
             "Pairs were chosen by the answers before them. Scores are therefore the posterior under a normal prior "
             "whose standard deviation is learnt from the answers: maximum likelihood would overestimate differences. "
             + ("With so few observers, classes, consistency" if few else "Classes, consistency")
             + " and order effects do not have the properties that they have for pairs drawn at random."
-        )
-    elif plain.separated:
-        why = " ".join(plain.separation.sentences if plain.separation else ())
-        if estimate.method == "firth":
-            notes.append(f"There is no finite estimate: complete separation. Firth's penalised fit is shown. {why}")
-        else:
-            notes.append(f"The stimuli have no common scale, so there are no scores. {why}")
-    if not scores.fit.separated and not scores.fit.converged:
-        notes.append(f"The fit did not converge in {scores.fit.iterations} steps.")
-    fewest = _fewest_expected(scores)
-    if fewest is not None and scores.fit.df > 0 and fewest < FEWEST_EXPECTED:
-        notes.append(
-            f"Some pairs have expected counts below {FEWEST_EXPECTED:g} (the smallest is {fewest:.2g}): the goodness "
-            "of fit is approximate."
-        )
-    return notes
+            + " Intervals treat all answers as independent: where observers differ, they are too narrow."
+            * (len(comparisons.observers) > 1)
+        ]
+    if not plain.separated:
+        return []
+    why = " ".join(plain.separation.sentences if plain.separation else ())
+    if estimate.method == "firth":
+        return [f"There is no finite estimate: complete separation. Firth's penalised fit is shown. {why}"]
+    return [f"The stimuli have no common scale, so there are no scores. {why}"]
 
 
-def _fewest_expected(scores: Scores) -> float | None:
-    from analysis.scaling.laws import probabilities
-
-    if scores.fit.separated:
-        return None
-    totals = scores.comparisons.totals
-    expected = totals * probabilities(scores.fit.theta)
-    return float(expected[totals > 0].min())
+_CONCERNS: tuple[tuple[str, Callable[[Estimate], bool]], ...] = (
+    (
+        "There is no finite estimate, because of complete separation, and Firth's penalised fit is shown, in",
+        lambda estimate: estimate.method == "firth",
+    ),
+    (
+        "The stimuli have no common scale, because too few pairs were answered, in",
+        lambda estimate: bool(estimate.plain.separated) and estimate.method == "ml",
+    ),
+    (
+        "The fit did not converge in",
+        lambda estimate: not estimate.scores.fit.separated and not estimate.scores.fit.converged,
+    ),
+)

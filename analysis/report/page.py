@@ -9,17 +9,19 @@ from analysis.classes.multiplicity import Adjust
 from analysis.observers.filters import Filter
 from analysis.records.session_record import SessionLog
 from analysis.report.blocks import Section, Table, write_csv_files
-from analysis.report.estimate import CovarianceChoice
 from analysis.report.figures import class_colours
 from analysis.report.report import Report, describe
 from analysis.report.sections.factors import factors_section
+from analysis.report.sections.groups import group_sections
 from analysis.report.sections.methods import methods_section
 from analysis.report.sections.observers import observers_section, people_section, vision_section
 from analysis.report.sections.ratings import preferences_section, ratings_section
+from analysis.report.sections.reviewers import reviewers_section
 from analysis.report.sections.scores import belief_section, classes_section, counts_section, scores_section
 from analysis.report.sections.series import series_sections
 from analysis.report.sections.shown import Thumbnails, clipping_section, gallery_section, timing_section
 from analysis.report.words import chance, fixed
+from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published
 from documents.files import write_whole
 from documents.pages import page_environment
@@ -120,20 +122,28 @@ ADJUSTMENT_NAMES: Mapping[str, str] = {
 
 def sections_of(report: Report, published: Published, thumbnails: Thumbnails) -> tuple[Section, ...]:
     """Return the sections that have records."""
-    pairs = report.pairs
-    names = [item.name for item in pairs.scores.items] if pairs else []
-    names += [str(stimulus["name"]) for stimulus in report.header.stimuli if str(stimulus["name"]) not in names]
-    adjustment = ADJUSTMENT_NAMES[pairs.adjust] if pairs else ""
+    pairs, grouped = report.pairs, report.groups
+    compared = pairs or grouped
+    in_groups = {name: [item.name for item in part.scores.items] for name, part in (grouped.groups if grouped else ())}
+    names = (
+        [item.name for item in pairs.scores.items] if pairs else [name for own in in_groups.values() for name in own]
+    )
+    rest = [str(stimulus["name"]) for stimulus in report.header.stimuli if str(stimulus["name"]) not in set(names)]
+    names += rest
+    adjustment = ADJUSTMENT_NAMES[compared.adjust] if compared else ""
+    agreement = report.observers.concordance if report.observers else None
     sections: list[Section | None] = []
     if pairs is not None:
-        agreement = report.observers.concordance if report.observers else None
         sections += [
             scores_section(pairs, published),
             classes_section(pairs, adjustment),
             counts_section(pairs),
             belief_section(pairs, agreement),
-            factors_section(report.factors) if report.factors else None,
+            reviewers_section(report.review),
         ]
+    if grouped is not None:
+        sections += group_sections(grouped, published, adjustment, agreement)
+    sections.append(factors_section(report.factors) if report.factors else None)
     if report.series is not None:
         sections += series_sections(report.series)
     if report.preferences is not None and report.preferences.by_observer:
@@ -144,14 +154,14 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
         sections.append(observers_section(report.observers, report.kept))
     sections += [
         vision_section(report.sessions),
-        gallery_section(names, thumbnails),
+        gallery_section({**in_groups, "Others": rest} if in_groups else {"": names}, thumbnails),
         clipping_section(report.header, names),
         timing_section(report.sessions),
         people_section(report.sessions),
         methods_section(
             report.sessions,
             report.kept,
-            pairs,
+            compared,
             adjustment,
             series=report.series is not None,
             ratings=report.ratings is not None,

@@ -8,6 +8,10 @@ from types import MappingProxyType
 
 REFERENCES: Mapping[str, str] = MappingProxyType(
     {
+        "Bell2002": (
+            "R. M. Bell, D. F. McCaffrey. Bias reduction in standard errors for linear regression with multi-stage "
+            "samples. Survey Methodology 28 (2002) 169–181."
+        ),
         "Benjamini1995": (
             "Y. Benjamini, Y. Hochberg. Controlling the false discovery rate: a practical and powerful "
             "approach to multiple testing. Journal of the Royal Statistical Society B 57 (1995) 289–300."
@@ -20,11 +24,19 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
             "A. C. Cameron, D. L. Miller. A practitioner’s guide to cluster-robust inference. Journal of "
             "Human Resources 50 (2015) 317–372."
         ),
+        "Dempster1958": (
+            "A. P. Dempster. A high dimensional two sample significance test. Annals of Mathematical Statistics 29 "
+            "(1958) 995–1010."
+        ),
         "Efron1987": (
             "B. Efron. Better bootstrap confidence intervals. Journal of the American Statistical "
             "Association 82 (1987) 171–185."
         ),
         "Firth1993": "D. Firth. Bias reduction of maximum likelihood estimates. Biometrika 80 (1993) 27–38.",
+        "Gelman2006": (
+            "A. Gelman. Prior distributions for variance parameters in hierarchical models. Bayesian Analysis 1 (2006) "
+            "515–534."
+        ),
         "Hesterberg2015": (
             "T. C. Hesterberg. What teachers should know about the bootstrap: resampling in the "
             "undergraduate statistics curriculum. The American Statistician 69 (2015) 371–386."
@@ -40,7 +52,19 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
         "Kendall1940": (
             "M. G. Kendall, B. Babington Smith. On the method of paired comparisons. Biometrika 31 (1940) 324–345."
         ),
-        "MacKay1992": "D. J. C. MacKay. Bayesian interpolation. Neural Computation 4 (1992) 415–447.",
+        "Kish1965": "L. Kish. Survey sampling. Wiley, 1965.",
+        "Kline2012": (
+            "P. Kline, A. Santos. A score based approach to wild bootstrap inference. Journal of Econometric "
+            "Methods 1 (2012) 23–41."
+        ),
+        "Ledoit2004": (
+            "O. Ledoit, M. Wolf. A well-conditioned estimator for large-dimensional covariance matrices. Journal of "
+            "Multivariate Analysis 88 (2004) 365–411."
+        ),
+        "Minka2001": (
+            "T. P. Minka. Expectation propagation for approximate Bayesian inference. Proc. Uncertainty in Artificial "
+            "Intelligence 17 (2001) 362–369."
+        ),
         "Medina2016": (
             "V. Medina. Visuo-perceptual validation methods for physically based image synthesis. Doctoral "
             "thesis, MINES ParisTech, PSL, 2016."
@@ -53,6 +77,10 @@ REFERENCES: Mapping[str, str] = MappingProxyType(
             "G. Sharma, W. Wu, E. N. Dalal. The CIEDE2000 color-difference formula: implementation notes, "
             "supplementary test data, and mathematical observations. Color Research and Application 30 "
             "(2005) 21–30."
+        ),
+        "Webb2023": (
+            "M. D. Webb. Reworking wild bootstrap-based inference for clustered errors. Canadian Journal of "
+            "Economics 56 (2023) 839–858."
         ),
         "White1982": "H. White. Maximum likelihood estimation of misspecified models. Econometrica 50 (1982) 1–25.",
         "Wilson1927": (

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from analysis.classes.multiplicity import Adjust
-from analysis.comparisons.session_comparisons import is_comparison
+from analysis.comparisons.session_comparisons import grouped_comparisons, is_comparison
 from analysis.errors import ResultsError
 from analysis.factors.result import FactorEffects
 from analysis.observers.filters import Filter, Kept, keep
@@ -16,10 +16,13 @@ from analysis.ratings.preferences import Preferences, preferences
 from analysis.ratings.ratings import RatingSummary, summarise_ratings
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import Header, SessionLog
-from analysis.report.estimate import CovarianceChoice
+from analysis.report.grouped import GroupedSummary, summarise_groups
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
+from analysis.report.sections.reviewers import Review, review_of
 from analysis.report.summary import Summary, summarise
+from analysis.scaling.grouped_terminal import print_groups
+from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published, print_scores
 from analysis.series.summary import SeriesSummary, summarise_series
 from documents import Finding
@@ -50,8 +53,13 @@ class Report:
         The sessions that were kept.
     kept
         The rule by which observers were left out, and who was.
-    pairs, factors, observers
-        Paired comparisons: scores and classes, effects of the stimuli's factors, and the observer table.
+    pairs, groups
+        Paired comparisons: scores and classes, on one scale or, where pairs were compared within groups, on one for
+        each.
+    factors, observers
+        Effects of the stimuli's factors on them, and the observer table.
+    review
+        What reviewers ask of the scores, by its key in JSON; empty without scores on one scale.
     series, ratings, preferences
         Results of blocks of the kinds ``best_of_series``, ``rating`` and ``preference``.
     notes
@@ -62,8 +70,10 @@ class Report:
     sessions: tuple[SessionLog, ...]
     kept: Kept
     pairs: Summary | None
+    groups: GroupedSummary | None
     factors: FactorEffects | None
     observers: ObserverTable | None
+    review: Review
     series: SeriesSummary | None
     ratings: RatingSummary | None
     preferences: Preferences | None
@@ -78,7 +88,7 @@ class Report:
     @property
     def sentences(self) -> tuple[str, ...]:
         """The numbers of observers and answers, a sentence for each part."""
-        sentences = [part.sentence for part in (self.pairs, self.series) if part is not None]
+        sentences = [part.sentence for part in (self.pairs, self.groups, self.series) if part is not None]
         if self.preferences is not None:
             sentences.append(self.preferences.sentence)
         if self.ratings is not None:
@@ -97,9 +107,12 @@ class Report:
         }
         if self.pairs is not None:
             parts |= self.pairs.to_json()
+        if self.groups is not None:
+            parts |= self.groups.to_json()
         parts["notes"] = list(self.notes)
         parts["factors"] = self.factors.to_json() if self.factors else None
         parts["observer_table"] = self.observers.to_json() if self.observers else None
+        parts["review"] = {name: answer.to_json() for name, answer in self.review.items()}
         parts["series"] = self.series.to_json() if self.series else None
         parts["ratings"] = self.ratings.to_json() if self.ratings else None
         if self.preferences is not None:
@@ -156,10 +169,10 @@ def describe(
         files = ", ".join(str(session.file) for session in remaining[:3])
         what = "the results hold no answer: no comparison, choice, preference or rating"
         raise ResultsError(Finding(what, files, remedy="answer some trials first"))
-    compared = any(is_comparison(trial) for session in remaining for trial in session.trials)
-    pairs = summarise(remaining, alpha, adjust, covariance) if compared else None
+    pairs, grouped = _compared(remaining, alpha, adjust, covariance)
     series = summarise_series(remaining) if "best_of_series" in kinds else None
-    notes = list(pairs.notes) if pairs else on_sessions(remaining)
+    compared = pairs or grouped
+    notes = list(compared.notes) if compared else on_sessions(remaining)
     notes += [note for note in series.notes if "simulated" not in note] if series else []
     preferred = preferences(remaining) if "preference" in kinds else None
     if preferred is not None:  # the sentence is in the head of the page
@@ -169,13 +182,30 @@ def describe(
         sessions=tuple(remaining),
         kept=kept,
         pairs=pairs,
-        factors=effects_of(pairs) if pairs else None,
-        observers=observers_in_sessions(remaining, shuffles=SHUFFLES) if pairs else None,
+        groups=grouped,
+        factors=effects_of(compared) if compared else None,
+        observers=observers_in_sessions(remaining, shuffles=SHUFFLES) if compared else None,
+        review=review_of(pairs) if pairs else {},
         series=series,
         ratings=summarise_ratings(remaining) if "rating" in kinds else None,
         preferences=preferred,
         notes=tuple(dict.fromkeys(notes)),
     )
+
+
+def _compared(
+    sessions: Sequence[SessionLog],
+    alpha: float | None,
+    adjust: Adjust | None,
+    covariance: CovarianceChoice | None,
+) -> tuple[Summary | None, GroupedSummary | None]:
+    """Return the paired comparisons on one scale, or on one for each group; None for both without any."""
+    if not any(is_comparison(trial) for session in sessions for trial in session.trials):
+        return None, None
+    comparisons, groups = grouped_comparisons(sessions)
+    if groups is None:
+        return summarise(sessions, alpha, adjust, covariance, comparisons), None
+    return None, summarise_groups(sessions, comparisons, groups, alpha, adjust, covariance)
 
 
 def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
@@ -196,6 +226,8 @@ def print_report(report: Report, published: Published | None = None, console: Co
     console = console or Console()
     if report.pairs is not None:
         print_scores(report.pairs.scores, published, console)
+    if report.groups is not None:
+        print_groups(report.groups.scored, console=console)
     for sentence in report.sentences:
         console.print(Text(sentence))
     if report.kept.left_out:

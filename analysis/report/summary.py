@@ -3,29 +3,34 @@
 from __future__ import annotations
 
 import math
+from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from statistics import median
-from typing import Any
+from typing import Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from analysis.classes.multiplicity import ADJUSTMENTS, Adjust
+from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.session_comparisons import from_sessions, is_comparison
 from analysis.errors import ResultsError
-from analysis.observers.responses import catch_results
+from analysis.observers.responses import catch_results, first_choices
 from analysis.ratings.preferences import preferences
 from analysis.records.session_record import Header, SessionLog
-from analysis.report.estimate import COVARIANCE_CHOICES, TWO_SIDED_95, CovarianceChoice, Estimate, estimate_scores
+from analysis.report.estimate import Estimate, estimate_scores
 from analysis.report.notes import notes_on
+from analysis.scaling.departure import OneScale, one_scale
+from analysis.scaling.result import COVARIANCE_CHOICES, TWO_SIDED_95, CovarianceChoice
 from analysis.scaling.scores import Scores
+from analysis.series.observer_means import shares
 from documents import Finding
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Summary:
-    """The scores of an experiment, with goodness of fit, side bias and response times.
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Answered(ABC):
+    """Who compared what in the sessions of an experiment, with side bias and response times.
 
     Attributes
     ----------
@@ -33,46 +38,40 @@ class Summary:
         Header of the first session; the sessions agree on experiment and stimuli.
     sessions
         The sessions, in the order given.
-    scores
-        Items best first, with fit and classes.
-    estimate
-        How the scores were estimated: method, standard errors, intervals, stability of classes.
+    alpha, adjust
+        Level of the tests that the classes follow from, and their correction for multiple comparisons.
     first_share
-        Share (0 to 1) of answers that chose the first position, or None; ``first_share_interval``: Wilson's 95 %.
+        Share (0 to 1) of answers that chose the first position, or None; ``first_share_interval``: Wilson's 95 %,
+        which allows for observers who differ [Kish1965].
     response_time_s
         Median response time in seconds.
-    fit_p
-        p value of the deviance; None without degrees of freedom or without a fit.
     notes
         Sentences that a reader needs before the numbers.
     """
 
     header: Header
     sessions: tuple[SessionLog, ...]
-    scores: Scores
     alpha: float
     adjust: Adjust
-    estimate: Estimate
     first_share: float | None
     first_share_interval: tuple[float, float] | None
     response_time_s: float
-    fit_p: float | None
     notes: tuple[str, ...]
 
     @property
-    def log10_interval(self) -> NDArray[np.float64]:
-        """Shape (items, 2): 95 % limits of log10 score, in the order of ``scores.items``; NaN where there is none."""
-        return self.estimate.log10_interval
+    @abstractmethod
+    def comparisons(self) -> Comparisons:
+        """The answers."""
 
     @property
     def observers(self) -> tuple[str, ...]:
         """The observers' codes, each once."""
-        return self.scores.comparisons.observers
+        return self.comparisons.observers
 
     @property
     def trials(self) -> int:
         """How many comparisons were answered."""
-        return int(self.scores.comparisons.count.sum())
+        return int(self.comparisons.count.sum())
 
     @property
     def simulated(self) -> bool:
@@ -85,21 +84,15 @@ class Summary:
         return tuple(session for session in self.sessions if not session.complete)
 
     @property
-    def sentence(self) -> str:
-        """The numbers of observers, comparisons and classes, in a sentence."""
+    def numbers(self) -> str:
+        """The numbers of observers and comparisons, in words."""
         who = f"{len(self.observers)} {'simulated ' if self.simulated else ''}observer"
         who += "" if len(self.observers) == 1 else "s"
-        what = f"{self.trials:,} comparisons of {len(self.scores.items)} stimuli"
-        classes = self.scores.classes
-        classes_text = (
-            f"; {len(classes.members)} perceptual class{'' if len(classes.members) == 1 else 'es'}" if classes else ""
-        )
-        return f"{who}, {what}{classes_text}."
+        return f"{who}, {self.trials:,} comparisons of {len(self.comparisons.items)} stimuli"
 
-    def to_json(self) -> dict[str, Any]:
-        """Return plain values for JSON: the keys of `cyclopean scores --json`, and those of the experiment."""
+    def answered_json(self) -> dict[str, Any]:
+        """Return plain values for JSON: those of the experiment."""
         return {
-            **self.scores.to_json(),
             "experiment": self.header.experiment,
             "question": self.header.question,
             "sessions": len(self.sessions),
@@ -107,25 +100,90 @@ class Summary:
             "simulated": self.simulated,
             "observers": list(self.observers),
             "trials": self.trials,
-            "ties": self.scores.comparisons.ties,
+            "ties": self.comparisons.ties,
             "catch": catch_results(self.sessions).to_json(),
             "preferences": preferences(self.sessions).to_json(),
             "alpha": self.alpha,
             "adjust": self.adjust,
+            "first_share": self.first_share,
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True, slots=True, eq=False, kw_only=True)
+class Summary(Answered):
+    """The scores of an experiment on one scale, with goodness of fit.
+
+    Attributes
+    ----------
+    scores
+        Items best first, with fit and classes.
+    estimate
+        How the scores were estimated: method, standard errors, intervals, stability of classes.
+    one_scale
+        Test whether one scale fits; None without degrees of freedom, without a fit, or with a prior.
+    """
+
+    scores: Scores
+    estimate: Estimate
+    one_scale: OneScale | None
+
+    @property
+    def comparisons(self) -> Comparisons:
+        """The answers on this scale."""
+        return self.scores.comparisons
+
+    @property
+    def fit_p(self) -> float | None:
+        """The p value of the test whether one scale fits; None where there is none."""
+        return self.one_scale.p if self.one_scale else None
+
+    @property
+    def log10_interval(self) -> NDArray[np.float64]:
+        """Shape (items, 2): 95 % limits of log10 score, in the order of ``scores.items``; NaN where there is none."""
+        return self.estimate.log10_interval
+
+    @property
+    def sentence(self) -> str:
+        """The numbers of observers, comparisons and classes, in a sentence."""
+        classes = self.scores.classes
+        classes_text = (
+            f"; {len(classes.members)} perceptual class{'' if len(classes.members) == 1 else 'es'}" if classes else ""
+        )
+        return f"{self.numbers}{classes_text}."
+
+    def scale_json(self) -> dict[str, Any]:
+        """Return plain values for JSON: the keys of `cyclopean scores --json`, and how the scores were estimated."""
+        return {
+            **self.scores.to_json(),
             "method": self.estimate.method,
             "covariance": self.estimate.covariance,
             "intervals": {
-                "kind": self.estimate.interval_kind,
+                "kind": self.estimate.covariance,
                 "log10_score": [
                     {"name": item.name, "low": _finite(low), "high": _finite(high)}
                     for item, (low, high) in zip(self.scores.items, self.log10_interval.tolist(), strict=True)
                 ],
             },
             "stability": self.estimate.stability.to_json() if self.estimate.stability else None,
-            "first_share": self.first_share,
             "fit_p": self.fit_p,
-            "notes": list(self.notes),
         }
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON: the keys of `cyclopean scores --json`, and those of the experiment."""
+        return {**self.scale_json(), **self.answered_json()}
+
+
+class AnsweredFields(TypedDict):
+    """The fields of `Answered`, without notes."""
+
+    header: Header
+    sessions: tuple[SessionLog, ...]
+    alpha: float
+    adjust: Adjust
+    first_share: float | None
+    first_share_interval: tuple[float, float] | None
+    response_time_s: float
 
 
 def summarise(
@@ -133,41 +191,91 @@ def summarise(
     alpha: float | None = None,
     adjust: Adjust | None = None,
     covariance: CovarianceChoice | None = None,
+    comparisons: Comparisons | None = None,
 ) -> Summary:
-    """Fit and classify the comparisons of an experiment's sessions.
+    """Fit and classify the comparisons of an experiment's sessions, on one scale.
 
-    ``alpha``, ``adjust`` and ``covariance`` are those of the first session's header where None. In case
-    of complete separation, if comparisons link all stimuli, Firth's penalised fit is used and reported in a note.
+    ``alpha``, ``adjust`` and ``covariance`` are those of the first session's header where None, and ``comparisons``
+    those of the sessions. In case of complete separation, if comparisons link all stimuli, Firth's penalised fit is
+    used and reported in a note.
 
     Raises
     ------
     ResultsError
         As `analysis.comparisons.session_comparisons.from_sessions`, or if an analysis option in the header is unknown.
     """
-    comparisons = from_sessions(sessions)
-    header = sessions[0].header
-    alpha = _level(header, sessions[0]) if alpha is None else alpha
-    adjust = _adjustment(header, sessions[0]) if adjust is None else adjust
-    covariance = _covariance(header, sessions[0]) if covariance is None else covariance
-    chosen = any(trial.kind == "active_pairs" for session in sessions for trial in session.trials)
-    estimate = estimate_scores(comparisons, alpha=alpha, adjust=adjust, covariance=covariance, chosen=chosen)
-    scores = estimate.scores
-    times = [trial.response_time_s for session in sessions for trial in session.trials if is_comparison(trial)]
+    if comparisons is None:
+        comparisons = from_sessions(sessions)
+    options = analysis_options(sessions, alpha, adjust, covariance)
+    scale = scale_of(comparisons, answered(sessions, comparisons, compared_times(sessions), options), options)
+    return replace(scale, notes=notes_on(sessions, scale.estimate, scale.one_scale))
+
+
+class AnalysisOptions(TypedDict):
+    """How scores are tested, and whether pairs were chosen by earlier answers."""
+
+    alpha: float
+    adjust: Adjust
+    covariance: CovarianceChoice
+    chosen: bool
+
+
+def analysis_options(
+    sessions: Sequence[SessionLog],
+    alpha: float | None,
+    adjust: Adjust | None,
+    covariance: CovarianceChoice | None,
+) -> AnalysisOptions:
+    """Return the options; those of the first session's header where None.
+
+    Raises
+    ------
+    ResultsError
+        If an analysis option in the header is unknown.
+    """
+    header, first = sessions[0].header, sessions[0]
+    return {
+        "alpha": _level(header, first) if alpha is None else alpha,
+        "adjust": _adjustment(header, first) if adjust is None else adjust,
+        "covariance": _covariance(header, first) if covariance is None else covariance,
+        "chosen": any(trial.kind == "active_pairs" for session in sessions for trial in session.trials),
+    }
+
+
+def compared_times(sessions: Sequence[SessionLog]) -> list[tuple[str, float]]:
+    """Return a stimulus of each comparison and its response time in seconds."""
+    return [
+        (str(trial.data.get("chosen", trial.data.get("first"))), trial.response_time_s)
+        for session in sessions
+        for trial in session.trials
+        if is_comparison(trial)
+    ]
+
+
+def answered(
+    sessions: Sequence[SessionLog],
+    comparisons: Comparisons,
+    times: Sequence[tuple[str, float]],
+    options: AnalysisOptions,
+) -> AnsweredFields:
+    """Return what a summary says beside scores; ``times`` are those of its comparisons."""
     share = comparisons.first_share()
-    positions = int((comparisons.winner_was_first >= 0).sum())
-    return Summary(
-        header=header,
-        sessions=tuple(sessions),
-        scores=scores,
-        alpha=alpha,
-        adjust=adjust,
-        estimate=estimate,
-        first_share=share,
-        first_share_interval=None if share is None else wilson_interval(share, positions),
-        response_time_s=median(times),
-        fit_p=_fit_p(scores),
-        notes=notes_on(sessions, estimate),
-    )
+    return {
+        "header": sessions[0].header,
+        "sessions": tuple(sessions),
+        "alpha": options["alpha"],
+        "adjust": options["adjust"],
+        "first_share": share,
+        "first_share_interval": None if share is None else _first_share_interval(comparisons),
+        "response_time_s": median(time_s for _, time_s in times),
+    }
+
+
+def scale_of(comparisons: Comparisons, fields: AnsweredFields, options: AnalysisOptions) -> Summary:
+    """Return the scores of comparisons on one scale, without notes."""
+    estimate = estimate_scores(comparisons, **options)
+    fits = one_scale(comparisons, estimate.scores.fit)
+    return Summary(scores=estimate.scores, estimate=estimate, one_scale=fits, notes=(), **fields)
 
 
 def _level(header: Header, session: SessionLog) -> float:
@@ -194,11 +302,12 @@ def _covariance(header: Header, session: SessionLog) -> CovarianceChoice:
     raise ResultsError(Finding(what, str(session.file), 1, 1, "give --covariance"))
 
 
-def _fit_p(scores: Scores) -> float | None:
-    from scipy.special import gammaincc
-
-    fit = scores.fit
-    return float(gammaincc(fit.df / 2, fit.deviance / 2)) if fit.df > 0 and not fit.separated else None
+def _first_share_interval(comparisons: Comparisons) -> tuple[float, float]:
+    chosen, count = first_choices(comparisons)
+    if np.count_nonzero(count) < 2:
+        return wilson_interval(float(chosen.sum() / count.sum()), round(count.sum()))
+    (estimate,) = shares(chosen[:, None], count[:, None])
+    return float(estimate.low or 0.0), float(1.0 if estimate.high is None else estimate.high)
 
 
 def _finite(value: float) -> float | None:

@@ -45,6 +45,20 @@ def listed(words: Iterable[str]) -> str:
     return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
+COVARIANCE_WORDS: Mapping[str, str] = {
+    "model": "the model, which treats all answers as independent",
+    "scaled": "the model, scaled by how much observers differ",
+    "sandwich": "the sandwich clustered by observer",
+    "shrinkage": "the shrinkage covariance clustered by observer",
+}
+
+
+def freedom_words(fewest: float, most: float) -> str:
+    """Return degrees of freedom as "12" or "12 to 18"."""
+    low, high = f"{fewest:.3g}", f"{most:.3g}"
+    return low if low == high else f"{low} to {high}"
+
+
 def key_words(key: object) -> str:
     """Return a key of a header as words, its unit in brackets."""
     words = str(key)

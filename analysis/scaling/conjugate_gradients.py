@@ -43,10 +43,10 @@ class SparseItems:
         """Whether the weights met last span few enough orders of magnitude for θ to be exact to 1e-10."""
         return self._ratio <= WIDEST_RATIO
 
-    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
+    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats, ratio: float) -> Floats:
         """Return s, column by column; the first column of ``right`` is the slope of the likelihood."""
         weight = weight[0]
-        self._ratio = float(weight.max() / weight.min()) if weight.min() > 0 else np.inf
+        self._ratio = ratio if weight.all() else np.inf
         slope = float(np.abs(right[0, :, 0]).max())
         self._steepest = max(self._steepest, slope)
         tolerance = max(FINEST, min(ROUGHEST, slope / self._steepest)) if slope else FINEST

@@ -7,7 +7,8 @@ one step of an algorithm then serves the whole batch at once.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 Indices = NDArray[np.intp]
+MOST_ITEMS_KEPT = 256
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -50,15 +52,31 @@ class Counts:
     lost: Floats
     tied: Floats
     ordered: bool = False
+    _cells: list[Indices] = field(default_factory=list, init=False, repr=False)
+
+    @property
+    def cells(self) -> list[Indices]:
+        """Places of (first, second) and of (second, first) in a matrix (n, n) row by row, computed once."""
+        if not self._cells:
+            self._cells.extend((self.first * self.n + self.second, self.second * self.n + self.first))
+        return self._cells
 
     @classmethod
     def from_wins(cls, wins: Floats) -> Counts:
         """List the pairs that occur in any of the matrices ``wins``, shape (B, n, n)."""
         batch, n, _ = wins.shape
-        summed = wins[0] if batch == 1 else wins.sum(axis=0)
-        first, second = np.nonzero(np.triu(summed + summed.T, 1))
-        won, lost = (np.ascontiguousarray(wins[:, a, b].T).T for a, b in ((first, second), (second, first)))
-        return cls(n, first, second, won, lost, _no_ties(batch, len(first)))
+        happened = np.asarray(wins.any(axis=0))
+        if n <= MOST_ITEMS_KEPT:
+            pairs = _all_pairs(n)
+            compared = happened.take(pairs[2]) | happened.take(pairs[3])
+            first, second, cells, mirrored = pairs if compared.all() else (part[compared] for part in pairs)
+        else:
+            first, second, cells, mirrored = _pairs(n, happened | happened.T)
+        each = wins.reshape(batch, n * n).T
+        won, lost = each.take(cells, axis=0).T, each.take(mirrored, axis=0).T
+        counts = cls(n, first, second, won, lost, _no_ties(batch, len(first)))
+        counts._cells.extend((cells, mirrored))
+        return counts
 
     @classmethod
     def from_sparse(cls, wins: csr_array) -> Counts:
@@ -97,8 +115,11 @@ class Counts:
 
         Shapes (B, n) to (B, m).
         """
-        strengths = theta.T
-        apart: Floats = (strengths[self.first] - strengths[self.second]).T
+        if len(theta) == 1:
+            apart: Floats = (theta[0][self.first] - theta[0][self.second])[None]
+        else:
+            strengths = theta.T
+            apart = (strengths[self.first] - strengths[self.second]).T
         return apart + order if self.ordered else apart
 
     def net_flows(self, flow: Floats, *, exact: bool = True) -> Floats:
@@ -125,20 +146,26 @@ class Counts:
         matrix = self._spread(flow, -flow)
         return np.asarray(matrix.sum(axis=1)).T
 
+    def wins(self) -> Floats:
+        """Return how often each item was preferred over each other one, shape (B, n, n)."""
+        return self._spread(self.won, self.lost).transpose(2, 0, 1)
+
     def matrix(self, values: Floats) -> Floats:
         """Spread ``values`` (B, m) over symmetric matrices (B, n, n)."""
         return self._spread(values, values).transpose(2, 0, 1)
 
     def _spread(self, values: Floats, mirrored: Floats) -> Floats:
         """Return a matrix (n, n, B) of ``values`` at (first, second) and ``mirrored`` at (second, first), added."""
-        matrix = np.zeros((self.n, self.n, len(values)))
-        matrix[self.first, self.second] = values.T
+        n, single = self.n, len(values) == 1
+        there, back = (values[0], mirrored[0]) if single else (values.T, mirrored.T)
+        matrix = np.zeros((n * n, *there.shape[1:]))
+        cells, mirror = self.cells
+        matrix[cells] = there
         if self.ordered:
-            back = np.zeros_like(matrix)
-            back[self.second, self.first] = mirrored.T
-            return np.asarray(matrix + back)
-        matrix[self.second, self.first] = mirrored.T
-        return matrix
+            matrix[mirror] += back
+        else:
+            matrix[mirror] = back
+        return matrix.reshape(n, n, len(values))
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -188,9 +215,25 @@ def count_pairs(comparisons: Comparisons, *, ordered: bool = False, ties: bool =
     return counts, Answers(pair.astype(np.intp), outcome, observer, count)
 
 
+@lru_cache(maxsize=4)
+def _all_pairs(n: int) -> tuple[Indices, Indices, Indices, Indices]:
+    """Return `_pairs` of all items, kept for the next table of as many; not to be written to."""
+    pairs = _pairs(n, np.ones((n, n), dtype=np.bool_))
+    for part in pairs:
+        part.flags.writeable = False
+    return pairs
+
+
+def _pairs(n: int, compared: NDArray[np.bool_]) -> tuple[Indices, Indices, Indices, Indices]:
+    """Return the items of the pairs ``compared`` (n, n) above the diagonal, and their two places in such a matrix."""
+    cells = np.flatnonzero(np.triu(compared, 1))
+    first, second = np.divmod(cells, n)
+    return first, second, cells, second * n + first
+
+
 def _summed(place: Indices, values: Floats, size: int) -> Floats:
     return np.bincount(place, values, size).astype(np.float64, copy=False)
 
 
 def _no_ties(batch: int, pairs: int) -> Floats:
-    return np.broadcast_to(np.zeros(1), (batch, pairs))
+    return np.ndarray((batch, pairs), np.float64, np.zeros(1), strides=(0, 0))

@@ -29,8 +29,8 @@ class Design(Protocol):
         """Whether the weights met so far let the solution keep its digits."""
         ...
 
-    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
-        """Return s. Shapes (B, m) of ``weight`` and (B, n, r) of ``right`` to (B, n, r)."""
+    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats, ratio: float) -> Floats:
+        """Return s. Shapes (B, m) of ``weight`` and (B, n, r) of ``right`` to (B, n, r); ``ratio`` is `pair_span`'s."""
         ...
 
     def covariance(self, counts: Counts, weight: Floats, precision: float) -> Floats:
@@ -43,13 +43,13 @@ class Items:
 
     is_exact = True
 
-    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
+    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats, ratio: float) -> Floats:
         """Return s, which sums to zero."""
-        return laplacian.solve(counts.matrix(weight), right, precision, laplacian.pair_span(weight))
+        return laplacian.solve(counts.matrix(weight), right, precision, ratio)
 
     def covariance(self, counts: Counts, weight: Floats, precision: float) -> Floats:
         """Return the pseudo-inverse."""
-        return laplacian.pseudo_inverse(counts.matrix(weight), precision, overwrite=True)
+        return laplacian.pseudo_inverse(counts.matrix(weight), precision, laplacian.pair_span(weight), overwrite=True)
 
 
 class Columns:
@@ -60,7 +60,7 @@ class Columns:
     def __init__(self, basis: Floats) -> None:
         self.basis = basis
 
-    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats) -> Floats:
+    def solve(self, counts: Counts, weight: Floats, precision: float, right: Floats, ratio: float) -> Floats:
         """Return Q (QᵀHQ + precision)⁻¹ Qᵀ g; NaN where the matrix is singular in floating point."""
         along = self.basis.T @ right
         return np.asarray(self.basis @ _solved(self._curvature(counts, weight, precision), along))

@@ -6,6 +6,7 @@ replicates of a bootstrap, and `fit_sparse` a sparse one; all by `analysis.scali
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING, get_args
 
 import numpy as np
@@ -13,13 +14,25 @@ from numpy.typing import NDArray
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.errors import ResultsError
-from analysis.scaling.counts import Counts, count_pairs
+from analysis.scaling.clustered import ByObserver, by_observer
+from analysis.scaling.counts import Answers, Counts, count_pairs
 from analysis.scaling.laws import LAWS, LOGISTIC, MODELS, Law, Model
 from analysis.scaling.newton import Maximum, joint_covariance, maximise
 from analysis.scaling.penalty import FIRTH, NO_PENALTY, Gaussian, Penalty
-from analysis.scaling.result import BatchFit, CovarianceKind, Fit, Method, ModelMethod, OrderTest, Parameter
-from analysis.scaling.sandwich import sandwich
-from analysis.scaling.separation import Separation, are_connected, find_separation, strong_groups
+from analysis.scaling.result import (
+    COVARIANCE_CHOICES,
+    BatchFit,
+    CovarianceChoice,
+    CovarianceKind,
+    Fit,
+    Method,
+    ModelMethod,
+    OrderTest,
+    Parameter,
+)
+from analysis.scaling.robust_tests import score_test
+from analysis.scaling.sandwich import observer_slopes
+from analysis.scaling.separation import Separation, are_connected, find_separation, separation_of_method, strong_groups
 from documents import Finding
 
 if TYPE_CHECKING:
@@ -27,7 +40,6 @@ if TYPE_CHECKING:
 
 Floats = NDArray[np.float64]
 DEFAULT_PRIOR_SD = 2.0
-SMALL = 64
 
 
 def fit(wins: Floats, *, method: Method = "ml", most_iterations: int | None = None) -> Fit:
@@ -65,9 +77,8 @@ def fit(wins: Floats, *, method: Method = "ml", most_iterations: int | None = No
     matrix = _checked(wins, dimensions=2)
     counts = Counts.from_wins(matrix[None])
     linked = matrix + matrix.T if method == "firth" else matrix
-    groups = () if len(matrix) <= SMALL and are_connected(linked[None])[0] else strong_groups(linked)
-    if len(groups) > 1:
-        return _unfitted(counts, "bradley-terry", method, "model", None, Separation(groups, ()))
+    if not are_connected(linked[None])[0]:
+        return _unfitted(counts, "bradley-terry", method, "model", None, Separation(strong_groups(linked), ()))
     penalty = FIRTH if method == "firth" else NO_PENALTY
     top = maximise(counts, penalty=penalty, most_iterations=most_iterations)
     return _fitted(counts, "bradley-terry", method, top, joint_covariance(counts, LOGISTIC, top.point)[0])
@@ -147,7 +158,7 @@ def fit_model(
     method: ModelMethod = "ml",
     prior_sd: float = DEFAULT_PRIOR_SD,
     order_effect: bool = False,
-    covariance: CovarianceKind = "model",
+    covariance: CovarianceChoice = "auto",
 ) -> Fit:
     """Fit ``model`` to ``comparisons``.
 
@@ -166,7 +177,10 @@ def fit_model(
     order_effect
         Fit what being shown first adds.
     covariance
-        ``model``, the inverse of the observed information, or ``sandwich``, clustered by observer.
+        ``model``, the inverse of the observed information, which takes all answers for independent; or clustered by
+        observer: ``scaled``, ``sandwich`` or ``shrinkage``, as `analysis.scaling.shrinkage` has them. ``auto`` is
+        ``shrinkage`` where the table names two observers or more; ``scaled`` above 200 items, and for Firth's fits,
+        in which observers who all agree say nothing of how much others would differ; ``model`` for ``map``.
 
     Returns
     -------
@@ -179,7 +193,8 @@ def fit_model(
     ------
     ResultsError
         If there is no such model, it has no such method, no answer is a tie although the model is about ties, the
-        prior is no positive number, the order was not noted, or a sandwich has fewer than two observers.
+        prior is no positive number, the order was not noted, a covariance clustered by observer has fewer than two
+        observers, or there is no such covariance.
 
     Examples
     --------
@@ -189,29 +204,30 @@ def fit_model(
     [0.549, -0.549]
     """
     _check(comparisons, model, method, prior_sd, order_effect)
+    kind = covariance_kind(covariance, len(comparisons.observers), len(comparisons.items), method)
     law = LAWS[model]
     ties = law.parameter is not None
     prior = prior_sd if method == "map" else None
     counts, answers = count_pairs(comparisons, ordered=order_effect, ties=ties)
     left_out = 0.0 if ties else comparisons.ties
     names = comparisons.items
-    separation = _separation(counts, names, ties, method)
+    separation = separation_of_method(counts, names, ties=ties, method=method)
     if separation is not None:
-        return _unfitted(counts, model, method, covariance, prior, separation, left_out)
+        return _unfitted(counts, model, method, kind, prior, separation, left_out)
     penalty: Penalty = FIRTH if method == "firth" else Gaussian.of_sd(prior) if prior else NO_PENALTY
     top = maximise(counts, law, penalty=penalty)
     joint = joint_covariance(counts, law, top.point, penalty)[0]
-    if covariance == "sandwich":
-        joint = sandwich(counts, answers, law, top.point, joint)
+    clustered = None if kind == "model" else by_observer(kind, counts, answers, law, top.point, joint)
     return _fitted(
         counts,
         model,
         method,
         top,
-        joint,
-        covariance_kind=covariance,
+        joint if clustered is None else clustered.joint,
+        covariance_kind=kind,
+        clustered=clustered,
         prior_sd=prior,
-        order_test=_order_test(counts, law, top) if order_effect and method == "ml" else None,
+        order_test=_order_test(counts, answers, law, top) if order_effect and method == "ml" else None,
         held_by_prior=find_separation(counts, names, ties=ties) if method == "map" else None,
         ties_left_out=left_out,
     )
@@ -225,6 +241,7 @@ def _fitted(
     joint: Floats,
     *,
     covariance_kind: CovarianceKind = "model",
+    clustered: ByObserver | None = None,
     prior_sd: float | None = None,
     order_test: OrderTest | None = None,
     held_by_prior: Separation | None = None,
@@ -238,7 +255,7 @@ def _fitted(
         counts=counts,
         theta=top.theta[0],
         joint_covariance=joint,
-        parameters=_parameters(model, top, counts, joint),
+        parameters=_parameters(model, top, counts, joint, clustered),
         log_likelihood=float(top.log_likelihood[0]),
         order_test=order_test,
         converged=bool(top.converged[0]),
@@ -246,6 +263,7 @@ def _fitted(
         separation=None,
         held_by_prior=held_by_prior,
         ties_left_out=ties_left_out,
+        clustered=clustered,
     )
 
 
@@ -277,6 +295,27 @@ def _unfitted(
     )
 
 
+MOST_ITEMS_SHRUNK = 200
+
+
+def covariance_kind(choice: CovarianceChoice, observers: int, items: int, method: ModelMethod) -> CovarianceKind:
+    """Return the kind of covariance that ``choice`` means with so many ``observers`` and ``items``.
+
+    Raises
+    ------
+    ResultsError
+        If there is no such choice, or too few observers for it.
+    """
+    if choice not in COVARIANCE_CHOICES:
+        remedy = "expected one of: " + ", ".join(COVARIANCE_CHOICES)
+        raise ResultsError(Finding(f"there is no covariance '{choice}'", remedy=remedy))
+    if choice != "auto":
+        return choice
+    if observers < 2 or method == "map":
+        return "model"
+    return "scaled" if method == "firth" or items > MOST_ITEMS_SHRUNK else "shrinkage"
+
+
 def _check(comparisons: Comparisons, model: str, method: str, prior_sd: float, order_effect: bool) -> None:
     if model not in MODELS:
         raise ResultsError(Finding(f"there is no model '{model}'", remedy="expected one of: " + ", ".join(MODELS)))
@@ -285,7 +324,8 @@ def _check(comparisons: Comparisons, model: str, method: str, prior_sd: float, o
         raise ResultsError(Finding(f"there is no method '{method}'", remedy=remedy))
     if method == "firth" and (model != "bradley-terry" or order_effect):
         what = "Firth's method is for the Bradley-Terry model without an order effect"
-        raise ResultsError(Finding(what, remedy="use the method 'map', which is finite too"))
+        leave = ", or leave the order effect out" if order_effect and model == "bradley-terry" else ""
+        raise ResultsError(Finding(what, remedy=f"use the method 'map'{leave}"))
     if method == "map" and not (np.isfinite(prior_sd) and prior_sd > 0):
         raise ResultsError(Finding(f"the prior's standard deviation is {prior_sd:g}", remedy="give one above zero"))
     if len(comparisons.items) < 2:
@@ -295,39 +335,38 @@ def _check(comparisons: Comparisons, model: str, method: str, prior_sd: float, o
         raise ResultsError(Finding(what, remedy="use the model 'bradley-terry'"))
 
 
-def _separation(counts: Counts, items: tuple[str, ...], ties: bool, method: ModelMethod) -> Separation | None:
-    if method != "firth":
-        return find_separation(counts, items, ties=ties, prior=method == "map")
-    total = counts.total
-    both = Counts(counts.n, counts.first, counts.second, total, total, counts.tied)
-    return find_separation(both, items, ties=False)
-
-
-def _order_test(counts: Counts, law: Law, top: Maximum) -> OrderTest:
+def _order_test(counts: Counts, answers: Answers, law: Law, top: Maximum) -> OrderTest:
     from scipy.special import gammaincc
 
-    gained = float(top.log_likelihood[0] - maximise(counts.without_order(), law).log_likelihood[0])
-    statistic = max(0.0, 2 * gained)
-    return OrderTest(statistic, float(gammaincc(0.5, statistic / 2)))
+    without = maximise(counts.without_order(), law)
+    statistic = max(0.0, 2 * float(top.log_likelihood[0] - without.log_likelihood[0]))
+    slopes = observer_slopes(counts, answers, law, without.point)
+    inverse = joint_covariance(counts, law, without.point)[0]
+    by_observers = score_test(slopes, inverse, np.eye(len(inverse))[-1:])
+    return OrderTest(statistic, float(gammaincc(0.5, statistic / 2)), by_observers)
 
 
-def _parameters(model: Model, top: Maximum, counts: Counts, joint: Floats) -> tuple[Parameter, ...]:
+def _parameters(
+    model: Model, top: Maximum, counts: Counts, joint: Floats, clustered: ByObserver | None
+) -> tuple[Parameter, ...]:
     law = LAWS[model]
     if not (law.parameter or counts.ordered):
         return ()
-    errors = iter(np.sqrt(np.maximum(np.diag(joint)[counts.n :], 0)).tolist())
-    parameters = []
-    if law.parameter:
-        parameters.append(Parameter(law.parameter, float(top.k[0, 0]), next(errors)))
-    if counts.ordered:
-        parameters.append(Parameter("order", float(top.order[0, 0]), next(errors), is_factor=model != "thurstone"))
-    return tuple(parameters)
+    errors = np.sqrt(np.maximum(np.diag(joint)[counts.n :], 0)).tolist()
+    freedom = [math.inf] * len(errors) if clustered is None else clustered.parameter_freedom.tolist()
+    own = ([(law.parameter, float(top.k[0, 0]), True)] if law.parameter else []) + (
+        [("order", float(top.order[0, 0]), model != "thurstone")] if counts.ordered else []
+    )
+    return tuple(
+        Parameter(name, estimate, se, is_factor, free)
+        for (name, estimate, is_factor), se, free in zip(own, errors, freedom, strict=True)
+    )
 
 
 def _checked(wins: Floats, dimensions: int) -> Floats:
     counts = np.asarray(wins, dtype=np.float64)
     square = counts.ndim == dimensions and counts.shape[-1] == counts.shape[-2]
-    _check_entries(counts.shape, counts, np.diagonal(counts, axis1=-2, axis2=-1) if square else None, dimensions)
+    _check_entries(counts.shape, counts, counts.diagonal(axis1=-2, axis2=-1) if square else None, dimensions)
     return counts
 
 
@@ -335,7 +374,7 @@ def _check_entries(shape: tuple[int, ...], entries: Floats, diagonal: Floats | N
     if diagonal is None or shape[-1] < 2:
         expected = "(n, n)" if dimensions == 2 else "(B, n, n)"
         raise ResultsError(Finding(f"the counts have the shape {shape}", remedy=f"give {expected} with n at least 2"))
-    if not (np.isfinite(entries).all() and (entries >= 0).all()):
+    if entries.size and not 0 <= entries.min() <= entries.max() < np.inf:
         raise ResultsError(Finding("the counts contain a negative or infinite number or NaN", remedy="count again"))
     if diagonal.any():
         raise ResultsError(Finding("the diagonal of the counts is not zero", remedy="compare different items"))

@@ -25,7 +25,8 @@ class Goodness:
     df
         Free numbers of the answers less the parameters of the law.
     p_deviance, p_pearson
-        Chance of as much or more if the law is right, by the χ² distribution; None where ``df`` is zero or less.
+        Chance of as much or more if the law is right, by the χ² distribution: it takes all answers for independent.
+        None where ``df`` is zero. Judge by `analysis.scaling.departure.one_scale`, which does not where it can.
     smallest_expected
         Smallest expected count E.
     share_small
@@ -85,7 +86,7 @@ def goodness_of_fit(
     deviance = max(0.0, float(2 * xlogy(observed, ratio).sum()))
     misses = np.divide((observed - expected) ** 2, expected, out=np.zeros_like(expected), where=expected > 0)
     pearson = float(misses.sum())
-    df = int(kept.sum()) * (outcomes - 1) - parameters
+    df = max(0, int(kept.sum()) * (outcomes - 1) - parameters)  # with a prior, parameters may outnumber the pairs
     tail = [float(gammaincc(df / 2, value / 2)) if df > 0 else None for value in (deviance, pearson)]
     share = float((expected < FEWEST_EXPECTED * (1 - 1e-9)).mean())  # 5 less rounding is 5
     return Goodness(deviance, pearson, df, tail[0], tail[1], float(expected.min()), share)

@@ -11,6 +11,9 @@ The first axis of every array is the batch of graphs. Elimination works on array
 
 from __future__ import annotations
 
+from functools import cache
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -20,7 +23,7 @@ WIDEST_FOR_LAPACK = 1e10
 WIDEST_FOR_PLAIN_SUMS = 1e3
 SMALL_GRAPH = 32
 LARGE_BATCH = 16
-LARGE_GRAPH = 500
+MOST_FOR_EQUAL_BITS = 50
 BLOCK_ROWS = 256
 ROUNDING = 64 * float(np.finfo(np.float64).eps)
 SLOPE_ROUNDING = 1e-12
@@ -45,50 +48,44 @@ def solve(weights: Floats, right: Floats, precision: float = 0.0, ratio: float |
     Shape (B, n, m).
     """
     batch, n, _ = weights.shape
-    if n <= SMALL_GRAPH and batch >= LARGE_BATCH:
-        return by_elimination(weights + precision / n if precision else weights, right)
-    if precision and weights.any():
-        ratio = float(weights.max()) * n / precision
-    elif ratio is None:
-        ratio = _ratio(weights)
-    if n * ratio > WIDEST_FOR_LAPACK:
+    if (n <= SMALL_GRAPH and batch >= LARGE_BATCH) or _condition(weights, precision, ratio) > WIDEST_FOR_LAPACK:
         return by_elimination(weights + precision / n if precision else weights, right)
     return by_lapack(weights, right, precision)
 
 
-def pseudo_inverse(weights: Floats, precision: float = 0.0, *, overwrite: bool = False) -> Floats:
+def pseudo_inverse(
+    weights: Floats, precision: float = 0.0, ratio: float | None = None, *, overwrite: bool = False
+) -> Floats:
     """Return the inverse of H + precision on vectors that sum to zero. Shapes (B, n, n) to (B, n, n).
 
-    It is the covariance of estimates that sum to zero; without a precision, H's pseudo-inverse. With ``overwrite`` the
-    array of one large graph's ``weights`` is used for the result.
+    It is the covariance of estimates that sum to zero; without a precision, H's pseudo-inverse. ``ratio`` is as for
+    `solve`. With ``overwrite`` the array of one graph's ``weights`` is used for the result.
     """
     batch, n, _ = weights.shape
-    if batch == 1 and n >= LARGE_GRAPH and n * _ratio(weights) <= WIDEST_FOR_LAPACK:
-        return np.asarray(_pseudo_inverse_in_place(weights[0] if overwrite else weights[0].copy(), precision)[None])
-    centred = (np.eye(n) - 1 / n)[None]
-    inverse = solve(weights, centred if batch == 1 else np.broadcast_to(centred, weights.shape), precision)
+    if batch == 1 and _condition(weights, precision, ratio) <= WIDEST_FOR_LAPACK:
+        return np.asarray(_pseudo_inverse_in_place(weights if overwrite else weights.copy(), precision)[None])
+    centred = np.broadcast_to(np.eye(n) - 1 / n, weights.shape)
+    inverse = solve(weights, centred, precision, ratio)
     return np.asarray((inverse + inverse.transpose(0, 2, 1)) / 2)
 
 
 def _pseudo_inverse_in_place(weights: Floats, precision: float) -> Floats:
-    """As `pseudo_inverse` for one large graph: by Cholesky's decomposition, in the memory of ``weights``."""
-    from scipy.linalg.lapack import dpotrf, dpotri
-
-    n = len(weights)
-    strength = weights.sum(axis=1)
-    added = float(strength.sum()) / n**2
-    np.subtract(added, weights, out=weights)
-    weights.reshape(-1)[:: n + 1] = strength + added + precision
-    inverse: Floats
-    factor, failed = dpotrf(weights.T, lower=1, overwrite_a=1)
+    """As `pseudo_inverse` for one graph: by Cholesky's decomposition, in the memory of ``weights``."""
+    n = weights.shape[-1]
+    matrix, added = _grounded(weights[0], precision, weights[0])
+    factor, failed = _lapack().dpotrf(matrix.T, lower=1, overwrite_a=1)  # sets the other triangle to zero
     if failed:
-        raise np.linalg.LinAlgError("a connected graph's Laplacian is positive definite")
-    inverse, _ = dpotri(factor, lower=1, overwrite_c=1)
+        return np.full_like(matrix, np.nan)  # the graph is not connected
+    inverse: Floats
+    if n <= MOST_FOR_EQUAL_BITS:  # dpotri rounds otherwise with other numbers of threads
+        inverse = _lapack().dpotrs(factor, np.eye(n), lower=1)[0]
+        return np.asarray((inverse + inverse.T) / 2 - 1 / (n * (n * added + precision)))
+    inverse = _lapack().dpotri(factor, lower=1, overwrite_c=1)[0]
+    inverse.T.reshape(-1)[:: n + 1] /= 2
     for start in range(0, n, BLOCK_ROWS):  # mirror the triangle, block by block
-        rows = slice(start, start + BLOCK_ROWS)
-        block = np.tril(inverse[rows, rows])
-        inverse[rows, rows] = block + np.tril(block, -1).T
-        inverse[rows, start + BLOCK_ROWS :] = inverse[start + BLOCK_ROWS :, rows].T
+        rows, further = slice(start, start + BLOCK_ROWS), slice(start + BLOCK_ROWS, None)
+        inverse[rows, rows] += inverse[rows, rows].T
+        inverse[rows, further] = inverse[further, rows].T
     inverse -= 1 / (n * (n * added + precision))  # what 11ᵀ was given
     return inverse
 
@@ -128,30 +125,52 @@ def pair_span(weight: Floats) -> float:
     """Return the ratio of the largest to the smallest positive weight of compared pairs; times n, H's condition."""
     if not weight.size:
         return 0.0
-    least = float(weight.min())
-    return float(weight.max()) / least if least > 0 else _ratio(weight)
+    least = float(np.minimum.reduce(weight, axis=None))
+    return float(np.maximum.reduce(weight, axis=None)) / least if least > 0 else _ratio(weight)
+
+
+def _condition(weights: Floats, precision: float, ratio: float | None) -> float:
+    """Return a bound on the condition of H + precision; the arguments are those of `solve`."""
+    n = len(weights[0])
+    if precision and weights.any():
+        return float(weights.max()) * n * n / precision
+    return n * (_ratio(weights) if ratio is None else ratio)
 
 
 def _ratio(weights: Floats) -> float:
-    return float(weights.max() / weights.min(where=weights > 0, initial=np.inf))
+    return float(weights.max()) / float(weights.min(where=weights > 0, initial=np.inf))
 
 
 def by_lapack(weights: Floats, right: Floats, precision: float = 0.0) -> Floats:
-    """As `solve`, by LU decomposition of H + precision + c·11ᵀ/n, graph by graph."""
-    return np.asarray(np.linalg.solve(_grounded(weights, precision), right))
+    """As `solve`, by Cholesky's decomposition of H + precision + c·11ᵀ, graph by graph.
+
+    NaN where that matrix is not positive definite in floating point.
+    """
+    dposv, solutions = _lapack().dposv, np.empty_like(right)
+    for place, weight in enumerate(weights):
+        _, solved, failed = dposv(_grounded(weight, precision)[0].T, right[place], lower=1, overwrite_a=1)
+        solutions[place] = np.nan if failed else solved
+    return solutions
 
 
-def _grounded(weights: Floats, precision: float) -> Floats:
-    """Return H + precision + c·11ᵀ.
+@cache
+def _lapack() -> Any:
+    from scipy.linalg import lapack
+
+    return lapack
+
+
+def _grounded(weights: Floats, precision: float, out: Floats | None = None) -> tuple[Floats, float]:
+    """Return H + precision + c·11ᵀ of one graph, shape (n, n), and c.
 
     Any c gives the same solution; c n = mean strength / n makes the added part as large as H, whatever the counts.
     """
-    n = weights.shape[-1]
-    strength = weights.sum(axis=-1)
-    matrix: Floats = np.negative(weights, order="C")
-    matrix.reshape(-1, n * n)[:, :: n + 1] = strength + precision
-    matrix += (strength.sum(axis=1) / n**2)[:, None, None]
-    return matrix
+    n = len(weights)
+    strength = np.add.reduce(weights, axis=1)
+    added = float(np.add.reduce(strength)) / n**2
+    matrix: Floats = np.subtract(added, weights, out=out, order="C")
+    matrix.reshape(-1)[:: n + 1] = strength + (added + precision)
+    return matrix, added
 
 
 def by_elimination(weights: Floats, right: Floats) -> Floats:

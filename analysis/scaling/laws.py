@@ -18,8 +18,7 @@ log 3 = 1.0986 nats by Bradley and Terry's.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Literal, Protocol, get_args
+from typing import Literal, NamedTuple, Protocol, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -33,14 +32,16 @@ MODELS: tuple[Model, ...] = get_args(Model)
 STANDARD_DEVIATIONS_PER_JOD = 0.6744897501960817
 NATS_PER_JND = 1.0986122886681098
 JOD_PER_STANDARD_DEVIATION = 1 / STANDARD_DEVIATIONS_PER_JOD
+# In an exponential family, along a step that changes the log odds of any two answers by at most r, the information
+# grows at most as exp(r t) [Bach2010]; the likelihood then gains at least λ² (1 − (exp(r) − r − 1) / r²), λ² = g·s.
+EXPONENTIAL_FAMILY_STEP = 1.79
 
 
-def _nothing() -> Floats:
-    return np.zeros((1, 1))
+_NOTHING: Floats = np.zeros((1, 1))
+_NOTHING.flags.writeable = False
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Slopes:
+class Slopes(NamedTuple):
     """Derivatives of the log likelihood of each pair, each of the shape of the differences.
 
     ``d`` and ``k`` are the first ones by the difference and by the law's own parameter; ``dd``, ``dk`` and ``kk`` the
@@ -49,9 +50,9 @@ class Slopes:
 
     d: Floats
     dd: Floats
-    k: Floats = field(default_factory=_nothing)
-    dk: Floats = field(default_factory=_nothing)
-    kk: Floats = field(default_factory=_nothing)
+    k: Floats = _NOTHING
+    dk: Floats = _NOTHING
+    kk: Floats = _NOTHING
 
 
 class Law(Protocol):
@@ -68,6 +69,11 @@ class Law(Protocol):
     @property
     def jnd(self) -> float:
         """Length of one JND (75 : 25), which is one JOD, in the units of the strengths."""
+        ...
+
+    @property
+    def safe_step(self) -> float:
+        """Newton steps that change no pair's d by more, k's change added, cannot lower the likelihood; 0 if unknown."""
         ...
 
     def start(self, counts: Counts) -> Floats:
@@ -89,6 +95,7 @@ class Law(Protocol):
 
 class _WithoutTies:
     parameter: str | None = None
+    safe_step = 0.0
 
     def start(self, counts: Counts) -> Floats:
         """Return 0: there is no parameter."""
@@ -99,6 +106,7 @@ class Logistic(_WithoutTies):
     """Without ties; strengths in nats."""
 
     jnd = NATS_PER_JND
+    safe_step = EXPONENTIAL_FAMILY_STEP
 
     def probabilities(self, d: Floats, k: Floats | float = 0.0) -> tuple[Floats, Floats, Floats]:
         """Return the chances of ``first``, of ``second``, and 0."""
@@ -118,11 +126,10 @@ class Logistic(_WithoutTies):
 
 
 def _both(d: Floats) -> tuple[Floats, Floats]:
-    odds = np.exp(-np.abs(d))
-    near = 1 / (1 + odds)
-    far = odds * near
-    ahead = d >= 0
-    return np.where(ahead, near, far), np.where(ahead, far, near)
+    """Return 1 / (1 + exp(−d)) and 1 / (1 + exp(d))."""
+    odds = np.exp(np.minimum(d, 700.0))  # which does not overflow
+    q = 1 / (1 + odds)
+    return odds * q, q
 
 
 class Probit(_WithoutTies):
@@ -165,6 +172,7 @@ class Davidson:
 
     parameter: str | None = "nu"
     jnd = NATS_PER_JND
+    safe_step = EXPONENTIAL_FAMILY_STEP
 
     def start(self, counts: Counts) -> Floats:
         """Return log ν of items that are all alike."""
@@ -206,6 +214,7 @@ class RaoKupper:
 
     parameter: str | None = "eta"
     jnd = NATS_PER_JND
+    safe_step = 0.0
 
     def start(self, counts: Counts) -> Floats:
         """Return τ of items that are all alike."""

@@ -11,7 +11,8 @@ Bradley and Terry's law r = W_ij p_ji − W_ji p_ij and v = N p (1 − p), W cou
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,19 +20,19 @@ from numpy.typing import NDArray
 from analysis.scaling.counts import Counts
 from analysis.scaling.designs import ITEMS, Design, items_design
 from analysis.scaling.laplacian import WIDEST_FOR_PLAIN_SUMS, pair_span
-from analysis.scaling.laws import LOGISTIC, Law, Slopes
+from analysis.scaling.laws import LOGISTIC, NATS_PER_JND, Law, Slopes
 from analysis.scaling.penalty import NO_PENALTY, Penalty
 
 Floats = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
 MOST_HALVINGS = 60
+FARTHEST_START = 3.0  # JNDs
+SHORT_STEP = 1e-3  # on a longer one nothing has converged
 MOST_DENSE_ITEMS = 5000
-_NO_PENALTY: Floats = np.zeros(1)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Point:
+class Point(NamedTuple):
     """Strengths ``theta`` (B, n), the law's parameter ``k`` and the order effect ``order``, each (B, 1)."""
 
     theta: Floats
@@ -51,36 +52,36 @@ class Point:
 
 
 class _State:
-    """A point with its differences ``d`` and log likelihoods ``terms`` (B, m), and the penalty's ``added`` (B,)."""
+    """A point with its differences ``d`` (B, m), and what the law says there, each computed once and only if asked."""
 
-    __slots__ = ("_slopes", "added", "d", "point", "terms")
+    __slots__ = ("_slopes", "_terms", "d", "point")
 
-    def __init__(self, point: Point, d: Floats, terms: Floats) -> None:
-        self.point, self.d, self.terms = point, d, terms
-        self.added: Floats = _NO_PENALTY
+    def __init__(self, point: Point, d: Floats) -> None:
+        self.point, self.d = point, d
         self._slopes: Slopes | None = None
-
-    @classmethod
-    def at(cls, counts: Counts, law: Law, penalty: Penalty, point: Point) -> _State:
-        d = counts.differences(point.theta, point.order)
-        state = cls(point, d, law.log_likelihood(counts, d, point.k))
-        state.added = penalty.value(counts, point.theta, lambda: state.slopes(counts, law))
-        return state
+        self._terms: Floats | None = None
 
     def slopes(self, counts: Counts, law: Law) -> Slopes:
-        """Return the slopes of the plain likelihood, computed once."""
+        """Return the slopes of the plain likelihood."""
         if self._slopes is None:
             self._slopes = law.slopes(counts, self.d, self.point.k)
         return self._slopes
 
+    def terms(self, counts: Counts, law: Law) -> Floats:
+        """Return the log likelihood of each pair, shape (B, m)."""
+        if self._terms is None:
+            self._terms = law.log_likelihood(counts, self.d, self.point.k)
+        return self._terms
+
+    def added(self, counts: Counts, law: Law, penalty: Penalty) -> Floats:
+        """Return what the penalty adds, shape (B,)."""
+        return penalty.value(counts, self.point.theta, lambda: self.slopes(counts, law))
+
     def select(self, replicates: Flags) -> _State:
-        state = _State(self.point.select(replicates), *(part.T[:, replicates].T for part in (self.d, self.terms)))
-        state.added = self.added[replicates]
-        return state
+        return _State(self.point.select(replicates), self.d.T[:, replicates].T)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class Maximum:
+class Maximum(NamedTuple):
     """Where the iteration ended, for each of B sets of counts.
 
     Attributes
@@ -130,7 +131,7 @@ def maximise(
         many pairs were compared. Where the pairs' weights then span so many orders of magnitude that θ could not be
         exact to 1e-10, dense equations take over; above 5000 items the fit is returned as not converged.
     start
-        Shape (B, n): where to begin, with mean 0; by default with equal strengths.
+        Shape (B, n): where to begin, with mean 0; by default near the log odds of each pair.
     most_iterations
         Steps after which the rest stops without having converged; by default the penalty's.
 
@@ -142,9 +143,9 @@ def maximise(
     >>> maximise(counts, Probit()).theta.round(3).tolist()  # Φ(0.994) = 0.84
     [[0.497, -0.497]]
     """
-    theta = np.zeros((counts.n, len(counts.won))).T if start is None else start
     steps = penalty.most_iterations if most_iterations is None else most_iterations
     chosen = items_design(counts) if design is None else design
+    theta = _log_odds(counts, law, penalty, chosen) if start is None else start
     top = _iterated(counts, law, penalty, chosen, theta, steps)
     if chosen.is_exact:
         return top
@@ -175,6 +176,25 @@ def joint_covariance(
     return np.asarray((joint + joint.transpose(0, 2, 1)) / 2)
 
 
+def _log_odds(counts: Counts, law: Law, penalty: Penalty, design: Design) -> Floats:
+    """Return the strengths nearest to each pair's own log odds, by least squares; shape (B, n).
+
+    Half an answer is added to each side, ties are shared, and a pair weighs what its log odds then tell. Where some
+    pair contradicts the others, so that the law knows little there, the strengths are equal instead.
+    """
+    shared = (counts.tied + 1) / 2 if law.parameter else 0.5
+    first, second = counts.won + shared, counts.lost + shared
+    both = first + second
+    weight = first / both * second * ((both - 1) / both)
+    odds = np.log(first / second) * (law.jnd / NATS_PER_JND)
+    right = counts.net_flows(weight * odds, exact=False)[:, :, None]
+    near = design.solve(counts, weight, penalty.precision, right, pair_span(weight))[:, :, 0]
+    misses = np.abs(counts.differences(near) - odds).max(axis=1)
+    if misses.max() <= FARTHEST_START * law.jnd:
+        return near
+    return np.where((misses <= FARTHEST_START * law.jnd)[:, None], near, 0.0)
+
+
 def _joined(top: Maximum, iterations: NDArray[np.intp], converged: Flags) -> Maximum:
     return Maximum(top.theta, top.k, top.order, top.log_likelihood, iterations, converged)
 
@@ -183,34 +203,46 @@ def _iterated(counts: Counts, law: Law, penalty: Penalty, design: Design, theta:
     batch, n = theta.shape
     nothing = np.zeros((batch, 1))
     bordered = bool(law.parameter) or counts.ordered
-    state = _State.at(counts, law, penalty, Point(theta, law.start(counts) if law.parameter else nothing, nothing))
-    ended, likelihood = Point(np.zeros((n, batch)).T, np.zeros((batch, 1)), np.zeros((batch, 1))), np.zeros(batch)
-    iterations, converged = np.zeros(batch, dtype=np.intp), np.zeros(batch, dtype=np.bool_)
-    active, last_size = np.arange(batch), np.full(batch, np.nan)
+    point = Point(theta, law.start(counts) if law.parameter else nothing, nothing)
+    state = _State(point, counts.differences(theta))
+    ended: Maximum | None = None
+    active = np.arange(batch)
+    before: Floats | float = np.nan
     for iteration in range(1, steps + 1):
         step = _step(counts, law, penalty, design, state)
-        largest = np.abs(step.theta).max(axis=1, initial=0.0)
+        largest = np.maximum.reduce(np.abs(step.theta), axis=1)
         if bordered:
             largest = np.maximum(largest, np.maximum(np.abs(step.k), np.abs(step.order))[:, 0])
-        lost = ~np.isfinite(largest)
-        if lost.any():
+        longest = float(largest[0] if len(largest) == 1 else largest.max())
+        if not math.isfinite(longest):
+            lost = ~np.isfinite(largest)
             step.theta[lost], step.k[lost], step.order[lost] = 0.0, 0.0, 0.0
-        state = _climb(counts, law, penalty, state, step)
-        size = largest / np.maximum(np.abs(state.point.theta).max(axis=1), 1)
-        settled = penalty.has_settled(size, last_size)
-        done = settled | lost
-        if done.any() or iteration == steps:
-            point = state.point
-            ended.theta[active], ended.k[active], ended.order[active] = point.theta, point.k, point.order
-            likelihood[active] = state.terms.sum(axis=1)
-            iterations[active], converged[active] = iteration, settled
-            if done.all():
-                break
+        state = _climb(counts, law, penalty, state, step, longest)
+        if longest > SHORT_STEP and iteration < steps and (batch == 1 or largest.min() > SHORT_STEP):
+            before = largest
+            continue
+        scale = np.maximum.reduce(np.abs(state.point.theta), axis=1, initial=1.0)
+        settled = penalty.has_settled(largest / scale, before / scale)
+        done = settled if math.isfinite(longest) else settled | lost
+        if iteration == steps or done.any():
+            theta, k, order = state.point
+            centred = theta - np.add.reduce(theta, axis=1, keepdims=True) / n
+            likelihood = np.add.reduce(state.terms(counts, law), axis=1)
+            reached = Maximum(centred, k, order, likelihood, np.full(len(theta), iteration), settled)
+            if ended is None:
+                ended = reached
+            else:
+                for whole, part in zip(ended, reached, strict=True):
+                    whole[active] = part
             left = ~done
-            active, counts, state, size = active[left], counts.select(left), state.select(left), size[left]
-        last_size = size
-    centred = ended.theta - ended.theta.mean(axis=1, keepdims=True)
-    return Maximum(centred, ended.k, ended.order, likelihood, iterations, converged)
+            if not left.any():
+                break
+            active = active[left]
+            counts, state, largest = counts.select(left), state.select(left), largest[left]
+        before = largest
+    if ended is None:
+        raise ValueError("no step was allowed")
+    return ended
 
 
 def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _State) -> Point:
@@ -218,17 +250,18 @@ def _step(counts: Counts, law: Law, penalty: Penalty, design: Design, state: _St
     slopes = penalty.slopes(counts, state.d, state.slopes(counts, law))
     bordered = bool(law.parameter) or counts.ordered
     weight = slopes.dd
-    exact = bordered or counts.n * pair_span(weight) > WIDEST_FOR_PLAIN_SUMS
+    ratio = pair_span(weight)
+    exact = bordered or counts.n * ratio > WIDEST_FOR_PLAIN_SUMS
     gradient = counts.net_flows(slopes.d, exact=exact)
     if penalty.precision:
         gradient = gradient - penalty.precision * point.theta
     if not bordered:
-        theta = design.solve(counts, weight, penalty.precision, gradient[:, :, None])[:, :, 0]
+        theta = design.solve(counts, weight, penalty.precision, gradient[:, :, None], ratio)[:, :, 0]
         return Point(theta, point.k, point.order)  # both 0, and stay so
     border, corner, own = _border(counts, law, slopes)
     right = np.concatenate([gradient[:, :, None], border], axis=2)
     with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
-        solved = design.solve(counts, weight, penalty.precision, right - right.mean(axis=1, keepdims=True))
+        solved = design.solve(counts, weight, penalty.precision, right - right.mean(axis=1, keepdims=True), ratio)
         toward, across = solved[:, :, :1], solved[:, :, 1:]
         back = border.transpose(0, 2, 1)
         further: Floats = np.linalg.solve(corner - back @ across, own[:, :, None] - back @ toward).astype(np.float64)
@@ -255,16 +288,30 @@ def _border(counts: Counts, law: Law, slopes: Slopes) -> tuple[Floats, Floats, F
     return np.stack(columns, axis=2), corner, np.stack(own, axis=1)
 
 
-def _climb(counts: Counts, law: Law, penalty: Penalty, state: _State, step: Point) -> _State:
-    """Go along ``step``, halved for each replicate whose objective falls by more than rounding."""
-    slack = penalty.slack(np.abs(state.added) - state.terms.sum(axis=1))  # no term is above 0
+def _climb(counts: Counts, law: Law, penalty: Penalty, state: _State, step: Point, largest: float) -> _State:
+    """Go along ``step``, halved for each replicate whose objective falls by more than rounding.
+
+    ``largest`` is that of the step's numbers. No difference changes by more than twice as much, or by four times as
+    much with further parameters; where the law is known not to fall on so short a step, nothing is compared.
+    """
     bordered = bool(law.parameter) or counts.ordered
     share: Floats | None = None
+    ahead = _moved(counts, state, step, share, bordered=bordered)
+    if (4 if bordered else 2) * largest <= law.safe_step and penalty.has_constant_curvature:
+        return ahead
+    terms, added = state.terms(counts, law), state.added(counts, law, penalty)
+    slack = penalty.slack(np.abs(added) - terms.sum(axis=1))  # no term is above 0
     for _ in range(MOST_HALVINGS):
-        ahead = _State.at(counts, law, penalty, state.point.moved(step, share, bordered=bordered))
-        falls = (ahead.terms - state.terms).sum(axis=1) + (ahead.added - state.added) < -slack
+        gained = (ahead.terms(counts, law) - terms).sum(axis=1) + (ahead.added(counts, law, penalty) - added)
+        falls = gained < -slack
         if not falls.any():
             break
         share = np.ones((len(falls), 1)) if share is None else share
         share[falls] /= 2
+        ahead = _moved(counts, state, step, share, bordered=bordered)
     return ahead
+
+
+def _moved(counts: Counts, state: _State, step: Point, share: Floats | None, *, bordered: bool) -> _State:
+    point = state.point.moved(step, share, bordered=bordered)
+    return _State(point, counts.differences(point.theta, point.order))

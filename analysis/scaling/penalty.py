@@ -41,6 +41,11 @@ class Penalty(Protocol):
         """Newton steps after which a fit stops without having converged."""
         ...
 
+    @property
+    def has_constant_curvature(self) -> bool:
+        """Whether the term is quadratic in the strengths, or nothing."""
+        ...
+
     def slopes(self, counts: Counts, d: Floats, slopes: Slopes) -> Slopes:
         """Return the slopes of the penalised likelihood from those of the plain one at differences ``d`` (B, m)."""
         ...
@@ -72,6 +77,7 @@ class NoPenalty:
 
     precision: float = 0.0
     most_iterations: int = 200
+    has_constant_curvature: bool = True
 
     def slopes(self, counts: Counts, d: Floats, slopes: Slopes) -> Slopes:
         """Return the slopes as they are."""
@@ -90,7 +96,8 @@ class NoPenalty:
         small: NDArray[np.bool_] = size <= 1e-6
         if not small.any():
             return small
-        return (size <= 1e-10) | (small & ((size > last_size / 2) | (size**3 <= 1e-14 * last_size**2)))
+        rounding, shrinking = size > last_size / 2, size * size * size <= 1e-14 * last_size * last_size
+        return (size <= 1e-10) | (small & (rounding | shrinking))
 
 
 @dataclass(frozen=True, slots=True)
@@ -112,6 +119,7 @@ class Firth(NoPenalty):
     """Firth's penalty, for `analysis.scaling.laws.Logistic` and counts without order."""
 
     most_iterations: int = 1000
+    has_constant_curvature: bool = False
 
     def slopes(self, counts: Counts, d: Floats, slopes: Slopes) -> Slopes:
         """Return the slopes with half the leverage of each pair as further wins on both sides."""

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, get_args
 
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.scaling.clustered import ByObserver
 from analysis.scaling.counts import Counts
 from analysis.scaling.goodness import Goodness, goodness_of_fit
 from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.robust_tests import ObserverTest
 from analysis.scaling.separation import Groups, Separation, separated_items
+from documents.text import json_fields
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
@@ -20,8 +23,19 @@ if TYPE_CHECKING:
 Floats = NDArray[np.float64]
 Method = Literal["ml", "firth"]
 ModelMethod = Literal["ml", "firth", "map"]
-CovarianceKind = Literal["model", "sandwich"]
+CovarianceKind = Literal["model", "scaled", "sandwich", "shrinkage"]
+CovarianceChoice = Literal["auto", "model", "scaled", "sandwich", "shrinkage"]
+COVARIANCE_CHOICES: tuple[CovarianceChoice, ...] = get_args(CovarianceChoice)
 TWO_SIDED_95 = 1.959963984540054
+
+
+def t_quantile(freedom: float) -> float:
+    """Return the number of standard errors on either side of an estimate that make a 95 % interval."""
+    if math.isinf(freedom):
+        return TWO_SIDED_95
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.975))
 
 
 @dataclass(frozen=True, slots=True)
@@ -36,22 +50,25 @@ class Parameter:
         On the scale on which it was fitted: log ν, log η, or δ, in the units of the strengths.
     is_factor
         Whether exp(estimate) is a factor of odds; not for an order effect in Thurstone's law, which has no odds.
+    freedom
+        Degrees of freedom of ``se``; infinite where it comes from the model.
     """
 
     name: str
     estimate: float
     se: float
     is_factor: bool = True
+    freedom: float = math.inf
 
     @property
     def low(self) -> float:
-        """Lower end of the 95 % interval, estimate − 1.96 se."""
-        return self.estimate - TWO_SIDED_95 * self.se
+        """Lower end of the 95 % interval: estimate − 1.96 se, or by Student's law with ``freedom``."""
+        return self.estimate - t_quantile(self.freedom) * self.se
 
     @property
     def high(self) -> float:
-        """Upper end of the 95 % interval, estimate + 1.96 se."""
-        return self.estimate + TWO_SIDED_95 * self.se
+        """Upper end of the 95 % interval."""
+        return self.estimate + t_quantile(self.freedom) * self.se
 
     @property
     def factor(self) -> tuple[float, float, float] | None:
@@ -77,10 +94,28 @@ class Parameter:
 
 @dataclass(frozen=True, slots=True)
 class OrderTest:
-    """Likelihood-ratio test of no order effect: twice the gain in log likelihood, χ² with one degree of freedom."""
+    """Test of no order effect.
+
+    Attributes
+    ----------
+    statistic, p
+        Of the likelihood ratio, χ² with one degree of freedom: it takes all answers for independent.
+    by_observers
+        The test with the observer as the unit; None with fewer than five observers.
+    """
 
     statistic: float
     p: float
+    by_observers: ObserverTest | None = None
+
+    @property
+    def verdict_p(self) -> float:
+        """The p value to judge by: by observers where there is one."""
+        return self.p if self.by_observers is None else self.by_observers.p
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return json_fields(self)
 
 
 @dataclass(frozen=True, slots=True, eq=False)
@@ -114,6 +149,9 @@ class Fit:
         l items: what the prior says, and nothing else.
     ties_left_out
         How many ties the model has no place for.
+    clustered
+        Where the covariance is clustered by observer, what it comes from, with its degrees of freedom; None where it is
+        the model's.
     """
 
     model: Model
@@ -131,6 +169,16 @@ class Fit:
     separation: Separation | None
     held_by_prior: Separation | None = None
     ties_left_out: float = 0.0
+    clustered: ByObserver | None = None
+
+    @property
+    def pair_freedom(self) -> Floats | None:
+        """Shape (P,): degrees of freedom of differences, pairs i < j; None for the model's covariance."""
+        return None if self.clustered is None else self.clustered.pair_freedom
+
+    def freedom(self, contrasts: Floats) -> Floats | None:
+        """Return the degrees of freedom of contrasts of the strengths (k, n), shape (k,); None for the model's."""
+        return None if self.clustered is None else self.clustered.freedom(contrasts)
 
     @property
     def covariance(self) -> Floats:
@@ -192,10 +240,10 @@ class Fit:
 
     @property
     def df(self) -> int:
-        """Free numbers of the answers less the parameters of the law."""
+        """Free numbers of the answers less the parameters of the law; 0 where these are more, as a prior allows."""
         outcomes = 1 if LAWS[self.model].parameter is None else 2
         compared = int(np.count_nonzero(self.counts.total if outcomes == 2 else self.counts.won + self.counts.lost))
-        return compared * outcomes - (self.counts.n - 1) - (len(self.joint_covariance) - self.counts.n)
+        return max(0, compared * outcomes - (self.counts.n - 1) - (len(self.joint_covariance) - self.counts.n))
 
     def quasi_variances(self) -> QuasiVariances:
         """Return one variance for each item, such that any two sum to about that of the items' difference.
@@ -218,13 +266,14 @@ class Fit:
             "method": self.method,
             "prior_sd": self.prior_sd,
             "covariance": self.covariance_kind,
+            **({"by_observer": self.clustered.to_json()} if self.clustered else {}),
             "log_likelihood": self.log_likelihood if sound else None,
             "log_posterior": self.log_posterior if sound and self.method == "map" else None,
             "deviance": goodness.deviance if goodness else None,
             "df": self.df,
             "goodness_of_fit": goodness.to_json() if goodness else None,
             "parameters": [parameter.to_json() for parameter in self.parameters],
-            "order_test": {"statistic": test.statistic, "p": test.p} if test else None,
+            "order_test": test.to_json() if test else None,
             "held_by_prior": list(self.held_by_prior.sentences) if self.held_by_prior else [],
             "ties_left_out": self.ties_left_out,
             "converged": self.converged,

@@ -11,9 +11,10 @@ import numpy as np
 from analysis.classes.classes import Classes, best_first, check_level, classes_if_few
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Comparisons
+from analysis.scaling.departure import departure
 from analysis.scaling.fitting import DEFAULT_PRIOR_SD, fit_model
 from analysis.scaling.laws import LAWS, Model
-from analysis.scaling.result import CovarianceKind, Fit, ModelMethod
+from analysis.scaling.result import CovarianceChoice, Fit, ModelMethod
 
 if TYPE_CHECKING:
     from analysis.scaling.quasi import QuasiVariances
@@ -90,6 +91,9 @@ class Scores:
             "separated": [names[item] for item in self.fit.separated_items],
             "why": list(separation.sentences) if separation else [],
         }
+        if values["goodness_of_fit"]:
+            tested = departure(self.comparisons, self.fit)
+            values["goodness_of_fit"]["by_observers"] = tested.to_json() if tested else None
         if self.quasi is not None:
             quasi = self.quasi.to_json()
             by_item = dict(zip(names, quasi.pop("variances"), strict=True))
@@ -112,7 +116,7 @@ def score(
     method: ModelMethod = "ml",
     prior_sd: float = DEFAULT_PRIOR_SD,
     order_effect: bool = False,
-    covariance: CovarianceKind = "model",
+    covariance: CovarianceChoice = "auto",
     quasi_variances: bool = False,
 ) -> Scores:
     """Fit ``model`` to ``comparisons`` as `analysis.scaling.fitting.fit_model` does, and group the items into classes.
@@ -150,9 +154,17 @@ def score(
         comparisons, model, method=method, prior_sd=prior_sd, order_effect=order_effect, covariance=covariance
     )
     sound = fitted.separation is None and bool(np.isfinite(fitted.theta).all())
-    classes = classes_if_few(fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust) if sound else None
+    classes = classes_of(fitted, alpha=alpha, adjust=adjust) if sound else None
     quasi = fitted.quasi_variances() if sound and quasi_variances else None
     return _lines(comparisons, fitted, classes, quasi)
+
+
+def classes_of(fitted: Fit, *, alpha: float = 0.05, adjust: Adjust = "holm") -> Classes | None:
+    """Return the classes of a fit's items, by its covariance and degrees of freedom; None where there are too many."""
+    spread = fitted.clustered.spread if fitted.clustered else None
+    return classes_if_few(
+        fitted.theta, fitted.covariance, alpha=alpha, adjust=adjust, df=fitted.pair_freedom, spread=spread
+    )
 
 
 def rescored(scores: Scores, fitted: Fit, classes: Classes | None) -> Scores:

@@ -32,6 +32,8 @@ Floats = NDArray[np.float64]
 Groups = tuple[tuple[int, ...], ...]
 AGREES = 0.5
 LEVEL = 1e-5
+MOST_NAMED = 8
+MOST_DENSE_ITEMS = 256
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +62,31 @@ def strong_groups(wins: Floats | csr_array) -> Groups:
 
 
 def compared_groups(wins: Floats | csr_array) -> Groups:
-    """Part the items into groups that were never compared with each other."""
+    """Part the items into groups that were never compared with each other, directly or through others.
+
+    Parameters
+    ----------
+    wins
+        Shape (n, n), dense or sparse: counts at or above zero.
+
+    Returns
+    -------
+    tuple[tuple[int, ...], ...]
+        The items of each group, in ascending order; groups in the order of their first items.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> compared_groups(np.array([[0, 3, 0], [0, 0, 0], [0, 0, 0]]))
+    ((0, 1), (2,))
+    """
     return tuple(_components(wins, "weak")[0])
+
+
+def are_apart(counts: Counts) -> bool:
+    """Say whether some items were never compared with the others, not even through others."""
+    total = counts.total[0]
+    return len(compared_groups(_graph(counts, total, total))) > 1
 
 
 def _components(
@@ -82,13 +107,20 @@ def _components(
 
 def are_connected(wins: Floats) -> NDArray[np.bool_]:
     """Say of each of B win matrices, shape (B, n, n), whether its graph is strongly connected. Shape (B,)."""
-    n = wins.shape[1]
-    reach = ((wins > 0) | np.eye(n, dtype=bool)).astype(np.float32)
-    length = 1
-    while length < n - 1:
-        reach = np.minimum(reach @ reach, 1)
-        length *= 2
-    return np.asarray((reach > 0).all(axis=(1, 2)))
+    beaten = wins > 0
+    return _all_reached(beaten) & _all_reached(beaten.transpose(0, 2, 1))
+
+
+def _all_reached(edges: NDArray[np.bool_]) -> NDArray[np.bool_]:
+    """Say of each graph, shape (B, n, n), whether ways lead from its first node to all others. Shape (B,)."""
+    reached = edges[:, 0].copy()
+    reached[:, 0] = True
+    while not reached.all():
+        further = reached | (reached[:, None, :] @ edges)[:, 0]
+        if (further == reached).all():
+            break
+        reached = further
+    return np.asarray(reached.all(axis=1))
 
 
 def separated_items(groups: Groups) -> tuple[int, ...]:
@@ -105,10 +137,11 @@ def explain(groups: Groups, wins: Floats | csr_array, items: Sequence[str]) -> l
     """Say in sentences how the groups are separated, one sentence for each boundary between groups."""
     from scipy.sparse import csr_array
 
+    compared = compared_groups(wins)
     sentences = [
         f"{_names(group, items)}: never compared with the other items."
-        for group in compared_groups(wins)
-        if len(group) < len(items)
+        for group in compared
+        if len(group) < len(items) and not _is_the_rest(group, compared)
     ]
     place = np.empty(len(items), dtype=np.intp)
     for number, group in enumerate(groups):
@@ -135,7 +168,8 @@ def explain(groups: Groups, wins: Floats | csr_array, items: Sequence[str]) -> l
             what = f"never won against {better}, never lost to {worse}."
         else:
             continue
-        sentences.append(f"{_names(group, items)}: {what}")
+        if not _is_the_rest(group, groups):
+            sentences.append(f"{_names(group, items)}: {what}")
     return sentences
 
 
@@ -151,6 +185,8 @@ def find_separation(counts: Counts, items: Sequence[str], *, ties: bool, prior: 
     prior
         Whether a prior keeps the strengths finite: only the law's parameter and the order effect can then run away.
     """
+    if not counts.ordered and counts.n <= MOST_DENSE_ITEMS and are_connected(counts.wins())[0]:
+        return None
     won, lost, tied = counts.won[0], counts.lost[0], counts.tied[0]
     wins = _graph(counts, won, lost)
     if not prior:
@@ -178,6 +214,20 @@ def find_separation(counts: Counts, items: Sequence[str], *, ties: bool, prior: 
     if direction is None:
         return None
     return _explained(np.zeros(counts.n) if prior else np.r_[0.0, direction[:-2]], direction[-2:], items)
+
+
+def separation_of_method(
+    counts: Counts, items: Sequence[str], *, ties: bool, method: Literal["ml", "firth", "map"]
+) -> Separation | None:
+    """Say why there is no finite fit by ``method``; None if there is one. Parameters as `find_separation`.
+
+    Firth's penalty keeps all items that comparisons link finite; it is for counts without order and without ties.
+    """
+    if method != "firth":
+        return find_separation(counts, items, ties=ties, prior=method == "map")
+    total = counts.total
+    both = Counts(counts.n, counts.first, counts.second, total, total, counts.tied)
+    return find_separation(both, items, ties=False)
 
 
 def recession(counts: Counts, columns: Floats | csr_array, *, ties: bool = False) -> Floats | None:
@@ -301,7 +351,9 @@ def _explained(theta: Floats, further: Floats, items: Sequence[str]) -> Separati
 
 
 def _drawing_apart(groups: Groups, items: Sequence[str], aside: str) -> str:
-    above = ", then ".join(_names(group, items) for group in groups[:4])
+    above = ", then ".join(
+        f"the other {len(group)} items" if _is_the_rest(group, groups) else _names(group, items) for group in groups[:4]
+    )
     rest = ", and so on" if len(groups) > 4 else ""
     return f"The answers are fitted ever better as the items draw apart{aside}: {above}{rest}, best first."
 
@@ -315,6 +367,11 @@ def _never_compared(groups: Groups, items: Sequence[str]) -> tuple[str, ...]:
     )
 
 
-def _names(group: Sequence[int], items: Sequence[str], most: int = 8) -> str:
+def _is_the_rest(group: Sequence[int], groups: Groups) -> bool:
+    """Say whether ``group`` is what the others are apart from: the largest, with too many items to name."""
+    return len(group) > MOST_NAMED and all(len(other) < len(group) for other in groups if other is not group)
+
+
+def _names(group: Sequence[int], items: Sequence[str], most: int = MOST_NAMED) -> str:
     names = [f"'{items[item]}'" for item in group[:most]]
     return ", ".join(names) + (f" and {len(group) - most} more" if len(group) > most else "")

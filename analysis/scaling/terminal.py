@@ -3,10 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, get_args
 
-from analysis.scaling.result import Parameter
+from analysis.scaling.clustered import ByObserver
+from analysis.scaling.counts import count_pairs
+from analysis.scaling.departure import one_scale
+from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.result import ModelMethod, Parameter
 from analysis.scaling.scores import Scores
+from analysis.scaling.separation import are_apart, separation_of_method
 from documents.text import counted
 
 if TYPE_CHECKING:
@@ -19,11 +24,7 @@ CLASS_STYLES = {"1": "green", "2": "blue", "3": "yellow", "4": "rgb(165,100,40)"
 METHODS = {"ml": "maximum likelihood", "firth": "Firth's penalised likelihood", "map": "maximum a posteriori"}
 ADJUSTMENTS = {"none": "unadjusted", "holm": "Holm", "bh": "Benjamini-Hochberg", "maxz": "single-step max z"}
 NAMES = {"nu": "ties, ν", "eta": "ties, η", "order": "order effect"}
-REMEDIES = {
-    "ml": "Collect more comparisons, or ask for a fit that stays finite: --method firth or --method map.",
-    "firth": "Compare items of different groups with each other: only then have they a common scale.",
-    "map": "Collect answers of other kinds: the prior keeps the strengths finite, and nothing else.",
-}
+BASES = {True: "(bootstrap over observers)", False: "(takes all answers for independent)"}
 
 
 def print_scores(scores: Scores, published: Published | None = None, console: Console | None = None) -> None:
@@ -97,23 +98,24 @@ def summary_lines(scores: Scores) -> list[str]:
     fit, classes, goodness = scores.fit, scores.classes, scores.fit.goodness
     if goodness is None:
         return ["No finite estimate: complete separation."]
-    plain = (
-        fit.model == "bradley-terry" and fit.method != "map" and fit.covariance_kind == "model" and not fit.parameters
-    )
-    p = "" if goodness.p_deviance is None else f"{goodness.p_deviance:.2g}"
+    plain = fit.model == "bradley-terry" and fit.method != "map" and not fit.parameters
     grouped = f"classes at alpha {classes.alpha:g}, {ADJUSTMENTS[classes.adjust]}" if classes else TOO_MANY
+    tested = one_scale(scores.comparisons, fit)
+    deviance = f"deviance {goodness.deviance:.4g}" + (f" on {goodness.df} df" if fit.method != "map" else "")
     if plain:
-        chance = f" (p = {p})" if p else ""
-        rough = ", small counts: p is rough" if p and goodness.caveat else ""
-        lines = [f"{METHODS[fit.method]}; deviance {goodness.deviance:.4g} on {fit.df} df{chance}{rough}; {grouped}"]
+        lines = [f"{METHODS[fit.method]}; {deviance}; {grouped}"]
     else:
         prior = f", prior sd {fit.prior_sd:g}" if fit.prior_sd else ""
-        clustered = "; covariance clustered by observer" if fit.covariance_kind == "sandwich" else ""
         likelihood = f"log likelihood {fit.log_likelihood:.6g}"
-        lines = [f"{fit.model}, {METHODS[fit.method]}{prior}; {likelihood}{clustered}; {grouped}"]
-        lines.append(f"deviance {goodness.deviance:.4g} on {goodness.df} df" + (f", p = {p}" if p else ""))
-        if goodness.caveat and p:
-            lines.append(goodness.caveat)
+        lines = [f"{fit.model}, {METHODS[fit.method]}{prior}; {likelihood}; {deviance}; {grouped}"]
+    if fit.clustered is not None:
+        lines.append(_clustered(fit.covariance_kind, fit.clustered))
+    if tested is not None:
+        basis = BASES[tested.by_observers]
+        lines.append(
+            f"test of one scale: Pearson's χ² = {tested.statistic:.4g} on {tested.df} df, p = {tested.p:.2g} {basis}"
+        )
+        lines += [tested.caveat] if tested.caveat else []
     if fit.held_by_prior:
         lines.append("Only the prior keeps these scores finite. " + " ".join(fit.held_by_prior.sentences))
     if classes and classes.without_spread:
@@ -123,9 +125,9 @@ def summary_lines(scores: Scores) -> list[str]:
         )
     lines += [_line(parameter) for parameter in fit.parameters]
     if fit.order_test:
-        lines.append(
-            f"order effect against none: χ² = {fit.order_test.statistic:.4g} on 1 df, p = {fit.order_test.p:.2g}"
-        )
+        test = fit.order_test
+        value, basis = (test.by_observers or test).statistic, BASES[test.by_observers is not None]
+        lines.append(f"test of no order effect: χ² = {value:.4g} on 1 df, p = {test.verdict_p:.2g} {basis}")
     if scores.quasi is not None:
         low, high = scores.quasi.worst_below, scores.quasi.worst_above
         lines.append(f"quasi-variances: standard errors of differences are off by {low:+.1%} to {high:+.1%}")
@@ -136,12 +138,59 @@ def summary_lines(scores: Scores) -> list[str]:
     return lines
 
 
+def _clustered(kind: str, clustered: ByObserver) -> str:
+    free, scale = clustered.pair_freedom, float(clustered.spread.scale[0])
+    low, high = f"{free.min():.3g}", f"{free.max():.3g}"
+    freedom = low if low == high else f"{low} to {high}"
+    return (
+        f"standard errors by {clustered.observers} observers, {kind}: the answers vary {scale:.3g} times as much as if "
+        f"all were independent; Student's t with {freedom} degrees of freedom"
+    )
+
+
 def _line(parameter: Parameter) -> str:
     name = NAMES[parameter.name]
     if parameter.factor is None:
         return f"{name}: {parameter.estimate:+.4g} sd (95 % {parameter.low:.4g} to {parameter.high:.4g})"
     value, low, high = parameter.factor
     return f"{name}: {'× ' if parameter.name == 'order' else ''}{value:.4g} (95 % {low:.4g} to {high:.4g})"
+
+
+def remedies(scores: Scores) -> dict[str, dict[str, Any]]:
+    """Return what to type instead where there are no finite scores, and the same as arguments of `score`.
+
+    Each gives finite scores to these very comparisons; there is none where no answer prefers an item.
+    """
+    fit = scores.fit
+    ordered = fit.counts.ordered
+    ways: dict[str, dict[str, Any]] = {
+        f"--method {method}": {"model": fit.model, "method": method, "order_effect": ordered}
+        for method in _finite_methods(scores, fit.model, ordered=ordered)
+    }
+    if ordered:
+        ways |= _first_finite(scores, fit.model, "without --order-effect")
+    if not ways and LAWS[fit.model].parameter:
+        ways |= _first_finite(scores, "bradley-terry", "--model bradley-terry" + " without --order-effect" * ordered)
+    return ways
+
+
+def _first_finite(scores: Scores, model: Model, words: str) -> dict[str, dict[str, Any]]:
+    """Return the first finite method without an order effect: the one that was asked for if it is."""
+    asked = scores.fit.method
+    for method in sorted(_finite_methods(scores, model, ordered=False), key=lambda one: one != asked):
+        flag = "" if method == asked else f"--method {method} "
+        return {flag + words: {"model": model, "method": method, "order_effect": False}}
+    return {}
+
+
+def _finite_methods(scores: Scores, model: Model, *, ordered: bool) -> list[ModelMethod]:
+    """Return the methods that give finite strengths to the answers, without those that cannot."""
+    ties, items = LAWS[model].parameter is not None, scores.comparisons.items
+    counts, _ = count_pairs(scores.comparisons, ordered=ordered, ties=ties)
+    if not (counts.won.any() or counts.lost.any()):
+        return []
+    methods = [one for one in get_args(ModelMethod) if one != "firth" or (model == "bradley-terry" and not ordered)]
+    return [one for one in methods if separation_of_method(counts, items, ties=ties, method=one) is None]
 
 
 def problem_lines(scores: Scores) -> list[str]:
@@ -169,5 +218,12 @@ def problem_lines(scores: Scores) -> list[str]:
     fit = scores.fit
     if fit.separation:
         why = [f"  {sentence}" for sentence in fit.separation.sentences]
-        return ["no finite scores fit these comparisons:", *why, f"  {REMEDIES[fit.method]}"]
+        ways = " or ".join(remedies(scores))
+        collect = "Collect more comparisons"
+        if not scores.comparisons.count.any():
+            collect = "Collect answers that prefer an item"
+        elif are_apart(fit.counts):
+            collect = "Compare items of different groups with each other"
+        remedy = f"{collect}, or ask for scores that stay finite: {ways}." if ways else f"{collect}."
+        return ["no finite scores fit these comparisons:", *why, f"  {remedy}"]
     return [] if fit.converged else [f"the fit did not converge in {fit.iterations} steps"]

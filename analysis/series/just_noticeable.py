@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from analysis.scaling.robust_tests import ObserverTest, from_products
 from analysis.series.choices import Choices
 
 Floats = NDArray[np.float64]
@@ -53,6 +54,9 @@ class StepSize:
     fit_p
         p value of the deviance of ``observed`` from ``expected``; it treats choices as independent, so that it is too
         small rather than too large. None with three levels, where no degree of freedom is left.
+    fit_by_observers
+        The test of the same with the observer as the unit, to judge by; None as above, and with fewer than five
+        observers.
     reason
         Why there is no estimate; empty where there is one.
     """
@@ -69,6 +73,7 @@ class StepSize:
     between: float | None = None
     within_interval: tuple[float, float | None] | None = None
     fit_p: float | None = None
+    fit_by_observers: ObserverTest | None = None
     reason: str = ""
 
     @property
@@ -115,6 +120,7 @@ class StepSize:
             "ratio": self.ratio,
             "step_at": None if self.step_at is None else list(self.step_at),
             "fit_p": self.fit_p,
+            "fit_by_observers": self.fit_by_observers.to_json() if self.fit_by_observers else None,
             "reason": self.reason,
         }
 
@@ -205,14 +211,26 @@ def step_size(choices: Choices, kind: str) -> StepSize:
         return replace(empty, reason=fitted)
     match, within, between = fitted
     total = float(np.hypot(within, between))
-    expected = np.zeros(len(levels))
-    for choice in chosen:
-        series = plan.series[choice.series]
-        x = np.log(series.levels) if axis == "log" else np.array(series.levels)
-        cuts = np.concatenate([[-np.inf], (x[1:] + x[:-1]) / 2, [np.inf]])
-        chances = np.exp(log_normal_between((cuts[:-1] - match) / total, (cuts[1:] - match) / total))
-        for level, chance in zip(series.levels, chances, strict=True):
-            expected[place[level]] += chance
+
+    def chances(mean: float, sd: float) -> Floats:
+        """Return the chance of each level in each choice, shape (choices, levels)."""
+        table = np.zeros((len(chosen), len(levels)))
+        for row, choice in zip(table, chosen, strict=True):
+            series = plan.series[choice.series]
+            x = np.log(series.levels) if axis == "log" else np.array(series.levels)
+            cuts = np.concatenate([[-np.inf], (x[1:] + x[:-1]) / 2, [np.inf]])
+            own = np.exp(log_normal_between((cuts[:-1] - mean) / sd, (cuts[1:] - mean) / sd))
+            row[[place[level] for level in series.levels]] = own
+        return table
+
+    by_choice = chances(match, total)
+    expected = by_choice.sum(axis=0)
+    took = np.zeros_like(by_choice)
+    took[np.arange(len(chosen)), [place[plan.series[one.series].levels[one.index]] for one in chosen]] = 1.0
+    step = 1e-4 * total
+    moved = [chances(match + step, total) - chances(match - step, total)]
+    moved.append(chances(match, total + step) - chances(match, total - step))
+    slopes = np.stack([each.sum(axis=0) for each in moved], axis=1) / (2 * step)
     return replace(
         empty,
         expected=tuple(expected.tolist()),
@@ -221,7 +239,27 @@ def step_size(choices: Choices, kind: str) -> StepSize:
         between=between,
         within_interval=interval(matches, fitted, span),
         fit_p=_fit_p(np.array(observed, np.float64), expected),
+        fit_by_observers=observer_test(took - by_choice, observer, expected, slopes),
     )
+
+
+def observer_test(
+    residuals: Floats, observer: NDArray[np.intp], expected: Floats, slopes: Floats
+) -> ObserverTest | None:
+    """Test whether the model fits, with the observer as the unit.
+
+    ``residuals``, shape (choices, levels), are 1 for the chosen level and 0 for the others, less the chances, which
+    sum to ``expected``; ``slopes``, shape (levels, 2), are its derivatives by the mean and the standard deviation.
+    """
+    df = len(expected) - 3
+    if df < 1 or not (expected > 0).all():
+        return None
+    size = np.sqrt(expected)
+    taken = np.linalg.qr(np.column_stack([size, slopes / size[:, None]]))[0]
+    each = np.zeros((int(observer.max()) + 1, len(expected)))
+    np.add.at(each, observer, residuals / size)
+    each -= each @ taken @ taken.T
+    return from_products(each @ each.T, df)
 
 
 def _fit_p(observed: Floats, expected: Floats) -> float | None:

@@ -81,20 +81,20 @@ def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estima
 
     Where observers answered several times, the interval uses the effective number of answers: their number over the
     design effect, which is the variance of the share between observers over that of independent answers [Kish1965],
-    and at least 1. Where it cannot be estimated, because the share is 0 or 1, the number of observers is used.
+    and at least 1. If it is above 1, Student's quantile takes the place of the normal one. Where the design effect
+    cannot be estimated, because the share is 0 or 1, the number of observers is used.
 
     Parameters
     ----------
     chosen, count
         Shape (observers, k): how often each observer chose each of k, and out of how many choices.
+    level
+        Coverage of the interval, 0 to 1.
 
     Returns
     -------
     k estimates; no value without an answer.
     """
-    from scipy.special import ndtri
-
-    z2 = float(ndtri((1 + level) / 2)) ** 2
     estimates: list[Estimate] = []
     for column, counts in zip(np.asarray(chosen, np.float64).T, np.asarray(count, np.float64).T, strict=True):
         order = np.lexsort([column, counts])
@@ -104,20 +104,80 @@ def shares(chosen: Floats, count: Floats, *, level: float = 0.95) -> list[Estima
             estimates.append(Estimate(None, None, None, 0, 0))
             continue
         share = float(times.sum()) / answers
-        effective = _effective_answers(times, of, share)
-        middle = (share + z2 / (2 * effective)) / (1 + z2 / effective)
-        half = np.sqrt(z2 * (share * (1 - share) / effective + z2 / (4 * effective**2))) / (1 + z2 / effective)
-        low, high = max(0.0, float(middle - half)), min(1.0, float(middle + half))
+        effect = 1.0
+        if of.max() > 1:
+            variance = share * (1 - share)
+            effect = _design_effect(times, of, share, variance) if variance > 0 and people > 1 else answers / people
+        student = of.max() > 1 and effect > 1 and 0 < share < 1 and people > 1
+        low, high = _wilson(share, answers / effect, _quantile(level, people if student else None))
         estimates.append(Estimate(share, low, high, round(answers), people))
     return estimates
 
 
-def _effective_answers(chosen: Floats, count: Floats, share: float) -> float:
-    """Return the effective number of independent answers."""
-    answers, people = count.sum(), (count > 0).sum()
-    if count.max() <= 1:
-        return float(answers)
-    if share <= 0 or share >= 1 or people < 2:
-        return float(people)
-    among = ((chosen - share * count) ** 2).sum() * people / (people - 1)
-    return float(answers / max(1.0, among / (answers * share * (1 - share))))
+def bounded_means(total: Floats, squares: Floats, count: Floats, most: float, *, level: float = 0.95) -> list[Estimate]:
+    """Return Σ total / Σ count over the observers for answers from 0 to ``most``, such as weighted choices.
+
+    Most such answers are 0 where a picture was rarely chosen; a bootstrap then gives intervals that are too short. The
+    mean over ``most`` is a share, whose interval is Wilson's [Wilson1927] at the number of yes-or-no answers that would
+    have the same variance. That variance is the sample's; it includes the design effect, as in `shares`. Student's
+    quantile is used, unless observers answered several times and their answers scatter no more than independent ones.
+
+    Parameters
+    ----------
+    total, squares, count
+        Shape (observers, k): the sum of each observer's answers to each of k questions, the sum of their squares, and
+        how many there are.
+    most
+        The largest answer, above 0.
+    level
+        Coverage of the interval, 0 to 1.
+
+    Returns
+    -------
+    k estimates. No value without an answer; no interval with answers of fewer than two observers, or if all answers
+    are the same, such as 0.
+    """
+    estimates: list[Estimate] = []
+    columns = (np.asarray(part, np.float64).T for part in (total, squares, count))
+    for column, squared, counts in zip(*columns, strict=True):
+        order = np.lexsort([squared, column, counts])
+        sums, of = column[order], counts[order]
+        answers, people = float(of.sum()), int((of > 0).sum())
+        if answers <= 0:
+            estimates.append(Estimate(None, None, None, 0, 0))
+            continue
+        mean = float(sums.sum()) / answers
+        share = mean / most
+        spread = float(squared[order].sum()) / answers - mean**2
+        low = high = None
+        if people > 1 and 0 < share < 1 and spread > 1e-12 * most**2:
+            variance = spread * answers / (answers - 1) / most**2
+            effect = _design_effect(sums / most, of, share, variance) if of.max() > 1 else 1.0
+            quantile = _quantile(level, people if of.max() <= 1 or effect > 1 else None)
+            low, high = (
+                most * end for end in _wilson(share, answers * share * (1 - share) / (variance * effect), quantile)
+            )
+        estimates.append(Estimate(mean, low, high, round(answers), people))
+    return estimates
+
+
+def _wilson(share: float, answers: float, quantile: float) -> tuple[float, float]:
+    z2 = quantile**2
+    middle = (share + z2 / (2 * answers)) / (1 + z2 / answers)
+    half = np.sqrt(z2 * (share * (1 - share) / answers + z2 / (4 * answers**2))) / (1 + z2 / answers)
+    return max(0.0, float(middle - half)), min(1.0, float(middle + half))
+
+
+def _quantile(level: float, people: int | None) -> float:
+    """Return Student's quantile for so many people, or the normal one."""
+    from scipy.special import ndtri, stdtrit
+
+    tail = (1 + level) / 2
+    return float(ndtri(tail) if people is None else stdtrit(people - 1, tail))
+
+
+def _design_effect(sums: Floats, count: Floats, mean: float, variance: float) -> float:
+    """Return the variance of the mean over that of as many independent answers of ``variance`` each, at least 1."""
+    people = (count > 0).sum()
+    among = ((sums - mean * count) ** 2).sum() * people / (people - 1)
+    return float(max(1.0, among / (count.sum() * variance)))

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from analysis.series.choices import Choice, Choices
-from analysis.series.observer_means import Estimate, means, shares
+from analysis.series.observer_means import Estimate, bounded_means, means, shares
 from documents.text import json_fields
 
 Floats = NDArray[np.float64]
@@ -81,8 +81,9 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
                 place[number, index] = len(labels)
                 labels.append((shown.kind, level, shown.paint, shown.name, stimulus))
     shape = len(choices.observers), len(labels)
-    chosen, of, given, possible, dwell_s, visits = (np.zeros(shape) for _ in range(6))
+    chosen, of, given, squares, possible, dwell_s, visits = (np.zeros(shape) for _ in range(7))
     weighted = weight is not None and all(choice.ratings.get(weight, -1.0) >= 0 for choice in choices.choices)
+    most = 0.0
     for choice in choices.choices:
         points = choice.ratings[weight] if weighted and weight is not None else 0.0
         for index in range(len(series[choice.series].stimuli)):
@@ -94,7 +95,9 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
         cell = choice.observer, place[choice.series, choice.index]
         chosen[cell] += 1
         given[cell] += points
-    scores = [_known(score) for score in means(given, of)] if weighted else [None] * shape[1]
+        squares[cell] += points**2
+        most = max(most, points)
+    scores = bounded_means(given, squares, of, most or 1.0) if weighted else [None] * shape[1]
     total, all_given = given.sum(axis=0), possible.sum(axis=0)
     columns = zip(labels, shares(chosen, of), scores, means(dwell_s, of), means(visits, of), strict=True)
     return tuple(
@@ -110,13 +113,6 @@ def picture_scores(choices: Choices, *, pooled: bool, weight: str | None = WEIGH
         )
         for cell, (label, share, score, dwell, visit) in enumerate(columns)
     )
-
-
-def _known(score: Estimate) -> Estimate:
-    """Return the score without its interval if every bootstrap sample would give 0."""
-    if score.value != 0:
-        return score
-    return Estimate(0.0, None, None, score.answers, score.observers)
 
 
 @dataclass(frozen=True, slots=True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import random
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal
 
@@ -23,10 +23,11 @@ from runner.blocks.block import (
     chosen,
     name_faults,
 )
-from runner.blocks.field_types import Seconds, ShortSeconds
+from runner.blocks.field_types import OptionalFactor, Seconds, ShortSeconds
 from runner.blocks.layout import PairLayout
 from runner.blocks.message import page
-from runner.blocks.pair_choice import Gain, PairChooser
+from runner.blocks.pair_choice import Gain, GroupedChooser, PairChooser, shared_out
+from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SimultaneousView, Ties
 from runner.blocks.setting import Setting, Stimuli
 from runner.blocks.style import FULL_HD_HALF, Style
@@ -43,7 +44,8 @@ class ActivePairs(Block):
 
     The first answers follow a path through all stimuli in random order; then each batch is chosen by all the answers
     that this observer gave, as `runner.blocks.pair_choice` says. Times are those of `AllPairs`, and so is the response
-    time. The record has the number of the ``batch`` too.
+    time. The record has the number of the ``batch`` too. With ``groups``, such as scenes, pairs are chosen within each
+    by the answers to its own pairs, at most ``batch`` at a time, and those of all groups are mixed.
     """
 
     stimuli: tuple[str, ...]
@@ -60,11 +62,22 @@ class ActivePairs(Block):
     style: Style = FULL_HD_HALF
     reference: str | None = None
     ties: Ties = "none"
+    groups: PairGroups | None = None
 
     @property
     def trials(self) -> int:
         """As many as are wanted."""
         return self.trials_wanted
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """How many pairs each group has."""
+        if self.groups is None:
+            return {}
+        members = self.groups.members
+        wanted = shared_out(self.trials_wanted, [len(items) for items in members])
+        names = [self.groups.group_of[self.stimuli[items[0]]] for items in members]
+        return {f"pairs_within_{self.groups.factor}": dict(zip(names, wanted, strict=True))}
 
     @property
     def expected_s(self) -> float:
@@ -88,7 +101,7 @@ class ActivePairs(Block):
 
     def steps(self) -> Steps:
         """Choose a batch, ask for its pairs and record each answer, until there are enough."""
-        chooser = PairChooser(len(self.stimuli), self.batch, random.Random(self.seed), self.gain)
+        chooser = self._chooser()
         view = self.view
         done = batches = 0
         while done < self.trials_wanted:
@@ -114,9 +127,19 @@ class ActivePairs(Block):
                 chooser.learn(first, second, first_share=_FIRST_SHARE.get(response.meaning, 0.5))
                 data = {**_data(*names, response.meaning), "batch": batches}
                 data["first_position"] = view.position_names[0]
+                if self.groups:
+                    data |= self.groups.record(*names)
                 yield Draft("active_pairs", data, stimuli=names, response_time_s=response.time_s)
                 done += 1
             batches += 1
+
+    def _chooser(self) -> PairChooser | GroupedChooser:
+        rng = random.Random(self.seed)
+        if self.groups is None:
+            return PairChooser(len(self.stimuli), self.batch, rng, self.gain)
+        members = self.groups.members
+        wanted = shared_out(self.trials_wanted, [len(items) for items in members])
+        return GroupedChooser(members, wanted, self.batch, rng, self.gain)
 
     def _before(self, pair: Scene, *, first_of_all: bool) -> Iterator[Hold]:
         if self.blank_s and not first_of_all:
@@ -141,10 +164,13 @@ class ActivePairsSpec(BlockSpec):
     How many is given by ``trials`` or by ``trials_per_stimulus``. A ``batch`` holds each stimulus once at most; left
     out, it is as large as that allows. ``gain`` is what pairs are chosen by: how far an answer is expected to bring
     down the ``variance`` of the scores, or the ``entropy`` of what is known of the pair. Times are in seconds.
+    ``within`` is a factor of the stimuli, such as their scene: only stimuli with the same level are compared, and each
+    scene's pairs are chosen by the answers to its own.
     """
 
     kind: Literal["active_pairs"]
     stimuli: StimulusNames = "all"
+    within: OptionalFactor = None
     trials: Annotated[int, Field(ge=1, le=100_000)] | None = None
     trials_per_stimulus: Annotated[int, Field(ge=2, le=10_000)] | None = None
     batch: PositiveInt | None = None
@@ -164,13 +190,15 @@ class ActivePairsSpec(BlockSpec):
     def make(self, setting: Setting) -> ActivePairs:
         """Return the block as this observer begins it."""
         names = chosen(self.stimuli, setting.stimuli)
+        groups = None if self.within is None else pair_groups(names, setting.stimuli, self.within)
+        sizes = _sizes(names, groups)
         return ActivePairs(
             names,
             setting.question,
             setting.pair_layout(),
             setting.own_seed,
-            self._trials(len(names)),
-            self._batch(len(names)),
+            self._trials(sizes),
+            self.batch or _most_at_once(sizes),
             gain=self.gain,
             break_every=self.break_every,
             fixation_s=self.fixation_s,
@@ -179,21 +207,38 @@ class ActivePairsSpec(BlockSpec):
             style=setting.style,
             reference=setting.reference,
             ties=self.ties,
+            groups=groups,
         )
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
-        """Yield wrong stimuli, too few of them, or too few trials to link them all."""
-        yield from name_faults(self.stimuli, stimuli, "stimuli", at_least=2)
-        count = len(chosen(self.stimuli, stimuli))
-        if self._trials(count) < count - 1:
-            what = f"{self.trials} trials cannot link {count} stimuli"
-            yield Fault(what, ("trials",), f"ask for {count - 1} or more, better ten for each stimulus")
-        if self.batch is not None and self.batch > max(1, count // 2):
-            what = f"a batch of {self.batch} pairs cannot hold each of {count} stimuli once at most"
-            yield Fault(what, ("batch",), f"make it {max(1, count // 2)} or less, or leave it out")
+        """Yield wrong stimuli or groups, too few stimuli, or too few trials to link them all."""
+        wrong = list(name_faults(self.stimuli, stimuli, "stimuli", at_least=2))
+        names = chosen(self.stimuli, stimuli)
+        groups = None
+        if self.within is not None and not wrong:
+            wrong = list(group_faults(names, stimuli, self.within))
+            groups = pair_groups(names, stimuli, self.within)
+        yield from wrong
+        if wrong and groups is not None:
+            return
+        sizes = _sizes(names, groups)
+        fewest = sum(size - 1 for size in sizes)
+        if self._trials(sizes) < fewest:
+            where = "" if groups is None else f" within each {self.within}"
+            what = f"{self.trials} trials cannot link {len(names)} stimuli{where}"
+            yield Fault(what, ("trials",), f"ask for {fewest} or more, better ten for each stimulus")
+        most = _most_at_once(sizes)
+        if self.batch is not None and self.batch > most:
+            what = f"a batch of {self.batch} pairs cannot hold each of {max(sizes)} stimuli once at most"
+            yield Fault(what, ("batch",), f"make it {most} or less, or leave it out")
 
-    def _trials(self, count: int) -> int:
-        return self.trials or -(-count * (self.trials_per_stimulus or 0) // 2)
+    def _trials(self, sizes: Sequence[int]) -> int:
+        return self.trials or sum(-(-size * (self.trials_per_stimulus or 0) // 2) for size in sizes)
 
-    def _batch(self, count: int) -> int:
-        return self.batch or max(1, count // 2)
+
+def _sizes(names: Sequence[str], groups: PairGroups | None) -> list[int]:
+    return [len(names)] if groups is None else [len(items) for items in groups.members]
+
+
+def _most_at_once(sizes: Sequence[int]) -> int:
+    return max(1, max(sizes, default=0) // 2)

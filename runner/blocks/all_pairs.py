@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from typing import Annotated, Any, Literal
 
 from pydantic import Field, PositiveInt, model_validator
@@ -23,10 +24,11 @@ from runner.blocks.block import (
     name_faults,
 )
 from runner.blocks.catch_trials import CatchSpec, CatchTrials, Comparison, mix_in
-from runner.blocks.field_types import Seconds, ShortSeconds
+from runner.blocks.field_types import OptionalFactor, Seconds, ShortSeconds
 from runner.blocks.layout import PairLayout, SingleLayout
 from runner.blocks.message import page
-from runner.blocks.orders import pair_order
+from runner.blocks.orders import grouped_order, pair_order
+from runner.blocks.pair_groups import PairGroups, group_faults, pair_groups
 from runner.blocks.pair_views import SEQUENCE_WORDS, SequenceView, SimultaneousView, Ties, present
 from runner.blocks.scale import Scale, ScaleSpec, rate, scale_faults
 from runner.blocks.setting import Setting, Stimuli
@@ -104,6 +106,8 @@ def fixation(style: Style, place_px: Offset = (0, 0)) -> Scene:
 class AllPairs(Block):
     """The thesis's second experiment (Section 4.5.2): all pairs, one answer each, a break now and then.
 
+    With ``groups``, those pairs alone that it names; each record then has its ``group``, such as the scene.
+
     A ``layout`` for two pictures shows them at once, one for a single picture in two intervals of ``exposure_s`` with
     ``blank_between_s`` between them. In seconds, to the nearest frame: ``fixation_s`` shows a cross before each pair,
     ``exposure_s`` takes a pair that is shown at once away again and leaves the question (None: it stays until
@@ -128,12 +132,19 @@ class AllPairs(Block):
     ties: Ties = "none"
     catch: CatchTrials | None = None
     ratings: PairRatings | None = None
+    groups: PairGroups | None = None
 
     @property
     def trials(self) -> int:
         """Pairs times repeats, and catch trials."""
-        pairs = len(self.stimuli) * (len(self.stimuli) - 1) // 2
+        count = len(self.stimuli)
+        pairs = count * (count - 1) // 2 if self.groups is None else len(self.groups.sets)
         return pairs * self.repeats + (self.catch.count if self.catch else 0)
+
+    @property
+    def facts(self) -> dict[str, Any]:
+        """How many pairs each group has."""
+        return {} if self.groups is None else self.groups.facts
 
     @property
     def expected_s(self) -> float:
@@ -158,7 +169,11 @@ class AllPairs(Block):
 
     def comparisons(self) -> list[Comparison]:
         """Return who meets whom, in order, catch trials among them."""
-        order = pair_order(len(self.stimuli), self.repeats, self.seed, self.order_seed, flip=self.flip_sides)
+        seeds = self.repeats, self.seed, self.order_seed
+        if self.groups is None:
+            order = pair_order(len(self.stimuli), *seeds, flip=self.flip_sides)
+        else:
+            order = grouped_order(self.groups.sets, *seeds, flip=self.flip_sides)
         pairs = [Comparison(self.stimuli[first], self.stimuli[second]) for first, second in order]
         if self.catch is None:
             return pairs
@@ -195,6 +210,8 @@ class AllPairs(Block):
                 )
             )
             data = trial.record(response.meaning, view.position_names[0])
+            if self.groups:
+                data |= self.groups.record(trial.first, trial.second)
             if self.ratings:
                 places = {"first": trial.first, "second": trial.second}
                 chosen = response.meaning if response.meaning in places else None
@@ -225,6 +242,9 @@ class PairRatingSpec(ScaleSpec):
 class AllPairsSpec(BlockSpec):
     """Every two of the stimuli together, one answer each.
 
+    ``within`` is a factor of the stimuli, such as their scene: only stimuli with the same level are compared. With
+    ``across``, another factor, stimuli of different groups are compared too if they have the same level of it.
+
     Times are in seconds, to the nearest frame: a fixation cross before each pair, a limited exposure of the pair (it
     stays until answered if left out), black between trials. In a ``sequence``, ``exposure_s`` is each interval's and
     ``blank_between_s`` lies between the two. ``ties`` are answers that prefer neither, ``ratings`` scales that follow
@@ -233,6 +253,8 @@ class AllPairsSpec(BlockSpec):
 
     kind: Literal["all_pairs"]
     stimuli: StimulusNames = "all"
+    within: OptionalFactor = None
+    across: OptionalFactor = None
     presentation: Literal["simultaneous", "sequence"] = "simultaneous"
     sides: Literal["counterbalanced"] = "counterbalanced"
     repeats: PositiveInt = 1
@@ -251,6 +273,14 @@ class AllPairsSpec(BlockSpec):
             raise ValueError("'presentation: sequence' needs 'exposure_s', the time of each interval")
         if self.presentation == "simultaneous" and self.blank_between_s is not None:
             raise ValueError("'blank_between_s' belongs to 'presentation: sequence'; 'blank_s' lies between trials")
+        return self
+
+    @model_validator(mode="after")
+    def _factors(self) -> AllPairsSpec:
+        if self.across is not None and self.within is None:
+            raise ValueError("'across' links the groups of 'within'; name their factor, such as 'within: scene'")
+        if self.across is not None and self.across == self.within:
+            raise ValueError(f"'across' and 'within' are both '{self.within}'; name another factor, such as 'codec'")
         return self
 
     def make(self, setting: Setting) -> AllPairs:
@@ -272,24 +302,38 @@ class AllPairsSpec(BlockSpec):
             reference=setting.reference,
             blank_between_s=between_s if self.presentation == "sequence" else 0.0,
             ties=self.ties,
-            catch=self.catch.make(self._pairs(setting.stimuli)) if self.catch else None,
+            catch=self.catch.make(self._trials(setting.stimuli)) if self.catch else None,
             ratings=self._ratings(setting),
+            groups=self._groups(setting.stimuli),
         )
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
-        """Yield wrong stimuli, or too few, and what is wrong with catch trials and ratings."""
+        """Yield wrong stimuli, or too few, and what is wrong with groups, catch trials and ratings."""
         wrong = list(name_faults(self.stimuli, stimuli, "stimuli", at_least=2))
+        if self.within is not None and not wrong:
+            wrong = list(group_faults(chosen(self.stimuli, stimuli), stimuli, self.within, self.across))
         yield from wrong
         if self.catch and not wrong:
-            yield from self.catch.faults(stimuli, self._pairs(stimuli))
+            yield from self.catch.faults(stimuli, self._trials(stimuli))
         yield from scale_faults(self.ratings, "ratings")
 
     def _layout(self, setting: Setting) -> PairLayout | SingleLayout:
         return setting.single_layout() if self.presentation == "sequence" else setting.pair_layout()
 
-    def _pairs(self, stimuli: Stimuli) -> int:
-        count = len(chosen(self.stimuli, stimuli))
-        return count * (count - 1) // 2 * self.repeats
+    def pairs(self, stimuli: Stimuli) -> list[tuple[str, str]]:
+        """Return the pairs that are compared, whichever comes first, each once."""
+        names, groups = chosen(self.stimuli, stimuli), self._groups(stimuli)
+        if groups is None:
+            return list(combinations(names, 2))
+        return [(names[i], names[j]) for i, j in groups.sets]
+
+    def _groups(self, stimuli: Stimuli) -> PairGroups | None:
+        if self.within is None:
+            return None
+        return pair_groups(chosen(self.stimuli, stimuli), stimuli, self.within, self.across)
+
+    def _trials(self, stimuli: Stimuli) -> int:
+        return len(self.pairs(stimuli)) * self.repeats
 
     def _ratings(self, setting: Setting) -> PairRatings | None:
         if not self.ratings:

@@ -3,13 +3,15 @@
 Every pair comes once per repeat, in an order drawn from the seed in which no stimulus appears in two trials
 running where that can be avoided. Each stimulus stands first in half of its trials (one more or less where the
 number is odd), because the pairs are oriented by a rotational tournament: item k stands first against the items
-that follow it within half a turn of a circle on which the items were placed at random.
+that follow it within half a turn of a circle on which the items were placed at random. Where only some
+pairs are compared, such as those within scenes, they are oriented along closed walks instead.
 """
 
 from __future__ import annotations
 
 import random
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from itertools import combinations
 from typing import TypeVar
 
@@ -39,16 +41,8 @@ def spread(pairs: list[Pair], rng: random.Random, before: Pair | None = None) ->
     ``before`` is the pair shown just before them. Greedy orders are drawn until one has no neighbours that share;
     with four items or fewer there is none, and the best of the draws is returned.
     """
-    best: list[Pair] = []
-    fewest = len(pairs) + 1
-    for _ in range(_ATTEMPTS):
-        order = _greedy(pairs, rng, before)
-        clashes = _clashes(order, before)
-        if clashes < fewest:
-            best, fewest = order, clashes
-        if fewest == 0 or len(pairs) <= 6:
-            break
-    return best
+    attempts = 1 if len(pairs) <= 6 else _ATTEMPTS
+    return _fewest_clashes((_greedy(pairs, rng, before) for _ in range(attempts)), before)
 
 
 def _greedy(pairs: list[Pair], rng: random.Random, before: Pair | None) -> list[Pair]:
@@ -68,6 +62,18 @@ def _clashes(order: list[Pair], before: Pair | None) -> int:
     return sum(bool(set(pair) & set(last)) for pair, last in zip(order, earlier, strict=True) if last)
 
 
+def _fewest_clashes(draws: Iterable[list[Pair]], before: Pair | None) -> list[Pair]:
+    best: list[Pair] = []
+    fewest: int | None = None
+    for order in draws:
+        clashes = _clashes(order, before)
+        if fewest is None or clashes < fewest:
+            best, fewest = order, clashes
+        if fewest == 0:
+            break
+    return best
+
+
 def pair_order(count: int, repeats: int, side_seed: str, order_seed: str, *, flip: bool = False) -> list[Pair]:
     """Return the whole list of (first, second) item numbers for one observer.
 
@@ -84,25 +90,107 @@ def pair_order(count: int, repeats: int, side_seed: str, order_seed: str, *, fli
     return order
 
 
+def balanced(pairs: Sequence[Pair], rng: random.Random) -> list[Pair]:
+    """Return any ``pairs`` as (first, second), each item first in half of its pairs, one more or less.
+
+    Items with an odd number of pairs are joined to one more item. Every item then has an even number, the pairs fall
+    into closed walks (Euler), and each is oriented along its walk, whose direction is drawn.
+    """
+    count = Counter(item for pair in pairs for item in pair)
+    edges = [*pairs, *((_JOINT, item) for item, times in count.items() if times % 2)]
+    rng.shuffle(edges)
+    at: dict[int, list[int]] = {}
+    for number, edge in enumerate(edges):
+        for item in edge:
+            at.setdefault(item, []).append(number)
+    unused = set(range(len(edges)))
+    oriented: list[Pair] = []
+    for start in at:
+        walk, here = [], start
+        while at[here]:
+            number = at[here].pop()
+            if number in unused:
+                unused.remove(number)
+                there = sum(edges[number]) - here
+                walk.append((here, there))
+                here = there
+        if rng.random() < 0.5:
+            walk = [(there, here) for here, there in walk]
+        oriented += [pair for pair in walk if _JOINT not in pair]
+    return oriented
+
+
+_JOINT = -1
+
+
+def grouped_order(
+    sets: Mapping[Pair, Hashable], repeats: int, side_seed: str, order_seed: str, *, flip: bool = False
+) -> list[Pair]:
+    """Return the whole list of (first, second) item numbers for one observer, where not all pairs are compared.
+
+    ``sets`` gives the set that each pair (i < j) belongs to, such as its scene: pairs of one set do not come one after
+    the other, and neighbours share no item, where that can be avoided. All else is as `pair_order` has it.
+    """
+    sides = balanced(list(sets), random.Random(side_seed))
+    rng = random.Random(order_seed)
+    order: list[Pair] = []
+    for repeat in range(repeats):
+        swap = flip != bool(repeat % 2)
+        pairs = [(second, first) if swap else (first, second) for first, second in sides]
+        before = order[-1] if order else None
+        draws = (
+            spaced(pairs, lambda pair: sets[min(pair), max(pair)], rng, share=_share_item, before=before)
+            for _ in range(_ATTEMPTS_OF_SETS)
+        )
+        order += _fewest_clashes(draws, before)
+    return order
+
+
+_ATTEMPTS_OF_SETS = 50
+
+
+def _share_item(one: Pair, other: Pair) -> bool:
+    return not set(one).isdisjoint(other)
+
+
 Item = TypeVar("Item")
 
 
-def spaced(items: Sequence[Item], group: Callable[[Item], str], rng: random.Random) -> list[Item]:
+def spaced(
+    items: Sequence[Item],
+    group: Callable[[Item], Hashable],
+    rng: random.Random,
+    *,
+    share: Callable[[Item, Item], bool] | None = None,
+    before: Item | None = None,
+) -> list[Item]:
     """Return ``items`` in a random order with as few neighbours of one group as there can be.
 
     A group that holds more than half of what is left has to come next; otherwise any but the last may, by its share.
+    An item comes that does not ``share`` anything with the item ahead of it, if there is one, of that group or else of
+    another. ``before`` is the item ahead of all.
     """
-    left: dict[str, list[Item]] = {}
+    left: dict[Hashable, list[Item]] = {}
     for item in rng.sample(list(items), len(items)):
         left.setdefault(group(item), []).append(item)
     order: list[Item] = []
-    last: str | None = None
+    last: Hashable = None if before is None else group(before)
     while left:
         others = [name for name in left if name != last] or list(left)
         total = sum(map(len, left.values()))
         pressing = [name for name in others if 2 * len(left[name]) > total]
         last = pressing[0] if pressing else rng.choices(others, [len(left[name]) for name in others])[0]
-        order.append(left[last].pop())
+        place = len(left[last]) - 1
+        ahead = order[-1] if order else before
+        if share is not None and ahead is not None:
+            apart = (
+                (name, index)
+                for name in (last, *others)
+                for index in reversed(range(len(left[name])))
+                if not share(ahead, left[name][index])
+            )
+            last, place = next(apart, (last, place))
+        order.append(left[last].pop(place))
         if not left[last]:
             del left[last]
     return order

@@ -16,6 +16,7 @@ batch, which spares observers its return. ``benchmarks/active_pairs.py`` measure
 from __future__ import annotations
 
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import Literal, TypeAlias
@@ -23,17 +24,16 @@ from typing import Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from analysis.scaling import Posterior, learnt_posterior
+from analysis.scaling import Posterior, updated_posterior
+from runner.blocks.orders import Pair, spaced
 
 Floats = NDArray[np.float64]
-Pair = tuple[int, int]
 Gain: TypeAlias = Literal["variance", "entropy"]
 
 NODES = 30
 # Gains that differ by less than this share of the largest count as equal and are left to chance: the last digits of a
 # fit are not the same on every machine, and a session must be resumed in the same order on any.
 RESOLUTION = 1e-7
-_PRIOR_STEPS = 3  # towards the prior's width after each batch, from where the batch before left it
 
 
 def entropy_gain(mean: Floats, variance: Floats) -> Floats:
@@ -114,7 +114,7 @@ class PairChooser:
         """Return the next pairs to ask about, as (first, second), at most ``most``."""
         if self._start:
             return self._sided(self._spaced(self._start.pop(0))[:most])
-        self._found = learnt_posterior(self.wins, self._found, _PRIOR_STEPS)
+        self._found = updated_posterior(self.wins, self._found)
         most = min(most, self.batch)
         # Of three pairs or more, one can come first that shares nothing with the pair before.
         barred = self._last if self._last and most < 3 and self.count > 5 else ()
@@ -145,6 +145,57 @@ class PairChooser:
             sided.append((first, second))
         self._last = sided[-1]
         return sided
+
+
+@dataclass(slots=True)
+class GroupedChooser:
+    """Chooses pairs within ``groups`` of items, each by a `PairChooser` of its own, and mixes those of all groups.
+
+    ``wanted`` is how many pairs each group is to have in all. A batch has at most ``batch`` pairs of each group.
+    """
+
+    groups: Sequence[Sequence[int]]
+    wanted: Sequence[int]
+    batch: int
+    rng: random.Random
+    gain: Gain = "variance"
+    _choosers: list[PairChooser] = field(init=False)
+    _left: list[int] = field(init=False)
+    _place: dict[int, tuple[int, int]] = field(init=False)
+
+    def __post_init__(self) -> None:
+        self._choosers = [
+            PairChooser(len(items), max(1, min(self.batch, len(items) // 2)), self.rng, self.gain)
+            for items in self.groups
+        ]
+        self._left = list(self.wanted)
+        self._place = {
+            item: (group, place) for group, items in enumerate(self.groups) for place, item in enumerate(items)
+        }
+
+    def next_batch(self, most: int) -> list[Pair]:
+        """Return the next pairs to ask about, as (first, second), at most ``most``."""
+        pairs: list[Pair] = []
+        for group, items in enumerate(self.groups):
+            here = min(self._left[group], most - len(pairs))
+            if here:
+                chosen = self._choosers[group].next_batch(here)
+                self._left[group] -= len(chosen)
+                pairs += [(items[first], items[second]) for first, second in chosen]
+        return spaced(pairs, lambda pair: self._place[pair[0]][0], self.rng)
+
+    def learn(self, first: int, second: int, *, first_share: float) -> None:
+        """Take note of an answer, in its group: 1 for the first, 0 for the second, a half where neither was better."""
+        group, place = self._place[first]
+        self._choosers[group].learn(place, self._place[second][1], first_share=first_share)
+
+
+def shared_out(trials: int, sizes: Sequence[int]) -> list[int]:
+    """Return how many of ``trials`` each group gets: enough to link its items, and of the rest its share by size."""
+    least = [size - 1 for size in sizes]
+    rest, total = max(0, trials - sum(least)), sum(sizes)
+    ends = [rest * sum(sizes[:end]) // total for end in range(len(sizes) + 1)]
+    return [few + end - start for few, (start, end) in zip(least, pairwise(ends), strict=True)]
 
 
 def _nodes(mean: Floats, variance: Floats) -> tuple[Floats, Floats]:

@@ -11,9 +11,9 @@ from pydantic import Discriminator, Field, Tag
 
 from documents.yaml import Strict
 from runner.blocks.block import Fault, name_faults
-from runner.blocks.field_types import Line
+from runner.blocks.field_types import Factor, Line
 from runner.blocks.layout import SingleLayout
-from runner.blocks.setting import Stimuli
+from runner.blocks.setting import Stimuli, level_words
 from runner.blocks.style import Style
 from runner.ports import Target
 from runner.presenter.scene import Item, Picture, Scene, Text
@@ -28,7 +28,6 @@ class Series:
     group: str = ""
 
 
-Factor = Annotated[str, Field(min_length=1, max_length=64)]
 Names = Annotated[list[str], Field(min_length=2)]
 
 
@@ -66,9 +65,9 @@ def find_series(some: SomeSeries, stimuli: Stimuli) -> tuple[Series, ...]:
             members.setdefault(tuple(factors[key] for key in some.by), []).append(name)
     return tuple(
         Series(
-            "-".join(map(_word, values)),
+            "-".join(map(level_words, values)),
             tuple(sorted(names, key=lambda name: _sortable(stimuli.factors[name][some.order]))),
-            _word(values[0]),
+            level_words(values[0]),
         )
         for values, names in members.items()
     )
@@ -100,10 +99,6 @@ def _order_faults(all_series: tuple[Series, ...], stimuli: Stimuli, order: str) 
             if stimuli.factors[name][order] == stimuli.factors[other][order]:
                 same = f"'{name}' and '{other}' of the series '{series.name}' have the same {order}"
                 yield Fault(same, ("series", "by"), "name the factor in which they differ")
-
-
-def _word(value: str | float) -> str:
-    return value if isinstance(value, str) else f"{value:g}"
 
 
 def _sortable(value: str | float) -> tuple[bool, float, str]:

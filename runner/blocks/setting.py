@@ -13,6 +13,11 @@ from runner.blocks.style import Style
 Factors = Mapping[str, str | float]
 
 
+def level_words(level: str | float) -> str:
+    """Return a factor's level as words: "jpeg", "1.3"."""
+    return level if isinstance(level, str) else f"{level:g}"
+
+
 @dataclass(frozen=True, slots=True)
 class Stimuli:
     """What there is to look at: ``factors`` by name, and which of them is the ``reference`` (None: a physical one)."""

@@ -51,7 +51,8 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 @click.option(
     "--scores",
     type=click.Path(path_type=Path),
-    help="Assumed scores: a file of simulated observers, or the JSON of `cyclopean scores`.",
+    help="Assumed scores: a file of simulated observers, results or a table of a pilot study, or the JSON of "
+    "`cyclopean scores`.",
 )
 @click.option(
     "--simulate", type=click.Path(path_type=Path), help="File of simulated observers: their scores and lapses."
@@ -60,9 +61,13 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 @click.option(
     "--observer-sd",
     type=float,
-    default=0.0,
-    show_default=True,
-    help="Standard deviation of the differences between observers, in nats.",
+    help="Standard deviation between observers of each stimulus's log score, in nats. Default: that of --scores or "
+    "--observers-from, or 0.7, with a note.",
+)
+@click.option(
+    "--observers-from",
+    type=click.Path(path_type=Path),
+    help="Results, or a table TABLE.csv with observers, that say how much observers differ.",
 )
 @click.option("--lapse-rate", type=float, help="Share of random answers. Default: that of --simulate, or 0.")
 @click.option("--pair", nargs=2, multiple=True, metavar="A B", help="Pair of stimuli that matters; repeat for each.")
@@ -79,10 +84,8 @@ class Numbers(click.ParamType[tuple[int, ...]]):
 )
 @click.option(
     "--covariance",
-    type=click.Choice(["model", "sandwich"]),
-    default="model",
-    show_default=True,
-    help="Standard errors from the model, or clustered by observer.",
+    type=click.Choice(["auto", "model", "scaled", "sandwich", "shrinkage"]),
+    help="Standard errors from the model, or clustered by observer. Default: the experiment's.",
 )
 @click.option(
     "--interval",
@@ -115,13 +118,14 @@ def command(
     scores: Path | None,
     simulate: Path | None,
     spread: float | None,
-    observer_sd: float,
+    observer_sd: float | None,
+    observers_from: Path | None,
     lapse_rate: float | None,
     pair: tuple[tuple[str, str], ...],
     target: float,
     alpha: float | None,
     adjust: str | None,
-    covariance: str,
+    covariance: str | None,
     interval: str,
     seed: int,
     scheduler: str | None,
@@ -133,21 +137,23 @@ def command(
     """Find how many observers an experiment needs, by simulated studies.
 
     EXPERIMENT is an experiment file with a block of all pairs; its stimuli need not be built. Whole studies are
-    simulated under assumed scores, and analysed as `scores` does.
+    simulated under assumed scores, and analysed as `report` does.
     """
     import json
     import sys
     from typing import cast
 
-    from analysis.bootstrap import Covariance
     from analysis.classes import Adjust
     from analysis.power import ComputeError, Interval, print_power, write_csv, write_page
+    from analysis.scaling import CovarianceChoice
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.reports.power import PowerOptions, study_power
 
     if sum(given is not None for given in (scores, simulate, spread)) > 1:
         raise click.UsageError("Give one of --scores, --simulate and --spread.")
+    if observer_sd is not None and observers_from is not None:
+        raise click.UsageError("Give one of --observer-sd and --observers-from.")
     if scheduler is not None and workers is not None:
         raise click.UsageError("--workers are local processes; a scheduler has its own.")
     to_terminal = str(table) == "-"
@@ -159,12 +165,13 @@ def command(
         simulate=simulate,
         spread_nats=spread,
         observer_sd=observer_sd,
+        observers_from=observers_from,
         lapse_rate=lapse_rate,
         pairs=pair,
         target=target,
         alpha=alpha,
         adjust=cast("Adjust | None", adjust),
-        covariance=cast(Covariance, covariance),
+        covariance=cast("CovarianceChoice | None", covariance),
         interval=cast(Interval, interval),
         replicates=replicates,
         seed=seed,

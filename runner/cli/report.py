@@ -40,7 +40,7 @@ import click
 )
 @click.option(
     "--covariance",
-    type=click.Choice(["auto", "model", "sandwich"]),
+    type=click.Choice(["auto", "model", "scaled", "sandwich", "shrinkage"]),
     help="Standard errors of the classes. Default: the experiment's.",
 )
 @click.option(
@@ -80,7 +80,8 @@ def command(
 
     from analysis.classes import Adjust
     from analysis.observers import Filter
-    from analysis.report import CovarianceChoice, print_report
+    from analysis.report import print_report
+    from analysis.scaling import CovarianceChoice
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.reports.results import ReportOptions, report_results

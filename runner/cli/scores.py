@@ -2,7 +2,26 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import click
+
+if TYPE_CHECKING:
+    from analysis.classes import Adjust
+    from analysis.comparisons import Comparisons
+    from analysis.scaling import Model
+
+RANDOM_EXCLUDES = (
+    "checks",
+    "multiverse",
+    "method",
+    "prior_sd",
+    "order_effect",
+    "covariance",
+    "quasi_variances",
+    "pairs",
+    "margin",
+)
 
 
 @click.command(name="scores")
@@ -39,16 +58,41 @@ import click
 @click.option("--order-effect", is_flag=True, help="Fit the advantage of being shown first; needs the column 'first'.")
 @click.option(
     "--covariance",
-    type=click.Choice(["model", "sandwich"]),
-    default="model",
+    type=click.Choice(["auto", "model", "scaled", "sandwich", "shrinkage"]),
+    default="auto",
     show_default=True,
-    help="Standard errors from the model, or clustered by observer.",
+    help="Standard errors: model takes all answers for independent, the others only observers. "
+    "Auto: shrinkage where the table names observers.",
 )
 @click.option(
     "--quasi-variances",
     is_flag=True,
     help="Add an error bar for each item whose squares add up for the difference of any two.",
 )
+@click.option("--pairs", is_flag=True, help="Add the probability that each item is preferred over each other one.")
+@click.option(
+    "--margin",
+    metavar="MARGIN",
+    help="Test each pair for equivalence within a margin: 0.5jnd, 55:45 or 0.2nats.",
+)
+@click.option(
+    "--checks",
+    is_flag=True,
+    help="Check the model: transitivity, badly fitted pairs, and how well each model predicts new observers.",
+)
+@click.option(
+    "--multiverse",
+    is_flag=True,
+    help="Repeat the analysis by every model, covariance and correction, and without each observer.",
+)
+@click.option(
+    "--observers",
+    type=click.Choice(["alike", "random"]),
+    default="alike",
+    show_default=True,
+    help="random: observers differ, as drawn from a distribution; scores of the typical one, and a new one's answers.",
+)
+@click.option("--observer-scores", metavar="FILE.csv", help="Write each observer's scores; with --observers random.")
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     table: str,
@@ -60,48 +104,114 @@ def command(
     order_effect: bool,
     covariance: str,
     quasi_variances: bool,
+    pairs: bool,
+    margin: str | None,
+    checks: bool,
+    multiverse: bool,
+    observers: str,
+    observer_scores: str | None,
     as_json: bool,
 ) -> None:
     """Fit scores and perceptual classes to a table of paired comparisons.
 
-    TABLE.csv has the columns winner,loser and optionally count, observer, first (the item shown first) and outcome
-    (win or tie) or ties (how many were tied); a single dash reads the table from standard input.
+    TABLE.csv has the columns winner,loser and optionally count, observer, first (the item shown first), outcome (win or
+    tie) or ties (how many were tied), and group, scene or content: each group then has scores of its own. A single dash
+    reads the table from standard input.
     """
     import json
     import sys
-    from typing import cast
+    from typing import Any, cast
 
     from analysis.classes import Adjust
     from analysis.comparisons import read_stream, read_table
+    from analysis.inference import parse_margin, print_answer, review
     from analysis.scaling import (
         DEFAULT_PRIOR_SD,
-        CovarianceKind,
+        CovarianceChoice,
         Model,
         ModelMethod,
+        ScoreOptions,
+        Scores,
+        group_problem_lines,
+        print_groups,
         print_scores,
         problem_lines,
         score,
+        score_groups,
     )
 
     if prior_sd is not None and method != "map":
         raise click.UsageError("--prior-sd goes with --method map.")
+    if margin is not None:
+        parse_margin(margin, cast(Model, model))
+    if observers == "random":
+        _refuse_with_random_observers(RANDOM_EXCLUDES)
+    elif observer_scores is not None:
+        raise click.UsageError("--observer-scores goes with --observers random.")
     comparisons = read_stream(sys.stdin.buffer, "standard input") if table == "-" else read_table(table)
-    scores = score(
-        comparisons,
-        cast(Model, model),
+    if observers == "random":
+        _random_observers(comparisons, cast(Model, model), alpha, cast(Adjust, adjust), observer_scores, as_json)
+        return
+    options = ScoreOptions(
         alpha=alpha,
         adjust=cast(Adjust, adjust),
         method=cast(ModelMethod, method),
         prior_sd=DEFAULT_PRIOR_SD if prior_sd is None else prior_sd,
         order_effect=order_effect,
-        covariance=cast(CovarianceKind, covariance),
+        covariance=cast(CovarianceChoice, covariance),
         quasi_variances=quasi_variances,
     )
-    if as_json:
-        click.echo(json.dumps(scores.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+
+    def further(scores: Scores) -> dict[str, Any]:
+        """Compute what else was asked for, and print it unless the result is JSON."""
+        if problem_lines(scores):
+            return {}
+        asked = review(scores, pairs=pairs, margin=margin, checks=checks, choices=multiverse)
+        if as_json:
+            return {name: answer.to_json() for name, answer in asked.items()}
+        for answer in asked.values():
+            print_answer(answer)
+        return {}
+
+    if comparisons.groups:
+        grouped = score_groups(comparisons, cast(Model, model), **options)
+        problems, values = group_problem_lines(grouped), grouped.to_json(further) if as_json else {}
+        if not as_json:
+            print_groups(grouped, further)
     else:
-        print_scores(scores)
-    problems = problem_lines(scores)
+        scores = score(comparisons, cast(Model, model), **options)
+        problems, values = problem_lines(scores), scores.to_json() if as_json else {}
+        if not as_json:
+            print_scores(scores)
+        values |= further(scores)
+    if as_json:
+        click.echo(json.dumps(values, indent=2, allow_nan=False, ensure_ascii=False))
     if problems:
         click.echo("\n".join([f"cyclopean: {problems[0]}", *problems[1:]]), err=True)
         sys.exit(1)
+
+
+def _refuse_with_random_observers(names: tuple[str, ...]) -> None:
+    context = click.get_current_context()
+    for name in names:
+        if context.get_parameter_source(name) is click.core.ParameterSource.COMMANDLINE:
+            option = f"--{name.replace('_', '-')}"
+            raise click.UsageError(f"{option} does not go with --observers random.")
+
+
+def _random_observers(
+    comparisons: Comparisons, model: Model, alpha: float, adjust: Adjust, file: str | None, as_json: bool
+) -> None:
+    import json
+    from pathlib import Path
+
+    from analysis.hierarchical import fit_observers, observer_table, print_fit
+    from documents import write_whole
+
+    fit = fit_observers(comparisons, model, alpha=alpha, adjust=adjust)
+    if file is not None:
+        write_whole(Path(file), observer_table(fit))
+    if as_json:
+        click.echo(json.dumps(fit.to_json(), indent=2, allow_nan=False, ensure_ascii=False))
+    else:
+        print_fit(fit)

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import AfterValidator, Field
 
 from devices.display import Rig, read_rig
 from documents import Finding, InputError, load_document
@@ -38,16 +38,28 @@ MOST_PX = 65_536
 _BIDS_LABEL = re.compile(r"[A-Za-z0-9]+")
 
 
+def _margin(text: str) -> str:
+    from analysis.inference import parse_margin
+
+    try:
+        parse_margin(text)
+    except InputError as error:
+        raise ValueError(str(error)) from error
+    return text
+
+
 class AnalysisSpec(Strict):
     """How the report forms perceptual classes: level of the pairwise tests, their adjustment and standard errors.
 
-    ``covariance`` is ``model``, which takes all answers for independent; ``sandwich``, which takes only the observers
-    for that; or ``auto``: ``sandwich`` from 10 observers on.
+    ``covariance`` is ``model``, which takes all answers for independent; ``scaled``, ``sandwich`` or ``shrinkage``,
+    which take only the observers for that; or ``auto``: ``shrinkage`` from two observers on. ``margin`` is the largest
+    difference that does not matter, such as 0.5jnd or 55:45: the report then says which pairs are equivalent.
     """
 
     alpha: Annotated[float, Field(gt=0, lt=1)] = 0.05
     adjust: Literal["none", "holm", "bh", "maxz"] = "holm"
-    covariance: Literal["auto", "model", "sandwich"] = "auto"
+    covariance: Literal["auto", "model", "scaled", "sandwich", "shrinkage"] = "auto"
+    margin: Annotated[str, AfterValidator(_margin)] | None = None
 
 
 class ExperimentSpec(Strict):

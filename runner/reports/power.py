@@ -2,45 +2,32 @@
 
 from __future__ import annotations
 
-import json
-from collections.abc import Callable
-from dataclasses import dataclass
-from itertools import combinations
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
-from analysis.bootstrap import Covariance
 from analysis.classes import Adjust
 from analysis.errors import ResultsError
 from analysis.power import (
     REPLICATES,
     SEED,
     TARGET,
+    GroupsNeeded,
     Interval,
     Needed,
     Plan,
     assumed_notes,
     check_target,
     chosen_pairs,
-    differing_pairs,
     observers_needed,
-    score_theta,
     simulate_power,
-    spread_theta,
 )
+from analysis.scaling import CovarianceChoice
 from documents import Finding
-from runner.blocks.active_pairs import ActivePairsSpec
-from runner.blocks.all_pairs import AllPairsSpec
-from runner.blocks.block import chosen
-from runner.errors import SessionError
-from runner.observers.behaviour import BehaviourSpec
-from runner.observers.observer_file import read_scored_observer
-from runner.protocol.experiment import Experiment, read_experiment
-
-DEFAULT_SPREAD_NATS = 2.0
+from runner.protocol.experiment import read_experiment
+from runner.reports.power_assumed import ObserverSpread, assume, observer_spread_of
+from runner.reports.power_design import PairDesign, pair_design
 
 
 @dataclass(frozen=True, slots=True)
@@ -52,20 +39,23 @@ class PowerOptions:
     observers
         Numbers of observers to try.
     scores, simulate, spread_nats
-        Where the assumed scores come from, at most one of the three: a file of scores; simulated observers, with their
-        lapses; equal steps over so many nats. Without any: equal steps over 2 nats.
+        Where the assumed scores come from, at most one of the three: a file of scores, results, or a table; simulated
+        observers, with their lapses; equal steps over so many nats. Without any: equal steps over 2 nats.
     observer_sd
-        Standard deviation in nats of each observer's own strength of each stimulus.
+        Standard deviation in nats of each observer's own strength of each stimulus; None takes it from data.
+    observers_from
+        Results, or a table of comparisons, that say how much observers differ; None takes ``scores``, where these are
+        results or a table that names observers. Without either, 0.7 nats are assumed.
     lapse_rate
         Share (0 to 1) of random answers; None takes that of ``simulate``, or 0.
     pairs
         Names of the pairs that matter; without any, all pairs that should differ.
     target
         Power (0 to 1) that each of these pairs is to have.
-    alpha, adjust
-        Level and correction of the tests; None takes those of the experiment.
-    covariance, interval
-        Standard errors of the tests, and kind of the scores' intervals.
+    alpha, adjust, covariance
+        Level, correction and standard errors of the tests; None takes those of the experiment, as the report does.
+    interval
+        Kind of the scores' intervals; ``wald`` is the report's.
     replicates, seed
         Studies for each number of observers, and the random seed.
     scheduler, workers
@@ -76,13 +66,14 @@ class PowerOptions:
     scores: Path | None = None
     simulate: Path | None = None
     spread_nats: float | None = None
-    observer_sd: float = 0.0
+    observer_sd: float | None = None
+    observers_from: Path | None = None
     lapse_rate: float | None = None
     pairs: tuple[tuple[str, str], ...] = ()
     target: float = TARGET
     alpha: float | None = None
     adjust: Adjust | None = None
-    covariance: Covariance = "model"
+    covariance: CovarianceChoice | None = None
     interval: Interval = "wald"
     replicates: int = REPLICATES
     seed: int = SEED
@@ -92,16 +83,37 @@ class PowerOptions:
 
 @dataclass(frozen=True, slots=True, eq=False)
 class PowerStudy:
-    """The power of an ``experiment``: how many observers it needs, and ``notes`` that come before the numbers."""
+    """The power of an ``experiment``: how many observers it needs, and ``notes`` that come before the numbers.
+
+    Attributes
+    ----------
+    observers
+        How much observers were taken to differ, and why.
+    by_observer_sd
+        Standard deviations between observers, and what is needed with each; empty where it was given.
+    """
 
     experiment: str
-    needed: Needed
+    needed: Needed | GroupsNeeded
     notes: tuple[str, ...]
+    observers: ObserverSpread
+    by_observer_sd: tuple[tuple[float, Needed | GroupsNeeded], ...]
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
-        answer = {"experiment": self.experiment, "notes": list(self.notes), "needed": self.needed.to_json()}
-        return {**answer, **self.needed.power.to_json()}
+        compared = [
+            {"observer_sd": sd, "observers": needed.observers, "sentence": needed.sentence}
+            for sd, needed in self.by_observer_sd
+        ]
+        answer = {
+            "experiment": self.experiment,
+            "notes": list(self.notes),
+            "observer_spread": self.observers.to_json(),
+            "by_observer_sd": compared,
+        }
+        if isinstance(self.needed, GroupsNeeded):
+            return answer | self.needed.to_json()
+        return {**answer, "needed": self.needed.to_json(), **self.needed.power.to_json()}
 
 
 def study_power(
@@ -139,138 +151,104 @@ def study_power(
     design = read_experiment(experiment)
     pairs = pair_design(design)
     assumed = assume(pairs, scores=options.scores, simulate=options.simulate, spread_nats=options.spread_nats)
+    observers = observer_spread_of(options.observer_sd, options.observers_from, assumed.spread)
+    check_target(options.target)  # before the work, not after it
+    chosen_pairs(pairs.items, options.pairs)
     plan = Plan(
         items=pairs.items,
         theta=assumed.theta,
         times=pairs.times,
         differs=assumed.differs,
-        observer_sd=options.observer_sd,
+        observer_sd=observers.sd,
+        scores_of=assumed.scores_of,
         lapse_rate=assumed.lapse_rate if options.lapse_rate is None else options.lapse_rate,
         alpha=design.spec.analysis.alpha if options.alpha is None else options.alpha,
         adjust=options.adjust or design.spec.analysis.adjust,
-        covariance=options.covariance,
+        covariance=options.covariance or design.spec.analysis.covariance,
         interval=options.interval,
     )
-    check_target(options.target)  # before the work, not after it
-    chosen_pairs(plan.items, options.pairs)
-    power = simulate_power(
-        plan,
-        options.observers,
-        replicates=options.replicates,
-        seed=options.seed,
-        scheduler=options.scheduler,
-        workers=options.workers,
-        done=progress,
-    )
-    needed = observers_needed(power, options.pairs, options.target)
-    return PowerStudy(design.spec.name, needed, (*assumed.notes, *assumed_notes(plan)))
+    parts, left_out = _parts(plan, pairs, options.pairs)
+    spreads = (observers.sd, *observers.others)
+    answers: list[Needed | GroupsNeeded] = []
+    for number, sd in enumerate(spreads):
+        replicates = min(options.replicates, MOST_TO_COMPARE) if number else options.replicates
+        each = []
+        for place, (name, own, matter) in enumerate(parts):
+            power = simulate_power(
+                replace(own, observer_sd=sd),
+                options.observers,
+                replicates=replicates,
+                seed=options.seed + place,
+                scheduler=options.scheduler,
+                workers=options.workers,
+                done=None
+                if progress is None
+                else _part(progress, number * len(parts) + place, len(spreads) * len(parts)),
+            )
+            each.append((name, observers_needed(power, matter, options.target)))
+        answers.append(GroupsNeeded(tuple(each)) if pairs.groups else each[0][1])
+    needed = answers[0]
+    places = sorted(range(len(spreads)), key=spreads.__getitem__)
+    by_sd = tuple((spreads[place], answers[place]) for place in places) if observers.others else ()
+    notes = (*assumed.notes, *observers.notes, *_compared(by_sd, options.observers), *left_out, *assumed_notes(plan))
+    return PowerStudy(design.spec.name, needed, notes, observers, by_sd)
 
 
-@dataclass(frozen=True, slots=True, eq=False)
-class PairDesign:
-    """``items`` are the stimuli compared; ``times``, shape (P,), says how often each pair i < j is, by one observer.
-
-    ``ties`` says whether an answer may prefer neither.
-    """
-
-    items: tuple[str, ...]
-    times: NDArray[np.int64]
-    ties: bool
+Pairs = tuple[tuple[str, str], ...]
 
 
-def pair_design(experiment: Experiment) -> PairDesign:
-    """Return the design of the experiment's blocks of all pairs together.
+def _parts(plan: Plan, pairs: PairDesign, named: Pairs) -> tuple[list[tuple[str, Plan, Pairs]], tuple[str, ...]]:
+    """Return each group's name, plan, and pairs that matter, and notes on groups that are left out.
 
-    Raises
-    ------
-    SessionError
-        If there are none, or there are pairs that depend on the answers.
-    """
-    blocks = [block for block in experiment.spec.blocks if isinstance(block, AllPairsSpec)]
-    file = str(experiment.file)
-    if any(isinstance(block, ActivePairsSpec) for block in experiment.spec.blocks):
-        what = "'active_pairs' chooses pairs by the answers: how often each is asked is not known beforehand"
-        raise SessionError(Finding(what, file, remedy="simulate the experiment with 'all_pairs' instead"))
-    if not blocks:
-        what = "no block compares all pairs, so there are no scores to have power for"
-        raise SessionError(Finding(what, file, remedy="name an experiment with 'kind: all_pairs'"))
-    shown = [chosen(block.stimuli, experiment.stimuli) for block in blocks]
-    compared = {name for names in shown for name in names}
-    items = tuple(name for name in experiment.stimulus_names if name in compared)
-    index = {name: place for place, name in enumerate(items)}
-    times = np.zeros((len(items), len(items)), dtype=np.int64)
-    for block, names in zip(blocks, shown, strict=True):
-        for first, second in combinations(sorted(index[name] for name in names), 2):
-            times[first, second] += block.repeats
-    return PairDesign(items, times[np.triu_indices(len(items), 1)], any(block.ties != "none" for block in blocks))
-
-
-def unsimulated(behaviour: BehaviourSpec, design: PairDesign) -> list[str]:
-    """Return a sentence on the behaviour of simulated observers, beside lapses, that the simulation leaves out."""
-    left_out = []
-    if behaviour.position_bias:
-        left_out.append("their preference for the first position")
-    if behaviour.fatigue is not None:
-        left_out.append("their fatigue")
-    if behaviour.ties is not None and design.ties:
-        left_out.append("their ties")
-    return [f"Of the observers in the file, {' and '.join(left_out)} are not simulated."] if left_out else []
-
-
-@dataclass(frozen=True, slots=True, eq=False)
-class Assumed:
-    """Log scores ``theta`` (n,) in nats, which pairs differ (``differs``, (P,)), a ``lapse_rate``, and notes."""
-
-    theta: NDArray[np.float64]
-    differs: NDArray[np.bool_]
-    lapse_rate: float
-    notes: tuple[str, ...]
-
-
-def assume(design: PairDesign, *, scores: Path | None, simulate: Path | None, spread_nats: float | None) -> Assumed:
-    """Return the scores that the given source gives; equal steps over 2 nats without a source.
-
-    A file of simulated observers gives scores and, where it names them for all stimuli, their classes; ``simulate``
-    also takes its lapses. A file that ends with .json is what `cyclopean scores --json` or `report --json` printed.
+    A group is left out where no pair of it is named although others are, or no pair of it should differ.
 
     Raises
     ------
-    InputError
-        If a file is wrong, or has no score for a stimulus.
+    ResultsError
+        If a pair is named whose items are never on one scale.
     """
-    ties = ("Observers are simulated without ties.",) if design.ties else ()
-    if scores is not None and scores.suffix.lower() == ".json":
-        theta = score_theta(_printed_scores(scores), design.items)
-        return Assumed(theta, differing_pairs(theta), 0.0, ties)
-    file = scores if simulate is None else simulate
-    if file is None:
-        nats = DEFAULT_SPREAD_NATS if spread_nats is None else spread_nats
-        theta = spread_theta(len(design.items), nats)
-        steps = f"Scores are assumed at equal steps over {nats:g} nats, in the recipe's order"
-        odds = f": the best is preferred to the worst {100 / (1 + np.exp(-nats)):.0f} times in 100."
-        return Assumed(theta, differing_pairs(theta), 0.0, (steps + odds, *ties))
-    spec = read_scored_observer(file, design.items)
-    theta = score_theta(spec.scores, design.items)
-    labels = [spec.stimuli[name].perceptual_class for name in design.items]
-    left_out = tuple(unsimulated(spec, design)) if simulate is not None else ()
-    return Assumed(
-        theta, differing_pairs(theta, labels), spec.lapse_rate if simulate is not None else 0.0, (*left_out, *ties)
-    )
+    if not pairs.groups:
+        return [("", plan, named)], ()
+    group_of = {pairs.items[item]: name for name, members in pairs.groups for item in members}
+    for one, other in named:
+        if group_of[one] != group_of[other]:
+            what = f"{one} and {other} are in different groups, '{group_of[one]}' and '{group_of[other]}'"
+            raise ResultsError(Finding(what, remedy="name pairs of one group, or link the groups with 'across'"))
+    parts, without = [], []
+    for name, members in pairs.groups:
+        place, within = list(members), pairs.pairs_within(members)
+        own = replace(
+            plan,
+            items=tuple(plan.items[item] for item in place),
+            theta=plan.theta[place] - plan.theta[place].mean(),
+            times=plan.times[within],
+            differs=plan.differs[within],
+        )
+        matter = tuple(pair for pair in named if group_of[pair[0]] == name)
+        if matter or (not named and own.differs.any()):
+            parts.append((name, own, matter))
+        else:
+            without.append(name)
+    if not parts:
+        raise ResultsError(Finding("no two items should differ", remedy="name the pairs that matter with --pair"))
+    why = "no pair of theirs is named" if named else "their stimuli are assumed to be equal"
+    return parts, (f"Groups left out, since {why}: {', '.join(without)}.",) if without else ()
 
 
-def _printed_scores(file: Path) -> dict[str, float]:
-    remedy = "give what 'cyclopean scores --json' printed"
-    try:
-        printed = json.loads(file.read_text(encoding="utf-8"))
-    except OSError as error:
-        raise ResultsError(Finding(f"the file cannot be read: {error.strerror}", str(file), remedy=remedy)) from None
-    except ValueError as error:
-        raise ResultsError(Finding(f"this is no JSON: {error}", str(file), remedy=remedy)) from None
-    items = printed.get("items") if isinstance(printed, dict) else None
-    if not isinstance(items, list) or not all(isinstance(item, dict) and "name" in item for item in items):
-        raise ResultsError(Finding("there is no list of items with names", str(file), remedy=remedy))
-    scores = {str(item["name"]): item.get("score") for item in items}
-    empty = [name for name, score in scores.items() if isinstance(score, bool) or not isinstance(score, int | float)]
-    if empty:
-        raise ResultsError(Finding(f"'{empty[0]}' has no score", str(file), remedy="assume one in a file of observers"))
-    return {name: float(score) for name, score in scores.items() if score is not None}
+MOST_TO_COMPARE = 400  # studies of each number of observers, where only the number needed is reported
+
+
+def _part(progress: Callable[[int, int], None], number: int, of: int) -> Callable[[int, int], None]:
+    """Report the progress of one of several simulations in per cent of all."""
+    return lambda done, blocks: progress(round(100 * (number + done / blocks) / of), 100)
+
+
+def _compared(answers: Sequence[tuple[float, Needed | GroupsNeeded]], sizes: Sequence[int]) -> tuple[str, ...]:
+    """Return a sentence on how many observers are needed if they differ less or more."""
+    if not answers:
+        return ()
+    parts = []
+    for sd, needed in answers:
+        number = f"more than {max(sizes)}" if needed.observers is None else str(needed.observers)
+        parts.append(f"{number} at {sd:.2g} nats" if sd else f"{number} if they do not differ")
+    return (f"Observers needed, by how much they differ: {', '.join(parts)}.",)

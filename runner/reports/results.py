@@ -15,7 +15,8 @@ from analysis.classes import Adjust
 from analysis.errors import ResultsError
 from analysis.observers import Filter, check_tests
 from analysis.records import Header, read_results
-from analysis.report import CovarianceChoice, Report, write_report
+from analysis.report import Report, write_report
+from analysis.scaling import CovarianceChoice
 from documents import Finding
 from documents.files import whole_file
 from runner.errors import SessionError

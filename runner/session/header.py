@@ -135,7 +135,7 @@ def make_header(
             "dither": rig.dither,
             "gain_map_delivers": rig.gain_map.delivered_share if rig.gain_map else None,
         },
-        analysis=experiment.spec.analysis.model_dump(mode="json"),
+        analysis=experiment.spec.analysis.model_dump(mode="json", exclude_none=True),
         hashes=hashes(experiment, stimuli),
         software=software(),
         presentation=dict(presentation),

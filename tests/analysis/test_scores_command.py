@@ -233,3 +233,58 @@ def test_ties_that_the_plain_fit_leaves_out_are_told(call: Call) -> None:
     done = call(["scores", "-"], TIES)
     assert done.returncode == 0
     assert "2 answers prefer neither item" in done.stdout
+
+
+def test_pairs_and_equivalence(call: Call) -> None:
+    table = "winner,loser,count\na,b,40\nb,a,38\nb,c,70\nc,b,10\na,c,66\nc,a,12\n"
+    done = call(["scores", "-", "--pairs", "--margin", "1jnd"], table)
+    assert done.returncode == 0, done.stderr
+    assert "1 of 3 pairs are equivalent, 2 different, 0 undecided" in done.stdout
+    values = json.loads(call(["scores", "-", "--pairs", "--margin", "1jnd", "--json"], table).stdout)
+    assert [pair["second"] for pair in values["pairs"]["pairs"]] == ["a", "c", "c"]
+    assert [pair["verdict"] for pair in values["equivalence"]["pairs"]] == ["equivalent", "different", "different"]
+    wrong = call(["scores", "-", "--margin", "large"], table)
+    assert wrong.returncode == 2
+    assert "0.5jnd" in wrong.stderr
+
+
+def test_checks_and_multiverse(call: Call) -> None:
+    lines = ["winner,loser,observer"]
+    for observer in range(6):
+        for number, (one, other) in enumerate(combinations("abcd", 2)):
+            lines.append(f"{one},{other},{observer}" if (number + observer) % 3 else f"{other},{one},{observer}")
+    done = call(["scores", "-", "--checks", "--multiverse"], "\n".join(lines))
+    assert done.returncode == 0, done.stderr
+    for words in ("break stochastic transitivity", "fits badly", "are predicted best by", "analyses"):
+        assert words in " ".join(done.stdout.split()), words
+    values = json.loads(call(["scores", "-", "--checks", "--multiverse", "--json"], "\n".join(lines)).stdout)
+    assert values["transitivity"]["triples"] == 4
+    assert len(values["residuals"]["pairs"]) == 6
+    assert {line["model"] for line in values["model_comparison"]["models"]} == {"bradley-terry", "thurstone"}
+    assert len(values["multiverse"]["analyses"]) == 2 * 4 * 4 * 7
+
+
+def test_groups_have_a_table_each_and_are_named_where_they_have_no_scores(call: Call) -> None:
+    lines = ["winner,loser,scene,observer"]
+    for observer in "123":
+        lines += [
+            f"{pair},{scene},{observer}" for scene in ("church", "beach") for pair in ("a,b", "b,c", "c,a", "a,c")
+        ]
+    text = "\n".join(lines)
+    printed = call(["scores", "-"], text)
+    assert printed.returncode == 0, printed.stderr
+    rows = [line.strip() for line in printed.stdout.splitlines()]
+    assert [rows.index(name) for name in ("church", "beach", "all groups together")] == sorted(
+        rows.index(name) for name in ("church", "beach", "all groups together")
+    )
+    assert any(line.startswith("one scale for all groups: ") for line in rows)
+    done = call(["scores", "-", "--json"], text)
+    values = json.loads(done.stdout)
+    assert set(values) == {"groups", "pooled", "agreement", "notes"}
+    assert [group["name"] for group in values["groups"]] == ["church", "beach"]
+    church = "\n".join(line.replace(",church", "") for line in lines if "beach" not in line).replace(",scene", "")
+    assert {"name": "church", **json.loads(call(["scores", "-", "--json"], church).stdout)} == values["groups"][0]
+    without = call(["scores", "-"], "\n".join(line for line in lines if line[:9] not in ("c,a,beach",)))
+    assert without.returncode == 1
+    assert without.stderr.startswith("cyclopean: the group 'beach': no finite scores fit these comparisons:")
+    assert "church" in without.stdout

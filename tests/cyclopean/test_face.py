@@ -18,6 +18,8 @@ import cyclopean
 from analysis.comparisons.session_comparisons import from_sessions
 from analysis.observers.table import observers_in_sessions
 from analysis.records.results import read_results
+from analysis.records.session_record import Header, Trial
+from analysis.scaling import GroupedScores, Scores
 from documents import InputError
 
 ROOT = Path(__file__).parents[2]
@@ -101,6 +103,7 @@ def test_options_reach_the_fit() -> None:
         {"winner": list("abacbc"), "loser": list("bacacb"), "count": [9, 4, 8, 3, 7, 5], "observer": list("112233")}
     )
     by_jod = cyclopean.scores(answers, model="thurstone", covariance="sandwich", adjust="bh", alpha=0.1)
+    assert isinstance(by_jod.value, Scores)
     assert (by_jod.value.fit.model, by_jod.value.fit.covariance_kind) == ("thurstone", "sandwich")
     assert "jod" in by_jod.to_frame()
 
@@ -244,3 +247,33 @@ def test_power_has_a_row_for_each_number_of_observers(study: Study) -> None:
     done = cyclopean.power(study.experiment, [5, 10], replicates=20)
     assert list(done.to_frame()["observers"]) == [5, 10]
     assert "observers" in repr(done)
+
+
+def test_scores_within_groups_have_a_row_for_each_item_of_each_group() -> None:
+    pairs = [pair for pair in ("ab", "ba", "bc", "cb", "ca", "ac", "ab") for _ in range(2)]
+    rows = [(*pair, scene, str(person)) for pair in pairs for scene in ("church", "beach") for person in range(3)]
+    result = cyclopean.scores(pd.DataFrame(rows, columns=["winner", "loser", "scene", "observer"]))
+    assert isinstance(result.value, GroupedScores)
+    table = result.to_frame()
+    assert table["group"].fillna("").tolist() == ["church"] * 3 + ["beach"] * 3 + [""] * 3
+    assert table.groupby(table["group"].fillna(""))["score"].sum().tolist() == pytest.approx([1, 1, 1])
+
+
+def test_results_of_pairs_within_scenes_have_a_pooled_scale_of_what_the_scenes_share(tmp_path: Path) -> None:
+    stimuli = tuple(
+        {"name": f"{scene}-{codec}", "factors": {"scene": scene, "codec": codec}} for scene in "ab" for codec in "xy"
+    )
+    for number in ("01", "02", "03"):
+        header = Header("views", number, number, "2026-01-31T09:30:00Z", 1, "?", False, stimuli, {}, {}, {}, {}, {})
+        lines = [header.to_json()]
+        for place, won in enumerate(["ax", "ay", "ax", "bx", "by", "by"]):
+            scene, better = won[0], won[1]
+            pair = {"first": f"{scene}-x", "second": f"{scene}-y", "chosen": f"{scene}-{better}", "answer": "first"}
+            pair |= {"rejected": f"{scene}-{'xy'[better == 'x']}", "group": scene, "group_factor": "scene"}
+            lines.append(Trial(0, place, "all_pairs", (), 1.0, "2026-01-31T09:31:00Z", pair).to_json())
+        (tmp_path / number).mkdir()
+        (tmp_path / number / "session.jsonl").write_text("".join(json.dumps(line) + "\n" for line in lines))
+    table = cyclopean.scores(tmp_path).to_frame()
+    assert table["group"].fillna("").tolist() == ["a", "a", "b", "b", "", ""]
+    assert table["name"].tolist() == ["a-x", "a-y", "b-y", "b-x", "x", "y"]
+    assert table["score"].tolist() == pytest.approx([2 / 3, 1 / 3, 2 / 3, 1 / 3, 0.5, 0.5])

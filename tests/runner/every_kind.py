@@ -30,8 +30,14 @@ BLOCKS: Mapping[str, tuple[str, ...]] = MappingProxyType(
             "stimuli: [a, b, c], repeats: 2, ties: both, fixation_s: 0.2, exposure_s: 0.5, blank_s: 0.1",
             f"stimuli: [a, b, c, d], catch: {{every: 3, pairs: [[a, b]], identical: 1}}, ratings: [{_SCALE}]",
             "stimuli: [a, b, c], presentation: sequence, exposure_s: 0.5",
+            "within: scene, repeats: 2, break_every: 4",
+            "within: scene, across: codec, catch: {every: 4, pairs: [[a, d]], identical: 1}",
         ),
-        "active_pairs": ("trials: 14", "trials: 8, batch: 1, gain: entropy, ties: both, break_every: 3"),
+        "active_pairs": (
+            "within: scene, trials: 11",
+            "trials: 14",
+            "trials: 8, batch: 1, gain: entropy, ties: both, break_every: 3",
+        ),
         "best_of_series": (
             "series: {one: [a, b, c], two: [d, e, f]}",
             f"series: {{one: [a, b], two: [c, d, e]}}, ratings: [{_SCALE}], see_all: false, wrap: true, break_every: 1",
@@ -68,7 +74,10 @@ OPEN_ENDED = ("practice", "screening")
 def experiment(folder: Path, *blocks: str) -> Experiment:
     """Write an experiment of ``blocks`` to ``folder`` and read it."""
     folder.mkdir(exist_ok=True, parents=True)
-    pictures = "".join(f"  - {{name: {name}, file: {name}.exr}}\n" for name in "abcdef")
+    pictures = "".join(
+        f"  - {{name: {name}, file: {name}.exr, factors: {{scene: {scene}, codec: {codec}}}}}\n"
+        for name, scene, codec in zip("abcdef", ("beach",) * 3 + ("church",) * 3, (1, 2, 3) * 2, strict=True)
+    )
     (folder / "recipe.yaml").write_text(f"schema_version: 1\nkind: pictures\nstimuli:\n{pictures}")
     file = folder / "every_kind.yaml"
     file.write_text(

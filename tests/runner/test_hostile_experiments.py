@@ -8,11 +8,12 @@ from pathlib import Path
 from typing import Any
 
 import pytest
+from pydantic import ValidationError
 
 from documents import InputError
 from runner.check.files import check_file
 from runner.check.report import CheckOptions
-from runner.protocol.experiment import MOST_TRIALS, check_observer, read_experiment
+from runner.protocol.experiment import MOST_TRIALS, AnalysisSpec, check_observer, read_experiment
 
 Study = Any  # tests/conftest.py
 HUGE = ("1000000000", "1" + "0" * 40)
@@ -132,3 +133,12 @@ def test_an_observer_s_id_cannot_lead_elsewhere(observer: str) -> None:
     with pytest.raises(InputError, match="is no BIDS label") as caught:
         check_observer(observer)
     assert str(caught.value).isprintable()
+
+
+def test_a_margin_is_a_difference() -> None:
+    for margin in ("0.5jnd", "55:45", "0.2nats"):
+        assert AnalysisSpec(margin=margin).model_dump(exclude_none=True)["margin"] == margin
+    assert "margin" not in AnalysisSpec().model_dump(exclude_none=True)
+    for margin in ("small", "0jnd", "45:55", "0.2sd"):
+        with pytest.raises(ValidationError, match="the margin is"):
+            AnalysisSpec(margin=margin)

@@ -116,6 +116,18 @@ def test_the_preliminary_test_in_small(tmp_path: Path) -> None:
     assert sum(answer["chosen_view"] == "stereo" for answer in answers) > 19
 
 
+def test_the_pairs_within_paints_in_small(tmp_path: Path) -> None:
+    file = copied(tmp_path, "paints", small=True)
+    logs = [simulated(file, "paints", observer) for observer in ("01", "02")]
+    for log in logs:
+        compared = [trial.data for trial in log.trials if trial.kind == "all_pairs"]
+        assert Counter(data["group"] for data in compared) == dict.fromkeys(("GM1", "GM2", "HI", "BC", "BR"), 6)
+        assert all(data["first"].split("-")[0] == data["second"].split("-")[0] == data["group"] for data in compared)
+        assert all(one["group"] != other["group"] for one, other in pairwise(compared))
+    firsts = [{(t.data["first"], t.data["second"]) for t in log.trials if t.kind == "all_pairs"} for log in logs]
+    assert firsts[0] != firsts[1]
+
+
 @pytest.mark.stress
 def test_the_first_experiment_whole_with_the_thesis_s_fifteen_observers(tmp_path: Path) -> None:
     file = copied(tmp_path, "exposure_series", small=False)

@@ -353,7 +353,8 @@ def test_the_second_build_touches_nothing(tmp_path: Path, monkeypatch: pytest.Mo
 
 
 @pytest.mark.parametrize(
-    ("observers", "recipe_file"), [("figure_4_14", "exposure_series"), ("preliminary", "preliminary")]
+    ("observers", "recipe_file"),
+    [("figure_4_14", "exposure_series"), ("preliminary", "preliminary"), ("paints", "paints")],
 )
 def test_the_made_up_observers_score_every_picture(observers: str, recipe_file: str) -> None:
     scored = yaml.safe_load((CONFIGS / "observers" / f"{observers}.yaml").read_text())["stimuli"]

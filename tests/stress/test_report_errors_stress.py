@@ -1,46 +1,39 @@
-"""Ten observers, from which on the report takes standard errors by observer, are enough for them."""
+"""The default keeps its level with few observers, alike or not, and the model's errors do not."""
 
 from __future__ import annotations
 
-from itertools import combinations
+from typing import Any
 
 import numpy as np
 import pytest
 
-from analysis.bootstrap.stability import Covariance
-from analysis.comparisons.comparisons import Answer, from_answers
-from analysis.report.estimate import FEWEST_FOR_SANDWICH, estimate_scores
+from benchmarks.simulated_studies import Design, decisions
 
 pytestmark = pytest.mark.stress
-STUDIES, ITEMS = 600, 10
+STUDIES = 600
+ERROR = 0.009  # standard error of 5 % of 600 studies
+EQUAL = np.zeros(10)
+HALVES = np.r_[np.ones(5), -np.ones(5)] / 2
+POPULATIONS: dict[str, dict[str, Any]] = {
+    "alike": {},
+    "sd 0.7": {"observer_sd": 0.7},
+    "sd 1.5": {"observer_sd": 1.5},
+    "two items that divide": {"observer_sd": np.r_[1.5, 1.5, np.zeros(8)]},
+    "two camps": {"camps": HALVES},
+}
 
 
-def false_differences(observer_sd: float, covariance: Covariance, seed: int) -> float:
-    """Return the share of studies of equal items in which any two are told apart at 0.05, by Holm's correction."""
-    rng = np.random.default_rng(seed)
-    names = [f"item {number}" for number in range(ITEMS)]
-    wrong = studies = 0
-    while studies < STUDIES:
-        answers = []
-        for observer in range(FEWEST_FOR_SANDWICH):
-            own = rng.normal(0, observer_sd, ITEMS)
-            for one, other in combinations(range(ITEMS), 2):
-                better = rng.random() < 1 / (1 + np.exp(own[other] - own[one]))
-                pair = (one, other) if better else (other, one)
-                answers.append(Answer(names[pair[0]], names[pair[1]], 1.0, str(observer), names[one], False))
-        comparisons = from_answers(answers, names)
-        found = estimate_scores(comparisons, alpha=0.05, adjust="holm", covariance=covariance, draw=False)
-        if found.method == "ml" and found.scores.classes is not None:
-            studies += 1
-            wrong += len(found.scores.classes.members) > 1
-    return wrong / STUDIES
+@pytest.mark.parametrize("share", [1.0, (0.2, 1.0)], ids=["all pairs", "some pairs"])
+@pytest.mark.parametrize("observers", [5, 10, 30])
+@pytest.mark.parametrize("population", POPULATIONS)
+def test_the_default_seldom_reports_a_false_difference(population: str, observers: int, share: Any) -> None:
+    found = decisions(Design(EQUAL, observers, share=share, **POPULATIONS[population]), studies=STUDIES)
+    assert found.false_difference <= 0.05 + 3 * ERROR
+    assert 0.93 <= found.differences <= 0.985
+    assert 0.92 <= found.log10_scores <= 0.985
 
 
-@pytest.mark.parametrize("observer_sd", [0.0, 0.7])
-def test_by_observer_the_level_holds(observer_sd: float) -> None:
-    """Holm's bound is 5 %; the standard error of 600 studies is 0.9 %."""
-    assert false_differences(observer_sd, "sandwich", 1) <= 0.05 + 2 * 0.009
-
-
-def test_by_the_model_it_does_not_where_observers_differ() -> None:
-    assert false_differences(0.7, "model", 2) > 0.15
+@pytest.mark.parametrize("observers", [5, 15])
+def test_the_models_errors_report_many_where_observers_differ(observers: int) -> None:
+    found = decisions(Design(EQUAL, observers, 0.7), studies=STUDIES, covariance="model")
+    assert found.false_difference > 0.15

@@ -6,19 +6,20 @@ from analysis.errors import ResultsError
 from analysis.factors.effects import factor_effects
 from analysis.factors.result import FactorEffects
 from analysis.report.blocks import Block, Column, Figure, Paragraph, Section, Table
-from analysis.report.summary import Summary
+from analysis.report.summary import Answered, Summary
 from analysis.report.words import fixed, p_words, percent
 from documents.pages import NARROW_IN, WIDE_IN
 
 
-def effects_of(summary: Summary) -> FactorEffects | None:
+def effects_of(compared: Answered) -> FactorEffects | None:
     """Return the effects of the factors in the sessions' header; None where none can be estimated."""
-    items = summary.scores.comparisons.items
-    factors = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in summary.header.stimuli}
-    if summary.scores.classes is None or not any(factors.get(item) for item in items):
+    comparisons = compared.comparisons
+    factors = {str(stimulus["name"]): stimulus.get("factors") or {} for stimulus in compared.header.stimuli}
+    unscaled = isinstance(compared, Summary) and compared.scores.classes is None
+    if unscaled or not any(factors.get(item) for item in comparisons.items):
         return None
     try:
-        return factor_effects(summary.scores.comparisons, factors)
+        return factor_effects(comparisons, factors)
     except ResultsError:
         return None
 
@@ -75,12 +76,9 @@ def _tests(effects: FactorEffects) -> list[Block]:
             Column("Likelihood ratio", "statistic", "number", 1),
             Column("df", "df", "number"),
             Column("p", "p", "p"),
-            Column("F by observers", "robust_statistic", "number", 2),
-            Column("p by observers", "robust_p", "p"),
+            Column("p by observers", "observer_p", "p"),
         )
-        rows = tuple(
-            (test.name, test.statistic, test.df, test.p, test.robust_statistic, test.robust_p) for test in effects.tests
-        )
+        rows = tuple((test.name, test.statistic, test.df, test.p, test.observer_p) for test in effects.tests)
         blocks.append(Table("factor_tests", "Tests of each factor (type II)", columns, rows))
     if effects.interactions:
         crossed = (
@@ -89,10 +87,21 @@ def _tests(effects: FactorEffects) -> list[Block]:
             Column("df", "df", "number"),
             Column("p", "p", "p"),
             Column("p (Holm)", "p_holm", "p"),
+            Column("p by observers", "observer_p", "p"),
+            Column("p by observers (Holm)", "observer_p_holm", "p"),
             Column("Not fitted because", "not_fitted"),
         )
         lines = tuple(
-            (" × ".join(test.names), test.statistic, test.df, test.p, test.p_holm, test.not_fitted)
+            (
+                " × ".join(test.names),
+                test.statistic,
+                test.df,
+                test.p,
+                test.p_holm,
+                test.by_observers.p if test.by_observers else None,
+                test.observer_p_holm,
+                test.not_fitted,
+            )
             for test in effects.interactions
         )
         blocks.append(Table("factor_interactions", "Interactions of two factors", crossed, lines, folded=True))
@@ -105,7 +114,9 @@ def _tests(effects: FactorEffects) -> list[Block]:
         if explained.lack_of_fit is not None and explained.lack_of_fit_p is not None:
             words += (
                 f" Lack of fit: likelihood ratio {fixed(explained.lack_of_fit, 1)} on {explained.lack_of_fit_df} "
-                f"degrees of freedom, {p_words(explained.lack_of_fit_p)}."
+                f"degrees of freedom, {p_words(explained.lack_of_fit_p)} if all answers are independent"
             )
+            own = explained.lack_of_fit_by_observers
+            words += f"; {p_words(own.p)} by observers." if own else "."
         blocks.append(Paragraph(words))
     return blocks

@@ -7,16 +7,16 @@ from collections.abc import Mapping, Sequence
 from statistics import fmean, median
 from typing import Any
 
-from analysis.bootstrap.replicates import REPLICATES
 from analysis.comparisons.session_comparisons import is_comparison
 from analysis.observers.filters import Kept
 from analysis.observers.responses import catch_results
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
+from analysis.report.grouped import GroupedSummary
 from analysis.report.references import Citations
 from analysis.report.sections.observers import left_out_words
 from analysis.report.sections.shown import clipping_rows, timing_facts
-from analysis.report.summary import Summary
+from analysis.report.summary import Answered, Summary
 from analysis.report.words import counted, fixed, key_words, listed, plain
 
 _DESIGNS = {
@@ -31,7 +31,7 @@ _DESIGNS = {
 def methods_section(
     sessions: Sequence[SessionLog],
     kept: Kept | None,
-    pairs: Summary | None,
+    compared: Summary | GroupedSummary | None,
     adjustment: str,
     *,
     series: bool,
@@ -47,7 +47,7 @@ def methods_section(
         _people(sessions, kept),
         _display(sessions, cited),
         _design(sessions),
-        _pairs(pairs, adjustment, cited) if pairs else "",
+        _compared(compared, adjustment, cited) if compared else "",
         _others(cited, series=series, ratings=ratings, preferences=preferences, factors=factors, observers=observers),
         _software(header),
     ]
@@ -202,7 +202,35 @@ def _pair_design(sessions: Sequence[SessionLog]) -> list[str]:
     return parts
 
 
-def _pairs(summary: Summary, adjustment: str, cited: Citations) -> str:
+def _compared(compared: Summary | GroupedSummary, adjustment: str, cited: Citations) -> str:
+    if isinstance(compared, Summary):
+        return _pairs(compared, compared, adjustment, cited)
+    words = (
+        f"Stimuli were compared within each of {len(compared.groups)} groups ({compared.factor}) only, and each group "
+        f"has a scale of its own. {_pairs(compared.groups[0][1], compared, adjustment, cited)}"
+    )
+    firth = [name for name, part in compared.groups if part.estimate.method == "firth"]
+    if firth and compared.groups[0][1].estimate.method != "firth":
+        words += (
+            f" In {listed(firth)}, where separation was complete, scores were fitted by Firth's penalised likelihood "
+            f"{cited.cite('Firth1993')}."
+        )
+    if compared.pooled is not None:
+        words += (
+            " A pooled scale was fitted to all answers, with stimuli of different groups as one where their other "
+            "factors agree"
+        )
+        test = compared.scored.agreement
+        words += (
+            "; whether it serves all groups was tested by a score test against a scale for each, its statistic "
+            f"compared with the spread between observers {cited.cite('Dempster1958')}."
+            if test is not None and test.p is not None
+            else "."
+        )
+    return words
+
+
+def _pairs(summary: Summary, whole: Answered, adjustment: str, cited: Citations) -> str:
     estimate = summary.estimate
     model = f"the Bradley-Terry model {cited.cite('Bradley1952')}"
     fitted = {
@@ -211,41 +239,44 @@ def _pairs(summary: Summary, adjustment: str, cited: Citations) -> str:
         "because of complete separation."
         if estimate.method == "firth"
         else "",
-        "learnt_prior": f"Scores are those of {model}: the posterior mode under a normal prior whose standard "
-        f"deviation ({fixed(estimate.prior_sd, 2)} nats) was estimated from the answers {cited.cite('MacKay1992')}, "
-        "since pairs were chosen by earlier answers."
+        "learnt_prior": f"Scores are those of {model}: the posterior mean, by expectation propagation "
+        f"{cited.cite('Minka2001')}, under a normal prior. The prior's standard deviation "
+        f"({fixed(estimate.prior_sd, 2)} nats) was estimated from the answers, and its uncertainty is included "
+        f"{cited.cite('Gelman2006')}. The reason is that pairs were chosen by earlier answers."
         if estimate.method == "learnt_prior"
         else "",
     }[estimate.method]
     parts = [fitted]
-    if summary.scores.comparisons.ties:
-        parts.append(f"{counted(summary.scores.comparisons.ties, 'tie')} were left out of the scores.")
-    if estimate.interval_kind != "model":
-        parts.append(
-            f"95 % intervals are bias-corrected and accelerated bootstrap intervals {cited.cite('Efron1987')} at "
-            f"levels widened for few observers {cited.cite('Hesterberg2015')}, from {REPLICATES:,} "
-            "bootstrap samples of observers."
-        )
-    else:
-        parts.append("95 % intervals follow from the curvature of the likelihood by the delta method.")
+    if whole.comparisons.ties:
+        parts.append(f"{counted(whole.comparisons.ties, 'tie')} were left out of the scores.")
+    parts.append(
+        "95 % intervals are quantiles of that posterior."
+        if estimate.method == "learnt_prior"
+        else "95 % intervals follow by the delta method from the same covariance as the classes"
+        + (", with Student's t." if estimate.covariance != "model" else ".")
+    )
     if summary.scores.classes is not None:
-        errors = (
-            f"standard errors clustered by observer {cited.cite('White1982', 'Cameron2015')} and Student's t with "
-            f"{estimate.df} degrees of freedom"
-            if estimate.covariance == "sandwich"
-            else "the model's standard errors, which treat all answers as independent"
-        )
+        keys = {"shrinkage": ("Ledoit2004", "Bell2002"), "sandwich": ("White1982", "Bell2002")}
+        works = keys.get(estimate.covariance, ())
+        errors = f"{estimate.error_words}{' ' + cited.cite(*works) if works else ''}"
         source = {"holm": ("Holm1979",), "bh": ("Benjamini1995",)}.get(summary.adjust, ())
         correction = f"{adjustment}{' ' + cited.cite(*source) if source else ''}"
         parts.append(
             f"Two stimuli share a perceptual class if their scores do not differ at level {summary.alpha:g}, by "
             f"{errors}, with {correction}; classes are a compact letter display {cited.cite('Piepho2004')}."
         )
-    if summary.fit_p is not None and estimate.method == "ml":
+    if whole is summary and summary.fit_p is not None and estimate.method == "ml":
         fit = summary.scores.fit
-        parts.append(f"The model's deviance is {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom.")
-    if summary.first_share is not None:
-        parts.append(f"Shares have Wilson's intervals {cited.cite('Wilson1927')}.")
+        fitted = f"The model's deviance is {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom"
+        if summary.one_scale is not None and summary.one_scale.by_observers:
+            fitted += (
+                "; whether one scale fits is tested by Pearson's statistic with a score bootstrap over observers "
+                f"{cited.cite('Kline2012', 'Webb2023')}"
+            )
+        parts.append(f"{fitted}.")
+    if whole.first_share is not None:
+        wilson, kish = cited.cite("Wilson1927"), cited.cite("Kish1965")
+        parts.append(f"Shares have Wilson's intervals {wilson}, for the effective number of answers {kish}.")
     return " ".join(parts)
 
 

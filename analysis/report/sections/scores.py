@@ -12,10 +12,10 @@ from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
 from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
 from analysis.report.figures import classes_svg, scores_svg
-from analysis.report.summary import Summary
-from analysis.report.words import fixed, p_words, percent
+from analysis.report.summary import Answered, Summary
+from analysis.report.words import COVARIANCE_WORDS, fixed, p_words, percent
 from analysis.scaling.fitting import fit_model
-from analysis.scaling.result import Fit
+from analysis.scaling.result import Fit, OrderTest
 from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import Published
 from documents.pages import NARROW_IN, WIDE_IN
@@ -23,23 +23,32 @@ from documents.pages import NARROW_IN, WIDE_IN
 
 def scores_section(summary: Summary, published: Published) -> Section:
     """Return the scores: a figure like the thesis's Figure 4.18 [Medina2016], and the table."""
-    estimate = summary.estimate
+    caption = score_caption(summary, "best at the top")
+    figure = Figure(scores_svg(summary, WIDE_IN), scores_svg(summary, NARROW_IN), caption)
+    return Section("scores", "Scores", (figure, score_table(summary, published), score_explanation(summary)))
+
+
+def score_caption(summary: Summary, order: str) -> str:
+    """Return the caption of a figure of scores."""
     interval = (
-        "95 % intervals by bootstrap over observers"
-        if estimate.interval_kind != "model"
-        else "95 % intervals that treat all answers as independent"
+        "95 % intervals that treat all answers as independent"
+        if summary.estimate.covariance == "model"
+        else "95 % intervals over observers"
     )
-    caption = (
-        f"{_method_words(summary)} on a logarithmic scale, best at the top, with {interval}. Colour and number give "
+    return (
+        f"{_method_words(summary)} on a logarithmic scale, {order}, with {interval}. Colour and number give "
         "the perceptual class: stimuli that share a class do not differ significantly."
     )
-    figure = Figure(scores_svg(summary, WIDE_IN), scores_svg(summary, NARROW_IN), caption)
-    clustered = "the sandwich clustered by observer" if estimate.covariance == "sandwich" else "the model"
-    explanation = (
+
+
+def score_explanation(summary: Summary) -> Paragraph:
+    """Return what a score and its standard error are."""
+    words = (
         "A score is the stimulus's share of 1: of two stimuli with scores a and b, the first is chosen with "
-        f"probability a / (a + b). The standard error is that of the centred log strength, in nats, by {clustered}."
+        "probability a / (a + b). The standard error is that of the centred log strength, in nats, by "
+        f"{COVARIANCE_WORDS[summary.estimate.covariance]}."
     )
-    return Section("scores", "Scores", (figure, _table(summary, published), Paragraph(explanation, small=True)))
+    return Paragraph(words, small=True)
 
 
 def _method_words(summary: Summary) -> str:
@@ -50,7 +59,10 @@ def _method_words(summary: Summary) -> str:
     }[summary.estimate.method]
 
 
-def _table(summary: Summary, published: Published) -> Table:
+def score_table(
+    summary: Summary, published: Published, name: str = "scores", title: str = "Scores, best first", **how: bool
+) -> Table:
+    """Return the scores, best first; ``folded`` is for a table that a reader may want to open."""
     columns = [
         Column("Stimulus", "stimulus"),
         Column("Class", "class", "class"),
@@ -73,7 +85,7 @@ def _table(summary: Summary, published: Published) -> Table:
         if published:
             row += list(published.get(item.name, (None, None)))
         rows.append(tuple(row))
-    return Table("scores", "Scores, best first", tuple(columns), tuple(rows))
+    return Table(name, title, tuple(columns), tuple(rows), **how)
 
 
 def classes_section(summary: Summary, adjustment: str) -> Section | None:
@@ -81,11 +93,7 @@ def classes_section(summary: Summary, adjustment: str) -> Section | None:
     scores, stability = summary.scores, summary.estimate.stability
     if scores.classes is None:
         return None
-    errors = (
-        f"standard errors clustered by observer, Student's t with {summary.estimate.df} degrees of freedom"
-        if summary.estimate.covariance == "sandwich"
-        else "the model's standard errors, which treat all answers as independent"
-    )
+    errors = summary.estimate.error_words
     caption = (
         f"Each bar is a class: stimuli on the same bar do not differ at level {summary.alpha:g} ({adjustment}; "
         f"{errors})."
@@ -134,16 +142,17 @@ def _finite(value: float) -> float | None:
 
 def fit_words(summary: Summary) -> str:
     """Return the goodness of fit in words."""
-    fit = summary.scores.fit
-    if summary.fit_p is None:
+    fits = summary.one_scale
+    if fits is None:
         return "Not available."
-    p = "< 0.001" if summary.fit_p < 0.001 else f"= {fixed(summary.fit_p, 3)}"
     verdict = (
-        "The answers are not compatible with a single scale: interpret the scores with care."
-        if summary.fit_p < 0.05
+        "The answers depart from a single scale: interpret the scores with care."
+        if fits.p < 0.05
         else "The answers are compatible with a single scale."
     )
-    return f"Deviance {fixed(fit.deviance, 1)} on {fit.df} degrees of freedom, p {p}. {verdict}"
+    basis = "by bootstrap over observers" if fits.by_observers else "by a test that takes all answers for independent"
+    statistic = f"Pearson's χ² = {fixed(fits.statistic, 1)} on {fits.df} degrees of freedom"
+    return f"{statistic}, {p_words(fits.p)} {basis}. {verdict}"
 
 
 MOST_DRAWN = 40  # stimuli up to which all pairs fit a page
@@ -187,26 +196,32 @@ def _matrix_cell(scores: Scores, counts: NDArray[np.float64], row: int, column: 
 
 def belief_section(summary: Summary, agreement: Concordance | None) -> Section:
     """Return the diagnostics of the scores."""
-    comparisons = summary.scores.comparisons
-    simulated = " (simulated)" if summary.simulated else ""
-    sessions = f"{len(summary.sessions)} session{'' if len(summary.sessions) == 1 else 's'}"
+    return Section("belief", "Diagnostics", (Facts(diagnostics(summary, summary, agreement)),))
+
+
+def diagnostics(whole: Answered, scale: Summary | None, agreement: Concordance | None) -> tuple[tuple[str, str], ...]:
+    """Return the diagnostics of the ``whole``; ``scale`` is the one that all its answers are on, if there is one."""
+    comparisons = whole.comparisons
+    simulated = " (simulated)" if whole.simulated else ""
+    sessions = f"{len(whole.sessions)} session{'' if len(whole.sessions) == 1 else 's'}"
     rows = [
-        ("Observers", f"{len(summary.observers)}{simulated}, in {sessions}"),
-        ("Comparisons", f"{summary.trials:,}" + (f", and {comparisons.ties:g} ties" if comparisons.ties else "")),
-        ("Goodness of fit", fit_words(summary)),
+        ("Observers", f"{len(whole.observers)}{simulated}, in {sessions}"),
+        ("Comparisons", f"{whole.trials:,}" + (f", and {comparisons.ties:g} ties" if comparisons.ties else "")),
     ]
-    rows += _sides(summary)
-    rows += _ties(summary)
+    if scale is not None:
+        rows.append(("Goodness of fit", fit_words(scale)))
+    rows += _sides(whole, scale)
+    rows += _ties(whole, scale)
     if agreement is not None:
         rows.append(("Agreement", agreement_words(agreement)))
-    caught = catch_results(summary.sessions)
+    caught = catch_results(whole.sessions)
     if caught.obvious:
         missed = sum(wrong for wrong, _ in caught.missed.values())
         rows.append(
             ("Catch trials", f"{caught.obvious - missed} of {caught.obvious} obvious trials answered correctly.")
         )
-    rows.append(("Response time", f"Median {fixed(summary.response_time_s, 2)} s"))
-    return Section("belief", "Diagnostics", (Facts(tuple(rows)),))
+    rows.append(("Response time", f"Median {fixed(whole.response_time_s, 2)} s"))
+    return tuple(rows)
 
 
 def agreement_words(agreement: Concordance) -> str:
@@ -219,24 +234,30 @@ def agreement_words(agreement: Concordance) -> str:
     return f"{words}."
 
 
-def _sides(summary: Summary) -> list[tuple[str, str]]:
-    if summary.first_share is None or summary.first_share_interval is None:
+def _sides(whole: Answered, scale: Summary | None) -> list[tuple[str, str]]:
+    if whole.first_share is None or whole.first_share_interval is None:
         return []
-    low, high = summary.first_share_interval
+    low, high = whole.first_share_interval
     words = (
-        f"{percent(summary.first_share, 1)} of the answers chose the position “{first_position(summary)}” "
+        f"{percent(whole.first_share, 1)} of the answers chose the position “{first_position(whole)}” "
         f"(95 %: {fixed(100 * low, 1)} to {fixed(100 * high, 1)})."
     )
-    ordered = order_fit(summary)
+    ordered = order_fit(scale) if scale is not None else None
     if ordered is not None and ordered.order_test is not None:
         effect = ordered.parameters[-1]
         if effect.factor is not None:
             value, least, most = effect.factor
             words += (
                 f" In the model with an order effect, this position multiplies the odds by {fixed(value, 2)} "
-                f"({fixed(least, 2)} to {fixed(most, 2)}); likelihood-ratio test {p_words(ordered.order_test.p)}."
+                f"({fixed(least, 2)} to {fixed(most, 2)}); {order_words(ordered.order_test)}."
             )
     return [("Side or order", words)]
+
+
+def order_words(test: OrderTest) -> str:
+    """Return the test of no order effect in words, without a full stop."""
+    basis = "by bootstrap over observers" if test.by_observers else "taking all answers for independent"
+    return f"test of no effect {p_words(test.verdict_p)} {basis}"
 
 
 def order_fit(summary: Summary) -> Fit | None:
@@ -250,13 +271,13 @@ def order_fit(summary: Summary) -> Fit | None:
     return fitted if fitted.separation is None else None
 
 
-def _ties(summary: Summary) -> list[tuple[str, str]]:
-    comparisons = summary.scores.comparisons
+def _ties(whole: Answered, scale: Summary | None) -> list[tuple[str, str]]:
+    comparisons = whole.comparisons
     if not comparisons.ties:
         return []
     share = comparisons.ties / (comparisons.ties + float(comparisons.count.sum()))
     words = f"{percent(share, 1)} of the answers are ties; the scores leave them out."
-    tied = tie_fit(summary)
+    tied = tie_fit(scale) if scale is not None else None
     if tied is not None and tied.parameters[0].factor is not None:
         value, low, high = tied.parameters[0].factor
         words += f" Davidson's ν = {fixed(value, 2)} ({fixed(low, 2)} to {fixed(high, 2)})."
@@ -274,9 +295,9 @@ def tie_fit(summary: Summary) -> Fit | None:
     return fitted if fitted.separation is None else None
 
 
-def first_position(summary: Summary) -> str:
+def first_position(whole: Answered) -> str:
     """Return the name of the first position."""
-    for session in summary.sessions:
+    for session in whole.sessions:
         for trial in session.trials:
             if "first_position" in trial.data:
                 return str(trial.data["first_position"])

@@ -109,7 +109,7 @@ def _steps(summary: SeriesSummary) -> tuple[Block, ...]:
             step.ratio,
             step.step,
             step.step_interval or (None, None),
-            step.fit_p,
+            step.fit_by_observers.p if step.fit_by_observers else step.fit_p,
             step.reason or None,
         )
         for step in summary.steps
@@ -119,6 +119,7 @@ def _steps(summary: SeriesSummary) -> tuple[Block, ...]:
         "modelled as matches with a normal error on the axis of the series"
     )
     words += _axis_words(summary.steps) + " A ratio of 2 means that a level must be doubled to be noticed."
+    words += " The p value of the fit is by bootstrap over observers where there are five or more."
     used = len(columns) if any(step.reason for step in summary.steps) else len(columns) - 1
     table = Table("series_steps", "Of one observer", columns[:used], tuple(row[:used] for row in rows))
     return table, Paragraph(words, small=True)

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from analysis.records.session_record import Header, SessionLog
-from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Paragraph, Picture, Section, Table
+from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
 from analysis.report.words import fixed
 from documents.text import counted
 
@@ -16,27 +16,31 @@ MOST_UNFOLDED = 24
 EYES = {"left": "left eye", "right": "right eye", "both": "both eyes"}
 
 
-def gallery_section(names: Sequence[str], thumbnails: Thumbnails) -> Section | None:
-    """Return the stimuli as small pictures (PNG) per eye, in the order of ``names``; None if there are none."""
-    pictures = tuple(
-        Picture(name, tuple((EYES.get(eye, eye), _uri(png)) for eye, png in thumbnails[name].items()))
-        for name in names
-        if thumbnails.get(name)
-    )
-    if not pictures:
+def gallery_section(names: Mapping[str, Sequence[str]], thumbnails: Thumbnails) -> Section | None:
+    """Return the stimuli as small pictures (PNG) per eye, by group and in the order of ``names``; None without any."""
+    galleries = {
+        group: tuple(
+            Picture(name, tuple((EYES.get(eye, eye), _uri(png)) for eye, png in thumbnails[name].items()))
+            for name in own
+            if thumbnails.get(name)
+        )
+        for group, own in names.items()
+    }
+    galleries = {group: pictures for group, pictures in galleries.items() if pictures}
+    many = sum(map(len, galleries.values())) > MOST_UNFOLDED
+    blocks: list[Block] = []
+    for group, pictures in galleries.items():
+        if group and not many:
+            blocks.append(Heading(group))
+        folded = f"{group + ': ' if group else ''}{counted(len(pictures), 'stimulus', 'stimuli')}"
+        blocks.append(Gallery(pictures, folded=folded if many else ""))
+    if not blocks:
         return None
     words = (
         "As the display showed them to each eye, reduced in size and converted to sRGB: the display's white is this "
         "page's white, and colours outside its gamut are clipped here too."
     )
-    return Section(
-        "stimuli",
-        "The stimuli",
-        (
-            Gallery(pictures, folded=f"{len(pictures)} stimuli" if len(pictures) > MOST_UNFOLDED else ""),
-            Paragraph(words, small=True),
-        ),
-    )
+    return Section("stimuli", "The stimuli", (*blocks, Paragraph(words, small=True)))
 
 
 def _uri(png: bytes) -> str:

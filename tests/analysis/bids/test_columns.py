@@ -125,3 +125,10 @@ def test_a_stimulus_called_left_does_not_take_an_eyes_place() -> None:
 
 def test_keys_that_are_to_stay_whole_do() -> None:
     assert flatten({"a": {"b": 1}, "c": {"d": 2}}, whole={"a"}) == [(("a",), {"b": 1}), (("c", "d"), 2)]
+
+
+def test_the_group_of_a_pair_has_a_column_that_says_what_it_is() -> None:
+    columns = gathered({"group": "church", "group_factor": "scene"}, {"group": "beach", "group_factor": "scene"})
+    assert columns["group"].values == ("church", "beach")
+    assert "within which the pair was compared" in describe(columns["group"])["Description"]
+    assert "factor" in describe(columns["group_factor"])["Description"]

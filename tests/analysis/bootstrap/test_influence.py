@@ -7,7 +7,7 @@ from collections.abc import Callable
 import numpy as np
 import pytest
 
-from analysis.bootstrap.influence import influences, sandwich, standard_errors
+from analysis.bootstrap.influence import influences, standard_errors
 from analysis.bootstrap.replicates import counts_by_observer, resample
 from analysis.comparisons.comparisons import Comparisons
 from analysis.scaling.fitting import fit
@@ -29,7 +29,8 @@ def test_the_sandwich_is_bread_meat_bread(study: Study) -> None:
     people = weights.sum()
     expected = people / (people - 1) * fitted.covariance @ meat @ fitted.covariance
     pulled = influences(by_observer, weights[None], fitted.theta[None])
-    assert sandwich(pulled, weights[None])[0] == pytest.approx(expected, abs=1e-12)
+    drawn = pulled[0] * np.sqrt(weights * people / (people - 1))[:, None]
+    assert drawn.T @ drawn == pytest.approx(expected, abs=1e-12)
     assert standard_errors(pulled, weights[None])[0] == pytest.approx(np.sqrt(np.diag(expected)), abs=1e-12)
 
 

@@ -9,33 +9,37 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from analysis.bootstrap.influence import influences, sandwich
+from analysis.bootstrap.influence import influences
 from analysis.bootstrap.replicates import resample
-from analysis.bootstrap.stability import Covariance, class_stability
+from analysis.bootstrap.stability import class_stability
 from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
 from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
 from analysis.errors import ResultsError
 from analysis.scaling.fitting import fit
+from analysis.scaling.result import CovarianceKind
+from analysis.scaling.shrinkage import shrink
 
 Study = Callable[..., Comparisons]
 STRENGTHS = (-1.2, -0.9, 0.1, 0.5, 1.5)
 
 
 @pytest.mark.parametrize("adjust", ["none", "holm", "bh"])
-@pytest.mark.parametrize("covariance", ["model", "sandwich"])
-def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjust, covariance: Covariance) -> None:
+@pytest.mark.parametrize("covariance", ["model", "scaled", "sandwich", "shrinkage"])
+def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjust, covariance: CovarianceKind) -> None:
     found = resample(study(STRENGTHS, observers=20), replicates=60)
     stability = class_stability(found, alpha=0.1, adjust=adjust, covariance=covariance)
     shared, labels = np.zeros((5, 5)), [Counter[str]() for _ in range(5)]
     counts = Counter[int]()
     for weights, theta, separated in zip(found.weights, found.theta, found.separated, strict=True):
         wins = np.tensordot(weights, found.by_observer, 1)
-        spread = fit(wins, method="firth" if separated else "ml").covariance
-        if covariance == "sandwich" and not separated:
-            ones = weights[None]
-            spread = sandwich(influences(found.by_observer, ones, theta[None]), ones)[0]
-        df = 19 if covariance == "sandwich" else None
+        spread, df = fit(wins, method="firth" if separated else "ml").covariance, None
+        if covariance != "model":
+            moved = influences(found.by_observer, weights[None], theta[None])[0]
+            each = np.repeat(moved, weights.astype(int), axis=0) * np.sqrt(20 / 19)  # as often as they were drawn
+            kind = "scaled" if separated else covariance
+            own = shrink(spread[None], each[None], kind, freedom=19, at_least_model=kind == "scaled")
+            spread, df = own.covariance[0], own.degrees_of_freedom()[0]
         classes = classify(theta, spread, alpha=0.1, adjust=adjust, df=df)
         shared += [[bool(set(a.split("+")) & set(b.split("+"))) for b in classes.labels] for a in classes.labels]
         counts[len(classes.members)] += 1
@@ -50,7 +54,7 @@ def test_it_is_what_classifying_each_replicate_gives(study: Study, adjust: Adjus
 def test_far_apart_is_never_shared_and_the_same_as_often_as_the_normal_law_says(study: Study) -> None:
     """Over the bootstrap z is about normal, with variance 1, about the z of all answers."""
     comparisons = study((-2.0, 0.0, 0.0, 2.0), observers=40, observer_sd=0.0)
-    stability = class_stability(resample(comparisons, replicates=400), adjust="maxz")
+    stability = class_stability(resample(comparisons, replicates=400), adjust="maxz", covariance="model")
     fitted = fit(comparisons.wins)
     z = classify(fitted.theta, fitted.covariance).z[1, 2]
     critical = stats.studentized_range.ppf(0.95, 4, np.inf) / np.sqrt(2)

@@ -11,8 +11,9 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 from scipy import stats
 
-from analysis.classes.multiplicity import adjusted_p, benjamini_hochberg, holm, single_step
+from analysis.classes.multiplicity import adjusted_p, benjamini_hochberg, clustered_single_step, holm, single_step
 from analysis.errors import ResultsError
+from analysis.scaling.shrinkage import Clustered, Spread, shrink
 
 Floats = NDArray[np.float64]
 P_VALUES = st.lists(st.floats(0, 1), min_size=1, max_size=20).map(np.array)
@@ -79,9 +80,43 @@ def test_with_degrees_of_freedom_the_law_is_students() -> None:
     assert p[0] == pytest.approx(2 * stats.t.sf(2.5, 7), rel=1e-12)
 
 
-@pytest.mark.parametrize(("n", "df"), [(2, 5), (6, 14), (10, 29)])
-def test_the_largest_t_of_equal_items_follows_the_studentised_range(n: int, df: int) -> None:
+def spread_of(kind: Clustered, n: int, observers: int) -> Spread:
+    """Return a covariance of equal items whose observers vary evenly about them: exactly that of the model."""
+    model = np.eye(n) - 1 / n
+    pulled = np.random.default_rng(3).standard_normal((observers, n))
+    pulled -= pulled.mean(axis=0)
+    pulled -= pulled.mean(axis=1, keepdims=True)
+    return shrink(model[None], pulled[None] / np.sqrt(observers - 1), kind, freedom=observers - 1)
+
+
+@pytest.mark.parametrize(("n", "observers"), [(2, 6), (6, 15)])
+def test_the_largest_t_scaled_follows_the_studentised_range(n: int, observers: int) -> None:
+    """Of all contrasts one common variance is estimated, with (observers − 1)(n − 1) degrees of freedom."""
     z = np.array([2.0, 2.5, 3.0, 3.5])
-    found = single_step(z, np.eye(n) - 1 / n, df)
-    expected = stats.studentized_range.sf(z * np.sqrt(2), n, df)
-    assert (np.abs(found - expected) <= 5 * np.sqrt(expected * (1 - expected) / 200_000)).all()
+    found = clustered_single_step(z, spread_of("scaled", n, observers), 40_000)
+    expected = stats.studentized_range.sf(z * np.sqrt(2), n, (observers - 1) * (n - 1))
+    assert (np.abs(found - expected) <= 5 * np.sqrt(expected * (1 - expected) / 40_000)).all()
+
+
+@pytest.mark.parametrize("kind", ["sandwich", "shrinkage"])
+def test_the_largest_t_is_that_of_studies_simulated_one_by_one(kind: Clustered) -> None:
+    """Observers' own contributions are drawn, their mean tested against their spread, study by study."""
+    n, observers, studies = 4, 7, 3000
+    whole, random = spread_of(kind, n, observers), np.random.default_rng(4)
+    values, vectors = np.linalg.eigh(whole.best[0] * observers)
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    largest = np.empty(studies)
+    for study in range(studies):
+        own = random.standard_normal((observers, n)) @ root.T
+        mean = own.mean(axis=0)
+        around = (own - mean) / np.sqrt(observers * (observers - 1))
+        covariance = shrink(whole.model, around[None], kind, freedom=observers - 1).covariance[0]
+        largest[study] = max(
+            abs(mean[i] - mean[j]) / np.sqrt(covariance[i, i] + covariance[j, j] - 2 * covariance[i, j])
+            for i in range(n)
+            for j in range(i)
+        )
+    t = np.quantile(largest, [0.5, 0.9, 0.95])
+    found = clustered_single_step(t, whole, 20_000)
+    for p, expected in zip(found, (0.5, 0.1, 0.05), strict=True):
+        assert p == pytest.approx(expected, abs=5 * np.sqrt(expected * (1 - expected) / studies))

@@ -32,6 +32,17 @@ def test_stimuli_that_no_pair_shows_are_no_items(make_session: Maker) -> None:
     assert from_sessions([make_session(names="abcd", answers=[("d", "b")])]).items == ("b", "d")
 
 
+def test_a_trial_may_name_the_group_of_its_pair(make_session: Maker) -> None:
+    session = make_session(names="abcd", answers=[("a", "b"), ("d", "c")])
+    assert from_sessions([session]).groups == ()
+    trials = [
+        replace(trial, data={**trial.data, "group": name}) for trial, name in zip(session.trials, "xy", strict=True)
+    ]
+    comparisons = from_sessions([replace(session, answers=tuple(trials))])
+    assert comparisons.groups == ("x", "y")
+    assert comparisons.group.tolist() == [0, 1]
+
+
 def test_other_kinds_of_trials_are_passed_over(make_session: Maker) -> None:
     session = make_session(names="ab", answers=[("a", "b")])
     question = Trial(2, 0, "questionnaire", (), 1.0, "2026", {"text": "fine"})

@@ -77,7 +77,7 @@ def test_the_table_holds_every_number_in_full(answer: Needed, tmp_path: Path) ->
     assert float(row["standard_error"]) == answer.power.separates_error[1, 1]
 
 
-def test_observers_who_differ_call_for_a_sandwich(plan_of: MakePlan) -> None:
-    assert assumed_notes(plan_of(0, 1)) == []
-    assert "--covariance sandwich" in assumed_notes(plan_of(0, 1, observer_sd=0.5))[0]
-    assert assumed_notes(plan_of(0, 1, observer_sd=0.5, covariance="sandwich")) == []
+def test_observers_who_differ_call_for_errors_by_observer(plan_of: MakePlan) -> None:
+    assert assumed_notes(plan_of(0, 1, covariance="model")) == []
+    assert "--covariance auto" in assumed_notes(plan_of(0, 1, observer_sd=0.5, covariance="model"))[0]
+    assert assumed_notes(plan_of(0, 1, observer_sd=0.5)) == []

@@ -68,7 +68,7 @@ def test_the_errors_told_are_those_between_seeds(plan_of: MakePlan) -> None:
 
 
 def test_more_observers_find_more_and_equal_items_seldom_differ(plan_of: MakePlan) -> None:
-    found = simulate_power(plan_of(0, 0, 0, 1.5), [10, 40], replicates=500)
+    found = simulate_power(plan_of(0, 0, 0, 1.5, covariance="model"), [10, 40], replicates=500)
     assert (found.separates[1, [2, 4, 5]] > found.separates[0, [2, 4, 5]]).all()
     assert (found.mean_width[1], found.recovery[1]) == (
         pytest.approx(found.mean_width[0] / 2, rel=0.1),
@@ -157,9 +157,12 @@ def test_absurd_numbers_of_observers_are_refused(plan_of: MakePlan, observers: l
         simulate_power(plan_of(0, 1), observers)
 
 
-def test_one_observer_has_no_sandwich(plan_of: MakePlan) -> None:
+def test_one_observer_has_the_model_s_covariance(plan_of: MakePlan) -> None:
+    plan = plan_of(0, 1, times=20, observer_sd=0.3)
+    by_model = simulate_power(replace(plan, covariance="model"), [1, 10], replicates=100)
+    assert (simulate_power(plan, [1, 10], replicates=100).width == by_model.width).all(axis=1).tolist() == [True, False]
     with pytest.raises(ResultsError, match="give numbers from 2"):
-        simulate_power(plan_of(0, 1, covariance="sandwich"), [1, 10])
+        simulate_power(plan_of(0, 1, interval="bootstrap"), [1, 10])
 
 
 def test_a_block_is_the_sum_of_its_studies(plan_of: MakePlan) -> None:

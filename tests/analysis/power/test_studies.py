@@ -13,20 +13,22 @@ from hypothesis import strategies as st
 from numpy.typing import NDArray
 
 from analysis.bootstrap.confidence_intervals import intervals
-from analysis.bootstrap.influence import influences, sandwich
 from analysis.bootstrap.replicates import resample_counts
-from analysis.classes.classes import classify
 from analysis.classes.multiplicity import Adjust
+from analysis.comparisons.comparisons import Answer, from_answers
+from analysis.errors import ResultsError
 from analysis.power import studies as width_module
 from analysis.power.plan import Plan, differing_pairs
 from analysis.power.studies import Studies, draw, run, widths
+from analysis.report.estimate import Estimate, estimate_scores
 from analysis.scaling.fitting import fit
 from analysis.scaling.laws import probabilities
-from analysis.scaling.result import Fit, Method
+from analysis.scaling.result import COVARIANCE_CHOICES, Method
 from benchmarks.simulated_studies import Design
 
 Floats = NDArray[np.float64]
 MakePlan = Callable[..., Plan]
+EXACT: tuple[Adjust, ...] = ("none", "holm", "bh")
 STRENGTHS = (-1.5, -0.4, 0.1, 0.2, 1.6)
 
 
@@ -41,72 +43,68 @@ def counts_of(studies: Studies, study: int) -> Floats:
     return counts
 
 
-def fitted(wins: Floats) -> Fit:
-    """Fit as a report does."""
-    plain = fit(wins)
-    return fit(wins, method="firth") if plain.separated else plain
-
-
-def covariance_of(studies: Studies, study: int) -> Floats:
-    """Return the covariance as `scores` finds it."""
-    counts = counts_of(studies, study)
-    found = fitted(counts.sum(axis=0))
-    if studies.plan.covariance == "model" or found.method == "firth":
-        return found.covariance
-    ones = np.ones((1, len(counts)))
-    return np.asarray(sandwich(influences(counts, ones, found.theta[None]), ones)[0])
-
-
-@pytest.mark.parametrize("observers", [2, 9])
-@pytest.mark.parametrize("covariance", ["model", "sandwich"])
-@pytest.mark.parametrize("adjust", ["none", "holm", "bh"])
-def test_every_study_is_fitted_and_tested_as_scores_does(
-    plan_of: MakePlan, observers: int, covariance: str, adjust: Adjust
-) -> None:
-    plan = plan_of(*STRENGTHS, covariance=covariance, adjust=adjust, observer_sd=0.4, lapse_rate=0.05, alpha=0.1)
-    studies = run(plan, observers, 60, np.random.default_rng(3))
-    found = studies.significant(float("nan"))
-    first, second = plan.pairs
-    assert studies.separated.any() == (observers == 2)
-    for study in range(60):
-        slow = fitted(counts_of(studies, study).sum(axis=0))
-        spread = covariance_of(studies, study)
-        np.testing.assert_allclose(studies.theta[study], slow.theta, atol=1e-8)
-        np.testing.assert_allclose(studies.covariance[study], spread, atol=1e-8)
-        df = observers - 1 if covariance == "sandwich" else None
-        classes = classify(slow.theta, spread, alpha=0.1, adjust=adjust, df=df)
-        assert (found[study] == (classes.p <= 0.1)[first, second]).all()
-
-
-@pytest.mark.parametrize("covariance", ["model", "sandwich"])
-def test_one_quantile_of_the_largest_z_decides_like_one_for_each_study(plan_of: MakePlan, covariance: str) -> None:
-    plan = plan_of(*STRENGTHS, covariance=covariance, adjust="maxz")
-    studies = run(plan, 25, 15, np.random.default_rng(4))
-    found = studies.significant(plan.critical_z(25))
-    first, second = plan.pairs
-    df = 24 if covariance == "sandwich" else None
-    own = [
-        (classify(theta, spread, adjust="maxz", df=df).p <= 0.05)[first, second]
-        for theta, spread in zip(studies.theta, studies.covariance, strict=True)
+def report_on(studies: Studies, study: int, adjust: Adjust) -> Estimate:
+    """Return what `report` has, from the answers of each observer."""
+    names = studies.plan.items
+    answers = [
+        Answer(names[one], names[other], count, str(observer))
+        for observer, own in enumerate(counts_of(studies, study))
+        for (one, other), count in np.ndenumerate(own)
+        if count
     ]
-    assert 0.3 < found.mean() < 0.9
+    plan, comparisons = studies.plan, from_answers(answers, names)
+    return estimate_scores(comparisons, alpha=plan.alpha, adjust=adjust, covariance=plan.covariance, draw=False)
+
+
+@pytest.mark.parametrize("observers", [1, 2, 9])
+@pytest.mark.parametrize("covariance", COVARIANCE_CHOICES)
+def test_every_study_is_fitted_and_tested_as_the_report_does(
+    plan_of: MakePlan, observers: int, covariance: str
+) -> None:
+    times = 3 if observers == 1 else 1
+    plan = plan_of(
+        *STRENGTHS, times=times, covariance=covariance, observer_sd=0.4, lapse_rate=0.05, alpha=0.1, interval="wald"
+    )
+    studies = run(plan, observers, 12, np.random.default_rng(3))
+    assert studies.separated.any() == (observers < 9)
+    found = {adjust: replace(studies, plan=replace(plan, adjust=adjust)).significant(float("nan")) for adjust in EXACT}
+    width = widths(studies, np.random.default_rng(0))
+    for study in range(12):
+        for adjust in EXACT:
+            report = report_on(studies, study, adjust)
+            fit, classes = report.scores.fit, report.scores.classes
+            assert classes is not None
+            assert (found[adjust][study] == (classes.pair_p <= 0.1)).all()
+            assert report.covariance == plan.kind(observers, separated=bool(studies.separated[study]))
+        np.testing.assert_allclose(studies.theta[study], fit.theta, atol=1e-8)
+        np.testing.assert_allclose(studies.covariance[study], fit.covariance, atol=1e-7)
+        ends = np.empty((5, 2))
+        ends[list(report.scores.order)] = report.log10_interval
+        np.testing.assert_allclose(width[study], ends[:, 1] - ends[:, 0], rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("covariance", "observers", "observer_sd"),
+    [("model", 25, 0.0), ("shrinkage", 6, 0.0), ("shrinkage", 10, 1.0), ("sandwich", 12, 0.7), ("scaled", 6, 0.7)],
+)
+def test_one_quantile_of_the_largest_z_decides_like_one_for_each_study(
+    plan_of: MakePlan, covariance: str, observers: int, observer_sd: float
+) -> None:
+    plan = plan_of(*STRENGTHS, covariance=covariance, adjust="maxz", observer_sd=observer_sd)
+    studies = run(plan, observers, 15, np.random.default_rng(4))
+    found = studies.significant(plan.critical_z(observers))
+    own = []
+    for study in range(15):
+        classes = report_on(studies, study, "maxz").scores.classes
+        assert classes is not None
+        own.append(classes.pair_p <= 0.05)
+    assert 0.05 < found.mean() < 0.9
     assert (found == np.array(own)).mean() > 0.97
 
 
 def test_the_critical_z_of_two_items_is_the_normal_quantile(plan_of: MakePlan) -> None:
-    assert plan_of(0, 1, adjust="maxz").critical_z(10) == pytest.approx(1.96, abs=0.02)
-    assert plan_of(0, 1, adjust="maxz", covariance="sandwich").critical_z(5) == pytest.approx(2.776, abs=0.06)
-
-
-def test_wald_widths_are_those_of_the_report(plan_of: MakePlan) -> None:
-    plan = plan_of(*STRENGTHS)
-    studies = run(plan, 12, 20, np.random.default_rng(5))
-    found = widths(studies, np.random.default_rng(0))
-    for study in range(20):
-        one = fitted(counts_of(studies, study).sum(axis=0))
-        gradient = np.eye(5) - one.score[None, :]
-        error = np.sqrt(np.diag(gradient @ one.covariance @ gradient.T)) / np.log(10)
-        np.testing.assert_allclose(found[study], 2 * 1.959963984540054 * error, rtol=1e-7)
+    assert plan_of(0, 1, adjust="maxz", covariance="model").critical_z(10) == pytest.approx(1.96, abs=0.02)
+    assert plan_of(0, 1, adjust="maxz", covariance="sandwich").critical_z(5) == pytest.approx(2.776, abs=0.12)
 
 
 def test_bootstrap_widths_are_those_of_the_bootstrap(plan_of: MakePlan, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -116,7 +114,7 @@ def test_bootstrap_widths_are_those_of_the_bootstrap(plan_of: MakePlan, monkeypa
     found, random = widths(studies, np.random.default_rng(0)), np.random.default_rng(0)
     for study in range(4):
         counts, seed = counts_of(studies, study), int(random.integers(2**31))
-        method: Method = "firth" if fitted(counts.sum(axis=0)).method == "firth" else "ml"
+        method: Method = "firth" if fit(counts.sum(axis=0)).separated else "ml"
         names = [str(number) for number in range(6)]
         drawn = resample_counts(counts, plan.items, names, replicates=200, seed=seed, method=method)
         ends = intervals(drawn, "log10_score")
@@ -125,7 +123,7 @@ def test_bootstrap_widths_are_those_of_the_bootstrap(plan_of: MakePlan, monkeypa
 
 @pytest.mark.parametrize("observers", [12, 20])
 def test_two_items_separate_as_often_as_the_binomial_law_says(plan_of: MakePlan, observers: int) -> None:
-    plan, replicates = plan_of(0.9, -0.1), 4000
+    plan, replicates = plan_of(0.9, -0.1, covariance="model"), 4000
     found = run(plan, observers, replicates, np.random.default_rng(7)).significant(float("nan"))
     p, chance = probabilities(plan.theta)[0, 1], 0.0
     for wins in range(observers + 1):
@@ -159,6 +157,20 @@ def test_observers_who_differ_bring_the_shares_together(plan_of: MakePlan) -> No
     expected = probabilities(Design(plan.theta, 20, 0.8).truth())[first, second]
     np.testing.assert_allclose(share, expected, atol=0.02)
     assert np.abs(share - probabilities(plan.theta)[first, second]).max() > 0.03
+
+
+@pytest.mark.parametrize("observer_sd", [0.3, 0.7, 2.0])
+def test_the_average_answer_of_observers_who_differ_is_as_assumed(plan_of: MakePlan, observer_sd: float) -> None:
+    plan = plan_of(*STRENGTHS, observer_sd=observer_sd, scores_of="average")
+    np.testing.assert_allclose(Design(plan.typical, 2, observer_sd).truth(), plan.theta, atol=1e-5)
+    alike = replace(plan, observer_sd=0.0)
+    np.testing.assert_array_equal(alike.typical, replace(plan, scores_of="typical").typical)
+
+
+@pytest.mark.parametrize(("nats", "observer_sd"), [(6.0, 3.0), (10.0, 3.0), (14.0, 8.0)])
+def test_average_scores_that_no_observers_give_are_refused(plan_of: MakePlan, nats: float, observer_sd: float) -> None:
+    with pytest.raises(ResultsError, match="do not give average scores so far apart"):
+        _ = plan_of(-nats, nats, 0.0, observer_sd=observer_sd, scores_of="average").typical
 
 
 @settings(max_examples=30, deadline=None)

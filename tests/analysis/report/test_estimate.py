@@ -8,10 +8,8 @@ from itertools import combinations
 
 import numpy as np
 import pytest
+from scipy import stats
 
-from analysis.bootstrap.confidence_intervals import intervals
-from analysis.bootstrap.replicates import resample
-from analysis.bootstrap.stability import Covariance
 from analysis.classes.classes import classify
 from analysis.comparisons.session_comparisons import from_sessions
 from analysis.errors import ResultsError
@@ -19,6 +17,7 @@ from analysis.records.session_record import SessionLog
 from analysis.report.summary import summarise
 from analysis.scaling.fitting import fit_model
 from analysis.scaling.learnt_prior import learnt_posterior
+from analysis.scaling.result import CovarianceKind
 
 Maker = Callable[..., SessionLog]
 
@@ -27,19 +26,20 @@ def many(make_session: Maker, count: int, **header: object) -> list[SessionLog]:
     return [make_session(f"{number:02d}", **header) for number in range(1, count + 1)]
 
 
-@pytest.mark.parametrize(("observers", "expected"), [(9, "model"), (10, "sandwich")])
-def test_ten_observers_are_enough_for_errors_clustered_by_observer(
+@pytest.mark.parametrize(("observers", "expected"), [(1, "model"), (2, "shrinkage"), (30, "shrinkage")])
+def test_two_observers_are_enough_for_errors_clustered_by_observer(
     make_session: Maker, observers: int, expected: str
 ) -> None:
-    found = summarise(many(make_session, observers), covariance="auto").estimate
-    assert found.method == "ml"
-    assert found.covariance == expected
-    assert found.df == (observers - 1 if expected == "sandwich" else None)
+    names = "abc"
+    answers = [pair for one, other in combinations(names, 2) for pair in ((one, other), (other, one), (one, other))]
+    sessions = [make_session(f"{number:02d}", names=names, answers=answers) for number in range(observers)]
+    found = summarise(sessions, covariance="auto").estimate
+    assert (found.method, found.covariance) == ("ml", expected)
 
 
-def test_many_stimuli_are_told_apart_by_the_model_and_their_draws_not_classed(make_session: Maker) -> None:
-    for count, covariance, classed in ((30, "sandwich", True), (31, "sandwich", False), (61, "model", False)):
-        names = [f"{number:02d}" for number in range(count)]
+def test_many_stimuli_have_no_shrinkage_and_their_draws_are_not_classed(make_session: Maker) -> None:
+    for count, covariance, classed in ((30, "shrinkage", True), (31, "shrinkage", False), (201, "scaled", False)):
+        names = [f"{number:03d}" for number in range(count)]
         ring = [(one, other) for one, other in zip(names, names[1:] + names[:1], strict=True)]
         answers = ring + [(other, one) for one, other in ring]
         sessions = [make_session(f"{number:02d}", names=names, answers=answers) for number in range(10)]
@@ -70,23 +70,31 @@ def test_the_experiment_chooses_the_errors_and_the_reader_may_overrule_it(make_s
         summarise(many(make_session, 2, analysis={"covariance": "robust"}))
 
 
-def test_intervals_are_the_bootstraps_in_the_order_of_the_scores(make_session: Maker) -> None:
+@pytest.mark.parametrize("covariance", ["model", "scaled", "sandwich", "shrinkage"])
+def test_intervals_follow_by_the_delta_method(make_session: Maker, covariance: CovarianceKind) -> None:
+    """The gradient by finite differences, the degrees of freedom of each log score by a contrast written out."""
     sessions = many(make_session, 15)
-    summary = summarise(sessions)
-    found = intervals(resample(from_sessions(sessions)), "log10_score")
-    ends = {names[0]: (low, high) for names, low, high in zip(found.names, found.low, found.high, strict=True)}
-    assert summary.estimate.interval_kind == "expanded-bca"
-    for item, (low, high) in zip(summary.scores.items, summary.log10_interval, strict=True):
-        assert (low, high) == pytest.approx(ends[item.name])
-        assert item.log10_score is not None
-        assert low < item.log10_score < high
+    summary = summarise(sessions, covariance=covariance)
+    fitted, order = summary.scores.fit, list(summary.scores.order)
+    step = 1e-6 * np.eye(len(order))
+
+    def log10(theta: np.ndarray) -> np.ndarray:
+        return np.asarray((theta - np.log(np.exp(theta).sum())) / np.log(10))
+
+    gradient = np.array([(log10(fitted.theta + up) - log10(fitted.theta - up)) / 2e-6 for up in step]).T
+    error = np.sqrt(np.diag(gradient @ fitted.covariance @ gradient.T))
+    free = fitted.freedom(gradient * np.log(10))
+    quantile = stats.norm.ppf(0.975) if free is None else stats.t.ppf(0.975, free)
+    assert summary.log10_interval[:, 0] == pytest.approx((log10(fitted.theta) - quantile * error)[order], abs=1e-6)
+    upper = np.minimum(log10(fitted.theta) + quantile * error, 0)
+    assert summary.log10_interval[:, 1] == pytest.approx(upper[order], abs=1e-6)
 
 
 def test_one_observer_has_the_models_intervals_and_no_stability(make_session: Maker) -> None:
     names = "abc"
     answers = [pair for one, other in combinations(names, 2) for pair in ((one, other), (other, one), (one, other))]
     found = summarise([make_session(names=names, answers=answers)], covariance="sandwich").estimate
-    assert (found.interval_kind, found.covariance, found.stability) == ("model", "model", None)
+    assert (found.covariance, found.stability) == ("model", None)
 
 
 def test_pairs_chosen_by_the_answers_are_scored_under_the_learnt_prior(make_session: Maker) -> None:
@@ -107,7 +115,7 @@ def test_pairs_chosen_by_the_answers_are_scored_under_the_learnt_prior(make_sess
 
 
 def test_stability_uses_the_same_standard_errors_as_the_classes(make_session: Maker) -> None:
-    wishes: tuple[Covariance, ...] = ("model", "sandwich")
+    wishes: tuple[CovarianceKind, ...] = ("model", "scaled", "sandwich", "shrinkage")
     for wish in wishes:
         found = summarise(many(make_session, 10), covariance=wish).estimate
         assert found.stability is not None

@@ -5,6 +5,7 @@ from __future__ import annotations
 import io
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from itertools import permutations
 
 import numpy as np
@@ -98,3 +99,24 @@ def test_the_terminal_table_shows_published_scores_and_treats_markup_as_text(mak
     assert "[red]a[/red]" in out.getvalue()
     assert "0.2500" in out.getvalue()
     assert "3+4" in out.getvalue()
+
+
+def test_the_interval_of_the_first_position_is_wide_where_observers_differ(make_session: Maker) -> None:
+    """Five observers always choose the first position, five the second: ten answers count, not sixty."""
+    circle = [("a", "b"), ("b", "c"), ("c", "a"), ("b", "a"), ("c", "b"), ("a", "c")]
+    always = []
+    for number in range(10):
+        session, trials = make_session(f"{number:02d}", names="abc", answers=circle), []
+        for trial in session.answers:
+            chosen, rejected = trial.data["chosen"], trial.data["rejected"]
+            first, second = (chosen, rejected) if number % 2 else (rejected, chosen)
+            answer = "first" if number % 2 else "second"
+            trials.append(replace(trial, data={**trial.data, "first": first, "second": second, "answer": answer}))
+        always.append(replace(session, answers=tuple(trials)))
+    summary = summarise(always)
+    assert summary.first_share == pytest.approx(0.5)
+    assert summary.first_share_interval is not None
+    low, high = summary.first_share_interval
+    assert high - low > 0.5
+    assert low < 0.25
+    assert high > 0.75

@@ -20,9 +20,9 @@ THETA = np.array([0.7, 0.0, -0.3, -0.4])
     ("law", "model"), [(Logistic(), "bradley-terry"), (Davidson(), "davidson"), (Probit(), "thurstone")]
 )
 def test_it_is_a_sum_over_observers(draw: Drawer, law: Logistic | Davidson | Probit, model: Model) -> None:
-    """Each observer's gradient by finite differences of their own likelihood, answer by answer."""
+    """Each observer's gradient and information by finite differences of their own likelihood, answer by answer."""
     comparisons = draw(law, THETA, k=-0.3, order=0.2, observers=5)
-    fitted = fit_model(comparisons, model, order_effect=True)
+    fitted = fit_model(comparisons, model, order_effect=True, covariance="model")
     robust = fit_model(comparisons, model, order_effect=True, covariance="sandwich")
     at = np.r_[fitted.theta, [parameter.estimate for parameter in fitted.parameters]]
 
@@ -39,13 +39,20 @@ def test_it_is_a_sum_over_observers(draw: Drawer, law: Logistic | Davidson | Pro
                     total += float(np.log(law.probabilities(d, k)[outcome][0]))
         return total
 
-    meat = np.zeros((len(at), len(at)))
+    values, vectors = np.linalg.eigh(fitted.joint_covariance)
+    root = vectors[:, 1:] * np.sqrt(values[1:])
+    expected = np.zeros((len(at), len(at)))
     for observer in range(5):
-        steps = np.eye(len(at)) * 1e-6
-        gradient = np.array([(own(at + step, observer) - own(at - step, observer)) / 2e-6 for step in steps])
-        meat += np.outer(gradient, gradient)
-    expected = fitted.joint_covariance @ meat @ fitted.joint_covariance * 5 / 4
-    assert robust.joint_covariance == pytest.approx(expected, rel=1e-5, abs=1e-8)
+        steps = np.eye(len(at)) * 1e-4
+
+        def slope(values: np.ndarray, observer: int = observer, steps: np.ndarray = steps) -> np.ndarray:
+            return np.array([(own(values + step, observer) - own(values - step, observer)) / 2e-4 for step in steps])
+
+        information = -np.array([(slope(at + step) - slope(at - step)) / 2e-4 for step in steps])
+        shares, axes = np.linalg.eigh(root.T @ (information + information.T) / 2 @ root)
+        moved = root @ (axes / np.sqrt(1 - shares)) @ axes.T @ root.T @ slope(at)
+        expected += np.outer(moved, moved)
+    assert robust.joint_covariance == pytest.approx(expected, rel=1e-4, abs=1e-6)
     assert robust.theta == pytest.approx(fitted.theta, abs=1e-13)
 
 
@@ -54,12 +61,14 @@ def test_weights_all_multiplied_change_nothing(draw: Drawer) -> None:
     heavier = replace(comparisons, count=comparisons.count * 7)
     once, more = (fit_model(source, covariance="sandwich") for source in (comparisons, heavier))
     assert more.se == pytest.approx(once.se, rel=1e-9)
-    assert fit_model(heavier).se == pytest.approx(fit_model(comparisons).se / np.sqrt(7), rel=1e-9)
+    assert fit_model(heavier, covariance="model").se == pytest.approx(
+        fit_model(comparisons, covariance="model").se / np.sqrt(7), rel=1e-9
+    )
 
 
 def test_with_many_like_observers_it_nears_the_models(draw: Drawer) -> None:
     comparisons = draw(Logistic(), THETA, observers=400)
-    plain, robust = fit_model(comparisons), fit_model(comparisons, covariance="sandwich")
+    plain, robust = fit_model(comparisons, covariance="model"), fit_model(comparisons, covariance="sandwich")
     assert robust.se == pytest.approx(plain.se, rel=0.12)
 
 
@@ -67,5 +76,5 @@ def test_observers_who_repeat_themselves_widen_it(draw: Drawer) -> None:
     """Answers given four times over are no new evidence: the model halves its errors, the sandwich keeps them."""
     comparisons = draw(Logistic(), THETA, observers=40)
     copied = replace(comparisons, count=comparisons.count * 4)
-    ratio = fit_model(copied, covariance="sandwich").se / fit_model(copied).se
+    ratio = fit_model(copied, covariance="sandwich").se / fit_model(copied, covariance="model").se
     assert (ratio > 1.6).all()

@@ -12,7 +12,7 @@ from scipy.stats import norm
 
 from analysis.records.session_record import SessionLog
 from analysis.series.choices import gather
-from analysis.series.just_noticeable import PROBABLE_ERROR, Matches, fit, log_normal_between, step_size
+from analysis.series.just_noticeable import PROBABLE_ERROR, Matches, fit, log_normal_between, observer_test, step_size
 
 Maker = Callable[..., SessionLog]
 EXPOSURES_S = (1.3, 1.6, 2.0, 2.5, 3.0, 4.0)
@@ -48,6 +48,9 @@ def test_the_scatter_of_many_choices_comes_back(make_choices: Maker) -> None:
     assert sum(found.expected) == pytest.approx(600)
     assert found.fit_p is not None
     assert found.fit_p > 0.01
+    assert found.fit_by_observers is not None
+    assert found.fit_by_observers.p > 0.01
+    assert found.fit_by_observers.df == 3
 
 
 def test_the_likelihood_is_that_of_its_integral() -> None:
@@ -124,3 +127,36 @@ def test_observers_order_and_names_do_not_matter(make_choices: Maker) -> None:
     one, other = step_size(gather(sessions), "base"), step_size(gather(renamed), "base")
     assert one.within == pytest.approx(other.within, rel=1e-4)
     assert one.observed == other.observed
+
+
+def test_the_fit_of_observers_who_differ_is_no_misfit_and_two_peaks_are() -> None:
+    rng = np.random.default_rng(3)
+    cuts = np.array([-np.inf, -1.0, -0.4, 0.2, 0.8, 1.4, np.inf])
+    observer = np.repeat(np.arange(10), 6)
+
+    def chances(match: float, sd: float) -> np.ndarray:
+        return np.diff(norm.cdf((cuts - match) / sd))
+
+    expected = 60 * chances(0.1, 0.8)
+    slopes = 60 * np.column_stack(
+        [
+            (chances(0.1 + 1e-5, 0.8) - chances(0.1 - 1e-5, 0.8)) / 2e-5,
+            (chances(0.1, 0.8 + 1e-5) - chances(0.1, 0.8 - 1e-5)) / 2e-5,
+        ]
+    )
+    plain = false = found = 0
+    for _ in range(80):
+        matches = 0.1 + 0.77 * rng.standard_normal(10)[observer] + 0.2 * rng.standard_normal(60)
+        peaks = 0.1 + 0.9 * np.where(rng.random(60) < 0.5, 1, -1) + 0.2 * rng.standard_normal(60)
+        tests = []
+        for values in (matches, peaks):
+            took = np.eye(6)[np.searchsorted(cuts, values) - 1]
+            test = observer_test(took - expected / 60, observer, expected, slopes)
+            assert test is not None
+            tests.append(test)
+        false, found = false + (tests[0].p <= 0.05), found + (tests[1].p <= 0.05)
+        plain += tests[0].statistic > 7.815  # χ² of 3 degrees of freedom
+    assert tests[0].df == 3
+    assert plain > 20
+    assert false <= 11
+    assert found > 70

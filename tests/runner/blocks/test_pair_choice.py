@@ -14,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.typing import NDArray
 
-from analysis.scaling.learnt_prior import Posterior, learnt_posterior, posterior
+from analysis.scaling.learnt_prior import Posterior, learnt_posterior, posterior, updated_posterior
 from runner.blocks.pair_choice import Gain, PairChooser, best_matching, entropy_gain, gains, variance_gain
 
 Floats = NDArray[np.float64]
@@ -138,7 +138,7 @@ def test_answers_that_are_all_alike_leave_everything_finite(share: float, gain: 
     for _ in range(40):
         for first, second in chooser.next_batch(4):
             chooser.learn(first, second, first_share=share)
-        found = gains(learnt_posterior(chooser.wins), gain)
+        found = gains(updated_posterior(chooser.wins), gain)
         assert np.isfinite(found).all()
         assert found[np.triu_indices(9, 1)].min() >= 0
 

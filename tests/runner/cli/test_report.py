@@ -84,7 +84,7 @@ def test_json_holds_every_part_and_no_nan(results: Path) -> None:
     assert told["trials"] == 60
     assert [line["observer"] for line in told["observer_table"]["observers"]] == ["01", "02", "03", "04", "05"]
     assert told["left_out"]["left_out"] == {}
-    assert told["intervals"]["kind"] == "expanded-bca"
+    assert told["intervals"]["kind"] == told["covariance"] == "shrinkage"
 
 
 def test_observers_are_left_out_by_name_and_the_page_says_so(results: Path) -> None:

@@ -11,7 +11,8 @@ import pytest
 
 from documents import InputError
 from runner.protocol.experiment import read_experiment
-from runner.reports.power import PairDesign, assume, pair_design
+from runner.reports.power_assumed import assume
+from runner.reports.power_design import PairDesign, pair_design
 
 Study = Any  # tests/conftest.py
 

@@ -1,0 +1,147 @@
+"""A fit with observers as a distribution, as tables for the terminal and as a CSV table of each observer's scores."""
+
+from __future__ import annotations
+
+import csv
+import io
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from analysis.hierarchical.result import GroupScores, HierarchicalFit
+from documents.text import counted
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+COLUMNS = ("group", "observer", "item", "theta", "sd")
+LEVEL = 0.05
+
+
+def print_fit(fit: HierarchicalFit, console: Console | None = None) -> None:
+    """Print the typical observer's scores, how much observers differ, and what a new observer would say.
+
+    Parameters
+    ----------
+    fit
+        What `fit_observers` returns.
+    console
+        Where to print; standard output if None.
+
+    Examples
+    --------
+    >>> from rich.console import Console
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.hierarchical import fit_observers
+    >>> answers = [Answer("a", "b", 18, "anna"), Answer("b", "a", 2, "anna"), Answer("a", "b", 9, "ben")]
+    >>> fit = fit_observers(from_answers([*answers, Answer("b", "a", 11, "ben")]))
+    >>> print_fit(fit, Console(width=100))  # doctest: +ELLIPSIS
+     item   nats     se    JND  class...
+    """
+    from rich.console import Console
+    from rich.text import Text
+
+    console = console or Console()
+    for group in fit.groups:
+        if group.name:
+            console.print(Text(group.name, style="bold"))
+        _print_rows(_score_rows(fit, group), console)
+    for line in summary_lines(fit):
+        console.print(Text(line, style="dim"))
+    for group in fit.groups:
+        console.print(
+            Text(f"a new observer, items next to each other{f', {group.name}' if group.name else ''}", style="bold")
+        )
+        _print_rows(_prediction_rows(fit, group), console)
+
+
+def summary_lines(fit: HierarchicalFit) -> list[str]:
+    """Say how much observers differ, and how the fit was made.
+
+    Parameters
+    ----------
+    fit
+        What `fit_observers` returns.
+
+    Returns
+    -------
+    list[str]
+        Lines of plain text.
+    """
+    spread, unit = fit.spread, fit.unit
+    high = "no upper limit" if spread.high is None else f"{spread.high:.3g}"
+    lines = [f"sd between observers: {spread.estimate:.3g} {unit} for each item (95 % {spread.low:.3g} to {high})"]
+    differ = "observers differ" if spread.p < LEVEL else "not shown that observers differ"
+    lines.append(f"{differ}: likelihood ratio {spread.statistic:.4g}, p = {spread.p:.2g}")
+    lines.append(f"{fit.model}, scores of the typical observer, who is not the average answer")
+    if not fit.converged:
+        lines.append("the iteration has not converged")
+    if fit.ties_left_out:
+        them = "it" if fit.ties_left_out == 1 else "them"
+        prefers = counted(fit.ties_left_out, "answer prefers", "answers prefer")
+        lines.append(f"{prefers} neither item; this model leaves {them} out.")
+    return lines
+
+
+def observer_table(fit: HierarchicalFit) -> str:
+    """Return each observer's scores as CSV: the columns group, observer, item, theta, sd.
+
+    Parameters
+    ----------
+    fit
+        What `fit_observers` returns.
+
+    Returns
+    -------
+    str
+        The table, in the units of the strengths; one line for each observer and item.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.hierarchical import fit_observers
+    >>> answers = [Answer("a", "b", 18, "anna"), Answer("b", "a", 2, "anna"), Answer("a", "b", 9, "ben")]
+    >>> fit = fit_observers(from_answers([*answers, Answer("b", "a", 11, "ben")]))
+    >>> observer_table(fit).splitlines()[0]
+    'group,observer,item,theta,sd'
+    """
+    text = io.StringIO()
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(COLUMNS)
+    for group in fit.groups:
+        scores = fit.observer_scores(group.name)
+        for name, means, sds in zip(scores.observers, scores.mean.tolist(), scores.sd.tolist(), strict=True):
+            for item, mean, sd in zip(scores.items, means, sds, strict=True):
+                writer.writerow([group.name, name, item, f"{mean:.6g}", f"{sd:.6g}"])
+    return text.getvalue()
+
+
+def _score_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]]:
+    classes = fit.classes(group.name)
+    rows = [["item", fit.unit, "se", "JND", "class"]]
+    for place in group.order:
+        theta, label = float(group.theta[place]), classes.labels[place] if classes else "–"
+        rows.append([group.items[place], f"{theta:.3f}", f"{group.se[place]:.3f}", f"{theta / fit.jnd:.2f}", label])
+    return rows
+
+
+def _prediction_rows(fit: HierarchicalFit, group: GroupScores) -> list[list[str]]:
+    rows = [["item", "over", "P", "95 %", "typical", "95 % of observers", "share"]]
+    names = [group.items[place] for place in group.order]
+    for first, second in pairwise(names):
+        new = fit.predict(first, second, group.name)
+        own = [f"{new.chance:.3f}", f"{new.chance_low:.3f} – {new.chance_high:.3f}", f"{new.typical:.3f}"]
+        share = "–" if new.share is None else f"{new.share:.2f}"
+        rows.append([first, second, *own, f"{new.lowest:.3f} – {new.highest:.3f}", share])
+    return rows
+
+
+def _print_rows(rows: list[list[str]], console: Console) -> None:
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=None, header_style="bold", padding=(0, 1))
+    for place, head in enumerate(rows[0]):
+        table.add_column(head, justify="right" if head not in ("item", "over", "class") else "left", no_wrap=place > 1)
+    for row in rows[1:]:
+        table.add_row(*(Text(cell) for cell in row))
+    console.print(table)

@@ -1,0 +1,226 @@
+"""Are two items alike for practical purposes? Two one-sided tests on the scale of the strengths [Schuirmann1987].
+
+A difference that is not significant is no evidence of no difference. Two items are *equivalent* where two hypotheses
+are both refused, that θ_i − θ_j is at least the margin and that it is at most its negative; the p value is the larger
+of the two. They are *different* where the hypothesis of no difference is refused, as for the classes. What is neither
+is *undecided*: there are too few answers to say. p values of both kinds are corrected for the number of pairs.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from dataclasses import dataclass
+from typing import Any, Literal
+
+import numpy as np
+
+from analysis.classes.classes import check_level
+from analysis.classes.multiplicity import Adjust, corrected
+from analysis.errors import ResultsError
+from analysis.inference.differences import differences
+from analysis.scaling.laws import LAWS, Model
+from analysis.scaling.scores import Scores
+from documents import Finding
+
+Verdict = Literal["equivalent", "different", "undecided"]
+EXPECTED = "give a number of JND such as 0.5jnd, a chance such as 55:45 or 0.55, or nats such as 0.2nats"
+_PATTERN = re.compile(r"\s*([0-9.eE+-]+)\s*(?:(jnd|jod|nats?|sd|%)|:\s*([0-9.eE+-]+))?\s*", re.IGNORECASE)
+
+
+@dataclass(frozen=True, slots=True)
+class PairEquivalence:
+    """Verdict on one pair.
+
+    Attributes
+    ----------
+    first, second
+        Names of the items; ``first`` has the higher strength.
+    difference
+        θ_first − θ_second, in the units of the strengths.
+    p_equivalent, p_different
+        Corrected p values: of the two one-sided tests, and of no difference.
+    verdict
+        ``equivalent``, ``different`` or ``undecided``. A pair that is both different from 0 and within the margin is
+        ``equivalent``; ``is_different`` then says that there is a difference, smaller than the margin.
+    is_different
+        Whether the difference from 0 is significant.
+    """
+
+    first: str
+    second: str
+    difference: float
+    p_equivalent: float
+    p_different: float
+    verdict: Verdict
+    is_different: bool
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "first": self.first,
+            "second": self.second,
+            "difference": self.difference,
+            "p_equivalent": self.p_equivalent,
+            "p_different": self.p_different,
+            "verdict": self.verdict,
+            "is_different": self.is_different,
+        }
+
+
+@dataclass(frozen=True, slots=True)
+class Equivalence:
+    """Verdicts on every pair.
+
+    ``margin`` is in the units of the strengths, ``margin_text`` as it was named; ``margin_probability`` is the chance
+    that belongs to it: of two items that far apart the better one is preferred so often.
+    """
+
+    pairs: tuple[PairEquivalence, ...]
+    margin: float
+    margin_text: str
+    margin_probability: float
+    alpha: float
+    adjust: Adjust
+
+    def count(self, verdict: Verdict) -> int:
+        """Return how many pairs have this verdict."""
+        return sum(pair.verdict == verdict for pair in self.pairs)
+
+    @property
+    def sentence(self) -> str:
+        """How many pairs have which verdict."""
+        return (
+            f"Within ± {self.margin_text}: {self.count('equivalent')} of {len(self.pairs)} pairs are equivalent, "
+            f"{self.count('different')} different, {self.count('undecided')} undecided."
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {
+            "margin": self.margin,
+            "margin_text": self.margin_text,
+            "margin_probability": self.margin_probability,
+            "alpha": self.alpha,
+            "adjust": self.adjust,
+            "equivalent": self.count("equivalent"),
+            "different": self.count("different"),
+            "undecided": self.count("undecided"),
+            "pairs": [pair.to_json() for pair in self.pairs],
+        }
+
+
+def parse_margin(text: str, model: Model = "bradley-terry") -> float:
+    """Return a margin in the units of the strengths of ``model``.
+
+    Parameters
+    ----------
+    text
+        A number of just noticeable differences (``0.5jnd``, ``0.5jod``), a chance above one half (``55:45``, ``55%``,
+        ``0.55``), or a difference of strengths (``0.2nats``; ``0.2sd`` for ``thurstone``).
+
+    Raises
+    ------
+    ResultsError
+        If it is none of these, or not above zero.
+
+    Examples
+    --------
+    >>> round(parse_margin("0.5jnd"), 3), round(parse_margin("55:45"), 3), parse_margin("0.2nats")
+    (0.549, 0.201, 0.2)
+    """
+    law, result = LAWS[model], _PATTERN.fullmatch(text)
+    own = "sd" if model == "thurstone" else "nats"
+    try:
+        numbers = [float(part) for part in (result[1], result[3] or "0")] if result else []
+    except ValueError:
+        numbers = []
+    if not (result and numbers and all(map(math.isfinite, numbers))):
+        raise ResultsError(Finding(f"the margin is '{text}'", remedy=EXPECTED))
+    value, other = numbers
+    unit = (result[2] or "").lower().removesuffix("s")
+    if unit in ("jnd", "jod"):
+        margin = value * law.jnd
+    elif unit in ("nat", "sd"):
+        if unit != own.removesuffix("s"):
+            what = f"the margin is '{text}', and the strengths of the model '{model}' are in {own}"
+            raise ResultsError(Finding(what, remedy=f"give it in {own}, in jnd, or as a chance such as 55:45"))
+        margin = value
+    else:
+        chance = value / (value + other) if result[3] else value / 100 if unit == "%" else value
+        if not 0.5 < chance < 1:
+            raise ResultsError(Finding(f"the margin is '{text}'", remedy=EXPECTED))
+        margin = _difference(chance, model)
+    if not margin > 0:
+        raise ResultsError(Finding(f"the margin is '{text}', not above zero", remedy=EXPECTED))
+    return float(margin)
+
+
+def _difference(chance: float, model: Model) -> float:
+    """Return the difference of strengths at which, ties aside, the better item is preferred with ``chance``."""
+    from scipy.special import logit, ndtri
+
+    return float(ndtri(chance) if model == "thurstone" else logit(chance))
+
+
+def equivalence(
+    scores: Scores, margin: float | str, *, alpha: float | None = None, adjust: Adjust | None = None
+) -> Equivalence:
+    """Test every two items for equivalence by two one-sided tests [Schuirmann1987], beside the test of a difference.
+
+    Parameters
+    ----------
+    scores
+        Scores of paired comparisons, by any law.
+    margin
+        The largest difference that does not matter: a text as `parse_margin` reads it, or a number in the units of the
+        strengths. Name it before you look at the answers.
+    alpha, adjust
+        Level, and correction for the number of pairs: ``none``, ``holm`` or ``bh``; those of the classes where None
+        (``holm`` where the classes have ``maxz``).
+
+    Returns
+    -------
+    Equivalence
+        A verdict for each pair, pairs of the best item first.
+
+    Raises
+    ------
+    ResultsError
+        If the margin or a choice is none of these, or there are no finite strengths.
+
+    Examples
+    --------
+    >>> from analysis.comparisons import Answer, from_answers
+    >>> from analysis.scaling import score
+    >>> alike = score(from_answers([Answer("a", "b", 500), Answer("b", "a", 490)]))
+    >>> equivalence(alike, "0.5jnd").pairs[0].verdict, equivalence(alike, "51:49").pairs[0].verdict
+    ('equivalent', 'undecided')
+    """
+    model = scores.fit.model
+    text = margin if isinstance(margin, str) else f"{margin:g} {'sd' if model == 'thurstone' else 'nats'}"
+    limit = parse_margin(margin, model) if isinstance(margin, str) else float(margin)
+    if not (math.isfinite(limit) and limit > 0):
+        raise ResultsError(Finding(f"the margin is {limit:g}", remedy=EXPECTED))
+    classes = scores.classes
+    level = alpha if alpha is not None else classes.alpha if classes else 0.05
+    own: Adjust = "holm" if classes is None or classes.adjust == "maxz" else classes.adjust
+    correction = own if adjust is None else adjust
+    check_level(level)
+    if correction not in ("none", "holm", "bh"):
+        what = f"equivalence tests have no correction '{correction}'"
+        raise ResultsError(Finding(what, remedy="expected one of: none, holm, bh"))
+    apart = differences(scores)
+    two_sided = np.minimum(1.0, 2 * np.minimum(apart.above(0.0), apart.below(0.0)))
+    p_different = corrected(two_sided, correction)
+    p_equivalent = corrected(np.maximum(apart.above(-limit), apart.below(limit)), correction)
+    names = scores.comparisons.items
+    pairs = []
+    for row, (better, worse) in enumerate(zip(apart.first.tolist(), apart.second.tolist(), strict=True)):
+        within, differs = bool(p_equivalent[row] <= level), bool(p_different[row] <= level)
+        verdict: Verdict = "equivalent" if within else "different" if differs else "undecided"
+        difference = float(apart.estimate[row])
+        numbers = float(p_equivalent[row]), float(p_different[row])
+        pairs.append(PairEquivalence(names[better], names[worse], difference, *numbers, verdict, differs))
+    law_chance = LAWS["thurstone" if model == "thurstone" else "bradley-terry"].probabilities(np.array([limit]), 0.0)
+    return Equivalence(tuple(pairs), limit, text, float(law_chance[0][0]), level, correction)

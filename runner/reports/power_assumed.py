@@ -1,0 +1,221 @@
+"""What is assumed of stimuli and observers to simulate studies: scores, and how much observers differ."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.comparisons import Comparisons, from_sessions, read_table
+from analysis.errors import ResultsError
+from analysis.hierarchical import fit_observers, observer_spread
+from analysis.power import ScoresOf, differing_pairs, score_theta, spread_theta
+from analysis.records import read_results
+from analysis.scaling import score, score_groups
+from documents import Finding
+from runner.observers.behaviour import BehaviourSpec
+from runner.observers.observer_file import read_scored_observer
+from runner.reports.power_design import PairDesign
+
+DEFAULT_SPREAD_NATS = 2.0
+TYPICAL_SD, OTHER_SDS = 0.7, (0.0, 1.5)
+LEAST_APART = 0.005
+ANSWERS = (".csv", ".jsonl")
+
+
+@dataclass(frozen=True, slots=True)
+class ObserverSpread:
+    """How much observers differ.
+
+    Attributes
+    ----------
+    sd
+        Standard deviation of an item's strength between observers, in nats.
+    source
+        ``given``, ``measured`` in earlier answers, or ``assumed``.
+    low, high
+        95 % interval of a measured one; None otherwise, or where the answers set no limit.
+    others
+        Which others to compare with.
+    notes
+        Sentences for a reader.
+    """
+
+    sd: float
+    source: Literal["given", "measured", "assumed"]
+    low: float | None = None
+    high: float | None = None
+    others: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return {"sd": self.sd, "source": self.source, "low": self.low, "high": self.high}
+
+
+MeasuredSpread = tuple[float, float, float | None]  # estimate, low, high
+
+
+def observer_spread_of(sd: float | None, file: Path | None, measured: MeasuredSpread | None) -> ObserverSpread:
+    """Return how much observers differ: as given, as measured in earlier answers, or a typical value, with a note.
+
+    Parameters
+    ----------
+    sd
+        The value given, in nats.
+    file
+        Results, or a table of comparisons, to measure it in.
+    measured
+        What the answers that the assumed scores come from say.
+
+    Raises
+    ------
+    InputError
+        If the earlier answers cannot be read, or do not say how much observers differ.
+    """
+    if sd is not None and file is not None:
+        what = "the spread between observers is both given and to be measured"
+        raise ResultsError(Finding(what, remedy="give one of --observer-sd and --observers-from"))
+    if sd is not None:
+        return ObserverSpread(sd, "given")
+    if file is not None:
+        found = observer_spread(earlier_answers(file))
+        measured = found.estimate, found.low, found.high
+    if measured is None:
+        note = (
+            f"Assumed: observers differ by {TYPICAL_SD:g} nats (not measured). Name earlier results with "
+            "--observers-from, or give --observer-sd."
+        )
+        return ObserverSpread(TYPICAL_SD, "assumed", others=OTHER_SDS, notes=(note,))
+    estimate, low, high = measured
+    to = "with no upper limit" if high is None else f"to {high:.2f}"
+    note = f"The observers of the earlier answers differ by {estimate:.2f} nats (95 % interval from {low:.2f} {to})."
+    ends = (low, high) if high is not None else (low, max(OTHER_SDS[-1], 2 * estimate))
+    others = tuple(end for end in ends if abs(end - estimate) > LEAST_APART)
+    return ObserverSpread(estimate, "measured", low, high, others, (note,))
+
+
+def unsimulated(behaviour: BehaviourSpec, design: PairDesign) -> list[str]:
+    """Return a sentence on the behaviour of simulated observers, beside lapses, that the simulation leaves out."""
+    left_out = []
+    if behaviour.position_bias:
+        left_out.append("their preference for the first position")
+    if behaviour.fatigue is not None:
+        left_out.append("their fatigue")
+    if behaviour.ties is not None and design.ties:
+        left_out.append("their ties")
+    return [f"Of the observers in the file, {' and '.join(left_out)} are not simulated."] if left_out else []
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class Assumed:
+    """Log scores ``theta`` (n,) in nats, which pairs differ (``differs``, (P,)), a ``lapse_rate``, and notes.
+
+    ``scores_of`` says whose scores they are; ``spread`` is how much observers differ, where the same answers say it.
+    """
+
+    theta: NDArray[np.float64]
+    differs: NDArray[np.bool_]
+    lapse_rate: float
+    notes: tuple[str, ...]
+    scores_of: ScoresOf = "average"
+    spread: MeasuredSpread | None = None
+
+
+def assume(design: PairDesign, *, scores: Path | None, simulate: Path | None, spread_nats: float | None) -> Assumed:
+    """Return the scores that the given source gives; equal steps over 2 nats without a source.
+
+    A file of simulated observers gives scores and, where it names them for all stimuli, their classes; ``simulate``
+    also takes its lapses. A file that ends with .json is what `cyclopean scores --json` or `report --json` printed. A
+    table that ends with .csv, or results, are fitted with observers as a distribution where they name several: these
+    scores are the typical observer's, all others those of the average answer.
+
+    Raises
+    ------
+    InputError
+        If a file is wrong, or has no score for a stimulus.
+    """
+    ties = ("Observers are simulated without ties.",) if design.ties else ()
+    if scores is not None and scores.suffix.lower() == ".json":
+        return _by_printed(_printed(scores), str(scores), design, ties)
+    if scores is not None and (scores.is_dir() or scores.suffix.lower() in ANSWERS):
+        return _by_printed(_fitted(earlier_answers(scores)), str(scores), design, ties)
+    file = scores if simulate is None else simulate
+    if file is None:
+        nats = DEFAULT_SPREAD_NATS if spread_nats is None else spread_nats
+        theta = np.zeros(len(design.items))
+        for _, members in design.groups or (("", tuple(range(len(design.items)))),):
+            theta[list(members)] = spread_theta(len(members), nats)
+        each = " within each group" if design.groups else ""
+        steps = f"Scores are assumed at equal steps over {nats:g} nats{each}, in the recipe's order"
+        odds = f": the best is preferred to the worst {100 / (1 + np.exp(-nats)):.0f} times in 100."
+        return Assumed(theta, differing_pairs(theta), 0.0, (steps + odds, *ties))
+    spec = read_scored_observer(file, design.items)
+    theta = score_theta(spec.scores, design.items)
+    labels = [spec.stimuli[name].perceptual_class for name in design.items]
+    left_out = tuple(unsimulated(spec, design)) if simulate is not None else ()
+    return Assumed(
+        theta, differing_pairs(theta, labels), spec.lapse_rate if simulate is not None else 0.0, (*left_out, *ties)
+    )
+
+
+def earlier_answers(path: Path) -> Comparisons:
+    """Return the comparisons of a table that ends with .csv, or of results.
+
+    Raises
+    ------
+    InputError
+        If they cannot be read.
+    """
+    if path.is_file() and path.suffix.lower() not in ANSWERS:
+        what = "this is neither a table of comparisons nor results"
+        raise ResultsError(Finding(what, str(path), remedy="name a TABLE.csv, or a folder of results"))
+    return read_table(path) if path.suffix.lower() == ".csv" else from_sessions(read_results(path))
+
+
+def _fitted(comparisons: Comparisons) -> dict[str, Any]:
+    """Return what `cyclopean scores --json` prints, with ``--observers random`` where several are named."""
+    if len(comparisons.observers) > 1:
+        return fit_observers(comparisons).to_json()
+    return score_groups(comparisons).to_json() if comparisons.groups else score(comparisons).to_json()
+
+
+def _printed(file: Path) -> Any:
+    remedy = "give what 'cyclopean scores --json' printed"
+    try:
+        return json.loads(file.read_text(encoding="utf-8"))
+    except OSError as error:
+        raise ResultsError(Finding(f"the file cannot be read: {error.strerror}", str(file), remedy=remedy)) from None
+    except ValueError as error:
+        raise ResultsError(Finding(f"this is no JSON: {error}", str(file), remedy=remedy)) from None
+
+
+def _by_printed(printed: Any, file: str, design: PairDesign, notes: tuple[str, ...]) -> Assumed:
+    """Return what `cyclopean scores --json` printed, of whichever model of observers, with groups or without."""
+    values = printed if isinstance(printed, dict) else {}
+    groups = values["groups"] if isinstance(values.get("groups"), list) else [values]
+    lists = [group.get("items") if isinstance(group, dict) else None for group in groups]
+    if not all(isinstance(items, list) and all(_is_item(item) for item in items) for items in lists):
+        remedy = "give what 'cyclopean scores --json' printed"
+        raise ResultsError(Finding("there is no list of items with names", file, remedy=remedy))
+    items = [item for group in lists for item in group or ()]
+    random = values.get("observers") == "random"
+    scores = {str(item["name"]): item.get("theta" if random else "score") for item in items}
+    empty = [name for name, score in scores.items() if isinstance(score, bool) or not isinstance(score, int | float)]
+    if empty:
+        raise ResultsError(Finding(f"'{empty[0]}' has no score", file, remedy="assume one in a file of observers"))
+    if not random:
+        theta = score_theta({name: float(score) for name, score in scores.items()}, design.items)
+        return Assumed(theta, differing_pairs(theta), 0.0, notes)
+    theta = score_theta({name: float(np.exp(score)) for name, score in scores.items()}, design.items)
+    spread: dict[str, Any] = values["spread"]
+    measured = spread["sd"], spread["low"], spread["high"]
+    return Assumed(theta, differing_pairs(theta), 0.0, notes, "typical", measured)
+
+
+def _is_item(item: object) -> bool:
+    return isinstance(item, dict) and "name" in item

@@ -1,0 +1,85 @@
+"""How often each observer of an experiment compares each pair of stimuli."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.scaling import compared_groups
+from documents import Finding
+from runner.blocks.active_pairs import ActivePairsSpec
+from runner.blocks.all_pairs import AllPairsSpec
+from runner.blocks.block import chosen
+from runner.blocks.setting import level_words
+from runner.errors import SessionError
+from runner.protocol.experiment import Experiment
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class PairDesign:
+    """``items`` are the stimuli compared; ``times``, shape (P,), says how often each pair i < j is, by one observer.
+
+    ``ties`` says whether an answer may prefer neither. ``groups`` are the sets of items that no pair links, such as
+    scenes: each set's name and items; empty where pairs link all.
+    """
+
+    items: tuple[str, ...]
+    times: NDArray[np.int64]
+    ties: bool
+    groups: tuple[tuple[str, tuple[int, ...]], ...] = ()
+
+    def pairs_within(self, members: Sequence[int]) -> NDArray[np.intp]:
+        """Return the indices of the pairs of ``members``, in the order of their own pairs i < j."""
+        index = np.zeros((len(self.items), len(self.items)), dtype=np.intp)
+        index[np.triu_indices(len(self.items), 1)] = np.arange(len(self.times))
+        first, second = np.triu_indices(len(members), 1)
+        place = np.array(members)
+        return np.asarray(index[place[first], place[second]])
+
+
+def pair_design(experiment: Experiment) -> PairDesign:
+    """Return the design of the experiment's blocks of all pairs together.
+
+    Raises
+    ------
+    SessionError
+        If there are none, or there are pairs that depend on the answers.
+    """
+    blocks = [block for block in experiment.spec.blocks if isinstance(block, AllPairsSpec)]
+    file = str(experiment.file)
+    if any(isinstance(block, ActivePairsSpec) for block in experiment.spec.blocks):
+        what = "'active_pairs' chooses pairs by the answers: how often each is asked is not known beforehand"
+        raise SessionError(Finding(what, file, remedy="simulate the experiment with 'all_pairs' instead"))
+    if not blocks:
+        what = "no block compares all pairs, so there are no scores to have power for"
+        raise SessionError(Finding(what, file, remedy="name an experiment with 'kind: all_pairs'"))
+    shown = [chosen(block.stimuli, experiment.stimuli) for block in blocks]
+    compared = {name for names in shown for name in names}
+    items = tuple(name for name in experiment.stimulus_names if name in compared)
+    index = {name: place for place, name in enumerate(items)}
+    times = np.zeros((len(items), len(items)), dtype=np.int64)
+    for block in blocks:
+        for pair in block.pairs(experiment.stimuli):
+            first, second = sorted(index[name] for name in pair)
+            times[first, second] += block.repeats
+    sets = compared_groups(times.astype(np.float64))
+    groups = tuple(zip(_names(experiment, blocks, items, sets), sets, strict=True)) if len(sets) > 1 else ()
+    return PairDesign(items, times[np.triu_indices(len(items), 1)], any(b.ties != "none" for b in blocks), groups)
+
+
+def _names(
+    experiment: Experiment, blocks: Sequence[AllPairsSpec], items: Sequence[str], sets: Sequence[Sequence[int]]
+) -> list[str]:
+    """Return a name for each set: its level of a factor that tells the sets apart, or else its number."""
+    known = {name: experiment.stimuli.factors.get(name, {}) for name in items}
+    factors = [block.within for block in blocks if block.within is not None]
+    factors += [factor for name in items for factor in known[name]]
+    for factor in dict.fromkeys(factors):
+        levels = [{level_words(known[items[i]][factor]) for i in own if factor in known[items[i]]} for own in sets]
+        whole = all(len(level) == 1 for level in levels) and all(factor in known[name] for name in items)
+        if whole and len(set.union(*levels)) == len(sets):
+            return [level.pop() for level in levels]
+    return [f"group {number}" for number in range(1, len(sets) + 1)]

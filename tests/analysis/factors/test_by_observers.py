@@ -1,0 +1,89 @@
+"""Tests of factors, interactions and lack of fit where observers differ: their level, and what they find."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+from numpy.typing import NDArray
+
+from analysis.comparisons.comparisons import Answer, Comparisons, from_answers
+from analysis.factors.effects import factor_effects
+from analysis.scaling.robust_tests import ObserverTest
+
+Factors = Mapping[str, Mapping[str, str | float]]
+# Of 60 studies at the level 0.05, more are false once in 4000 runs.
+STUDIES, MOST_FALSE = 60, 10
+
+
+def study(
+    random: np.random.Generator, grid: Factors, theta: NDArray[np.float64], taste: float, observers: int = 10
+) -> Comparisons:
+    """One answer of each observer to each pair; observers' own strengths scatter by ``taste`` nats."""
+    names = list(grid)
+    first, second = np.triu_indices(len(names), 1)
+    answers = []
+    for observer in range(observers):
+        own = theta + taste * random.standard_normal(len(names))
+        won = random.random(len(first)) < 1 / (1 + np.exp(own[second] - own[first]))
+        pairs = zip(np.where(won, first, second).tolist(), np.where(won, second, first).tolist(), strict=True)
+        answers += [Answer(names[winner], names[loser], observer=f"{observer}") for winner, loser in pairs]
+    return from_answers(answers, names)
+
+
+def test_observers_who_differ_make_no_effects_interactions_or_lack_of_fit(grid: Factors) -> None:
+    random = np.random.default_rng(1)
+    plain, false = np.zeros(3, int), np.zeros(3, int)
+    for _ in range(STUDIES):
+        found = factor_effects(study(random, grid, np.zeros(12), 1.0), grid, use=("paint", "view"))
+        paint, interaction, explained = found.tests[0], found.interactions[0], found.explained
+        assert explained is not None
+        tests = (paint.by_observers, interaction.by_observers, explained.lack_of_fit_by_observers)
+        p = [test.p for test in tests if test is not None]
+        assert interaction.observer_p_holm is not None
+        assert p[1] <= interaction.observer_p_holm
+        false += np.array(p) <= 0.05
+        plain += np.array([paint.p, interaction.p, explained.lack_of_fit_p]) <= 0.05
+    assert (plain > MOST_FALSE).all(), plain
+    assert (false <= MOST_FALSE).all(), false
+
+
+def test_interactions_and_lack_of_fit_of_all_observers_are_found(grid: Factors) -> None:
+    random = np.random.default_rng(2)
+    together = np.array([one["paint"] == "red" and one["view"] == "stereo" for one in grid.values()]) * 1.8
+    odd = np.eye(12)[3] * 2.0
+    found = np.zeros(2, int)
+    for _ in range(12):
+        interaction = (
+            factor_effects(study(random, grid, together, 0.7), grid, use=("paint", "view")).interactions[0].by_observers
+        )
+        explained = factor_effects(study(random, grid, odd, 0.7), grid, use=("paint", "view")).explained
+        assert interaction is not None
+        assert explained is not None
+        assert explained.lack_of_fit_by_observers is not None
+        found += [interaction.p <= 0.05, explained.lack_of_fit_by_observers.p <= 0.05]
+    assert (found >= 9).all(), found
+
+
+def test_statistics_of_independent_answers_are_near_the_likelihood_ratios(grid: Factors) -> None:
+    found = factor_effects(study(np.random.default_rng(3), grid, np.linspace(-0.5, 0.5, 12), 0.0, observers=60), grid)
+    assert found.explained is not None
+    explained = found.explained
+    pairs: list[tuple[float | None, int | None, ObserverTest | None]] = [
+        (explained.lack_of_fit, explained.lack_of_fit_df, explained.lack_of_fit_by_observers)
+    ]
+    pairs += [(test.statistic, test.df, test.by_observers) for test in found.tests]
+    pairs += [(test.statistic, test.df, test.by_observers) for test in found.interactions]
+    for statistic, df, own in pairs:
+        assert own is not None
+        assert statistic is not None
+        assert own.df == df
+        assert abs(own.statistic - statistic) < 0.03 * statistic + 0.01
+
+
+def test_no_observers_no_test_by_observers(grid: Factors) -> None:
+    answers = study(np.random.default_rng(4), grid, np.zeros(12), 0.0, observers=4)
+    found = factor_effects(answers, grid)
+    assert found.tests[0].by_observers is None
+    assert found.tests[0].observer_p == found.tests[0].robust_p
+    assert found.interactions[0].observer_p_holm is None

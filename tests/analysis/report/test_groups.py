@@ -1,0 +1,227 @@
+"""Pairs within scenes in the report: a scale for each, all in one figure, and what they have in common."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+import random
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cache
+from itertools import combinations
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from rich.console import Console
+
+from analysis.comparisons.session_groups import SessionGroups
+from analysis.records.session_record import Header, SessionLog, Trial
+from analysis.report.blocks import _safe
+from analysis.report.figures import group_scores_svg
+from analysis.report.grouped import GroupedSummary, common_names
+from analysis.report.page import render, write_report
+from analysis.report.report import Report, describe, print_report
+from analysis.report.sections.groups import _named
+from analysis.scaling.fitting import fit
+
+CODECS = ("jpeg", "avif", "jxl")
+SCENES = ("beach", "church", "dune")
+
+
+def scenes(
+    names: Sequence[str] = SCENES, codecs: Sequence[str] = CODECS, best: str = "", factor: str = "codec"
+) -> list[SessionLog]:
+    """Return sessions of pairs within scenes, as the runner records them; ``best`` always wins."""
+    factors = {
+        f"{scene} {codec}": {"scene": scene, factor: codec if factor == "codec" else f"{scene} {codec}"}
+        for scene in names
+        for codec in codecs
+    }
+    stimuli = tuple({"name": name, "factors": own} for name, own in factors.items())
+    pairs = [pair for pair in combinations(factors, 2) if factors[pair[0]]["scene"] == factors[pair[1]]["scene"]]
+    sessions = []
+    for number in range(1, 7):
+        rng = random.Random(number)
+        trials = []
+        for place, pair in enumerate(rng.sample(pairs * 2, 2 * len(pairs))):
+            chosen, rejected = pair if (rng.random() < 0.65 and pair[1] != best) or pair[0] == best else pair[::-1]
+            first, second = rng.sample(pair, 2)
+            data = {"first": first, "second": second, "chosen": chosen, "rejected": rejected, "first_position": "top"}
+            data |= {"answer": "first" if first == chosen else "second"}
+            data |= {"group": factors[first]["scene"], "group_factor": "scene"}
+            trials.append(Trial(1, place, "all_pairs", (("up", 1.0),), 1.0, "2026-01-02T03:04:05Z", data))
+        code, began = f"{number:02d}", "2026-01-02T03:04:05Z"
+        header = Header("scenes", code, "s1", began, 1, "Which?", False, stimuli, {"mode": "flat"}, {}, {}, {}, {})
+        sessions.append(SessionLog(Path(f"sub-{code}/session.jsonl"), header, tuple(trials), complete=True))
+    return sessions
+
+
+@cache
+def report_of(**options: Any) -> Report:
+    """Return the report of `scenes`, made once."""
+    return describe(scenes(**options))
+
+
+@cache
+def page_of(**options: Any) -> str:
+    """Return the report's page."""
+    return render(report_of(**options))
+
+
+def grouped() -> GroupedSummary:
+    """Return the groups of the report, which there must be."""
+    report = report_of()
+    assert report.pairs is None
+    assert report.groups is not None
+    return report.groups
+
+
+def test_each_scene_has_the_scores_of_its_own_answers() -> None:
+    sessions, groups = scenes(), grouped()
+    assert [name for name, _ in groups.groups] == list(SCENES)
+    for scene, part in groups.groups:
+        names = [f"{scene} {codec}" for codec in CODECS]
+        wins = np.zeros((3, 3))
+        for session in sessions:
+            for trial in session.trials:
+                if trial.data["chosen"] in names:
+                    wins[names.index(trial.data["chosen"]), names.index(trial.data["rejected"])] += 1
+        expected = dict(zip(names, fit(wins).score.tolist(), strict=True))
+        assert {item.name: item.score for item in part.scores.items} == pytest.approx(expected, abs=1e-12)
+        assert part.trials == wins.sum() == 36
+
+
+def test_the_pooled_scale_takes_the_codecs_of_all_scenes_as_one() -> None:
+    sessions, groups = scenes(), grouped()
+    wins = np.zeros((3, 3))
+    for session in sessions:
+        for trial in session.trials:
+            chosen, rejected = (CODECS.index(trial.data[key].split()[1]) for key in ("chosen", "rejected"))
+            wins[chosen, rejected] += 1
+    assert groups.pooled is not None
+    expected = dict(zip(CODECS, fit(wins).score.tolist(), strict=True))
+    assert {item.name: item.score for item in groups.pooled.scores.items} == pytest.approx(expected, abs=1e-12)
+    assert groups.scored.agreement is not None
+    assert groups.scored.agreement.observers == 6
+
+
+def test_json_has_the_groups_and_the_pooled_scale() -> None:
+    printed = json.loads(json.dumps(report_of().to_json(), allow_nan=False))
+    assert [group["name"] for group in printed["groups"]] == list(SCENES)
+    assert {"items", "intervals", "stability", "method", "covariance"} <= set(printed["groups"][0])
+    assert [item["name"] for item in printed["pooled"]["items"]] == ["jpeg", "avif", "jxl"]
+    assert printed["group_factor"] == "scene"
+    assert printed["trials"] == 108
+    assert "items" not in printed
+    assert [line["observer"] for line in printed["observer_table"]["observers"]] == [
+        f"{number:02d}" for number in range(1, 7)
+    ]
+
+
+def test_without_groups_json_is_what_it_was(sessions: list[SessionLog]) -> None:
+    printed = describe(sessions).to_json()
+    assert not {"groups", "pooled", "group_factor", "agreement"} & set(printed)
+    assert "items" in printed
+
+
+def test_every_table_is_there_by_group_and_for_all(tmp_path: Path) -> None:
+    report = write_report(scenes(), tmp_path / "report.html", csv_folder=tmp_path / "csv")
+    files = {file.stem for file in (tmp_path / "csv").iterdir()}
+    assert {f"scores_{n:02d}_{name}" for n, name in enumerate(SCENES, 1)} < files
+    assert {f"comparisons_{n:02d}_{name}" for n, name in enumerate(SCENES, 1)} < files
+    assert {"scores", "classes", "classes_by_group", "groups", "pooled_scores", "pooled_classes"} < files
+    with (tmp_path / "csv" / "scores.csv").open(newline="") as file:
+        rows = list(csv.DictReader(file))
+    assert report.groups is not None
+    assert [(row["group"], row["stimulus"], row["class"]) for row in rows] == [
+        (name, item.name, item.label) for name, part in report.groups.groups for item in part.scores.items
+    ]
+    with (tmp_path / "csv" / "classes_by_group.csv").open(newline="") as file:
+        assert next(csv.reader(file)) == ["stimulus", "pooled_class", *(f"class in {name}" for name in SCENES)]
+
+
+def test_text_in_names_of_groups_stays_text() -> None:
+    page = page_of(names=("a b", "a_b", "<b>$y_1$"))
+    assert "<b>" not in page
+    assert "&lt;b&gt;$y_1$" in page
+
+
+def test_groups_of_like_names_keep_their_files_apart() -> None:
+    assert len({_safe(_named("scores", number, name)) for number, name in enumerate(("a b", "a_b"))}) == 2
+
+
+def test_the_figure_has_a_panel_for_each_group_on_the_same_rows() -> None:
+    groups = grouped()
+    names = ["jpeg", "avif", "jxl"]
+    svg = group_scores_svg(groups.groups, names, groups.common, 7.6)
+    assert all(svg.count(f">{scene}<") == 1 for scene in SCENES)
+    assert all(svg.count(f">{codec}<") == 1 for codec in names)  # beside the first panel of the one row
+    assert svg.count(">class<") == 3
+    own = group_scores_svg(groups.groups, (), {}, 7.6)
+    assert all(own.count(f">{scene} {codec}<") == 1 for scene in SCENES for codec in names)
+
+
+def test_one_scene_that_separates_is_named_and_the_others_stay() -> None:
+    report = report_of(best="church jxl")
+    assert report.groups is not None
+    assert [part.estimate.method for _, part in report.groups.groups] == ["ml", "firth", "ml"]
+    (note,) = [note for note in report.notes if "complete separation" in note]
+    assert note.endswith("in: church.")
+    assert "In church, where separation was complete" in page_of(best="church jxl")
+
+
+def test_stimuli_with_nothing_in_common_have_no_pooled_scale() -> None:
+    report = report_of(factor="image")
+    assert report.groups is not None
+    assert report.groups.pooled is None
+    assert report.groups.common == {}
+    assert report.to_json()["pooled"] is None
+    assert "There is no pooled scale" in page_of(factor="image")
+
+
+def test_the_page_says_how_pairs_were_compared() -> None:
+    page = page_of(best="church jxl")
+    assert "Stimuli were compared within each of 3 groups (scene) only" in page
+    assert "Does one scale serve every scene?" in page
+    assert report_of().sentences[0].startswith("6 observers, 108 comparisons of 9 stimuli in 3 groups by scene; ")
+
+
+def test_the_terminal_shows_each_group() -> None:
+    console = Console(file=io.StringIO(), width=120)
+    print_report(report_of(), console=console)
+    shown = console.file.getvalue()  # type: ignore[attr-defined]  # it is the StringIO above
+    assert all(f"\n{scene}\n" in f"\n{shown}" for scene in SCENES)
+    assert "all groups together" in shown
+
+
+def test_observers_of_some_groups_only_are_pointed_out() -> None:
+    sessions = scenes()
+    only = tuple(trial for trial in sessions[0].answers if trial.data["group"] == "dune")
+    report = describe([replace(sessions[0], answers=only), *sessions[1:]])
+    assert any("1 observer of 6 judged one group only (01)" in note for note in report.notes)
+
+
+@pytest.mark.parametrize(
+    ("factors", "expected"),
+    [
+        (
+            {"a1": {"codec": "x"}, "a2": {"codec": "y"}, "b1": {"codec": "x"}, "b2": {"codec": "y"}},
+            ["x", "y", "x", "y"],
+        ),
+        ({"a1": {"q": 1.5}, "a2": {"q": 2}, "b1": {"q": 1.5}, "b2": {"q": 3}}, ["q 1.5", "q 2", "q 1.5", "q 3"]),
+        ({"a1": {"codec": "x"}, "a2": {"codec": "x"}, "b1": {"codec": "x"}, "b2": {"codec": "y"}}, None),
+        ({"a1": {"name": "a1"}, "a2": {"name": "a2"}, "b1": {"name": "b1"}, "b2": {"name": "b2"}}, None),
+        ({"a1": {}, "a2": {}, "b1": {}, "b2": {}}, None),
+    ],
+)
+def test_common_names_are_the_other_factors_that_recur(
+    factors: Mapping[str, Mapping[str, Any]], expected: list[str] | None
+) -> None:
+    header = scenes()[0].header
+    stimuli = [{"name": name, "factors": {"scene": name[0], "view": "flat", **own}} for name, own in factors.items()]
+    groups = SessionGroups({name: name[0] for name in factors}, "scene", "")
+    names = common_names(replace(header, stimuli=tuple(stimuli)), groups)
+    assert names == ({} if expected is None else dict(zip(factors, expected, strict=True)))

@@ -1,0 +1,65 @@
+"""What reviewers ask, on the page and in JSON."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+import pytest
+
+from analysis.errors import ResultsError
+from analysis.records.session_record import SessionLog
+from analysis.report.blocks import Facts
+from analysis.report.sections.reviewers import review_of, reviewers_section
+from analysis.report.summary import summarise
+
+Maker = Callable[..., SessionLog]
+
+
+def with_margin(sessions: list[SessionLog], margin: str) -> list[SessionLog]:
+    return [
+        replace(session, header=replace(session.header, analysis={**session.header.analysis, "margin": margin}))
+        for session in sessions
+    ]
+
+
+def test_a_sentence_and_folded_tables_for_each(sessions: list[SessionLog]) -> None:
+    review = review_of(summarise(with_margin(sessions, "0.5jnd")))
+    assert set(review) == {"pairs", "equivalence", "transitivity", "residuals", "model_comparison", "multiverse"}
+    section = reviewers_section(review)
+    assert section is not None
+    facts = section.blocks[0]
+    assert isinstance(facts, Facts)
+    assert [term for term, _ in facts.rows] == [
+        "Equivalence",
+        "Transitivity",
+        "Badly fitted pairs",
+        "Other models",
+        "Other analyses",
+    ]
+    tables = {table.name: table for table in section.tables()}
+    assert {"pairs", "equivalence", "residuals", "models", "other_analyses_pairs"} <= set(tables)
+    assert all(table.folded for table in tables.values())
+    assert len(tables["pairs"].rows) == len(tables["residuals"].rows) == 15
+    for table in tables.values():
+        assert {len(row) for row in table.rows} == {len(table.columns)}
+
+
+def test_without_a_margin_there_is_no_equivalence_and_one_observer_has_less(make_session: Maker) -> None:
+    review = review_of(summarise([make_session()]))
+    assert "equivalence" not in review
+    assert "model_comparison" not in review
+    assert review_of(summarise([make_session(names=("a", "b"), answers=[("a", "b"), ("b", "a")])])).keys() >= {"pairs"}
+
+
+def test_separated_answers_have_no_other_analyses(make_session: Maker) -> None:
+    answers = [("a", "b"), ("b", "a"), ("c", "a"), ("c", "b")]
+    review = review_of(summarise([make_session(f"{o}", names=("a", "b", "c"), answers=answers) for o in range(4)]))
+    assert "multiverse" not in review
+    assert {"pairs", "residuals"} <= set(review)
+
+
+def test_a_margin_that_is_none(sessions: list[SessionLog]) -> None:
+    with pytest.raises(ResultsError, match="the margin is 'small'"):
+        review_of(summarise(with_margin(sessions, "small")))
+    assert reviewers_section({}) is None

@@ -1,0 +1,113 @@
+"""`cyclopean power` on an experiment with pairs within scenes: a scale for each scene, one number of observers."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+from click.testing import CliRunner, Result
+
+from documents import InputError
+from runner.cli.main import group
+from runner.protocol.experiment import read_experiment
+from runner.reports.power import PowerOptions, study_power
+from runner.reports.power_design import pair_design
+
+Study = Any  # tests/conftest.py
+SCENES = {"lobby": ("l1", "l2", "l3"), "garden": ("g1", "g2", "g3", "g4")}
+WORDS = ("--observers", "10,30", "--replicates", "120", "--observer-sd", "0.5")
+
+
+@pytest.fixture
+def scenes(study: Study) -> Study:
+    """Seven pictures of two scenes, compared within them, each pair twice; and scores."""
+    rows = [f"  - {{name: {n}, file: one.exr, factors: {{scene: {s}}}}}" for s, names in SCENES.items() for n in names]
+    recipe = study.folder / "recipe.yaml"
+    recipe.write_text("schema_version: 1\nkind: pictures\nstimuli:\n" + "\n".join(rows) + "\n")
+    head, _ = study.experiment.read_text().split("blocks:\n")
+    study.experiment.write_text(head + "blocks:\n  - {kind: all_pairs, within: scene, repeats: 2}\n")
+    scores = {"l1": 9, "l2": 3, "l3": 1, "g1": 4, "g2": 3, "g3": 2.9, "g4": 1}
+    stimuli = "".join(f"  {name}: {{score: {score}}}\n" for name, score in scores.items())
+    study.observers.write_text(f"schema_version: 1\nkind: bradley_terry\nstimuli:\n{stimuli}")
+    return study
+
+
+def ask(study: Study, *words: str) -> Result:
+    """Call the command with the scores."""
+    names = ["power", str(study.experiment), "--scores", str(study.observers), *WORDS, *words]
+    return CliRunner(catch_exceptions=True).invoke(group, names)
+
+
+def test_pairs_within_scenes_are_sets_named_by_their_scene(scenes: Study) -> None:
+    design = pair_design(read_experiment(scenes.experiment))
+    assert design.groups == (("lobby", (0, 1, 2)), ("garden", (3, 4, 5, 6)))
+    assert design.times[design.pairs_within((3, 4, 5, 6))].tolist() == [2] * 6
+    assert design.times.sum() == 2 * (3 + 6)
+    assert (design.times[design.pairs_within((2, 3))] == 0).all()
+
+
+def test_blocks_of_stimuli_of_their_own_are_sets_too(study: Study) -> None:
+    head, _ = study.experiment.read_text().split("blocks:\n")
+    blocks = "".join(f"  - {{kind: all_pairs, stimuli: {names}}}\n" for names in ("[one, four]", "[two, three]"))
+    study.experiment.write_text(head + "blocks:\n" + blocks)
+    design = pair_design(read_experiment(study.experiment))
+    assert design.groups == (("group 1", (0, 3)), ("group 2", (1, 2)))
+
+
+def test_each_scene_is_the_power_of_its_own_pairs(scenes: Study, tmp_path: Path) -> None:
+    result = ask(scenes, "--json")
+    assert result.exit_code == 0, result.output
+    found = json.loads(result.stdout)
+    assert [one["name"] for one in found["groups"]] == list(SCENES)
+    for one, names in zip(found["groups"], SCENES.values(), strict=True):
+        assert tuple(item["name"] for item in one["items"]) == names
+        assert one["covariance"] == "shrinkage"
+    # The first group is simulated like an experiment of this group alone.
+    text = scenes.experiment.read_text().replace("within: scene", "stimuli: [l1, l2, l3]")
+    scenes.experiment.write_text(text)
+    alone = json.loads(ask(scenes, "--json").stdout)
+    assert found["groups"][0]["sizes"] == alone["sizes"]
+    # g2 and g3 are almost equal: the answer is the hardest group's.
+    assert found["groups"][0]["needed"]["observers"] is not None
+    assert found["needed"]["observers"] is None
+    assert "6 of 9 reach it" in found["needed"]["sentence"]
+    assert "g2 and g3 in garden" in found["needed"]["sentence"]
+    assert {pair["group"] for pair in found["needed"]["pairs"]} == set(SCENES)
+
+
+def test_named_pairs_decide_in_their_groups(scenes: Study) -> None:
+    easy = json.loads(ask(scenes, "--json", "--pair", "l1", "l3", "--pair", "g1", "g4").stdout)
+    assert easy["needed"]["observers"] == 30
+    assert "80 % power on the 2 pairs named in 2 groups" in easy["needed"]["sentence"]
+    one = json.loads(ask(scenes, "--json", "--pair", "g1", "g4").stdout)
+    assert [each["name"] for each in one["groups"]] == ["garden"]
+    assert one["notes"] == ["Groups left out, since no pair of theirs is named: lobby."]
+    options = PowerOptions((10,), scores=scenes.observers, pairs=(("l1", "g1"),), replicates=2)
+    with pytest.raises(InputError, match="l1 and g1 are in different groups, 'lobby' and 'garden'"):
+        study_power(scenes.experiment, options)
+
+
+def test_text_table_and_page_show_each_scene(scenes: Study, tmp_path: Path) -> None:
+    page, table = tmp_path / "power.html", tmp_path / "power.csv"
+    result = ask(scenes, "-o", str(page), "--csv", str(table))
+    assert result.exit_code == 0, result.output
+    lines = result.stdout.splitlines()
+    assert [name for name in SCENES if name in [line.strip() for line in lines]] == list(SCENES)
+    rows = table.read_text(encoding="utf-8").splitlines()
+    assert rows[0] == "group,observers,quantity,item,other,value,standard_error"
+    assert len(rows) == 1 + 2 * (2 + 3 + 3) + 2 * (2 + 4 + 6)
+    html = page.read_text(encoding="utf-8")
+    assert html.count("<svg") == 6
+    for name in SCENES:
+        assert f"<h2>{name}</h2>" in html
+
+
+def test_without_scores_each_scene_has_its_own_steps(scenes: Study) -> None:
+    study = study_power(scenes.experiment, PowerOptions((10,), replicates=20, workers=1))
+    for own in study.to_json()["groups"]:
+        thetas = [item["theta"] for item in own["items"]]
+        assert max(thetas) - min(thetas) == pytest.approx(2.0)
+    assert "within each group" in study.notes[0]
+    assert [sd for sd, _ in study.by_observer_sd] == [0.0, 0.7, 1.5]
