@@ -33,6 +33,8 @@ Floats = NDArray[np.float64]
 
 LEVEL = 0.05
 MOST_ITEMS = 300
+# Strengths that differ by less, in nats, are equal: the difference is what the fit's last step and rounding left.
+_EQUAL_NATS = 1e-8
 _MOST_NUMBERS = 4_000_000
 
 
@@ -96,7 +98,8 @@ def fits_to_rest(comparisons: Comparisons, level: float = LEVEL) -> tuple[FitToR
         if len(part.items) > MOST_ITEMS:
             return (None,) * people
         parts, change, given = _one_scale(part)
-        usable = np.isfinite(parts).all(axis=1) & (parts[:, 2] > 0) & np.isfinite(change).all(axis=1)
+        differ = parts[:, 2] > given * _EQUAL_NATS**2
+        usable = np.isfinite(parts).all(axis=1) & differ & np.isfinite(change).all(axis=1)
         sums[usable] += parts[usable]
         answers[usable] += given[usable]
         for person in np.flatnonzero(usable):

@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.stats import chi2, norm
 
@@ -85,6 +85,7 @@ def test_blocks_change_nothing(study: Study, monkeypatch: pytest.MonkeyPatch) ->
 
 @settings(max_examples=25, deadline=None)
 @given(st.integers(0, 10**6), st.integers(2, 5), st.integers(2, 6))
+@example(499, 4, 5)
 def test_neither_order_nor_names_matter(seed: int, n: int, people: int) -> None:
     random = np.random.default_rng(seed)
     answers = [
