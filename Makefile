@@ -70,6 +70,7 @@ bench-psychopy: test-tools
 
 stress: gl
 	$(BIN)/python -m pytest -m stress tests/stress
+	$(BIN)/python -m pytest -m "hypothesis and not stress and not quad" --hypothesis-profile searching -n $(WORKERS)
 
 dither-mask: env
 	$(BIN)/python -m devices.compensation.dither_mask

@@ -23,9 +23,16 @@ from analysis.records.session_record import SessionLog, read_session, session_fi
 
 PATIENCE_S = 120.0  # a busy machine takes ten times as long as a quiet one
 
-# No example has a deadline: how long one takes says how busy the machine is.
-settings.register_profile("patient", deadline=None)
-settings.load_profile("patient")
+# No example has a deadline: how long one takes says how busy the machine is. `make test` tries the same examples every
+# time, so that a failure belongs to the change before it; `make stress` looks for new ones.
+settings.register_profile("patient", deadline=None, derandomize=True)
+settings.register_profile("searching", deadline=None)
+
+
+def pytest_configure(config: pytest.Config) -> None:
+    """Take the examples that are the same every time, unless others are asked for."""
+    if not config.getoption("--hypothesis-profile"):
+        settings.load_profile("patient")
 
 
 @pytest.hookimpl(wrapper=True)
