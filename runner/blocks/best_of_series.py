@@ -36,6 +36,12 @@ SIMILARITY = Scale(
     low_anchor="not similar at all",
     high_anchor="looks the same",
 )
+QUALITY = Scale(
+    "quality",
+    "How good is the image that you chose?",
+    low_anchor="bad",
+    high_anchor="excellent",
+)
 DIFFICULTY = Scale(
     "difficulty",
     "How difficult was it to tell the images of this series apart?",
@@ -229,7 +235,9 @@ class BestOfSeriesSpec(BlockSpec):
 
     ``series`` names the pictures of each series in order, or gives the factors that make them. ``question`` stands
     above the picture in place of the experiment's. With ``see_all`` every picture must be seen before one can be
-    chosen; with ``wrap`` the last is followed by the first. ``start`` is where in a series one begins.
+    chosen; with ``wrap`` the last is followed by the first. ``start`` is where in a series one begins. Where
+    ``ratings`` is left out, the choice is rated for ``similarity`` to the reference, or for ``quality`` where there is
+    none, and the series for ``difficulty``.
     """
 
     kind: Literal["best_of_series"]
@@ -248,7 +256,7 @@ class BestOfSeriesSpec(BlockSpec):
             self.question or setting.question,
             setting.single_layout(),
             setting.own_seed,
-            scales=tuple(scale.make() for scale in self.ratings),
+            scales=self.scales(setting),
             start=self.start,
             see_all=self.see_all,
             wrap=self.wrap,
@@ -256,6 +264,12 @@ class BestOfSeriesSpec(BlockSpec):
             style=setting.style,
             reference=setting.reference,
         )
+
+    def scales(self, setting: Setting) -> tuple[Scale, ...]:
+        """Return the scales that are written, or those that suit the experiment."""
+        if "ratings" in self.model_fields_set:
+            return tuple(scale.make() for scale in self.ratings)
+        return SIMILARITY if setting.has_reference else QUALITY, DIFFICULTY
 
     def faults(self, stimuli: Stimuli) -> Iterator[Fault]:
         """Yield wrong stimuli or factors, series of one picture, and scales of one name."""

@@ -25,16 +25,20 @@ class LayoutError(SessionError):
     """The experiment's layout does not fit an eye's view, or cannot be seen."""
 
 
+NO_REFERENCE, PHYSICAL = "none", "physical"
+
+
 class LayoutSpec(Strict):
     """How a trial looks: ``size_mm`` is each picture's aperture (width, height) on the screen.
 
-    ``reference`` is ``physical``, for a real thing beside the screen, or the name of a stimulus that is shown too.
+    ``reference`` is what pictures are judged against: ``none``, ``physical`` for a real thing beside the screen, or the
+    name of a stimulus that is shown too.
     """
 
     arrangement: Literal["vertical", "horizontal"]
     size_mm: tuple[PositiveFloat, PositiveFloat]
     gap_mm: NonNegativeFloat = 10.0
-    reference: Line = "physical"
+    reference: Line = NO_REFERENCE
 
 
 @dataclass(frozen=True, slots=True)

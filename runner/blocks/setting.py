@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from devices.display import Rig
-from runner.blocks.layout import LayoutSpec, PairLayout, SingleLayout, pair_layout, single_layout
+from runner.blocks.layout import NO_REFERENCE, LayoutSpec, PairLayout, SingleLayout, pair_layout, single_layout
 from runner.blocks.style import Style
 
 Factors = Mapping[str, str | float]
@@ -20,7 +20,7 @@ def level_words(level: str | float) -> str:
 
 @dataclass(frozen=True, slots=True)
 class Stimuli:
-    """What there is to look at: ``factors`` by name, and which of them is the ``reference`` (None: a physical one)."""
+    """What there is to look at: ``factors`` by name, and which of them is the ``reference``, None if it is none."""
 
     factors: Mapping[str, Factors]
     reference: str | None = None
@@ -55,8 +55,13 @@ class Setting:
 
     @property
     def reference(self) -> str | None:
-        """The reference picture's name, None for a physical one."""
+        """The reference picture's name, None if there is none."""
         return self.stimuli.reference
+
+    @property
+    def has_reference(self) -> bool:
+        """Whether there is a reference: a picture, or a real thing beside the screen."""
+        return self.layout.reference != NO_REFERENCE
 
     @property
     def observer_number(self) -> int:

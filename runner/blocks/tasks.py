@@ -13,7 +13,7 @@ class GoOn:
 
 @dataclass(frozen=True, slots=True)
 class Compare:
-    """Which of two is closer to ``reference`` (a stimulus, or None for a physical one)?
+    """Which of two is closer to ``reference`` (a stimulus; None for a physical one, or where there is none)?
 
     Meanings: ``first``, ``second``; where ties are allowed, ``no_difference`` and ``not_sure`` are meanings too.
     """

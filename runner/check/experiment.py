@@ -141,9 +141,9 @@ def _particulars(spec: Any, block: Block) -> Mapping[str, Any]:
     if catch is not None:
         facts["catch_trials"] = catch.count
     facts |= getattr(block, "facts", {})
-    ratings = getattr(spec, "ratings", None)
-    if ratings:
-        facts["ratings"] = [scale.name for scale in ratings]
+    scales = getattr(block, "scales", None) or getattr(spec, "ratings", None)
+    if scales:
+        facts["ratings"] = [scale.name for scale in scales]
     return facts
 
 

@@ -63,7 +63,7 @@ def read_observer(path: Path, stimuli: tuple[str, ...] = (), experiment_referenc
     """Read the file of simulated observers at ``path``, which must be able to judge every one of ``stimuli``.
 
     Without ``stimuli``, only the file itself is checked. ``experiment_reference`` is the experiment's reference
-    picture, None if the reference is physical.
+    picture, None if it has no picture of one.
 
     Raises
     ------
@@ -80,8 +80,10 @@ def read_observer(path: Path, stimuli: tuple[str, ...] = (), experiment_referenc
     elif stimuli:
         reference = spec.reference or experiment_reference
         if reference is None:
-            what = "the experiment's reference is physical, and no picture of it is named"
-            raise _fault(what, source, "reference", "name the stimulus that comes closest to it with 'reference:'")
+            what = "the experiment has no reference picture, and none is named here"
+            raise _fault(
+                what, source, "reference", "write reference: and the stimulus that the others are compared with"
+            )
         if reference not in stimuli:
             what = f"the recipe makes no stimulus '{reference}'"
             raise _fault(what, source, "reference", "the recipe makes: " + ", ".join(stimuli[:20]))

@@ -18,7 +18,7 @@ from documents.text import did_you_mean
 from documents.yaml import Path_, Strict, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
 from runner.blocks.field_types import Line
-from runner.blocks.layout import LayoutError, LayoutSpec, aperture_px, visible_part
+from runner.blocks.layout import NO_REFERENCE, PHYSICAL, LayoutError, LayoutSpec, aperture_px, visible_part
 from runner.blocks.registry import AnyBlockSpec
 from runner.blocks.setting import Factors, Setting, Stimuli
 from runner.blocks.style import Style
@@ -129,8 +129,16 @@ class Experiment:
 
     @property
     def digest(self) -> str:
-        """SHA-256 of what the file says, whatever its comments and layout."""
-        return hashlib.sha256(self.spec.model_dump_json().encode()).hexdigest()
+        """SHA-256 of what the file says, whatever its comments and layout.
+
+        A file that leaves the reference out keeps the digest that it had when that meant a physical one: its sessions
+        can be resumed.
+        """
+        spec = self.spec
+        if "reference" not in spec.layout.model_fields_set:
+            layout = spec.layout.model_copy(update={"reference": PHYSICAL})
+            spec = spec.model_copy(update={"layout": layout})
+        return hashlib.sha256(spec.model_dump_json().encode()).hexdigest()
 
     def blocks(self, observer: str) -> tuple[Block, ...]:
         """Return the blocks as ``observer`` will meet them: the order is drawn from experiment and observer."""
@@ -198,10 +206,13 @@ def read_experiment(file: str | Path, mode: str | None = None, *, allow_uncharac
         factors: Mapping[str, Factors] = recipe.factors()
         if rig and (mixed := other_observer(str(recipe.observer), rig.observer)):
             findings.append(source.finding(("stimuli",), *mixed))
-        if spec.layout.reference in ("physical", *factors):
-            stimuli = Stimuli(factors, None if spec.layout.reference == "physical" else spec.layout.reference)
+        reference = spec.layout.reference
+        if reference in (NO_REFERENCE, PHYSICAL):
+            stimuli = Stimuli(factors)
+        elif reference in factors:
+            stimuli = Stimuli(factors, reference)
         else:
-            findings.append(_unknown_reference(spec.layout.reference, tuple(factors), source))
+            findings.append(_unknown_reference(reference, tuple(factors), source))
     except InputError as error:
         findings += error.findings
     if stimuli:
@@ -258,7 +269,7 @@ def _placed(error: InputError, source: YamlSource, path: Path_) -> list[Finding]
 
 
 def _unknown_reference(name: str, known: Sequence[str], source: YamlSource) -> Finding:
-    remedy = did_you_mean(name, ("physical", *known), "write 'physical', or the name of a stimulus")
+    remedy = did_you_mean(name, (NO_REFERENCE, PHYSICAL, *known), "write none, physical, or the name of a stimulus")
     return source.finding(("layout", "reference"), f"the reference '{name}' is no stimulus of the recipe", remedy)
 
 

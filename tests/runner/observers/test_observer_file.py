@@ -60,7 +60,7 @@ def test_all_of_a_file_is_taken_over(tmp_path: Path) -> None:
         (SCORED.replace("score: 2", "score: 0"), "8:37: 'stimuli.b.score' is 0"),
         (SCORED.replace("b: {", "d: {"), "8:10: no score is given for b"),
         (BY_PICTURE.replace("reference: a", "reference: c"), "4:12: the recipe makes no stimulus 'c'"),
-        (BY_PICTURE.replace("reference: a\n", ""), "the experiment's reference is physical"),
+        (BY_PICTURE.replace("reference: a\n", ""), "the experiment has no reference picture"),
         (BY_PICTURE.replace(": 2", ": -2"), "3:23: 'slope_per_delta_e_00' is -2"),
     ],
 )
