@@ -5,6 +5,8 @@ from .cube import cube_of_model as cube_of_model
 from .cube import write_cube as write_cube
 from .display_model import ProfileModel as ProfileModel
 from .display_model import model_of_profile as model_of_profile
+from .encoding import ProfileEncoding as ProfileEncoding
+from .encoding import profile_encoding as profile_encoding
 from .profile import Profile as Profile
 from .profile import read_profile as read_profile
 from .readings import profile_measurements as profile_measurements

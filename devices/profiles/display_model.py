@@ -99,7 +99,7 @@ def display_curves(
     matrix: MatrixModel, profile: Profile, findings: list[Finding]
 ) -> tuple[list[tuple[TagCurve, Curve]], list[str]]:
     """Return each channel's curve in the profile and in the model, and how they differ; ``findings`` gets faults."""
-    if all(_is_srgb(curve) for curve in matrix.curves):
+    if all(is_srgb(curve) for curve in matrix.curves):
         return [(curve, SrgbCurve()) for curve in matrix.curves], ["the curves are that of sRGB, within their rounding"]
     tones: list[Curve | None] = [exact_curve(curve) for curve in matrix.curves]
     # A display file has one kind of curve for all channels.
@@ -139,7 +139,7 @@ def exact_curve(curve: TagCurve) -> ToneCurve | None:
     return ToneCurve(curve.a, curve.b, curve.g)
 
 
-def _is_srgb(curve: TagCurve) -> bool:
+def is_srgb(curve: TagCurve) -> bool:
     """Whether ``curve`` is that of sRGB: sampled within its rounding, or a function of rounded numbers."""
     sampled = isinstance(curve, SampledCurve)
     codes = np.linspace(0.0, 1.0, len(curve.values) if isinstance(curve, SampledCurve) else 1025)

@@ -2,6 +2,10 @@ from .exr_read import read_exr as read_exr
 from .exr_views import Part as Part
 from .exr_views import Region as Region
 from .exr_write import write_exr as write_exr
+from .find import FoundPicture as FoundPicture
+from .find import find_pictures as find_pictures
+from .packing import PACKINGS as PACKINGS
+from .packing import Packing as Packing
 from .resampling import resample_picture as resample_picture
 from .resolution import display_resolution as display_resolution
 from .stereo_image import StereoImage as StereoImage

@@ -1,0 +1,85 @@
+"""A picture's embedded profile: from codes to light relative to its white, exact where it has matrix and curves."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from devices.colour import srgb_decoded
+from devices.errors import DeviceError
+from devices.profiles.curves import TagCurve
+from devices.profiles.display_model import exact_curve, is_srgb
+from devices.profiles.profile import profile_of
+from devices.profiles.readings import nothing_inside
+from devices.profiles.tag_table import parse_profile_file
+
+Floats = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, eq=False)
+class ProfileEncoding:
+    """From RGB codes in 0..1 to XYZ as it is in the room, with the white at Y = 1: its own white, not D50.
+
+    ``curves`` and ``matrix`` (3, 3) of a profile that has them, else None; ``xyz`` leads from codes (n, 3) to XYZ
+    (n, 3) for every profile, by its table where it has no matrix.
+    """
+
+    matrix: Floats | None
+    curves: tuple[Callable[[ArrayLike], Floats], ...]
+    xyz: Callable[[Floats], Floats]
+
+
+def profile_encoding(data: bytes, file: str) -> ProfileEncoding:
+    """Read the ICC profile that is embedded in a picture.
+
+    Parameters
+    ----------
+    data
+        The profile's bytes, of version 2 or 4, of an RGB display or colour space.
+    file
+        The name that findings carry.
+
+    Returns
+    -------
+    ProfileEncoding
+        Matrix and curves, or a table. The adaptation to D50 of its connection space is undone by the matrix that the
+        profile names (``chad``, or Bradford's from its white point).
+
+    Raises
+    ------
+    DeviceError
+        If the profile is damaged, not of RGB, or has neither a matrix nor a table.
+
+    Examples
+    --------
+    >>> from devices.characterise import thesis_display
+    >>> from devices.profiles import profile_of_model
+    >>> data = profile_of_model(thesis_display(), "The thesis's display").data
+    >>> profile_encoding(data, "plate.png").xyz(np.ones((1, 3)))[0, 1].round(4)
+    np.float64(1.0)
+    """
+    profile = profile_of(parse_profile_file(data, file))
+    matrix = profile.matrix
+    if matrix is not None:
+        curves = tuple(_curve(curve) for curve in matrix.curves)
+        absolute = profile.absolute(matrix.primaries.T, 1.0).T
+
+        def by_matrix(codes: Floats) -> Floats:
+            light = np.stack([curve(codes[:, channel]) for channel, curve in enumerate(curves)], axis=1)
+            return np.asarray(light @ absolute.T)
+
+        return ProfileEncoding(absolute, curves, by_matrix)
+    table = profile.table
+    if table is None:
+        raise DeviceError(nothing_inside(profile))
+    return ProfileEncoding(None, (), lambda codes: profile.absolute(table.xyz(codes), 1.0))
+
+
+def _curve(curve: TagCurve) -> Callable[[ArrayLike], Floats]:
+    """Return the curve that ``curve`` rounds: sRGB's or a power; else itself."""
+    if is_srgb(curve):
+        return srgb_decoded
+    return curve if (exact := exact_curve(curve)) is None else exact.linear
