@@ -4,8 +4,10 @@ VENV ?= .venv
 PYTHON ?= $(shell for p in python3 python3.14 python3.13 python3.12 python3.11; do \
 	command -v $$p >/dev/null 2>&1 && $$p -c 'import sys; sys.exit(sys.version_info < (3, 11))' && echo $$p && break; done)
 BIN = $(VENV)/bin
-# Three on two cores: windows and instruments wait more than they work.
+# Three on two cores: windows and instruments wait more than they work. Each computes in one thread, since the threads of
+# all would wait for each other.
 WORKERS ?= 3
+ONE_THREAD = OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 
 .PHONY: help env gl test-tools demo test check api bench bench-psychopy stress dither-mask test-quad validate-bids clean
 
@@ -41,7 +43,7 @@ demo: gl
 	@$(BIN)/cyclopean demo
 
 test: test-tools
-	@$(BIN)/python -m pytest -m "not stress and not quad" -n $(WORKERS) --dist loadfile
+	@$(ONE_THREAD) $(BIN)/python -m pytest -m "not stress and not quad" -n $(WORKERS) --dist loadfile
 
 check: env
 	$(BIN)/ruff check .
@@ -70,7 +72,7 @@ bench-psychopy: test-tools
 
 stress: gl
 	$(BIN)/python -m pytest -m stress tests/stress
-	$(BIN)/python -m pytest -m "hypothesis and not stress and not quad" --hypothesis-profile searching -n $(WORKERS)
+	$(ONE_THREAD) $(BIN)/python -m pytest -m "hypothesis and not stress and not quad" --hypothesis-profile searching -n $(WORKERS)
 
 dither-mask: env
 	$(BIN)/python -m devices.compensation.dither_mask
