@@ -278,10 +278,11 @@ def build(recipe: str | Path, rig: str | Path) -> Result[StimulusSet]:
         If the recipe or a picture is wrong, or the cache cannot be written.
     """
     from devices.display import read_rig
+    from runner.presenter import primary_monitor
     from stimuli.build import build_set
     from stimuli.recipes import DisplaySetup
 
-    station = read_rig(Path(rig))
+    station = read_rig(Path(rig), ask_monitor=primary_monitor)
     made = build_set(Path(recipe), station.display.panel.pixel_pitch_mm, setup=DisplaySetup.of(station))
     rows = [{"name": name, **made.factors(name), "file": str(made.path(name))} for name in made.names]
     return Result(made, rows, f"{len(rows)} stimuli of {Path(recipe).name}")

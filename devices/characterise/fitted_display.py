@@ -15,10 +15,10 @@ from devices.characterise.thesis import ThesisFits
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.diagnostics.drift import Drift
 from devices.diagnostics.room_light import RoomLight
-from devices.display.display_file import PanelSpec
 from devices.display.gamma_table import GammaTable
 from devices.display.gamma_table_spec import gamma_table_lines
 from devices.display.monitor_settings import MonitorSettings
+from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from devices.measurements import PatchEye
 from documents import Finding

@@ -16,7 +16,8 @@ from typing import Any
 import yaml
 
 from devices.characterise.display_yaml import quoted
-from devices.display.display_file import EYES, PanelSpec, read_display
+from devices.display.display_file import EYES, read_display
+from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents import Finding, InputError
 from documents.files import whole_file
@@ -87,13 +88,7 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
                     "there is no such display file yet", str(path), remedy="a new one needs --panel 1920x1080,0.2768"
                 )
             )
-        across, down = panel.resolution_px
-        shape = f"resolution_px: [{across}, {down}], pixel_pitch_mm: {panel.pixel_pitch_mm:g}"
-        head = [
-            "schema_version: 1",
-            f"panel: {{{shape}, refresh_hz: {panel.refresh_hz:g}, bits: {panel.bits}}}",
-            "modes:",
-        ]
+        head = ["schema_version: 1", panel.line, "modes:"]
         _put(path, "\n".join([*head, *_indented(new.block(mode))]) + "\n")
         return " ".join([f"wrote {path} with the mode '{mode}'.", *_follows(path, mode)])
     source = read_yaml(path)
@@ -105,7 +100,10 @@ def write_mode(path: Path, mode: str, new: ModeLines, panel: PanelSpec | None = 
         if not new.models:
             remedy = "characterise it first, or name another with --mode"
             raise _refusal(f"there is no mode '{mode}' to add to", source, "modes", remedy=remedy)
-        after, _ = set_keys(text, ("modes",), {mode: new.block(mode)}, str(path))
+        # A file of a nominal display has no modes before the first is measured.
+        where = ("modes",) if source.data.get("modes") else ()
+        lines = {mode: new.block(mode)} if where else {"modes": ["modes:", *_indented(new.block(mode))]}
+        after, _ = set_keys(text, where, lines, str(path))
         _put(path, after)
         return " ".join([f"added the mode '{mode}' to {path}; all else in it stays.", *_follows(path, mode)])
     if "same_as" in there and not new.models:

@@ -149,13 +149,13 @@ def _models(file: Path, mode: str | None, sets: Sequence[MeasuredSet]) -> tuple[
         named = {measured.measurements.mode for measured in sets if measured.measurements.mode}
         if len(named) == 1:
             mode = named.pop()
-        elif len(display.modes) == 1:
-            mode = next(iter(display.modes))
+        elif len(display.modes) == 1 or (display.nominal and not display.modes):
+            mode = display.only_mode()
         else:
             what = "the file has several modes, and the readings do not name theirs"
             remedy = f"name one with --mode: {', '.join(sorted(display.modes))}"
             raise DeviceError(Finding(what, str(file), remedy=remedy))
-    models, observer = display.models(mode), display.observers[mode]
+    models, observer = display.models(mode), display.observer(mode)
     bare = ", ".join(measured.label for measured in sets if measured.measurements.spectra is None)
     if observer != CIE_1931_2 and bare:
         what = f"the mode '{mode}' is for the observer {observer}; without spectra, XYZ are for {CIE_1931_2}: {bare}"

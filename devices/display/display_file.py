@@ -6,13 +6,13 @@ A mode may also hold what leaks between the eyes and how evenly the panel shines
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Annotated, Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, Self, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
-from pydantic import BaseModel, Discriminator, Field, PositiveFloat, PositiveInt, Tag
+from pydantic import BaseModel, Discriminator, Field, NonNegativeFloat, PositiveFloat, Tag, model_validator
 
 from devices.colour_matching import DEFAULT_OBSERVER, mixed_observers
 from devices.compensation.crosstalk import Crosstalk, check_leakage
@@ -22,6 +22,8 @@ from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, ModelSpec
 from devices.display.monitor_settings import MonitorSettings
+from devices.display.nominal import NOMINAL_OBSERVER, Nominal, NominalKind, refuse_black
+from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.text import did_you_mean
@@ -30,44 +32,6 @@ from documents.yaml import Strict, YamlSource
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, Eye] = ("left", "right")
 Made = TypeVar("Made")
-
-
-class PanelSpec(Strict):
-    """The panel: how many pixels, how large, how fast, how deep."""
-
-    resolution_px: tuple[PositiveInt, PositiveInt]
-    pixel_pitch_mm: PositiveFloat
-    refresh_hz: PositiveFloat = 60.0
-    bits: Literal[6, 8, 10, 12] = 8
-
-    @property
-    def text(self) -> str:
-        """Return it in a line, such as ``1920x1080,0.2768,120,8``: pixels, pixel pitch in mm, Hz, bits."""
-        across, down = self.resolution_px
-        return f"{across}x{down},{self.pixel_pitch_mm:.12g},{self.refresh_hz:.12g},{self.bits}"
-
-    @classmethod
-    def parse(cls, text: str) -> PanelSpec:
-        """Read what `text` returns; without Hz they are 60, without bits 8. ValueError if it is none."""
-        size, *rest = text.split(",")
-        across, down = (int(part) for part in size.lower().split("x"))
-        if not 1 <= len(rest) <= 3:
-            raise ValueError(text)
-        refresh = float(rest[1]) if len(rest) > 1 else 60.0
-        bits = int(rest[2]) if len(rest) > 2 else 8
-        # As a file would say it: pydantic's ValidationError is a ValueError.
-        fields = {
-            "resolution_px": (across, down),
-            "pixel_pitch_mm": float(rest[0]),
-            "refresh_hz": refresh,
-            "bits": bits,
-        }
-        return cls.model_validate(fields)
-
-    @property
-    def code_bits(self) -> Literal[8, 10]:
-        """How many bits a channel to ask the graphics driver for: 10 for a panel that has them."""
-        return 10 if self.bits >= 10 else 8
 
 
 class SameAsSpec(Strict):
@@ -156,12 +120,35 @@ ModeSpec = Annotated[
 
 
 class DisplaySpec(Strict):
-    """A display file."""
+    """A display file: modes that were measured, or a nominal display for all that were not, or both."""
 
     schema_version: Literal[1]
     panel: PanelSpec
     ambient_XYZ_cd_m2: AmbientSpec | None = None
-    modes: dict[str, ModeSpec] = Field(min_length=1)
+    modes: dict[str, ModeSpec] = Field(default_factory=dict)
+    nominal: NominalKind | None = None
+    white_cd_m2: PositiveFloat | None = None
+    black_cd_m2: NonNegativeFloat | None = None
+
+    @model_validator(mode="after")
+    def _has_modes(self) -> Self:
+        if self.nominal is None and not self.modes:
+            raise ValueError(
+                "a display file needs 'modes:' that were measured, or 'nominal: srgb' and 'white_cd_m2: 100'"
+            )
+        if self.nominal is None and (self.white_cd_m2, self.black_cd_m2) != (None, None):
+            raise ValueError("white_cd_m2 and black_cd_m2 are those of a nominal display: add 'nominal: srgb'")
+        if self.nominal is not None and self.white_cd_m2 is None:
+            raise ValueError("a nominal display needs its white: add 'white_cd_m2: 100'")
+        refuse_black(self.white_cd_m2, self.black_cd_m2)
+        return self
+
+    @property
+    def nominal_display(self) -> Nominal | None:
+        """The nominal display, None where the file has none."""
+        if self.nominal is None or self.white_cd_m2 is None:
+            return None
+        return Nominal.of(self.nominal, self.white_cd_m2, self.black_cd_m2)
 
 
 @dataclass(frozen=True, slots=True)
@@ -193,6 +180,13 @@ class EyeModels:
         return EyeModels(self.left.normalised, self.right.normalised)
 
 
+def nominal_models(nominal: Nominal, ambient_XYZ_cd_m2: ArrayLike | None = None) -> EyeModels:
+    """Return what both eyes see of a nominal display, in a room of which they get so much light, (3,)."""
+    model = nominal.model()
+    models = EyeModels(model, model)
+    return models if ambient_XYZ_cd_m2 is None else models.in_room(ambient_XYZ_cd_m2, ambient_XYZ_cd_m2)
+
+
 @dataclass(frozen=True, slots=True)
 class Display:
     """A display file, read: its panel and its characterised modes; ``lacking`` holds modes that want an eye still.
@@ -200,6 +194,8 @@ class Display:
     ``observers`` is the colorimetric observer of each mode's XYZ, such as ``CIE 1931 2``.
     ``gamma_tables`` are those that were loaded while a mode was measured, as far as the file states them.
     ``monitor_settings`` is what the monitor's menu said then, where the file states it.
+    ``nominal`` is the standard that the display is taken for in every mode that was not measured, ``nominal_models``
+    what each eye then sees; None where such modes are refused.
     """
 
     file: str
@@ -212,10 +208,33 @@ class Display:
     observers: dict[str, str] = field(default_factory=dict)
     gamma_tables: dict[str, dict[Eye, GammaTable]] = field(default_factory=dict)
     monitor_settings: dict[str, MonitorSettings] = field(default_factory=dict)
+    nominal: Nominal | None = None
+    nominal_models: EyeModels | None = None
+
+    @classmethod
+    def of_nominal(cls, file: str, panel: PanelSpec, nominal: Nominal) -> Display:
+        """Return a display of which no mode was measured."""
+        return cls(file, panel, {}, {}, nominal=nominal, nominal_models=nominal_models(nominal))
+
+    def nominal_in(self, mode: str) -> Nominal | None:
+        """Return the nominal display that serves ``mode``, None where it was measured or is none."""
+        return None if mode in self.modes or mode in self.lacking else self.nominal
+
+    def source(self, mode: str) -> str:
+        """Return where the numbers of ``mode`` come from; errors as `models`."""
+        self.models(mode)
+        nominal = self.nominal_in(mode)
+        return self.sources[mode] if nominal is None else nominal.words
+
+    def observer(self, mode: str) -> str:
+        """Return the colorimetric observer of the XYZ of ``mode``; errors as `models`."""
+        self.models(mode)
+        return self.observers.get(mode, NOMINAL_OBSERVER)
 
     def gamma_table(self, mode: str, eye: Eye) -> GammaTable:
         """Return the gamma table that ``eye`` was measured with in ``mode``; unknown if the file does not state it."""
-        unknown = GammaTable.unreadable("the display file does not state it")
+        why = "the display was not measured" if self.nominal_in(mode) else "the display file does not state it"
+        unknown = GammaTable.unreadable(why)
         return self.gamma_tables.get(mode, {}).get(eye, unknown)
 
     def crosstalk(self, mode: str) -> Crosstalk | None:
@@ -234,6 +253,8 @@ class Display:
             return self.modes[mode]
         if mode in self.lacking:
             raise DeviceError(self.unfinished(mode))
+        if self.nominal_models is not None:
+            return self.nominal_models
         known = ", ".join(sorted(self.modes))
         hint = did_you_mean(mode, self.modes, "")
         raise DeviceError(
@@ -247,7 +268,10 @@ class Display:
     def only_mode(self) -> str:
         """Return the mode of a file that has one; DeviceError if there are several, of which one must be named."""
         every = sorted((*self.modes, *self.lacking))
-        if len(every) > 1:
+        if not every and self.nominal:
+            return "nominal"  # it serves whatever mode is named
+        if len(every) > 1 or self.nominal:
+            every += ["any other, nominal"] if self.nominal else []
             what = f"the file has several modes: {', '.join(every)}"
             raise DeviceError(Finding(what, self.file, remedy="name one with --mode"))
         return every[0]
@@ -287,8 +311,11 @@ def read_display(path: Path) -> Display:
     (['quad-buffered', 'side-by-side'], (1920, 1080))
     """
     spec, source = load_document(path, DisplaySpec, "display")
-    display = Display(str(path), spec.panel, {}, {})
     findings: list[Finding] = []
+    display = Display(str(path), spec.panel, {}, {})
+    if nominal := spec.nominal_display:
+        models = _located(lambda: nominal_models(nominal, spec.ambient_XYZ_cd_m2), source, ("nominal",))
+        display = replace(display, nominal=nominal, nominal_models=models)
     for name in spec.modes:
         try:
             _add_mode(name, spec, source, display)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, Literal, TypeVar
+from typing import Annotated, Any, Literal, TypeVar
 
-from pydantic import Field, PositiveFloat
+from pydantic import Discriminator, Field, PositiveFloat, Tag
 
 from devices.colour_matching import DEFAULT_OBSERVER, ObserverSpec
 from devices.compensation.crosstalk import Crosstalk
@@ -18,6 +18,8 @@ from devices.display.display_file import EYES, Display, Eye, EyeModels, read_dis
 from devices.display.gamma_table import GammaTable
 from devices.display.model_spec import AmbientSpec
 from devices.display.monitor_settings import MonitorSettings
+from devices.display.nominal import Nominal, NominalSpec
+from devices.display.panel import AskMonitor
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
 from documents import Finding, InputError, load_document
@@ -34,11 +36,17 @@ class PerEyeAmbientSpec(Strict):
     right: AmbientSpec
 
 
+def _display_shape(value: Any) -> str:
+    return "in place" if isinstance(value, dict | NominalSpec) else "file"
+
+
 class RigSpec(Strict):
-    """A rig file."""
+    """A rig file. ``display`` is the path of a display file, or a nominal display in its place."""
 
     schema_version: Literal[1]
-    display: str
+    display: Annotated[
+        Annotated[str, Tag("file")] | Annotated[NominalSpec, Tag("in place")], Discriminator(_display_shape)
+    ]
     mode: str
     distance_mm: PositiveFloat
     interpupillary_distance_mm: PositiveFloat = 65.0
@@ -120,14 +128,32 @@ class Rig:
     @property
     def is_characterised(self) -> bool:
         """Whether the display was measured in this very mode."""
-        return self.characterised_as == self.mode
+        return self.characterised_as == self.mode and self.nominal is None
+
+    @property
+    def nominal(self) -> Nominal | None:
+        """The nominal display that pictures are shown by, or None where the display was measured."""
+        return self.display.nominal_in(self.characterised_as)
+
+    @property
+    def stamps(self) -> dict[str, Any]:
+        """What every trial's record says of a display that was not measured in this mode; empty where it was."""
+        if self.nominal:
+            return {"nominal": self.nominal.kind}
+        return {} if self.is_characterised else {"uncharacterised": True}
 
 
-def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Rig:
+def read_rig(
+    path: Path,
+    mode: str | None = None,
+    *,
+    allow_uncharacterised: bool = False,
+    ask_monitor: AskMonitor | None = None,
+) -> Rig:
     """Read the rig file at ``path``, with ``mode`` in place of the file's own if given.
 
     With ``allow_uncharacterised``, a mode that was not characterised borrows the measurements of the display file's
-    first mode; the rig says so.
+    first mode; the rig says so. A nominal display serves every mode.
 
     Parameters
     ----------
@@ -137,6 +163,8 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         The stereo mode; None takes the file's own.
     allow_uncharacterised
         Whether a mode that was not characterised may use the first mode's measurements.
+    ask_monitor
+        Called for the monitor where a nominal display's panel is not stated. None: such a rig is refused.
 
     Returns
     -------
@@ -147,7 +175,8 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
     ------
     InputError
         If the rig, its display file or its verification record is wrong or missing, or the display was not
-        characterised in the mode, or for another colorimetric observer than the rig's.
+        characterised in the mode, or for another colorimetric observer than the rig's; or if the panel of a nominal
+        display is not stated and cannot be asked for.
 
     Examples
     --------
@@ -173,7 +202,14 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
             return None
 
     findings: list[Finding] = []
-    display = named("display", spec.display, "display file", read_display)
+    display: Display | None
+    if isinstance(spec.display, NominalSpec):
+        try:
+            display = _nominal_display(str(path), spec.display, ask_monitor)
+        except DeviceError as error:
+            raise located(error, "display") from None
+    else:
+        display = named("display", spec.display, "display file", read_display)
     verification: Verification | None = None
     if spec.photodiode_verification is not None:
         what = "record of a photodiode's verification"
@@ -182,16 +218,16 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         raise DeviceError(findings)
     wanted = mode or spec.mode
     characterised_as = wanted
-    if allow_uncharacterised and wanted not in display.modes:
+    if allow_uncharacterised and wanted not in display.modes and not display.nominal_in(wanted):
         characterised_as = next(iter(display.modes))
     try:
         models = display.models(characterised_as)
     except InputError as error:
         raise error if mode else located(error, "mode") from None
-    if display.observers[characterised_as] != spec.observer:
-        what = f"the rig is for the observer {spec.observer}, its display in this mode for "
-        what += display.observers[characterised_as]
-        remedy = f"write observer: {display.observers[characterised_as]}, or fit the display again with "
+    if (observer := display.observer(characterised_as)) != spec.observer:
+        what = f"the rig is for the observer {spec.observer}, its display in this mode for {observer}"
+        fit = "measure the display and fit it" if display.nominal_in(characterised_as) else "fit the display again"
+        remedy = f"write observer: {observer}, or {fit} with "
         remedy += f"display fit --observer '{spec.observer}' from readings with spectra"
         raise located(DeviceError(Finding(what, remedy=remedy)), "observer")
     if isinstance(spec.ambient_XYZ_cd_m2, PerEyeAmbientSpec):
@@ -220,3 +256,8 @@ def read_rig(path: Path, mode: str | None = None, *, allow_uncharacterised: bool
         spec.gamma_table,
         spec.monitor_settings,
     )
+
+
+def _nominal_display(file: str, spec: NominalSpec, ask_monitor: AskMonitor | None) -> Display:
+    panel, panel_from = spec.with_panel(ask_monitor)
+    return Display.of_nominal(file, panel, Nominal.of(spec.nominal, spec.white_cd_m2, spec.black_cd_m2, panel_from))

@@ -35,6 +35,7 @@ KIND_BY_KEY = MappingProxyType(
     {
         "blocks": "experiment",
         "modes": "display",
+        "nominal": "display",
         "onset_error_ms": "verification",
         "onsets": "verification",
         "matrix_XYZ_cd_m2": "camera",

@@ -18,6 +18,7 @@ from runner.blocks.block import Block
 from runner.blocks.message import CONTINUE_KEYS
 from runner.check.machine import check_results, check_screen
 from runner.check.report import CheckOptions, CheckReport
+from runner.presenter.surfaces.screens import primary_monitor
 from runner.protocol.experiment import Experiment, ExperimentSpec, read_experiment
 from runner.session.clipping_costs import ClippingCosts
 from runner.session.picture_source import build_stimuli
@@ -93,7 +94,7 @@ def missing_pictures(recipe_file: Path) -> list[Finding]:
 
 def _rig_faults(file: Path) -> list[Finding]:
     try:
-        read_rig(file)
+        read_rig(file, ask_monitor=primary_monitor)
     except InputError as error:
         return list(error.findings)
     return []

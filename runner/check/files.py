@@ -22,6 +22,7 @@ from runner.check.experiment import (
 from runner.check.machine import check_screen
 from runner.check.report import CheckOptions, CheckReport
 from runner.observers.observer_file import KINDS, ScoredObserverSpec, read_observer
+from runner.presenter.surfaces.screens import primary_monitor
 from stimuli.comparison import read_regions
 from stimuli.recipes import read_recipe
 
@@ -63,7 +64,7 @@ def _contrast(model: DisplayModel, in_the_room: bool) -> int | None:
 
 def check_rig(report: CheckReport, options: CheckOptions) -> None:
     """Check a rig file, and whether this machine's screen is that of the rig."""
-    rig = read_rig(report.file)
+    rig = read_rig(report.file, ask_monitor=primary_monitor)
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
     facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}
     report.facts.update(facts)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import shutil
-import sys
 from pathlib import Path
 
 from filelock import FileLock, Timeout
@@ -19,7 +18,7 @@ from runner.presenter.gamma_check import REMEDY, compare_tables
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.gamma_tables import LoadedTable
-from runner.presenter.surfaces.screens import Monitor, compositor, monitors
+from runner.presenter.surfaces.screens import Monitor, compositor, has_display, monitors
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
 
 NO_DISPLAY = "not looked at: there is no display here"
@@ -35,7 +34,7 @@ def check_screen(report: CheckReport, rig: Rig, options: CheckOptions) -> None:
     if options.screen == "skip":
         return
     faults = report.errors if options.screen == "required" else report.warnings
-    if not _has_display():
+    if not has_display():
         report.facts["screen"] = NO_DISPLAY
         if options.screen == "required":
             faults.append(Finding("there is no display here", rig.file, remedy="check at the rig"))
@@ -99,10 +98,6 @@ def _loaded(monitor: Monitor, rig: Rig) -> LoadedTable:
     if rig.gamma_table == "identity" and table.known:
         table = GammaTable.identity(table.size)
     return LoadedTable(monitor.name, table)
-
-
-def _has_display() -> bool:
-    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
 
 
 def _monitor_faults(there: tuple[Monitor, ...], rig: Rig) -> list[tuple[str, str]]:

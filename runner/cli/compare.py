@@ -202,6 +202,7 @@ def _compare_options(options: dict[str, Any]) -> CompareOptions:
 def _viewing(options: dict[str, Any]) -> ViewingConditions | None:
     from pathlib import Path
 
+    from runner.presenter.surfaces.screens import primary_monitor
     from stimuli.comparison import ViewingConditions
 
     display, rig, distance_mm = options["display"], options["rig"], options["distance_mm"]
@@ -212,5 +213,5 @@ def _viewing(options: dict[str, Any]) -> ViewingConditions | None:
     if distance_mm is not None and not (display or rig):
         raise click.UsageError("--distance-mm needs --display or --rig: how large is a pixel?")
     if rig:
-        return ViewingConditions.on_rig(Path(rig), distance_mm)
+        return ViewingConditions.on_rig(Path(rig), distance_mm, primary_monitor)
     return ViewingConditions.on_display(Path(display), distance_mm) if display else None

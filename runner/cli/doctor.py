@@ -76,8 +76,9 @@ def _timing(seconds: float, rig_file: Path | None, as_json: bool) -> None:
     from devices.display import read_rig
     from runner.check.doctor import examine_timing
     from runner.cli.progress import progress_bar
+    from runner.presenter.surfaces.screens import primary_monitor
 
-    rig = read_rig(rig_file) if rig_file else None
+    rig = read_rig(rig_file, ask_monitor=primary_monitor) if rig_file else None
     with progress_bar(quiet=as_json) as step:
         report = examine_timing(seconds, lambda done_s: step("Swapping frames", round(done_s), round(seconds)), rig)
     if as_json:

@@ -11,7 +11,18 @@ from pydantic import BaseModel, ConfigDict
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from devices.compensation import Crosstalk, GainMap
-from devices.display import EYES, Eye, EyeModels, GammaTable, MonitorSettings, PanelSpec, RigSpec, read_display
+from devices.display import (
+    EYES,
+    Eye,
+    EyeModels,
+    GammaTable,
+    MonitorSettings,
+    NominalSpec,
+    PanelSpec,
+    RigSpec,
+    read_display,
+    read_rig,
+)
 from devices.errors import MeasuringError
 from devices.instruments import SimulatedDisplay, Wiring
 from devices.patches import PatchEye, PatchSet
@@ -22,6 +33,7 @@ from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
+from runner.presenter.surfaces.screens import primary_monitor
 
 
 class _PanelAlone(BaseModel):
@@ -135,13 +147,15 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     data = read_yaml(path).data
     if isinstance(data, dict) and "display" in data and "panel" not in data:
         rig, source = load_document(path, RigSpec, "rig")
+        if mode is None or mode == rig.mode:
+            options = rig.mode_options
+        if isinstance(rig.display, NominalSpec):
+            return _nominal_target(path, rig, mode or rig.mode, options)
         display_file = beside(path, rig.display)
         if not display_file.is_file():
             remedy = f"check the path; it is relative to {path.parent}"
             what = f"there is no such display file: {rig.display}"
             raise MeasuringError(source.finding(("display",), what, remedy))
-        if mode is None or mode == rig.mode:
-            options = rig.mode_options
         identity = rig.gamma_table == "identity"
         mode = mode or rig.mode
         settings = rig.monitor_settings
@@ -152,8 +166,9 @@ def read_target(path: Path, mode: str | None = None) -> Target:
     spec, _ = load_document(display_file, _PanelAlone, "display")
     stereo_mode = find_mode(mode, ModeOptions.parse(options))
     # A new display file has no modes yet; one that has must be right.
-    display = read_display(display_file) if (spec.model_extra or {}).get("modes") else None
-    if display is None or mode not in display.modes:
+    known = {"modes", "nominal"} & set(spec.model_extra or {})
+    display = read_display(display_file) if any((spec.model_extra or {})[key] for key in known) else None
+    if display is None or (mode not in display.modes and not display.nominal_in(mode)):
         return Target(
             path, display_file, spec.panel, stereo_mode, None, options, identity=identity, monitor_settings=settings
         )
@@ -162,14 +177,31 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         display_file,
         spec.panel,
         stereo_mode,
-        display.modes[mode],
+        display.models(mode),
         options,
         display.crosstalk(mode),
         display.gain_map(mode),
-        display.observers[mode],
+        display.observer(mode),
         {eye: display.gamma_table(mode, eye) for eye in EYES},
         identity,
         settings,
+    )
+
+
+def _nominal_target(path: Path, rig: RigSpec, mode: str, options: dict[str, Any]) -> Target:
+    """Return the panel of a rig whose display is nominal: there to be measured."""
+    read = read_rig(path, mode, ask_monitor=primary_monitor)
+    return Target(
+        path,
+        path,
+        read.display.panel,
+        find_mode(mode, ModeOptions.parse(options)),
+        read.models,
+        options,
+        observer=read.observer,
+        gamma_tables=read.measured_gamma_tables,
+        identity=rig.gamma_table == "identity",
+        monitor_settings=rig.monitor_settings,
     )
 
 

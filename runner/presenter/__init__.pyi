@@ -7,4 +7,5 @@ from .scene import Picture as Picture
 from .scene import Scene as Scene
 from .scene import Text as Text
 from .show import show_picture as show_picture
+from .surfaces.screens import primary_monitor as primary_monitor
 from .surfaces.surface import open_surface as open_surface

@@ -154,7 +154,7 @@ def show_picture(
         flat=options.flat or alike,
         white_luminance_cd_m2=options.white_luminance_cd_m2,
         negative="clip" if options.clip_negative else "refuse",
-        observer=display.observers[mode],
+        observer=display.observer(mode),
     )
     correction = Correction(display.crosstalk(mode), display.gain_map(mode))
     compensation = stereo_mode.compensation(models, panel.resolution_px, correction)

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
-from devices.display import Rig, read_rig
+from devices.display import AskMonitor, Rig, read_rig
 from documents import Finding, InputError, load_document
 from documents.files import beside
 from documents.text import did_you_mean
@@ -28,6 +28,7 @@ from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
 from runner.presenter.scene import Offset
+from runner.presenter.surfaces.screens import primary_monitor
 from stimuli.build import other_observer
 from stimuli.pictures import Part
 from stimuli.recipes import read_recipe
@@ -159,7 +160,13 @@ def check_observer(observer: str) -> str:
     return observer
 
 
-def read_experiment(file: str | Path, mode: str | None = None, *, allow_uncharacterised: bool = False) -> Experiment:
+def read_experiment(
+    file: str | Path,
+    mode: str | None = None,
+    *,
+    allow_uncharacterised: bool = False,
+    ask_monitor: AskMonitor = primary_monitor,
+) -> Experiment:
     """Read an experiment file and everything it names: rig, display and recipe.
 
     Parameters
@@ -170,6 +177,8 @@ def read_experiment(file: str | Path, mode: str | None = None, *, allow_uncharac
         Stereo mode in place of the rig's.
     allow_uncharacterised
         Whether to use another mode's characterisation if the mode has none, as `devices.display.rig_file.read_rig`.
+    ask_monitor
+        Called for the monitor where the rig does not state the panel of a nominal display.
 
     Returns
     -------
@@ -196,7 +205,7 @@ def read_experiment(file: str | Path, mode: str | None = None, *, allow_uncharac
     recipe_file = beside(file, spec.stimuli)
     try:
         rig_file = _existing(beside(file, spec.rig), "rig", spec.rig, source)
-        rig = read_rig(rig_file, mode, allow_uncharacterised=allow_uncharacterised)
+        rig = read_rig(rig_file, mode, allow_uncharacterised=allow_uncharacterised, ask_monitor=ask_monitor)
         mode_options = ModeOptions.parse(rig.mode_options)
         view_px = find_mode(rig.mode, mode_options).areas(rig.display.panel.resolution_px)[0].view_px
     except InputError as error:

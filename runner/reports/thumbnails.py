@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from analysis.records import Header
 from devices.colour import srgb
-from devices.display import DisplayModel
+from devices.display import DisplayModel, PanelSpec
 from documents import InputError
 from runner.protocol.experiment import Experiment, read_experiment
 from runner.session.header import hashes
@@ -31,8 +31,11 @@ def find_shown(header: Header, file: Path) -> tuple[Experiment, StimulusSet] | N
         return None
     try:
         mode = header.display.get("mode")
-        experiment = read_experiment(file, None if mode is None else str(mode), allow_uncharacterised=True)
-    except InputError:
+        panel = PanelSpec.model_validate(header.display.get("panel"))
+        experiment = read_experiment(
+            file, None if mode is None else str(mode), allow_uncharacterised=True, ask_monitor=lambda: panel
+        )
+    except (InputError, ValueError):
         return None
     now = hashes(experiment, stimuli)
     same = all(now[key] == header.hashes.get(key) for key in ("stimuli", "display"))

@@ -45,6 +45,8 @@ def _display_digest(rig: Rig) -> str:
         numbers += [rig.crosstalk.left.tolist(), rig.crosstalk.right.tolist()]
     for eye, table in rig.display.gamma_tables.get(rig.characterised_as, {}).items():
         numbers += [eye, table.sha256] if table.known else []
+    if rig.nominal:
+        numbers.append({"nominal": rig.nominal.kind, "black_cd_m2": rig.nominal.black_cd_m2})
     if rig.gain_map:
         numbers += [rig.gain_map.luminance.tolist(), rig.gain_map.positions, rig.gain_map.normalise]
     return _digest(numbers)
@@ -114,7 +116,8 @@ def make_header(
             "file": Path(rig.display.file).name,
             "mode": rig.mode,
             "characterised_as": rig.characterised_as,
-            "source": rig.display.sources[rig.characterised_as],
+            "nominal": rig.nominal.to_json() if rig.nominal else None,
+            "source": rig.display.source(rig.characterised_as),
             "colorimetric_observer": rig.observer,
             "panel": panel.model_dump(mode="json"),
             "monitor_settings": {
@@ -146,9 +149,10 @@ def make_header(
 def _room(rig: Rig) -> dict[str, Any]:
     """Return the terms of the darkest that each eye is shown: the display's own black, and the room's light."""
     models = {"left": rig.models.left, "right": rig.models.right}
+    stated = rig.nominal.black_XYZ_cd_m2 if rig.nominal else 0.0
     terms = {
         "black_XYZ_cd_m2": {
-            eye: model.shown_black_XYZ_cd_m2 - model.ambient_XYZ_cd_m2 for eye, model in models.items()
+            eye: model.shown_black_XYZ_cd_m2 - model.ambient_XYZ_cd_m2 + stated for eye, model in models.items()
         },
         "ambient_XYZ_cd_m2": {eye: model.ambient_XYZ_cd_m2 for eye, model in models.items()},
     }

@@ -109,7 +109,9 @@ class Station:
             raise
         timing, timing_remarks = timing_facts(presenter, _TIMED_S, rig.photodiode_verification)
         remarks = surface.facts.remarks + timing_remarks + tuple(filter(None, (verdict.refusal, verdict.warning)))
-        if not rig.is_characterised:
+        if rig.nominal:
+            remarks += (rig.nominal.remark,)
+        elif not rig.is_characterised:
             remarks += (_UNCHARACTERISED.format(mode=rig.mode, other=rig.characterised_as),)
         remarks += rig.settings_doubts
         described = tuple(descriptions)
@@ -230,7 +232,7 @@ class Station:
                 answers,
                 recorder,
                 clip_costs=costs,
-                stamps={} if self.experiment.rig.is_characterised else {"uncharacterised": True},
+                stamps=self.experiment.rig.stamps,
                 logged=log.first_attempts if log else (),
                 pending=log.pending if log else pending,
                 on_trial=on_trial,

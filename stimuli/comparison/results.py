@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from stimuli.comparison.alignment import Alignment
 from stimuli.comparison.by_pixel import DifferenceOverview, DifferenceSummary
@@ -27,6 +27,9 @@ from stimuli.comparison.verdict import (
     passing_lines,
 )
 
+if TYPE_CHECKING:
+    from devices.display import AskMonitor
+
 RegistrationMode = Literal["auto", "none", "corners"]
 
 
@@ -46,11 +49,16 @@ class ViewingConditions:
     observer: str | None = None
 
     @classmethod
-    def on_rig(cls, rig_file: Path, distance_mm: float | None = None) -> ViewingConditions:
-        """Return how pictures are seen on a rig, from its own distance if none is given. Raises InputError."""
+    def on_rig(
+        cls, rig_file: Path, distance_mm: float | None = None, ask_monitor: AskMonitor | None = None
+    ) -> ViewingConditions:
+        """Return how pictures are seen on a rig, from its own distance if none is given. Raises InputError.
+
+        ``ask_monitor`` is called for the monitor where the rig does not state the panel of a nominal display.
+        """
         from devices.display import read_rig
 
-        rig = read_rig(rig_file)
+        rig = read_rig(rig_file, ask_monitor=ask_monitor)
         distance_mm = rig.distance_mm if distance_mm is None else distance_mm
         return cls._of([rig.models], {rig.observer}, rig.display.panel.pixel_pitch_mm, distance_mm)
 
@@ -61,6 +69,8 @@ class ViewingConditions:
 
         display = read_display(display_file)
         modes, observers = list(display.modes.values()), set(display.observers.values())
+        if display.nominal_models is not None:
+            modes, observers = [*modes, display.nominal_models], {*observers, display.observer("")}
         return cls._of(modes, observers, display.panel.pixel_pitch_mm, distance_mm)
 
     @classmethod

@@ -96,7 +96,7 @@ def _print(file: str, display_file: str, mode: str | None, eye: Eye, target: Kin
     chosen = display.only_mode() if mode is None else mode
     model = display.models(chosen).eye(eye)
     given = sys.stdin.buffer if file == "-" else file
-    table = convert_colours(given, model, target, full, display.observers[chosen])
+    table = convert_colours(given, model, target, full, display.observer(chosen))
     if table.outside:
         click.echo(f"cyclopean: {table.outside} of {len(table.values)} colours lie outside the gamut", err=True)
     table.write(sys.stdout)
@@ -124,8 +124,8 @@ def _write(
     display = read_display(Path(named))
     chosen = display.only_mode() if mode is None else mode
     models = display.models(chosen)
-    if display.observers[chosen] != CIE_1931_2:
-        what = f"the mode '{chosen}' is for the observer {display.observers[chosen]}"
+    if display.observer(chosen) != CIE_1931_2:
+        what = f"the mode '{chosen}' is for the observer {display.observer(chosen)}"
         remedy = f"ICC and .cube know {CIE_1931_2} alone: fit the readings for it, into a mode of its own"
         raise DeviceError(Finding(what, named, remedy=remedy))
     path = Path(output) if output else Path(named).with_suffix(f".{target}")

@@ -52,11 +52,12 @@ def command(
 
     from devices.display import read_rig
     from runner.cli.progress import progress_bar
+    from runner.presenter.surfaces.screens import primary_monitor
     from stimuli.build import build_report
 
     if (rig_file is None) == (pixel_pitch_mm is None):
         raise click.UsageError("Name the display: --rig RIG.yaml, or --pixel-pitch-mm MM.")
-    rig = None if rig_file is None else read_rig(Path(rig_file))
+    rig = None if rig_file is None else read_rig(Path(rig_file), ask_monitor=primary_monitor)
     with progress_bar(as_json or not sys.stderr.isatty()) as step:
         report = build_report(
             Path(recipe),

@@ -8,7 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from devices.compensation import Size
-from devices.display import GammaTable
+from devices.display import GammaTable, ReportedMonitor
+from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.x11 import compositing_manager
 
 
@@ -16,7 +17,8 @@ from runner.presenter.surfaces.x11 import compositing_manager
 class Monitor:
     """A screen as the window system has it; ``refresh_hz`` is None where it is not reported.
 
-    ``gamma_table`` is what is loaded on it; ``position_px`` is where its top left corner stands on the desktop.
+    ``gamma_table`` is what is loaded on it; ``position_px`` is where its top left corner stands on the desktop;
+    ``size_mm`` is what the monitor says of its size, 0 where it says nothing.
     """
 
     name: str
@@ -24,6 +26,7 @@ class Monitor:
     refresh_hz: float | None
     gamma_table: GammaTable
     position_px: tuple[int, int] = (0, 0)
+    size_mm: tuple[int, int] = (0, 0)
 
     def __str__(self) -> str:
         rate = f" at {self.refresh_hz:g} Hz" if self.refresh_hz else ""
@@ -55,7 +58,28 @@ def _monitor(glfw: Any, name: str, handle: Any, table: GammaTable) -> Monitor:
     mode = glfw.get_video_mode(handle)
     size_px = int(mode.size.width), int(mode.size.height)
     left, top = glfw.get_monitor_pos(handle)
-    return Monitor(name, size_px, float(mode.refresh_rate) or None, table, (int(left), int(top)))
+    width_mm, height_mm = glfw.get_monitor_physical_size(handle)
+    position_px, size_mm = (int(left), int(top)), (int(width_mm), int(height_mm))
+    return Monitor(name, size_px, float(mode.refresh_rate) or None, table, position_px, size_mm)
+
+
+def has_display() -> bool:
+    """Return whether there is a display server to ask."""
+    return sys.platform != "linux" or bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def primary_monitor() -> ReportedMonitor | None:
+    """Return what the primary screen reports of itself; None without a display server, or where a window is open.
+
+    It is what `devices.display.read_rig` asks where a nominal display's panel is not stated.
+    """
+    if not has_display():
+        return None
+    try:
+        there = monitors()
+    except PresentationError:
+        return None
+    return ReportedMonitor(there[0].name, there[0].size_px, there[0].size_mm, there[0].refresh_hz) if there else None
 
 
 def compositor() -> str:

@@ -120,8 +120,9 @@ def _experiment(comparison: Comparison, name: str, rig_file: Path, root: Path) -
     from devices.display import read_rig
     from runner.presenter.modes.options import ModeOptions
     from runner.presenter.modes.registry import find_mode
+    from runner.presenter.surfaces.screens import primary_monitor
 
-    rig = read_rig(rig_file)
+    rig = read_rig(rig_file, ask_monitor=primary_monitor)
     panel = rig.display.panel
     view_px = find_mode(rig.mode, ModeOptions.parse(rig.mode_options)).areas(panel.resolution_px)[0].view_px
     arrangement, size_mm = _layout(comparison.photo.size_px, view_px, panel.pixel_pitch_mm)

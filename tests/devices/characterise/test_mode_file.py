@@ -9,7 +9,7 @@ import pytest
 
 from devices.characterise.display_yaml import model_lines
 from devices.characterise.mode_file import ModeLines, write_mode
-from devices.display.display_file import PanelSpec, read_display
+from devices.display import PanelSpec, read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError

@@ -11,7 +11,7 @@ import pytest
 
 from devices.characterise.display_fit import fit_display
 from devices.diagnostics.room_light import room_light, room_lights, without_room
-from devices.display.display_file import PanelSpec, read_display
+from devices.display import PanelSpec, read_display
 from devices.display.model import DisplayModel
 from devices.display.tone_curve import ToneCurve
 from devices.errors import DeviceError

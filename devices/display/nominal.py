@@ -1,0 +1,170 @@
+"""Displays that were not measured: what a standard says that a display like it shows.
+
+Codes give light by the standard's curve and primaries, relative to the display's own black and white: code 0 is the
+black of a picture, and code 1 its white (ICC media-relative colorimetry with black point compensation). The black is
+stated, as light that adds to every colour, and never corrected for: no guess moves a dark colour. sRGB does the same:
+its reference display has an offset of 0, and veiling glare is a fact of the viewing conditions [IEC1999].
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Literal, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from pydantic import NonNegativeFloat, PositiveFloat, model_validator
+
+from devices.colour import D65_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix
+from devices.colour_matching import DEFAULT_OBSERVER
+from devices.display.model import DisplayModel
+from devices.display.panel import PANEL_EXAMPLE, AskMonitor, PanelSpec, panel_of_monitor
+from devices.display.srgb_curve import SrgbCurve
+from devices.display.tone_curve import Curve, ToneCurve, bt1886_curve
+from devices.errors import DeviceError
+from documents import Finding
+from documents.yaml import Strict
+
+Floats = NDArray[np.float64]
+NominalKind = Literal["srgb", "gamma2.2", "bt1886", "display-p3"]
+NOT_MEASURED = "nominal, not measured"
+NOMINAL_OBSERVER = DEFAULT_OBSERVER  # that of the chromaticities of the standards
+NEXT_STEP = "measure it: cyclopean display measure"
+_BLACK_SHARE = 0.001
+_DISPLAY_P3_PRIMARIES_XY = ((0.680, 0.320), (0.265, 0.690), (0.150, 0.060))
+_NAMES: Mapping[str, str] = MappingProxyType(
+    {"srgb": "sRGB", "gamma2.2": "gamma 2.2", "bt1886": "BT.1886", "display-p3": "Display P3"}
+)
+
+
+class NominalSpec(Strict):
+    """A display that was not measured: a standard, the luminance of its white and of its black, and its panel.
+
+    ``black_cd_m2`` is 0.1 % of white where it is not given; ``panel`` is asked of the monitor.
+    """
+
+    nominal: NominalKind
+    white_cd_m2: PositiveFloat
+    black_cd_m2: NonNegativeFloat | None = None
+    panel: PanelSpec | None = None
+
+    @model_validator(mode="after")
+    def _black_is_below_white(self) -> Self:
+        refuse_black(self.white_cd_m2, self.black_cd_m2)
+        return self
+
+    def with_panel(self, ask_monitor: AskMonitor | None) -> tuple[PanelSpec, str]:
+        """Return the panel and, where ``ask_monitor`` returned it, whose it is.
+
+        Raises
+        ------
+        DeviceError
+            If neither the file nor a monitor states it, with what to write.
+        """
+        if self.panel is not None:
+            return self.panel, ""
+        monitor = ask_monitor() if ask_monitor else None
+        if monitor is None:
+            what = "the panel is not stated, and there is no monitor here that could be asked for it"
+            remedy = f"write it beside 'nominal': {PANEL_EXAMPLE}; the pitch is the picture's width in mm over its "
+            raise DeviceError(Finding(what, remedy=f"{remedy}pixels"))
+        if isinstance(monitor, PanelSpec):
+            return monitor, ""
+        return panel_of_monitor(monitor), monitor.words
+
+
+def refuse_black(white_cd_m2: float | None, black_cd_m2: float | None) -> None:
+    """Raise ValueError if a black that is given is not below its white."""
+    if white_cd_m2 is not None and black_cd_m2 is not None and black_cd_m2 >= white_cd_m2:
+        raise ValueError(f"black_cd_m2 is {black_cd_m2:g}, and must be below white_cd_m2, {white_cd_m2:g}")
+
+
+@dataclass(frozen=True, slots=True)
+class Nominal:
+    """A display as a standard describes it, not as it was measured.
+
+    ``black_assumed`` is whether nobody stated the black. ``panel_from`` names the monitor that was asked for size and
+    resolution, and is empty where a file states them.
+    """
+
+    kind: NominalKind
+    white_cd_m2: float
+    black_cd_m2: float
+    black_assumed: bool = False
+    panel_from: str = ""
+
+    @classmethod
+    def of(
+        cls, kind: NominalKind, white_cd_m2: float, black_cd_m2: float | None = None, panel_from: str = ""
+    ) -> Nominal:
+        """Return the display, its black 0.1 % of white where none is given."""
+        black = _BLACK_SHARE * white_cd_m2 if black_cd_m2 is None else black_cd_m2
+        return cls(kind, white_cd_m2, black, black_cd_m2 is None, panel_from)
+
+    @property
+    def name(self) -> str:
+        """The standard as people write it, such as ``sRGB``."""
+        return _NAMES[self.kind]
+
+    @property
+    def words(self) -> str:
+        """Return what it is, in a phrase."""
+        black = f"black {self.black_cd_m2:.4g} cd/m²{' (assumed)' if self.black_assumed else ''}"
+        monitor = f"; panel from {self.panel_from}" if self.panel_from else ""
+        return f"{self.name}, {NOT_MEASURED}: white {self.white_cd_m2:.4g} cd/m², {black}{monitor}"
+
+    @property
+    def remark(self) -> str:
+        """Return the sentence for people and records, without its full stop: what it is, and the next step."""
+        return f"the display is nominal ({self.words}): its colours are those of a standard. To know them, {NEXT_STEP}"
+
+    @property
+    def white_XYZ_cd_m2(self) -> Floats:
+        """XYZ (3,) of its white, its black included."""
+        return np.asarray(self._matrix.sum(axis=1) * self.white_cd_m2)
+
+    @property
+    def black_XYZ_cd_m2(self) -> Floats:
+        """XYZ (3,) of its black, of the chromaticity of white."""
+        return np.asarray(self._matrix.sum(axis=1) * self.black_cd_m2)
+
+    @property
+    def _matrix(self) -> Floats:
+        primaries = _DISPLAY_P3_PRIMARIES_XY if self.kind == "display-p3" else SRGB_PRIMARIES_XY
+        return rgb_to_xyz_matrix(*primaries, D65_XY)
+
+    def model(self) -> DisplayModel:
+        """Return the model that codes are computed with: light relative to black and white, so that it has no black.
+
+        Raises
+        ------
+        DeviceError
+            If it cannot be a display, such as a black of BT.1886 that leaves no light to its curve.
+        """
+        curve: Curve = SrgbCurve()
+        if self.kind == "gamma2.2":
+            curve = ToneCurve(gamma=2.2)
+        elif self.kind == "bt1886":
+            curve = bt1886_curve(self.white_cd_m2, self.black_cd_m2)
+        return DisplayModel(np.zeros(3), self._matrix * self.white_cd_m2, (curve, curve, curve))
+
+    def seen_XYZ_cd_m2(self, xyz_cd_m2: Floats) -> Floats:
+        """Return the light, XYZ (..., 3) in cd/m², of a picture's XYZ (..., 3) on it: black adds where white does not.
+
+        That is as nominal as the display: light = black + (1 − black / white) · XYZ.
+        """
+        share = 1.0 - self.black_cd_m2 / self.white_cd_m2
+        return np.asarray(self.black_XYZ_cd_m2 + share * np.asarray(xyz_cd_m2, dtype=np.float64))
+
+    def to_json(self) -> dict[str, Any]:
+        """Return the facts for a record."""
+        return {
+            "kind": self.kind,
+            "white_cd_m2": self.white_cd_m2,
+            "black_cd_m2": self.black_cd_m2,
+            "black_assumed": self.black_assumed,
+            **({"panel_from": self.panel_from} if self.panel_from else {}),
+            "words": self.words,
+        }

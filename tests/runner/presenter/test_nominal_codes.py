@@ -1,0 +1,114 @@
+"""A picture of sRGB on the nominal display of its white: the framebuffer holds its own codes, in every mode."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import get_args
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+
+from devices.colour import D65_XY, SRGB_PRIMARIES_XY, rgb_to_xyz_matrix, srgb_decoded
+from devices.display import EYES, Eye, EyeModels, Nominal, NominalKind
+from runner.presenter.modes.options import Filters, ModeOptions
+from runner.presenter.modes.registry import MODES, find_mode
+from runner.presenter.presenter import Presenter
+from runner.presenter.scene import Picture, Scene
+from runner.presenter.surfaces.surface import Surface, open_surface
+from stimuli.pictures import StereoImage
+
+# All grey levels, then colours drawn at random, in rows.
+COLUMNS, RANDOM = 128, 10_000
+SIZE_PX = COLUMNS, -(-(256 + RANDOM) // COLUMNS)
+Codes = NDArray[np.uint8]
+
+
+def _codes(seed: int) -> Codes:
+    greys = np.repeat(np.arange(256)[:, np.newaxis], 3, axis=1)
+    colours = np.random.default_rng(seed).integers(0, 256, (RANDOM, 3))
+    every = np.concatenate([greys, colours])
+    filled = np.resize(every, (-(-len(every) // COLUMNS) * COLUMNS, 3))
+    return filled.reshape(-1, COLUMNS, 3).astype(np.uint8)
+
+
+def _xyz(codes: Codes, white_cd_m2: float) -> NDArray[np.float32]:
+    """Decode sRGB as IEC 61966-2-1 does."""
+    matrix = rgb_to_xyz_matrix(*SRGB_PRIMARIES_XY, D65_XY)
+    return (white_cd_m2 * srgb_decoded(codes / 255.0) @ matrix.T).astype(np.float32)
+
+
+@pytest.fixture(scope="module")
+def two_windows() -> Iterator[Surface]:
+    with open_surface("egl", (4 * COLUMNS, 420), windows=2) as surface:
+        yield surface
+
+
+def _shown(
+    surface: Surface,
+    mode: str,
+    models: EyeModels,
+    image: StereoImage,
+    size_px: tuple[int, int],
+    options: ModeOptions | None = None,
+) -> Iterator[tuple[Eye, Codes, NDArray[np.bool_]]]:
+    """Yield, by eye, the codes (rows, columns, 3) of the picture's ``size_px`` and which of them are the eye's."""
+    with Presenter(surface, find_mode(mode, options), models, lambda _: image) as presenter:
+        presenter.show(Scene((Picture("sRGB"),)))
+        for eye in EYES:
+            area = next(area for area in presenter.areas if eye in area.eyes)
+            view = presenter.eye_view(eye)
+            mine = np.ones(view.shape[:2], bool) if area.weave is None else area.weave.mask(*view.shape[:2])
+            left, top = ((v - p) // 2 for v, p in zip((view.shape[1], view.shape[0]), size_px, strict=True))
+            inside = slice(top, top + size_px[1]), slice(left, left + size_px[0])
+            yield eye, view[inside].astype(np.uint8), mine[inside]
+
+
+WHOLE = [
+    name for name, mode in MODES.items() if not mode().needs_stereo and "half" not in name and "anaglyph" not in name
+]
+
+
+@pytest.mark.parametrize("mode", WHOLE)
+def test_every_grey_and_ten_thousand_colours_come_back_exactly(mode: str, two_windows: Surface) -> None:
+    model = Nominal.of("srgb", 100.0).model()
+    codes = {"left": _codes(1), "right": _codes(1) if mode == "flat" else _codes(2)}
+    pictures = {eye: _xyz(its, 100.0) for eye, its in codes.items()}
+    image = StereoImage.flat(pictures["left"]) if mode == "flat" else StereoImage(pictures["left"], pictures["right"])
+    seen = 0
+    for eye, shown, mine in _shown(two_windows, mode, EyeModels(model, model), image, SIZE_PX):
+        assert np.array_equal(shown[mine], codes[eye][mine])
+        assert not model.clipping(pictures[eye]).any_channel
+        seen += int(mine.sum())
+    assert seen >= codes["left"][..., 0].size
+
+
+@pytest.mark.parametrize("mode", ["side-by-side-half", "top-bottom-half"])
+def test_squeezed_modes_keep_what_is_alike_in_the_pixels_that_share_one(mode: str, two_windows: Surface) -> None:
+    model = Nominal.of("srgb", 100.0).model()
+    codes = _codes(3)[:, : COLUMNS // 2]
+    down, across = (1, 2) if "side" in mode else (2, 1)
+    wide = codes.repeat(across, 1).repeat(down, 0)
+    image = StereoImage.flat(_xyz(wide, 100.0))
+    size_px = codes.shape[1], codes.shape[0]
+    for _, shown, _ in _shown(two_windows, mode, EyeModels(model, model), image, size_px):
+        assert np.array_equal(shown, codes)
+
+
+@pytest.mark.parametrize("mode", [name for name in MODES if "anaglyph" in name])
+def test_an_anaglyph_by_channels_keeps_the_codes_of_a_flat_picture(mode: str, two_windows: Surface) -> None:
+    model = Nominal.of("srgb", 100.0).model()
+    codes = _codes(4)
+    options = ModeOptions(filters=Filters(split_channels=True))
+    image = StereoImage.flat(_xyz(codes, 100.0))
+    for _, shown, _ in _shown(two_windows, mode, EyeModels(model, model), image, SIZE_PX, options):
+        assert np.array_equal(shown, codes)
+
+
+@pytest.mark.parametrize("kind", get_args(NominalKind))
+def test_the_codes_of_each_kind_come_back_from_the_light_of_each_kind(kind: NominalKind, two_windows: Surface) -> None:
+    model = Nominal.of(kind, 250.0).model()
+    codes = _codes(5)
+    image = StereoImage.flat(model.xyz(codes / 255.0).astype(np.float32))
+    for _, shown, _ in _shown(two_windows, "flat", EyeModels(model, model), image, SIZE_PX):
+        assert np.array_equal(shown, codes)
