@@ -22,11 +22,12 @@ from runner.measuring.patch_screen import middle_of
 from runner.presenter.depth import code_texture, highest_code
 from runner.presenter.drawing import BLACK, BLUE, Painter
 from runner.presenter.errors import GraphicsError
+from runner.presenter.lettering import coverage
 from runner.presenter.modes.mode import EyeArea, Mode
 from runner.presenter.modes.registry import require
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.surfaces.surface import Buffer, Surface
-from runner.presenter.words import coverage, squeezed
+from runner.presenter.words import squeezed
 
 Shares = tuple[float, float, float, float]
 _INK = 0.6  # the code of words' grey

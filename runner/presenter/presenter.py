@@ -112,7 +112,8 @@ class Presenter:
         self._pictures = Pictures(
             surface.context, views, load, self._work, picture_budget_bytes, prepare=prepare, decoded=surface.wake
         )
-        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits)
+        weave = self.areas[0].weave
+        self._words = Words(surface.context, models, self._work, TEXT_BUDGET_BYTES, squeeze, mixture, bits, weave)
         self._painter = Painter(surface.context, surface.calls)
         self._drawing = Drawing(surface, self._painter, self._words)
         self._swaps = SwapLog()

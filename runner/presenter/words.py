@@ -2,22 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
-from importlib.util import find_spec
-from pathlib import Path
 from typing import Any
 
 import moderngl
 import numpy as np
 from numpy.typing import NDArray
-from PIL import Image, ImageDraw, ImageFont
 
 from devices.compensation import Mixture
 from devices.display import DisplayModel, Eye, EyeModels
 from runner.presenter.counters import Work
 from runner.presenter.depth import Bits, highest_code
+from runner.presenter.lettering import coverage
+from runner.presenter.modes.mode import Weave
 from runner.presenter.scene import Box, Text
 from runner.presenter.surfaces.gl_calls import Codes
 from runner.presenter.texture_cache import LruCache
@@ -65,8 +62,24 @@ def squeezed(coverage: NDArray[np.uint8], squeeze: tuple[int, int]) -> NDArray[n
     return np.asarray(np.floor(boxes.mean(axis=(1, 3)) + 0.5), dtype=np.uint8)
 
 
+def woven(coverage: NDArray[np.uint8], weave: Weave) -> NDArray[np.uint8]:
+    """Return the coverage, a pixel wider to each side, from which each eye may take every second pixel.
+
+    Half of each pixel's ink goes to its neighbours, which the other eye sees. So both eyes see every stroke, be it one
+    pixel thin, and equally much of it.
+    """
+    padded = np.pad(coverage, 2).astype(np.float64)
+    rows, columns = (slice(1, -1), slice(None, -2), slice(2, None)), (slice(1, -1), slice(None, -2), slice(2, None))
+    steps = ([(1, 0), (2, 0)] if weave.row_step else []) + ([(0, 1), (0, 2)] if weave.column_step else [])
+    beside = sum(padded[rows[down], columns[across]] for down, across in steps) / len(steps)
+    return np.asarray(np.floor(0.5 * (padded[1:-1, 1:-1] + beside) + 0.5), dtype=np.uint8)
+
+
 class Words:
-    """The textures of words and boxes, at zero parallax: both eyes share one coverage, each has its own ink."""
+    """The textures of words and boxes, at zero parallax: both eyes share one coverage, each has its own ink.
+
+    Where a mode squeezes the views or weaves them, a coverage is filtered first, so that an eye sees letters whole.
+    """
 
     def __init__(
         self,
@@ -77,7 +90,9 @@ class Words:
         squeeze: tuple[int, int] = (1, 1),
         mixture: Mixture | None = None,
         bits: Bits = 8,
+        weave: Weave | None = None,
     ) -> None:
+        self._weave = weave
         self._context = context
         self._models = models
         self._mixture = mixture
@@ -121,10 +136,14 @@ class Words:
     def _rasterise(self, words: str, height_px: int, width_px: int) -> Sheet:
         self._work.add(texts_rasterised=1)
         drawn = coverage(words, height_px, width_px)
-        return self._sheet(squeezed(drawn, self._squeeze) if drawn is not None else np.zeros((1, 1), np.uint8), 1)
+        return self._sheet(self._filtered(drawn) if drawn is not None else np.zeros((1, 1), np.uint8), 1)
 
     def _fill(self, size_px: tuple[int, int]) -> Sheet:
-        return self._sheet(squeezed(np.full(size_px[::-1], 255, np.uint8), self._squeeze), 1)
+        return self._sheet(self._filtered(np.full(size_px[::-1], 255, np.uint8)), 1)
+
+    def _filtered(self, coverage: NDArray[np.uint8]) -> NDArray[np.uint8]:
+        coverage = squeezed(coverage, self._squeeze)
+        return coverage if self._weave is None else woven(coverage, self._weave)
 
     def _ramp(self, codes: Codes) -> Sheet:
         """Return the codes as a texture: bytes where 8 bits hold them, else floats, as 10 bits are blended from."""
@@ -137,63 +156,3 @@ class Words:
         texture = self._context.texture((width, height), components, pixels.tobytes(), alignment=1, dtype=dtype)
         texture.filter = (moderngl.NEAREST, moderngl.NEAREST)
         return Sheet(texture, pixels.nbytes)
-
-
-LINE_SPACING = 1.25
-_PADDING_PX = 2  # room for what overhangs a letter's advance
-
-
-def break_lines(words: str, width_px: float, measure: Callable[[str], float]) -> list[str]:
-    """Return ``words`` in lines no wider than ``width_px`` by ``measure``; its own line breaks are kept.
-
-    A word wider than a line is broken between letters.
-    """
-    lines: list[str] = []
-    for paragraph in words.replace("\t", " ").splitlines():
-        line = ""
-        for word in filter(None, paragraph.split(" ")):
-            joined = f"{line} {word}" if line else word
-            if measure(joined) <= width_px:
-                line = joined
-                continue
-            if line:
-                lines.append(line)
-            line = ""
-            for letter in word:
-                if line and measure(line + letter) > width_px:
-                    lines.append(line)
-                    line = ""
-                line += letter
-        lines.append(line)
-    return lines
-
-
-def coverage(words: str, height_px: int, width_px: int) -> NDArray[np.uint8] | None:
-    """Return the coverage (height, width) of centred ``words``, 0 to 255; None if there is nothing to see.
-
-    ``height_px`` is the size of the type, ``width_px`` the longest line.
-    """
-    font = _font(height_px)
-    lines = break_lines(words, width_px, font.getlength)
-    if not any(lines):
-        return None
-    ascent, descent = font.getmetrics()
-    step = max(round(height_px * LINE_SPACING), 1)
-    width = int(max(font.getlength(line) for line in lines)) + 1 + 2 * _PADDING_PX
-    height = step * (len(lines) - 1) + ascent + descent + 2 * _PADDING_PX
-    image = Image.new("L", (width, height), 0)
-    pen = ImageDraw.Draw(image)
-    for number, line in enumerate(lines):
-        left = (width - font.getlength(line)) // 2
-        pen.text((left, _PADDING_PX + number * step), line, fill=255, font=font)
-    return np.asarray(image, dtype=np.uint8)
-
-
-@lru_cache(maxsize=16)
-def _font(height_px: int) -> ImageFont.FreeTypeFont:
-    """DejaVu Sans as matplotlib carries it: it has Greek, Cyrillic, accents and arrows; Pillow's own has not even é."""
-    spec = find_spec("matplotlib")  # located, not imported
-    folders = spec.submodule_search_locations if spec else None
-    if not folders:
-        raise FileNotFoundError("matplotlib, whose DejaVu Sans draws the words, is not installed")
-    return ImageFont.truetype(Path(folders[0]) / "mpl-data" / "fonts" / "ttf" / "DejaVuSans.ttf", height_px)

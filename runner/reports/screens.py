@@ -10,10 +10,9 @@ from pathlib import Path
 from devices.compensation import Compensation, Correction, Mixture, XYZImage, clip_marks
 from devices.display import EYES, EyeModels
 from documents import Finding
-from runner.blocks.block import Block, Draft, Response
+from runner.blocks.block import Block, Draft
 from runner.errors import SessionError
-from runner.observers.simulated import plain_key
-from runner.ports import Ask
+from runner.observers.walk import walk
 from runner.presenter.modes.mode import Mode
 from runner.presenter.modes.options import ModeOptions
 from runner.presenter.modes.registry import find_mode
@@ -137,20 +136,12 @@ def _write_screens(
     ):
         shown = 0
         for number, block in enumerate(blocks):
-            steps = block.steps()
-            response: Response | None = None
             screen = 0
-            while True:
-                try:
-                    step = steps.send(response)
-                except StopIteration:
-                    break
+            for step in walk(block):
                 if isinstance(step, Draft):
-                    response = None
                     shown += bool(step.data)
                     progress("Previewing trials", shown, total)
                 else:
-                    response = _answered(step) if isinstance(step, Ask) else None
                     presenter.show(step.scene)
                     name = f"block-{number + 1:02d}_screen-{screen + 1:03d}"
                     album.add(name, presenter)
@@ -189,8 +180,3 @@ def _marking(
     if compensation.correction.depends_on_place:
         return Presenter(surface, mode, models, load, prepare=marks)
     return Presenter(surface, mode, models, lambda name: marks(load(name), (0, 0)))
-
-
-def _answered(ask: Ask) -> Response:
-    key = plain_key(ask)
-    return Response(key, ask.meaning(key) or "", 0.0)
