@@ -3,3 +3,8 @@ from .experiment import read_experiment as read_experiment
 from .schemas import FileKind as FileKind
 from .schemas import file_model as file_model
 from .schemas import json_schema as json_schema
+from .shipped import CopiedExperiment as CopiedExperiment
+from .shipped import copy_experiment as copy_experiment
+from .shipped import shipped_experiment as shipped_experiment
+from .shipped import shipped_experiments as shipped_experiments
+from .shipped import shipped_folder as shipped_folder

@@ -14,14 +14,11 @@ from analysis.report import Report, write_report
 from analysis.scaling import Published, Scores, fit
 from runner.observers.observer_file import read_scored_observer
 from runner.presenter.counters import Counters
+from runner.protocol.shipped import shipped_experiment, shipped_folder
 from runner.reports.thumbnails import thumbnails
 from runner.session.folders import new_label
 from runner.session.picture_source import Progress, no_progress
 from runner.session.run import simulate
-
-_ROOT = Path(__file__).parents[2]
-_EXPERIMENT = _ROOT / "experiments/dynamic_range.yaml"
-_OBSERVERS = _ROOT / "configs/observers/table_4_4.yaml"
 
 
 @dataclass(frozen=True, slots=True)
@@ -67,14 +64,15 @@ def run_demo(
     Demo
         The report, where it is written, and how it agrees with the thesis.
     """
+    answering = shipped_folder() / "configs" / "observers" / "table_4_4.yaml"
     published = {
         name: (stimulus.score, stimulus.perceptual_class)
-        for name, stimulus in read_scored_observer(_OBSERVERS).stimuli.items()
+        for name, stimulus in read_scored_observer(answering).stimuli.items()
     }
     folder = Path(results) / new_label()
     done = simulate(
-        _EXPERIMENT,
-        _OBSERVERS,
+        shipped_experiment("dynamic_range"),
+        answering,
         observers,
         results=folder,
         backend="window" if window else "egl",

@@ -20,6 +20,7 @@ from analysis.scaling import CovarianceChoice
 from documents import Finding
 from documents.files import whole_file
 from runner.errors import SessionError
+from runner.protocol.shipped import shipped_folder
 from runner.reports.thumbnails import find_shown, thumbnails
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "microsoft-edge", "chrome")
@@ -150,7 +151,7 @@ def stimulus_pictures(
     ResultsError
         If ``experiment`` is named, but its stimuli or its display are not those of the session.
     """
-    roots = (Path.cwd(), Path(__file__).parents[2])
+    roots = (Path.cwd(), shipped_folder())
     usual = [root / "experiments" / f"{Path(header.experiment).name}.yaml" for root in roots]
     for file in [experiment] if experiment else usual:
         shown = find_shown(header, file) if file.is_file() else None

@@ -16,7 +16,8 @@ _FILE = re.compile(
     r"/[\w./-]*\w"
 )
 _LINK = re.compile(r"\]\(([^)#\s]*)(#[^)\s]*)?\)")
-_NOT_HERE = ("benchmarks/out", "cyclopean/stimuli")  # made by a benchmark, and in the user's cache folder
+# Made by a benchmark, in the cache folder of the user, and in a wheel only.
+_NOT_HERE = ("benchmarks/out", "cyclopean/stimuli", "runner/shipped")
 _PLACEHOLDER = re.compile(r"[A-Z]{2,}")  # experiments/NAME.yaml
 
 

@@ -1,0 +1,64 @@
+"""The targets of the Makefile for machines without make: `pipx install nox`, then `nox -s demo`, `nox -s test`.
+
+`nox -l` lists them. Options after `--` go to the last command: `nox -s test -- tests/analysis`.
+"""
+
+from pathlib import Path
+
+import nox
+
+nox.options.sessions = ["check", "test"]
+nox.options.reuse_existing_virtualenvs = True
+
+NOT_BENCHMARKS = ("curves.py", "simulated_studies.py")
+
+
+def _install(session: nox.Session, extras: str) -> None:
+    """Install this checkout and the pinned packages, unless nox runs with --no-venv."""
+    if not isinstance(session.virtualenv, nox.virtualenv.PassthroughEnv):
+        session.install("-e", f".{extras}", env={"PIP_CONSTRAINT": "constraints.txt"})
+
+
+@nox.session
+def demo(session: nox.Session) -> None:
+    """Build stimuli, run 30 simulated observers, write a report."""
+    _install(session, "")
+    session.run("python", "-m", "cyclopean", "demo", *session.posargs)
+
+
+@nox.session
+def test(session: nox.Session) -> None:
+    """Run the tests."""
+    _install(session, "[dev]")
+    arguments = session.posargs or ["-n", "3", "--dist", "loadfile"]
+    session.run("python", "-m", "pytest", "-m", "not stress and not quad", *arguments)
+
+
+@nox.session
+def check(session: nox.Session) -> None:
+    """Floors, lint, format, types."""
+    _install(session, "[dev]")
+    session.run("ruff", "check", ".")
+    session.run("ruff", "format", "--check", ".")
+    session.run("mypy")
+    session.run("mypy", "--platform", "win32", "--cache-dir", ".mypy_cache/win32")
+    session.run("mypy", "--platform", "darwin", "--cache-dir", ".mypy_cache/darwin")
+    session.run("mypy", "--namespace-packages", "--explicit-package-bases", "tests")
+    session.run("lint-imports")
+    session.run("python", "tools/api_page.py", "--check")
+
+
+@nox.session
+def stress(session: nox.Session) -> None:
+    """Slow sweeps to the edges."""
+    _install(session, "[dev]")
+    session.run("python", "-m", "pytest", "-m", "stress", "tests/stress", *session.posargs)
+
+
+@nox.session
+def bench(session: nox.Session) -> None:
+    """Run time against error, peers beside; writes benchmarks/out."""
+    _install(session, "[dev,bench]")
+    files = sorted(file for file in Path("benchmarks").glob("*.py") if file.name not in NOT_BENCHMARKS)
+    for file in session.posargs or files:
+        session.run("python", str(file))
