@@ -131,7 +131,7 @@ def examine_timing(seconds: float, progress: Callable[[float], None], rig: Rig |
             surface.target(Buffer.BACK).clear()
             surface.swap()
 
-        intervals = swap_intervals(frame, seconds, progress)
+        intervals = swap_intervals(frame, seconds, progress, facts.refresh_hz)
     verification = rig.photodiode_verification if rig else None
     judgement = judge(verification, rig.mode if rig else "", facts, swaps_per_second(intervals))
     return TimingReport(

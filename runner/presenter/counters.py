@@ -61,15 +61,42 @@ class Work:
 KEPT = 4096
 
 
-# An interval this many times the median holds a frame that was shown twice because the next was late.
+# An interval this many periods long holds a refresh that showed the frame before it again.
 _MISSED_FROM = 1.5
+# No monitor that we know of refreshes as often as this: where none reports a rate, such swaps wait for none.
+_NO_SCREEN_MS = 2.0
+# Rates are reported as whole numbers: 59.94 Hz as 60 or 59.
+_REPORTED_WITHIN = 0.05
+# How far swaps that wait for a screen may be from a whole number of its refreshes, in refreshes, half of them.
+_STEADY_WITHIN = 0.1
+
+
+def refresh_period_ms(intervals_ms: Sequence[float], refresh_hz: float | None) -> float | None:
+    """Return the period of the refresh that swaps wait for; None if they wait for none.
+
+    It is the median interval, or a whole part of it where the monitor reports a faster rate, ``refresh_hz``. Swaps that
+    wait for a screen come a whole number of periods apart; those that do not come when the drawing is done.
+    """
+    period_ms = median(intervals_ms)
+    if refresh_hz:
+        period_ms /= max(1, round(period_ms * refresh_hz / 1000.0))
+        if abs(period_ms * refresh_hz / 1000.0 - 1.0) > _REPORTED_WITHIN:
+            return None
+    elif period_ms < _NO_SCREEN_MS:
+        return None
+    periods = [interval / period_ms for interval in intervals_ms]
+    off = median(abs(each - max(1, round(each))) for each in periods)
+    return period_ms if off <= _STEADY_WITHIN else None
 
 
 @dataclass(frozen=True, slots=True)
 class IntervalSummary:
-    """Intervals between frames, in milliseconds; ``frames`` of them counted.
+    """Intervals between swaps, in milliseconds; ``frames`` of them counted.
 
-    ``missed`` counts the frames that came late: an interval of about k medians has missed k - 1 frames.
+    A frame is late if it came a refresh or more after it was due: an interval of 1.5 refreshes or more. ``late`` counts
+    such frames, ``missed`` the refreshes that passed without a new frame: k - 1 in an interval of about k refreshes. Of
+    ``frames + missed`` refreshes, ``missed`` showed the frame before them again. Both are None where swaps do not wait
+    for the screen, so that no frame is ever due.
     """
 
     frames: int
@@ -77,21 +104,25 @@ class IntervalSummary:
     p99_ms: float
     shortest_ms: float
     longest_ms: float
-    missed: int
+    missed: int | None
+    late: int | None = None
 
     @classmethod
-    def of(cls, intervals_ms: Sequence[float]) -> IntervalSummary:
-        """Summarise at least one interval."""
+    def of(cls, intervals_ms: Sequence[float], refresh_hz: float | None = None) -> IntervalSummary:
+        """Summarise at least one interval, on a screen that reports ``refresh_hz``."""
         ordered = sorted(intervals_ms)
         middle = median(ordered)
-        late = [interval for interval in ordered if interval > _MISSED_FROM * middle > 0]
+        period_ms = refresh_period_ms(ordered, refresh_hz)
+        rate_hz = 1000.0 / period_ms if period_ms else None
+        missed = [missed_frames(interval / 1000.0, rate_hz) for interval in ordered] if rate_hz else None
         return cls(
             frames=len(ordered),
             median_ms=middle,
             p99_ms=ordered[min(len(ordered) - 1, math.ceil(0.99 * len(ordered)) - 1)],
             shortest_ms=ordered[0],
             longest_ms=ordered[-1],
-            missed=sum(round(interval / middle) - 1 for interval in late),
+            missed=None if missed is None else sum(missed),
+            late=None if missed is None else sum(map(bool, missed)),
         )
 
 

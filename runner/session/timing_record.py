@@ -22,9 +22,15 @@ _SETTLING_SWAPS = 10
 
 
 def swap_intervals(
-    frame: Callable[[], object], seconds: float, progress: Callable[[float], None] = lambda done_s: None
+    frame: Callable[[], object],
+    seconds: float,
+    progress: Callable[[float], None] = lambda done_s: None,
+    refresh_hz: float | None = None,
 ) -> IntervalSummary:
-    """Call ``frame``, which draws and swaps, for ``seconds`` and return the intervals between the swaps."""
+    """Call ``frame``, which draws and swaps, for ``seconds`` and return the intervals between the swaps.
+
+    ``refresh_hz`` is the rate that the monitor reports.
+    """
     for _ in range(_SETTLING_SWAPS):
         frame()
     times = [time.monotonic()]
@@ -32,7 +38,7 @@ def swap_intervals(
         frame()
         times.append(time.monotonic())
         progress(times[-1] - times[0])
-    return IntervalSummary.of([1000.0 * (after - before) for before, after in pairwise(times)])
+    return IntervalSummary.of([1000.0 * (after - before) for before, after in pairwise(times)], refresh_hz)
 
 
 @dataclass(frozen=True, slots=True)
@@ -76,7 +82,7 @@ def timing_facts(
     rate_hz = None
     if surface.vsync:
         presenter.show(Scene())
-        summary = swap_intervals(presenter.redraw, seconds)
+        summary = swap_intervals(presenter.redraw, seconds, refresh_hz=surface.refresh_hz)
         rate_hz = swaps_per_second(summary)
         facts["swap_intervals"] = asdict(summary)
     judgement = judge(verification, presenter.mode.name, surface, rate_hz)
@@ -97,9 +103,16 @@ def explain(summary: IntervalSummary, vsync_asked: bool, judgement: Judgement | 
     sentences = [
         f"{summary.frames} intervals: median {summary.median_ms:.2f} ms ({rate_hz:.1f} frames per second), "
         f"99th percentile {summary.p99_ms:.2f} ms, longest {summary.longest_ms:.2f} ms.",
-        f"{summary.missed} frames came late (an interval of 1.5 medians or more).",
     ]
-    if vsync_asked and rate_hz > 500:
+    if summary.missed is None:
+        sentences.append("Late frames cannot be counted: without a screen to wait for, no frame is ever due.")
+    else:
+        refreshes = summary.frames + summary.missed
+        sentences.append(
+            f"{summary.late} of {summary.frames} frames came late, by a refresh or more; {summary.missed} of "
+            f"{refreshes} refreshes showed the frame before them again."
+        )
+    if vsync_asked and summary.missed is None:
         sentences.append(
             "Swaps do not wait for the screen: there is no vertical synchronisation here (a virtual screen, or a "
             "driver that ignores it). Onsets are when the driver was done, not when light changed."

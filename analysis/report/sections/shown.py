@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
@@ -13,6 +14,7 @@ from documents.text import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
 MOST_UNFOLDED = 24
+_NO_SCREEN_MS = 2.0  # no screen that we know of refreshes as often
 EYES = {"left": "left eye", "right": "right eye", "both": "both eyes"}
 
 
@@ -111,7 +113,7 @@ def timing_section(sessions: Sequence[SessionLog]) -> Section:
         Column("Median swap (ms)", "swap_median_ms", "number", 2),
         Column("99 % (ms)", "swap_p99_ms", "number", 2),
         Column("Longest (ms)", "swap_longest_ms", "number", 2),
-        Column("Late swaps", "swaps_late", "number"),
+        Column("Refreshes missed", "swaps_missed", "number"),
         Column("Timed scenes", "timed_scenes", "number"),
         Column("Frames missed", "timed_frames_missed", "number"),
     )
@@ -136,14 +138,8 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
     if swaps:
         medians = [float(record["median_ms"]) for record in swaps]
         longest = max(float(record["longest_ms"]) for record in swaps)
-        late, frames = (sum(int(record[key]) for record in swaps) for key in ("missed", "frames"))
-        facts.append(
-            (
-                "Swap intervals",
-                f"Median {_span(medians, 2)} ms, longest {fixed(longest, 2)} ms; {late} of {frames} were "
-                "late (measured on black frames before each session).",
-            )
-        )
+        words = f"Median {_span(medians, 2)} ms, longest {fixed(longest, 2)} ms; {_missed_words(swaps)}"
+        facts.append(("Swap intervals", f"{words} (measured on black frames before each session)."))
     else:
         facts.append(("Swap intervals", "Not measured: no screen with vertical synchronisation."))
     scenes = [scene for session in sessions for scene in _timed(session)]
@@ -168,12 +164,31 @@ def timing_facts(sessions: Sequence[SessionLog]) -> list[tuple[str, str]]:
     return facts
 
 
+def _missed(swaps: Mapping[str, Any]) -> int | None:
+    """Return how many refreshes passed without a new frame; None where swaps did not wait for the screen.
+
+    Logs written before that was known hold a number of times the median all the same.
+    """
+    missed = swaps.get("missed")
+    return int(missed) if missed is not None and float(swaps["median_ms"]) >= _NO_SCREEN_MS else None
+
+
+def _missed_words(swaps: Sequence[Mapping[str, Any]]) -> str:
+    counts = [(missed, int(record["frames"])) for record in swaps if (missed := _missed(record)) is not None]
+    if not counts:
+        return "swaps did not wait for the screen, so that late frames could not be counted"
+    missed = sum(count for count, _ in counts)
+    words = f"{missed} of {missed + sum(frames for _, frames in counts)} refreshes passed without a new frame"
+    without = len(swaps) - len(counts)
+    return words + (f"; in {counted(without, 'session', 'sessions')} swaps did not wait for the screen" if without else "")
+
+
 def _session_row(session: SessionLog) -> tuple[Cell, ...]:
     header = session.header
     swaps = (header.presentation.get("timing") or {}).get("swap_intervals") or {}
     timed = _timed(session)
     state = ("completed" if session.complete else "not completed") + (", simulated" if header.simulated else "")
-    numbers = [swaps.get(key) for key in ("median_ms", "p99_ms", "longest_ms", "missed")]
+    numbers = [*(swaps.get(key) for key in ("median_ms", "p99_ms", "longest_ms")), _missed(swaps)]
     missed = sum(int(scene.get("missed_frames", 0)) for scene in timed) if timed else None
     answers = len(session.trials)
     return header.observer, header.session, header.started_utc, answers, state, *numbers, len(timed) or None, missed

@@ -84,7 +84,7 @@ def test_display_question_and_observers_are_told(make_session: Maker) -> None:
         "(a spectroradiometer), with a white of 11 cd/m² at the eye, 0.25 cd/m² of it the room's light on the screen.",
         "Crosstalk between the eyes was cancelled.",
         "The monitor was set to gains red 96 %, local dimming off. When it was measured it was set to brightness 35 %.",
-        "median 8.33 ms, longest 16.70 ms; 2 of 240 were late",
+        "median 8.33 ms, longest 16.70 ms; 2 of 242 refreshes passed without a new frame",
         "verified with a photodiode",
         "Which image is closer to the reference plate?",
         "15 comparisons (median), each pair once",

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import random
 import subprocess
 from collections.abc import Callable
 from dataclasses import replace
@@ -12,6 +13,8 @@ from typing import Any
 
 import pytest
 from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
 
 from analysis.records.session_record import read_session, session_files
 from devices.display.verification_file import read_verification
@@ -35,14 +38,64 @@ onset_error_ms: {{mean: 4.3, standard_deviation: 0.2, worst: 5.1}}
 HERE = SurfaceFacts("window", "X11", "A maker", "A card", "4.5", (640, 480), False, True)
 
 
-def test_late_frames_are_counted_in_frames() -> None:
+def test_a_late_frame_is_counted_once_and_each_refresh_that_it_missed() -> None:
     summary = IntervalSummary.of([10.0] * 97 + [20.0, 31.0, 14.0])
-    assert summary.frames == 100
-    assert summary.median_ms == 10.0
-    assert summary.longest_ms == 31.0
-    assert summary.p99_ms == 20.0
-    assert summary.missed == 1 + 2
+    assert (summary.frames, summary.median_ms, summary.longest_ms, summary.p99_ms) == (100, 10.0, 31.0, 20.0)
+    assert (summary.late, summary.missed) == (2, 1 + 2)
+    _, counts, *_ = explain(summary, True)
+    assert counts == (
+        "2 of 100 frames came late, by a refresh or more; 3 of 103 refreshes showed the frame before them again."
+    )
     assert IntervalSummary.of([16.7]).missed == 0
+
+
+@given(
+    st.lists(st.integers(1, 400), min_size=3, max_size=60),
+    st.sampled_from([50.0, 59.94, 60.0, 120.0, 143.98, 240.0]),
+    st.sampled_from(["reported", "not reported"]),
+)
+def test_there_are_never_more_late_frames_than_frames_nor_refreshes_missed_than_passed(
+    refreshes: list[int], rate_hz: float, reported: str
+) -> None:
+    steady = [1] * (len(refreshes) + 1)  # the median is one refresh
+    intervals = [1000.0 * each / rate_hz for each in steady + refreshes]
+    summary = IntervalSummary.of(intervals, round(rate_hz) if reported == "reported" else None)
+    assert summary.missed == sum(refreshes) - len(refreshes)
+    assert summary.late == sum(each > 1 for each in refreshes) <= summary.frames
+    assert summary.frames + summary.missed == len(steady) + sum(refreshes)  # all refreshes that passed
+
+
+def test_frames_that_all_take_two_refreshes_are_all_late() -> None:
+    assert IntervalSummary.of([33.3] * 20, 60.0).late == 20
+    assert IntervalSummary.of([33.3] * 20).late == 0  # nothing says that the screen is faster
+
+
+def _drawn(usual_ms: float, spread: float) -> list[float]:
+    """Return intervals of a virtual screen: as long as the drawing took, now and then very long."""
+    draw = random.Random(3)
+    return [usual_ms * draw.lognormvariate(0.0, spread) for _ in range(80)] + [86.6] * 20
+
+
+@pytest.mark.parametrize(
+    ("refresh_hz", "usual_ms", "spread"),
+    [(None, 0.29, 0.1), (None, 2.35, 0.5), (None, 12.0, 0.5), (60.0, 0.29, 0.1), (60.0, 4.7, 0.01), (60.0, 16.7, 0.5)],
+)
+def test_without_a_screen_to_wait_for_no_frame_is_late(refresh_hz: float | None, usual_ms: float, spread: float) -> None:
+    """On a virtual screen 4352 "late frames" were counted in 4160 intervals."""
+    summary = IntervalSummary.of(_drawn(usual_ms, spread), refresh_hz)
+    assert (summary.missed, summary.late) == (None, None)
+    told = " ".join(explain(summary, True))
+    assert "Late frames cannot be counted" in told
+    assert "came late" not in told
+
+
+@pytest.mark.parametrize("jitter", [0.0, 0.02, 0.05])
+def test_swaps_that_wait_for_a_screen_may_jitter(jitter: float) -> None:
+    draw = random.Random(4)
+    intervals = [16.68 * (refreshes + draw.gauss(0.0, jitter)) for refreshes in [1] * 70 + [2] * 20 + [5] * 10]
+    for refresh_hz in (None, 59.0, 60.0):
+        summary = IntervalSummary.of(intervals, refresh_hz)
+        assert (summary.late, summary.missed) == (30, 20 + 40)
 
 
 def test_the_explanation_says_when_nothing_waits_for_a_screen() -> None:
