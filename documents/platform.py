@@ -6,7 +6,10 @@ No other module calls these parts of ``os``, ``signal``, ``time`` and ``termios`
 from __future__ import annotations
 
 import os
+import shlex
+import shutil
 import signal
+import subprocess
 import sys
 import time
 from collections.abc import Iterator
@@ -48,6 +51,21 @@ def reads_terminal(descriptor: int) -> bool:
         return os.isatty(descriptor) and os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError:
         return False
+
+
+def command_to_type(*words: str) -> str:
+    """Return what a person types at a shell for this program, as it was started, with ``words``, quoted."""
+    started = Path(sys.argv[0] if sys.argv else "")
+    program = ["cyclopean"]
+    if started.name == "__main__.py" and started.parent.name == "cyclopean":
+        program = [sys.executable, "-m", "cyclopean"]
+    elif started.stem == "cyclopean":
+        by_name = shutil.which("cyclopean")
+        if by_name is None or Path(by_name).resolve() != started.resolve():
+            program = [str(started)]
+    if sys.platform == "win32":
+        return subprocess.list2cmdline([*program, *words])
+    return shlex.join([*program, *words])
 
 
 def serial_errors() -> tuple[type[Exception], ...]:

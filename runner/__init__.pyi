@@ -15,6 +15,6 @@ from .reports.power import study_power as study_power
 from .reports.results import ReportOptions as ReportOptions
 from .reports.results import report_results as report_results
 from .reports.screens import preview as preview
-from .session.run import SessionOptions as SessionOptions
+from .session.options import SessionOptions as SessionOptions
 from .session.run import run_session as run_session
 from .session.run import simulate as simulate

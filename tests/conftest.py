@@ -220,18 +220,34 @@ class Person:
 
     def sit_down(self, *more: str) -> None:
         """Start the session and wait for its window to have drawn."""
+        self._start(*more)
+        self.until(lambda: np.any(self.look()), "the window to draw something")
+
+    def refused_to_sit_down(self, why: str, *more: str) -> None:
+        """Start the session, and see it refused, with nothing on the screen."""
+        self._start(*more)
+        told = self.leave()
+        assert why in told
+        assert self.process is not None
+        assert self.process.returncode == 2
+        assert not np.any(self.look())
+
+    @property
+    def words(self) -> list[str]:
+        """What is typed after ``cyclopean run``."""
+        return [str(self.study.experiment), "--observer", "07", "--results", str(self.study.results)]
+
+    def _start(self, *more: str) -> None:
         code = "from runner.cli.main import main; main()"
-        command = [sys.executable, "-c", code, "run", str(self.study.experiment), "--observer", "07"]
         environment = {**os.environ, "DISPLAY": self.screen}
         environment.pop("WAYLAND_DISPLAY", None)
         self.process = subprocess.Popen(
-            [*command, "--results", str(self.study.results), *more],
+            [sys.executable, "-c", code, "run", *self.words, *more],
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
             env=environment,
         )
-        self.until(lambda: np.any(self.look()), "the window to draw something")
 
     def press(self, *keys: str) -> None:
         """Press keys one after the other."""

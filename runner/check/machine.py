@@ -6,10 +6,7 @@ import os
 import shutil
 from pathlib import Path
 
-from filelock import FileLock, Timeout
-
 from analysis.errors import ResultsError
-from analysis.records import FILE_NAME, read_session
 from devices.display import EYES, GammaTable, Rig
 from documents import Finding, InputError
 from runner.check.report import CheckOptions, CheckReport
@@ -20,6 +17,7 @@ from runner.presenter.modes.registry import find_mode
 from runner.presenter.surfaces.gamma_tables import LoadedTable
 from runner.presenter.surfaces.screens import Monitor, compositor, has_display, monitors
 from runner.presenter.surfaces.surface import SurfaceFacts, open_surface
+from runner.session.folders import is_running, unfinished
 
 NO_DISPLAY = "not looked at: there is no display here"
 _TRIED_PX = (320, 240)
@@ -147,36 +145,18 @@ def check_results(report: CheckReport, experiment: str, results: Path) -> None:
     if free_bytes < LITTLE_ROOM_BYTES:
         what = f"the disk has only {free_bytes / 1e6:.0f} MB left"
         report.warnings.append(Finding(what, str(there), remedy="make room"))
-    unfinished, running = [], []
+    begun: list[str] = []
+    running: list[str] = []
     for person in sorted((results / experiment).glob("sub-*")):
-        files = sorted(person.glob(f"ses-*/{FILE_NAME}"))
-        if not files:
-            continue
+        observer = person.name.removeprefix("sub-")
         try:
-            complete = read_session(files[-1]).complete
+            stopped = unfinished(results, experiment, observer)
         except ResultsError as error:
             report.warnings.extend(error.findings)
             continue
-        observer = person.name.removeprefix("sub-")
-        if _is_running(files[-1].parent):
-            running.append(observer)
-        elif not complete:
-            unfinished.append(observer)
-    if unfinished:
-        report.facts["unfinished_sessions_of"] = unfinished
+        if stopped is not None:
+            (running if is_running(stopped.file.parent) else begun).append(observer)
+    if begun:
+        report.facts["unfinished_sessions_of"] = begun
     if running:
         report.facts["sessions_running_of"] = running
-
-
-def _is_running(folder: Path) -> bool:
-    """Return whether a process holds the session's lock; a lock's file alone locks nothing."""
-    file = folder / ".lock"
-    if not file.exists():
-        return False
-    try:
-        with FileLock(file).acquire(timeout=0):
-            return False
-    except Timeout:
-        return True
-    except OSError:
-        return False  # it cannot be opened: resuming the session reports that

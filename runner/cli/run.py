@@ -23,13 +23,14 @@ from documents.platform import reads_terminal
 from documents.text import counted, visible
 
 if TYPE_CHECKING:
-    from runner.session.run import Backend
+    from runner.session.options import Backend
 
 
 @click.command(short_help="Run a session with an observer.")
 @click.argument("experiment", type=click.Path(path_type=Path))
 @click.option("--observer", required=True, help="Code of the observer: letters and digits, such as 01.")
 @click.option("--resume", is_flag=True, help="Resume this observer's last session exactly where it stopped.")
+@click.option("--new", is_flag=True, help="Begin another session although this observer has an unfinished one.")
 @click.option(
     "--accept-changes",
     is_flag=True,
@@ -80,6 +81,7 @@ def command(
     experiment: Path,
     observer: str,
     resume: bool,
+    new: bool,
     accept_changes: bool,
     accept_gamma_table: bool,
     results: Path,
@@ -103,7 +105,8 @@ def command(
     from runner.cli.main import WorkError
     from runner.cli.progress import progress_bar
     from runner.errors import SessionStoppedError
-    from runner.session.run import SessionOptions, run_session
+    from runner.session.options import SessionOptions, session_command
+    from runner.session.run import run_session
     from runner.session.session import Session
     from runner.session.status import SessionStatus
 
@@ -111,15 +114,19 @@ def command(
         simulate, replay = None, simulate
     if replay and (resume or simulate):
         raise click.UsageError("--replay goes neither with --resume nor with another --simulate")
+    if resume and new:
+        raise click.UsageError("--resume goes on with the unfinished session, --new begins another: give one of them")
     of_a_person = not (simulate or replay)
     if console is None:
         console = of_a_person and backend in (None, "window") and at_a_terminal()
     shown: Console | None = None
+    begun = False
     with ExitStack() as terminal:
         step = terminal.enter_context(progress_bar(quiet=as_json))
 
         def on_begin(session: Session, status: SessionStatus) -> None:
-            nonlocal shown
+            nonlocal shown, begun
+            begun = True
             if console and not replay:
                 shown = terminal.enter_context(Console(session, status.line, sys.stdin, sys.stderr))
 
@@ -132,6 +139,7 @@ def command(
         options = SessionOptions(
             results=results,
             resume=resume,
+            new=new,
             accept_changes=accept_changes,
             accept_gamma_table=accept_gamma_table,
             mode=mode,
@@ -157,12 +165,17 @@ def command(
             f"Score all observers with: cyclopean report {done.folder.parents[1]}"
         )
     else:
-        click.echo(
-            f"Stopped ({done.ending}) after {done.answered} of {counted(done.trials, 'answer', 'answers')}, all saved. "
-            "To resume the session, give --resume."
-        )
+        saved = f"{done.answered} of {counted(done.trials, 'answer', 'answers')} saved"
+        again = session_command(experiment, observer, options, resume=begun, new=options.new and not begun)
+        more = "The recording ends here" if replay else f"{'Continue' if begun else 'Begin again'}: {again}"
+        click.echo(f"{_ENDINGS[done.ending]}; {saved}. {more}")
 
 
+_ENDINGS = {
+    "left": "Stopped by the observer",
+    "window closed": "The window was closed",
+    "interrupted": "Interrupted by Ctrl-C",
+}
 HELP = (
     "n WORDS, or just words: a note, kept with its place in the session · "
     "r: ask the last trial again after its block · ?: this help"

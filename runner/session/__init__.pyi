@@ -1,3 +1,3 @@
-from .run import SessionOptions as SessionOptions
+from .options import SessionOptions as SessionOptions
 from .run import run_session as run_session
 from .run import simulate as simulate

@@ -8,21 +8,26 @@ from __future__ import annotations
 
 import re
 import secrets
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import TracebackType
 from typing import Any
 
+from filelock import FileLock, Timeout
+
+from analysis.errors import ResultsError
 from analysis.records import FILE_NAME, Header, Mark, Note, Resumption, SessionLog, Trial, read_session
 from documents import Finding
 from documents.files import DurableLog, LogInUseError
 from documents.platform import sync_folder
+from documents.text import counted
 from runner.errors import SessionError
 
 _LETTERS = "abcdefghijkmnpqrstuvwxyz23456789"
 _RANDOM = 10
 _NAMED = 12
+_READ = 200  # observers whose logs are read to name those that can be resumed
 _TIME = "%Y%m%dT%H%M%S"
 _LABEL = re.compile(rf"ses-(\d{{8}}T\d{{6}})[{_LETTERS}]+")
 
@@ -68,29 +73,74 @@ def unfinished(results: Path, experiment: str, observer: str) -> SessionLog | No
         log = read_session(file)
         if log.complete:
             break
-        if _asked_something(log):
+        if answered(log):
             return log
         latest = latest or log
     return latest
 
 
-def _asked_something(log: SessionLog) -> bool:
-    """Return whether more than pages of words were answered."""
-    return any(answer.kind not in ("instructions", "break") for answer in log.answers)
+def answered(log: SessionLog) -> int:
+    """Return how many trials were answered, pages of words apart."""
+    return len({answer.place for answer in log.answers if answer.kind not in ("instructions", "break")})
+
+
+def is_running(folder: Path) -> bool:
+    """Return whether a process holds the lock of the session in ``folder``; a lock's file alone locks nothing."""
+    file = folder / ".lock"
+    if not file.exists():
+        return False
+    try:
+        with FileLock(file).acquire(timeout=0):
+            return False
+    except Timeout:
+        return True
+    except OSError:
+        return False  # it cannot be opened: resuming the session reports that
 
 
 def to_resume(results: Path, experiment: str, observer: str) -> SessionLog:
-    """Return the observer's unfinished session; raise SessionError if there is none."""
+    """Return the observer's unfinished session; raise SessionError, naming those that there are, if there is none."""
     log = unfinished(results, experiment, observer)
     if log is None:
         folder = observer_folder(results, experiment, observer)
-        others = sorted(path.name.removeprefix("sub-") for path in folder.parent.glob("sub-*"))
-        remedy = "leave out --resume to begin one"
-        if not folder.exists() and others:
-            remedy += f"; sessions there are of the observers {', '.join(others[:_NAMED])}"
-            remedy += ", ..." if len(others) > _NAMED else ""
+        remedy = "; ".join([*_other_sessions(results, experiment, observer), "leave out --resume to begin one"])
         raise SessionError(Finding("there is no unfinished session to resume", str(folder), remedy=remedy))
     return log
+
+
+def _other_sessions(results: Path, experiment: str, observer: str) -> Iterator[str]:
+    """Yield what sessions there are in place of the one that is looked for."""
+    if not results.is_dir():
+        yield f"there is no folder {results}: is it another one, with --results?"
+        return
+    own = observer_folder(results, experiment, observer)
+    if complete := len(list(own.glob(f"ses-*/{FILE_NAME}"))):
+        yield f"observer {observer} has {counted(complete, 'session', 'sessions')} here, the last of them complete"
+    people = sorted(path.name.removeprefix("sub-") for path in own.parent.glob("sub-*") if path != own)
+    stopped = [
+        f"{name} ({counted(answered(log), 'answer', 'answers')})"
+        for name in people[:_READ]
+        if (log := _readable_unfinished(results, experiment, name))
+    ]
+    if stopped:
+        yield f"unfinished sessions of '{experiment}' there are of the observers {_some(stopped)}"
+    elif people and not own.exists():
+        yield f"sessions there are of the observers {_some(people)}"
+    names = sorted(path.parent.name for path in results.glob(f"*/{own.name}") if path != own)
+    elsewhere = [name for name in names if _readable_unfinished(results, name, observer)]
+    if elsewhere:
+        yield f"observer {observer} has an unfinished session of {_some(elsewhere)}"
+
+
+def _readable_unfinished(results: Path, experiment: str, observer: str) -> SessionLog | None:
+    try:
+        return unfinished(results, experiment, observer)
+    except ResultsError:
+        return None
+
+
+def _some(names: Sequence[str]) -> str:
+    return ", ".join(names[:_NAMED]) + (", ..." if len(names) > _NAMED else "")
 
 
 class Recorder:

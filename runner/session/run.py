@@ -3,96 +3,27 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
 
 from analysis.records import Trial
+from documents import Finding
+from documents.text import counted
 from runner.errors import SessionError, SessionStoppedError
 from runner.observers.observer_file import ObserverSpec, read_observer
 from runner.observers.presses import Person, read_recording
 from runner.ports import WindowClosed
 from runner.presenter.counters import Counters
+from runner.presenter.errors import GraphicsError
 from runner.protocol.experiment import Experiment, check_observer, read_experiment
-from runner.session.folders import to_resume, unfinished
+from runner.session.folders import answered, is_running, to_resume, unfinished
+from runner.session.options import Backend, Ending, SessionOptions, SessionResult, session_command
 from runner.session.picture_source import Progress, build_stimuli, no_progress
 from runner.session.session import Left, Session
 from runner.session.station import Station
 from runner.session.status import SessionStatus
 from stimuli.build import StimulusSet
-
-Ending: TypeAlias = Literal["completed", "left", "window closed", "interrupted"]
-Backend: TypeAlias = Literal["window", "egl", "null"]
-
-
-@dataclass(frozen=True, slots=True)
-class SessionOptions:
-    """How a session is run, and what is called while it runs.
-
-    Parameters
-    ----------
-    results
-        Folder that the session is written below.
-    resume
-        Whether to resume this observer's unfinished session where it stopped.
-    accept_gamma_table
-        Whether to show pictures although the graphics card's gamma table is not the one that the display was measured
-        with, or changes meanwhile; the record says so.
-    accept_changes
-        Whether to resume or replay although the experiment, the stimuli or the display changed; the record says so.
-    mode
-        Stereo mode in place of the rig's.
-    allow_uncharacterised
-        Whether to use another mode's characterisation if the mode has none; every record says so.
-    backend
-        Where to draw: ``window``, ``egl`` (offscreen) or ``null`` (a window without a screen). If None: ``window`` for
-        a person, ``egl`` for others.
-    windowed
-        Whether to use a window in place of the full screen.
-    simulate
-        File of simulated observers who answer in place of a person.
-    replay
-        Recorded ``session.jsonl``, or a folder with one, whose key presses are repeated.
-    progress
-        Called with what is being done, how much of it is done, and of how much.
-    notify
-        Called with each line that the experimenter should read before the session.
-    on_begin
-        Called before the first scene with the session, which takes notes and marks, and its status.
-    on_trial
-        Called after each trial, also one that is read from the log of a resumed session.
-    """
-
-    results: str | Path = Path("results")
-    resume: bool = False
-    accept_changes: bool = False
-    accept_gamma_table: bool = False
-    mode: str | None = None
-    allow_uncharacterised: bool = False
-    backend: Backend | None = None
-    windowed: bool = False
-    simulate: str | Path | None = None
-    replay: str | Path | None = None
-    progress: Progress = no_progress
-    notify: Callable[[str], None] = lambda line: None
-    on_begin: Callable[[Session, SessionStatus], None] = lambda session, status: None
-    on_trial: Callable[[SessionStatus], None] = lambda status: None
-
-
-@dataclass(frozen=True, slots=True)
-class SessionResult:
-    """How a session ended: ``answered`` of ``trials`` scored trials are on disk; ``folder`` is None if it stopped."""
-
-    ending: Ending
-    answered: int
-    trials: int
-    folder: Path | None
-
-    def to_json(self) -> dict[str, Any]:
-        """Return all of it as plain JSON."""
-        folder = str(self.folder) if self.folder else None
-        return {"ending": self.ending, "answered": self.answered, "trials": self.trials, "folder": folder}
 
 
 def run_session(experiment: str | Path, observer: str, options: SessionOptions | None = None) -> SessionResult:
@@ -115,7 +46,8 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     Raises
     ------
     InputError
-        If a file is wrong, the surface cannot show the mode, or the session cannot be begun or resumed.
+        If a file is wrong, the surface cannot show the mode, or the session cannot be begun or resumed; if the observer
+        has an unfinished session, unless ``options`` say ``resume`` or ``new``.
     GraphicsError
         If the graphics driver failed; every answer before that is on disk.
     SessionStoppedError
@@ -134,18 +66,23 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
     options = options or SessionOptions()
     if options.replay and (options.resume or options.simulate):
         raise SessionError("a session cannot be replayed and also resumed or simulated: give only one of these options")
+    if options.resume and options.new:
+        raise SessionError("a session is either resumed or new: give only one of these options")
     check_observer(observer)
     design = read_experiment(experiment, options.mode, allow_uncharacterised=options.allow_uncharacterised)
     law = _law(options.simulate, design) if options.simulate else None
     recording = read_recording(Path(options.replay)) if options.replay else None
     results = Path(options.results)
     if options.resume:
-        to_resume(results, design.spec.name, observer)
-    elif unfinished(results, design.spec.name, observer):
-        options.notify(
-            f"note: observer {observer} has an unfinished session. To resume it, stop this one before it asks "
-            "anything, and give --resume"
-        )
+        stopped = to_resume(results, design.spec.name, observer)
+        if stopped.header.simulated != bool(law):
+            who, remedy = ("a simulated observer", "give --simulate FILE") if law is None else ("a person", "")
+            what = f"this session is of {who}, and is resumed as such only"
+            raise SessionError(
+                Finding(what, str(stopped.file), remedy=f"{remedy}, or begin another with --new".lstrip(", "))
+            )
+    elif not (options.new or options.replay):
+        _refuse_unfinished(experiment, observer, design, options)
     backend = options.backend or ("egl" if law or recording else "window")
     stimuli = build_stimuli(design, options.progress)
     folder: Path | None = None
@@ -198,8 +135,11 @@ def run_session(experiment: str | Path, observer: str, options: SessionOptions |
             ending = "window closed"
         except KeyboardInterrupt:
             ending = "interrupted"
-        except OSError as error:
-            raise SessionStoppedError(f"the session stopped: {error}; every answer before this is saved") from error
+        except (SessionStoppedError, GraphicsError, OSError) as error:
+            why = f"the session stopped: {error}" if isinstance(error, OSError) else str(error)
+            kind = GraphicsError if isinstance(error, GraphicsError) else SessionStoppedError
+            again = session_command(experiment, observer, options, resume=True, new=False)
+            raise kind(f"{why}. Every answer before this is saved. Continue: {again}") from error
     if status is None:  # interrupted before it began
         return SessionResult(ending, 0, sum(block.trials for block in design.example_blocks), folder)
     return SessionResult(ending, status.answered, status.trials, folder)
@@ -256,7 +196,8 @@ def simulate(
     Raises
     ------
     InputError
-        If a file is wrong, the observers cannot judge every stimulus, or the results cannot be written.
+        If a file is wrong, the observers cannot judge every stimulus, one of them has an unfinished session in
+        ``results``, or the results cannot be written.
 
     Examples
     --------
@@ -272,6 +213,13 @@ def simulate(
         check_observer(code)
     design = read_experiment(experiment, mode, allow_uncharacterised=allow_uncharacterised)
     law = _law(observer_file, design)
+    stopped = [code for code in codes if (log := unfinished(Path(results), design.spec.name, code)) and answered(log)]
+    if stopped:
+        what = f"{'these observers have' if len(stopped) > 1 else 'this observer has'} an unfinished session of "
+        what += f"'{design.spec.name}': {', '.join(stopped)}"
+        resumed = SessionOptions(results, resume=True, mode=mode, simulate=observer_file)
+        again = session_command(experiment, stopped[0], replace(resumed, allow_uncharacterised=allow_uncharacterised))
+        raise SessionError(Finding(what, str(results), remedy=f"choose another folder, or resume each: {again}"))
     stimuli = build_stimuli(design, progress)
     folders = []
     with Station.open(design, stimuli, Path(results), backend, windowed=True) as station:
@@ -280,6 +228,26 @@ def simulate(
             progress("Running simulated observers", done, len(codes))
         work = station.presenter.counters
     return Simulation(tuple(folders), work, design, stimuli)
+
+
+def _refuse_unfinished(experiment: str | Path, observer: str, design: Experiment, options: SessionOptions) -> None:
+    """Raise SessionError, with what to type, if the observer has a session that stopped after an answer."""
+    log = unfinished(Path(options.results), design.spec.name, observer)
+    if log is None or not answered(log):
+        return
+    given = counted(answered(log), "answer", "answers")
+    what = f"observer {observer} has an unfinished session of '{design.spec.name}', with {given}"
+    what += f", begun {log.header.started_utc[:16].replace('T', ' ')} UTC"
+    if is_running(log.file.parent):
+        raise SessionError(Finding(f"{what}, which another process is running now", str(log.file)))
+    by_type = {
+        "resume it, type": session_command(experiment, observer, options, resume=True),
+        "begin another beside it (a report counts the answers of both), type": session_command(
+            experiment, observer, options, new=True
+        ),
+    }
+    ways = [Finding(f"to {way}: {command}") for way, command in by_type.items()]
+    raise SessionError([Finding(what, str(log.file)), *ways])
 
 
 def _law(file: str | Path, design: Experiment) -> ObserverSpec:

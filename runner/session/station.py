@@ -245,7 +245,7 @@ class Station:
                 session.run()
             except GraphicsError as error:
                 session.note(f"the session stopped: {error}", "program")
-                raise GraphicsError(f"{error}; every answer before this is saved: resume with --resume") from error
+                raise
         return recorder.folder
 
     def _check_gamma_table(self, session: Session, *, begins: bool) -> None:
@@ -255,10 +255,7 @@ class Station:
             return
         session.note(change, "program")
         if not self.accept_gamma_table:
-            raise SessionStoppedError(
-                f"{change}. Every answer before this is saved: load the table again, and resume with --resume; see "
-                "docs/gamma_table.md"
-            )
+            raise SessionStoppedError(f"{change}. Load that table again (docs/gamma_table.md)")
 
     def _work(self) -> dict[str, int]:
         work = asdict(self.presenter.counters) | asdict(self.cost_work)

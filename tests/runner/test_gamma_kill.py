@@ -72,7 +72,7 @@ def test_a_killed_session_is_resumed_with_the_identity_and_leaves_the_table_as_i
     person.press("s")
     told = person.leave()
     assert "a session that was killed left the identity as gamma table of 'screen'" in told
-    assert "Stopped (left) after 1 of 6 answers" in told
+    assert "Stopped by the observer; 1 of 6 answers saved." in told
     assert is_restored()
     assert kept() == []
 

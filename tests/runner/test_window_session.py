@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shlex
 import signal
 import time
 from pathlib import Path
@@ -75,7 +76,10 @@ def test_escape_twice_leaves_and_resume_continues(person: Person) -> None:
     person.press("Escape")
     time.sleep(0.3)
     person.press("s")
-    assert "Stopped (left) after 2 of 6 answers, all saved" in person.leave()
+    told = person.leave()
+    _, _, again = told.partition("Stopped by the observer; 2 of 6 answers saved. Continue: cyclopean run ")
+    assert shlex.split(again) == [*person.words, "--resume"]
+    person.refused_to_sit_down("observer 07 has an unfinished session of 'small', with 2 answers")
     person.sit_down("--resume")
     person.answer("Down", "Down")
     person.press("space")
@@ -152,5 +156,5 @@ def test_ctrl_c_wakes_the_sleeping_session_and_keeps_everything(person: Person) 
     time.sleep(0.5)
     assert person.process is not None
     person.process.send_signal(signal.SIGINT)
-    assert "Stopped (interrupted) after 1 of 6 answers, all saved" in person.leave()
+    assert "Interrupted by Ctrl-C; 1 of 6 answers saved. Continue: cyclopean run" in person.leave()
     assert person.answers() == 1

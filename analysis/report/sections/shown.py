@@ -180,7 +180,9 @@ def _missed_words(swaps: Sequence[Mapping[str, Any]]) -> str:
     missed = sum(count for count, _ in counts)
     words = f"{missed} of {missed + sum(frames for _, frames in counts)} refreshes passed without a new frame"
     without = len(swaps) - len(counts)
-    return words + (f"; in {counted(without, 'session', 'sessions')} swaps did not wait for the screen" if without else "")
+    return words + (
+        f"; in {counted(without, 'session', 'sessions')} swaps did not wait for the screen" if without else ""
+    )
 
 
 def _session_row(session: SessionLog) -> tuple[Cell, ...]:

@@ -3,16 +3,20 @@
 from __future__ import annotations
 
 import json
+import shlex
 import signal
 import subprocess
 import sys
 import time
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import pytest
+from filelock import FileLock
 
 from analysis.records.session_record import read_session, session_files
+from runner.errors import SessionError
 
 Study = Any  # tests/conftest.py
 
@@ -79,6 +83,88 @@ def test_resume_continues_where_the_session_stopped(study: Study) -> None:
     assert _answered(study.results) == whole
     told = _simulate(study, "--resume", expect=2)
     assert "there is no unfinished session to resume" in told.stderr
+
+
+def _typed(study: Study, told: str, after: str) -> list[str]:
+    """Return the words of the command that ``told`` says to type."""
+    (line,) = (line for line in told.splitlines() if after in line)
+    program, *words = shlex.split(line.partition(after)[2].strip())
+    assert program == "cyclopean"
+    return words
+
+
+def test_a_second_session_is_refused_before_anything_is_drawn_and_what_it_says_to_type_works(
+    study: Study, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    from runner.session.station import Station
+
+    study = replace(study, folder=study.folder.rename(study.folder.with_name("Ann's & Bob's study")))
+    _simulate(study)
+    log = _cut(study.results, 4)  # header, instructions, two pairs
+    before = log.read_bytes()
+    with monkeypatch.context() as patch:
+        patch.setattr(Station, "open", lambda *_, **__: pytest.fail("a window was opened"))
+        told = _simulate(study, expect=2)
+        assert f"{log}: observer 01 has an unfinished session of 'small', with 2 answers, begun 20" in told.stderr
+        with FileLock(log.parent / ".lock"):
+            running = _simulate(study, expect=2)
+        assert "which another process is running now" in running.stderr
+        assert "--resume" not in running.stderr
+    assert log.read_bytes() == before
+    study.cyclopean(*_typed(study, told.stderr, "counts the answers of both), type:"))
+    first, second = (read_session(file) for file in session_files(study.results))
+    assert (first.complete, len(first.trials), second.complete) == (False, 3, True)
+    report = study.cyclopean("report", study.results, "--no-thumbnails")
+    assert "1 session was not completed; the answers given until then are counted" in report.stdout
+    assert "8 comparisons" in report.stdout  # as the offer said
+    (study.results / "small/sub-01" / second.file.parent.name).rename(study.folder / "apart")
+    study.cyclopean(*_typed(study, told.stderr, "to resume it, type:"))
+    assert read_session(log).complete
+    _simulate(study)  # nothing is unfinished now
+
+
+def test_a_session_that_stopped_before_its_first_answer_is_no_obstacle(study: Study) -> None:
+    _simulate(study)
+    _cut(study.results, 2)  # header, instructions
+    assert json.loads(_simulate(study).stdout)["ending"] == "completed"
+
+
+def test_many_simulated_observers_with_unfinished_sessions_are_named(study: Study) -> None:
+    from runner.session import simulate
+
+    folders = simulate(study.experiment, study.observers, 3, results=study.results).folders
+    for folder in folders[1:]:
+        file = folder / "session.jsonl"
+        file.write_bytes(b"".join(file.read_bytes().splitlines(keepends=True)[:4]))
+    with pytest.raises(SessionError, match=r"these observers have an unfinished session of 'small': 02, 03 .*--resume"):
+        simulate(study.experiment, study.observers, 3, results=study.results)
+    assert len(list(session_files(study.results))) == 3
+
+
+def test_resuming_nothing_names_what_there_is(study: Study) -> None:
+    told = _simulate(study, "--resume", expect=2)
+    assert f"there is no folder {study.results}: is it another one, with --results?" in told.stderr
+    _simulate(study)
+    _simulate(study, observer="02")
+    told = _simulate(study, "--resume", expect=2)
+    assert "observer 01 has 1 session here, the last of them complete" in told.stderr
+    log = study.results / "small/sub-02"
+    (file,) = session_files(log)
+    file.write_bytes(b"".join(file.read_bytes().splitlines(keepends=True)[:5]))
+    told = _simulate(study, "--resume", observer="3", expect=2)
+    assert "unfinished sessions of 'small' there are of the observers 02 (3 answers)" in told.stderr
+    study.edit("small.yaml", "name: small", "name: other")
+    told = _simulate(study, "--resume", observer="02", expect=2)
+    assert "observer 02 has an unfinished session of small" in told.stderr
+    assert "unfinished session of" not in _simulate(study, "--resume", observer="01", expect=2).stderr
+
+
+def test_a_simulated_session_is_not_resumed_by_a_person_nor_the_other_way(study: Study) -> None:
+    _simulate(study)
+    _cut(study.results, 4)
+    words = ("run", study.experiment, "--observer", "01", "--results", study.results, "--resume")
+    assert "this session is of a simulated observer" in study.cyclopean(*words, expect=2).stderr
+    assert "give one of them" in study.cyclopean(*words, "--new", expect=2).stderr
 
 
 @pytest.mark.parametrize(
@@ -254,7 +340,8 @@ def test_a_graphics_error_ends_the_session_with_everything_recorded(
     words = ["run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results]
     result = CliRunner().invoke(group, [str(word) for word in words])
     assert isinstance(result.exception, GraphicsError)
-    assert "every answer before this is saved" in str(result.exception)
+    assert "Every answer before this is saved. Continue: cyclopean run" in str(result.exception)
+    assert str(result.exception).endswith("--resume")
     (file,) = session_files(study.results)
     log = read_session(file)
     assert not log.complete

@@ -91,7 +91,7 @@ def test_what_was_begun_before_a_completed_session_is_not_resumed(tmp_path: Path
 
 def test_who_has_sessions_is_named_where_the_observer_has_none(tmp_path: Path) -> None:
     _begin(tmp_path, NOON, complete=False)
-    with pytest.raises(SessionError, match=r"sub-1: .*sessions there are of the observers 01\)"):
+    with pytest.raises(SessionError, match=r"sub-1: .*sessions of .e. there are of the observers 01 \(0 answers\);"):
         to_resume(tmp_path, "e", "1")
 
 

@@ -21,7 +21,8 @@ from runner.check.report import CheckOptions
 from runner.errors import SessionError, SessionStoppedError
 from runner.presenter.gamma_check import GammaWatch
 from runner.session import station
-from runner.session.run import SessionOptions, run_session
+from runner.session.options import SessionOptions
+from runner.session.run import run_session
 from runner.session.status import SessionStatus
 
 Study = Any  # tests/conftest.py

@@ -17,7 +17,8 @@ from runner.presenter.show import ShowOptions, show_picture
 from runner.protocol.experiment import Experiment
 from runner.reports.screens import preview
 from runner.session.folders import Recorder
-from runner.session.run import SessionOptions, run_session, simulate
+from runner.session.options import SessionOptions
+from runner.session.run import run_session, simulate
 
 Study = Any  # tests/conftest.py
 
@@ -64,7 +65,7 @@ def test_an_answer_that_cannot_be_written_stops_the_session(study: Study, monkey
         raise OSError(28, "No space left on device")
 
     monkeypatch.setattr(Recorder, "append", full)
-    with pytest.raises(SessionStoppedError, match="every answer before this is saved"):
+    with pytest.raises(SessionStoppedError, match="Every answer before this is saved"):
         run_session(study.experiment, "01", SessionOptions(results=study.results, simulate=study.observers))
 
 

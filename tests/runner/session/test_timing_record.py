@@ -80,7 +80,9 @@ def _drawn(usual_ms: float, spread: float) -> list[float]:
     ("refresh_hz", "usual_ms", "spread"),
     [(None, 0.29, 0.1), (None, 2.35, 0.5), (None, 12.0, 0.5), (60.0, 0.29, 0.1), (60.0, 4.7, 0.01), (60.0, 16.7, 0.5)],
 )
-def test_without_a_screen_to_wait_for_no_frame_is_late(refresh_hz: float | None, usual_ms: float, spread: float) -> None:
+def test_without_a_screen_to_wait_for_no_frame_is_late(
+    refresh_hz: float | None, usual_ms: float, spread: float
+) -> None:
     """On a virtual screen 4352 "late frames" were counted in 4160 intervals."""
     summary = IntervalSummary.of(_drawn(usual_ms, spread), refresh_hz)
     assert (summary.missed, summary.late) == (None, None)

@@ -1,0 +1,99 @@
+"""How a session is run, what became of it, and what to type to run it again."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, fields
+from pathlib import Path
+from typing import Any, Literal, TypeAlias
+
+from documents.platform import command_to_type
+from runner.session.picture_source import Progress, no_progress
+from runner.session.session import Session
+from runner.session.status import SessionStatus
+
+Ending: TypeAlias = Literal["completed", "left", "window closed", "interrupted"]
+Backend: TypeAlias = Literal["window", "egl", "null"]
+
+
+@dataclass(frozen=True, slots=True)
+class SessionOptions:
+    """How a session is run, and what is called while it runs.
+
+    Parameters
+    ----------
+    results
+        Folder that the session is written below.
+    resume
+        Whether to resume this observer's unfinished session where it stopped.
+    new
+        Whether to begin another session although this observer has an unfinished one, which stays as it is.
+    accept_gamma_table
+        Whether to show pictures although the graphics card's gamma table is not the one that the display was measured
+        with, or changes meanwhile; the record says so.
+    accept_changes
+        Whether to resume or replay although the experiment, the stimuli or the display changed; the record says so.
+    mode
+        Stereo mode in place of the rig's.
+    allow_uncharacterised
+        Whether to use another mode's characterisation if the mode has none; every record says so.
+    backend
+        Where to draw: ``window``, ``egl`` (offscreen) or ``null`` (a window without a screen). If None: ``window`` for
+        a person, ``egl`` for others.
+    windowed
+        Whether to use a window in place of the full screen.
+    simulate
+        File of simulated observers who answer in place of a person.
+    replay
+        Recorded ``session.jsonl``, or a folder with one, whose key presses are repeated.
+    progress
+        Called with what is being done, how much of it is done, and of how much.
+    notify
+        Called with each line that the experimenter should read before the session.
+    on_begin
+        Called before the first scene with the session, which takes notes and marks, and its status.
+    on_trial
+        Called after each trial, also one that is read from the log of a resumed session.
+    """
+
+    results: str | Path = Path("results")
+    resume: bool = False
+    new: bool = False
+    accept_changes: bool = False
+    accept_gamma_table: bool = False
+    mode: str | None = None
+    allow_uncharacterised: bool = False
+    backend: Backend | None = None
+    windowed: bool = False
+    simulate: str | Path | None = None
+    replay: str | Path | None = None
+    progress: Progress = no_progress
+    notify: Callable[[str], None] = lambda line: None
+    on_begin: Callable[[Session, SessionStatus], None] = lambda session, status: None
+    on_trial: Callable[[SessionStatus], None] = lambda status: None
+
+
+@dataclass(frozen=True, slots=True)
+class SessionResult:
+    """How a session ended: ``answered`` of ``trials`` scored trials are on disk; ``folder`` is None if it stopped."""
+
+    ending: Ending
+    answered: int
+    trials: int
+    folder: Path | None
+
+    def to_json(self) -> dict[str, Any]:
+        """Return all of it as plain JSON."""
+        folder = str(self.folder) if self.folder else None
+        return {"ending": self.ending, "answered": self.answered, "trials": self.trials, "folder": folder}
+
+
+def session_command(experiment: str | Path, observer: str, options: SessionOptions, **changed: bool) -> str:
+    """Return what to type to run a session with ``options`` and those ``changed``, such as ``resume=True``."""
+    words = ["run", str(experiment), "--observer", observer]
+    standard = SessionOptions()
+    for name in sorted((field.name for field in fields(options)), key=("new", "resume").__contains__):
+        value = changed.get(name, getattr(options, name))
+        if value != getattr(standard, name) and isinstance(value, bool | str | Path):
+            words += [f"--{name.replace('_', '-')}", *([] if value is True else [str(value)])]
+    return command_to_type(*words)
