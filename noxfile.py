@@ -10,6 +10,8 @@ import nox
 nox.options.sessions = ["check", "test"]
 nox.options.reuse_existing_virtualenvs = True
 
+# Each worker of the tests computes in one thread: more of them only wait for each other.
+ONE_THREAD = dict.fromkeys(("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 NOT_BENCHMARKS = ("curves.py", "simulated_studies.py")
 
 
@@ -31,7 +33,7 @@ def test(session: nox.Session) -> None:
     """Run the tests."""
     _install(session, "[dev]")
     arguments = session.posargs or ["-n", "3", "--dist", "loadfile"]
-    session.run("python", "-m", "pytest", "-m", "not stress and not quad", *arguments)
+    session.run("python", "-m", "pytest", "-m", "not stress and not quad", *arguments, env=ONE_THREAD)
 
 
 @nox.session

@@ -1,6 +1,6 @@
 """What only some operating systems have: each function has a branch for POSIX and one for Windows.
 
-No other module calls these parts of ``os``, ``signal``, ``time`` and ``termios``.
+No other module calls these parts of ``os``, ``signal``, ``select``, ``time`` and ``termios``.
 """
 
 from __future__ import annotations
@@ -15,6 +15,10 @@ import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Literal
+
+# How long to wait before each new attempt to replace a file that another process has open: two seconds in all.
+_WAITS_S = (0.01, 0.02, 0.05, 0.1, 0.2, 0.4, 0.6, 0.6)
 
 
 def boot_id() -> str:
@@ -40,14 +44,13 @@ def elapsed_s() -> float:
 
 
 def reads_terminal(descriptor: int) -> bool:
-    """Return whether lines typed at the terminal ``descriptor`` come to this process and can be waited for.
+    """Return whether lines typed at the terminal ``descriptor`` come to this process.
 
-    False for a job in the background, which a read would stop. False on Windows, where ``select`` waits for sockets
-    only.
+    False for a job in the background, which a read would stop; Windows has no such jobs.
     """
-    if sys.platform == "win32":
-        return False
     try:
+        if sys.platform == "win32":
+            return os.isatty(descriptor)
         return os.isatty(descriptor) and os.tcgetpgrp(descriptor) == os.getpgrp()
     except OSError:
         return False
@@ -66,6 +69,74 @@ def command_to_type(*words: str) -> str:
     if sys.platform == "win32":
         return subprocess.list2cmdline([*program, *words])
     return shlex.join([*program, *words])
+
+
+def wait_for_input(descriptor: int, other: int) -> bool:
+    """Wait until something can be read from ``descriptor`` or ``other``; return whether it is ``descriptor``.
+
+    On Windows, where only sockets can be waited for, it returns at once: the read that follows waits.
+    """
+    if sys.platform == "win32":
+        return True
+    import select
+
+    ready, _, _ = select.select([descriptor, other], [], [])
+    return other not in ready
+
+
+def obeys_sequences(descriptor: int) -> bool:
+    """Return whether the terminal ``descriptor`` moves the cursor as ANSI sequences say; Windows must be asked to."""
+    if not os.isatty(descriptor):
+        return False
+    if sys.platform != "win32":
+        return True
+    import ctypes
+    import msvcrt
+
+    kernel, mode = ctypes.windll.kernel32, ctypes.c_uint32()
+    handle = ctypes.c_void_p(msvcrt.get_osfhandle(descriptor))
+    virtual_terminal_processing = 4
+    return bool(
+        kernel.GetConsoleMode(handle, ctypes.byref(mode))
+        and kernel.SetConsoleMode(handle, mode.value | virtual_terminal_processing)
+    )
+
+
+def rename(source: Path, target: Path) -> None:
+    """Give ``source`` the name ``target``, in place of a file there.
+
+    On Windows a file or folder that a process has open (a reader, a virus scanner) cannot be replaced or renamed: new
+    attempts are made for two seconds.
+
+    Raises
+    ------
+    OSError
+        If it cannot be done; nothing has changed then.
+    """
+    for wait_s in _WAITS_S if sys.platform == "win32" else ():
+        try:
+            os.replace(source, target)
+        except PermissionError:
+            time.sleep(wait_s)
+        else:
+            return
+    os.replace(source, target)
+
+
+def user_folder(kind: Literal["cache", "state"]) -> Path:
+    """Return the folder in which programs keep what they can make again (``cache``), or must remember (``state``).
+
+    ``XDG_CACHE_HOME`` and ``XDG_STATE_HOME`` count on every system; else it is where the system has it.
+    """
+    own = os.environ.get(f"XDG_{kind.upper()}_HOME")
+    if own:
+        return Path(own)
+    local = os.environ.get("LOCALAPPDATA")
+    if sys.platform == "win32" and local:
+        return Path(local)
+    if sys.platform == "darwin":
+        return Path.home() / "Library" / {"cache": "Caches", "state": "Application Support"}[kind]
+    return Path.home() / {"cache": ".cache", "state": ".local/state"}[kind]
 
 
 def serial_errors() -> tuple[type[Exception], ...]:

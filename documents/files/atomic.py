@@ -11,6 +11,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+from documents.platform import rename
+
 
 @contextmanager
 def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = True) -> Iterator[Path]:
@@ -55,7 +57,7 @@ def whole_file(path: Path, *, keep_suffix: bool = False, make_folder: bool = Tru
     draft = path.with_name(f".{path.name[:80]}.{secrets.token_hex(4)}.part{suffix}")
     try:
         yield draft
-        draft.replace(path)
+        rename(draft, path)
     finally:
         draft.unlink(missing_ok=True)
 
@@ -127,17 +129,17 @@ def whole_folder(path: Path, *, replace: bool = False) -> Iterator[Path]:
         os.umask(mask)
         draft.chmod(0o777 & ~mask)
         if replace and path.exists():
-            before = Path(tempfile.mkdtemp(prefix=f".{path.name}.", suffix=".before", dir=path.parent))
-            os.replace(path, before)  # onto an empty folder
+            before = path.with_name(f".{path.name[:80]}.{secrets.token_hex(4)}.before")
+            rename(path, before)
             try:
-                os.replace(draft, path)
+                rename(draft, path)
             except BaseException:
-                os.replace(before, path)
+                rename(before, path)
                 raise
             shutil.rmtree(before, ignore_errors=True)
         else:
             if path.exists():
                 path.rmdir()
-            os.replace(draft, path)
+            rename(draft, path)
     finally:
         shutil.rmtree(draft, ignore_errors=True)

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 import os
-import select
 import shutil
 import sys
 import threading
@@ -19,7 +18,7 @@ from typing import TYPE_CHECKING, Protocol, TextIO
 
 import click
 
-from documents.platform import reads_terminal
+from documents.platform import obeys_sequences, reads_terminal, wait_for_input
 from documents.text import counted, visible
 
 if TYPE_CHECKING:
@@ -182,6 +181,7 @@ HELP = (
 )
 _ABOVE = "\x1b7\x1b[1A\r\x1b[2K{}\x1b8"  # save the place, go up, clear the line, write, go back to what is being typed
 _LONGEST_LINE = 4096
+_LAST_WAIT_S = 0.5
 
 
 class Notes(Protocol):
@@ -210,7 +210,8 @@ class Console:
         self._status = status
         self._source = source.fileno()
         self._screen = screen
-        self._is_terminal = screen.isatty()
+        self._is_terminal = screen.isatty() and obeys_sequences(screen.fileno())
+        self._over = False
         self._turn = threading.Lock()
         self._woken, self._wake = os.pipe()
         self._reader = threading.Thread(target=self._read, name="console", daemon=True)
@@ -221,8 +222,9 @@ class Console:
         return self
 
     def __exit__(self, *_: object) -> None:
+        self._over = True
         os.close(self._wake)
-        self._reader.join()
+        self._reader.join(timeout=_LAST_WAIT_S)  # where nothing ends its wait, as on Windows, it ends with the process
         os.close(self._woken)
         with self._turn:
             if self._is_terminal:
@@ -235,21 +237,18 @@ class Console:
 
     def _read(self) -> None:
         """Hand on each line until the session ends, or the terminal does."""
-        waiting = b""
-        while True:
-            ready, _, _ = select.select([self._source, self._woken], [], [])
-            if self._woken in ready or not _ours(self._source):
-                return
+        waiting, encoding = b"", os.device_encoding(self._source) or "utf-8"
+        while wait_for_input(self._source, self._woken) and _ours(self._source):
             try:
                 read = os.read(self._source, _LONGEST_LINE)
             except OSError:
                 return
-            if not read:
+            if not read or self._over:
                 return
             *lines, waiting = (waiting + read).split(b"\n")
             waiting = waiting[-_LONGEST_LINE:]
             for line in lines:
-                self._say(self._obey(visible(line.decode("utf-8", "replace")).strip()))
+                self._say(self._obey(visible(line.decode(encoding, "replace")).strip()))
 
     def _obey(self, words: str) -> str:
         try:

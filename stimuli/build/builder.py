@@ -15,6 +15,7 @@ from typing import Any
 
 from documents import Finding, InputError
 from documents.files import sha256_of_file, write_whole
+from documents.platform import rename
 from stimuli.build.stimulus_set import MANIFEST, digest_of, known_hashes
 from stimuli.errors import StimulusError
 from stimuli.luminance.statistics import picture_statistics
@@ -255,8 +256,8 @@ def publish(entries: list[Entry], resolved: Mapping[str, Any], folder: Path, unf
     (draft / MANIFEST).write_text(json.dumps(manifest, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     if folder.exists():
         # A process that reads its pictures meanwhile misses them only between these two renames.
-        folder.rename(old)
-    draft.rename(folder)
+        rename(folder, old)
+    rename(draft, folder)
     shutil.rmtree(old, ignore_errors=True)
     shutil.rmtree(unfinished.folder)
 

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from documents import Finding, InputError
+from documents.platform import user_folder
 from stimuli.build.stimulus_set import MANIFEST, StimulusSet, read_stimulus_set
 
 # A set's folder while it is built, before it appears, and the one that it takes the place of.
@@ -39,8 +40,7 @@ def cache_folder() -> Path:
     own = os.environ.get("CYCLOPEAN_CACHE")
     if own:
         return Path(own)
-    home = os.environ.get("XDG_CACHE_HOME")
-    return (Path(home) if home else Path.home() / ".cache") / "cyclopean" / "stimuli"
+    return user_folder("cache") / "cyclopean" / "stimuli"
 
 
 @contextmanager
@@ -62,8 +62,10 @@ def locked(folder: Path, *, wait: bool = True) -> Iterator[None]:
         try:
             yield
         finally:
-            # While it is locked: a process that waits for a file without a name makes another.
-            path.unlink(missing_ok=True)
+            # While it is locked: a process that waits for a file without a name makes another. On Windows an open file
+            # cannot be removed, and the lock removes it when it is let go.
+            with contextlib.suppress(PermissionError):
+                path.unlink(missing_ok=True)
 
 
 @dataclass(frozen=True, slots=True)

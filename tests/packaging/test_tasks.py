@@ -13,7 +13,9 @@ ROOT = Path(__file__).parents[2]
 def of_make(target: str) -> list[str]:
     """Return the commands of a target that run a program of the environment, without its folder."""
     lines = (ROOT / "Makefile").read_text(encoding="utf-8").split(f"\n{target}:", 1)[1].split("\n\n", 1)[0].splitlines()
-    commands = [line.strip().removeprefix("@").removeprefix("$(BIN)/") for line in lines[1:]]
+    commands = [
+        line.strip().removeprefix("@").removeprefix("$(ONE_THREAD) ").removeprefix("$(BIN)/") for line in lines[1:]
+    ]
     return [command.replace('"', "'") for command in commands]
 
 

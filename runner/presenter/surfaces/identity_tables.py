@@ -26,7 +26,7 @@ from filelock import FileLock, Timeout
 from devices.display import GammaTable
 from devices.errors import DeviceError
 from documents.files import whole_file
-from documents.platform import boot_id, sync_folder
+from documents.platform import boot_id, sync_folder, user_folder
 from runner.presenter.errors import PresentationError
 from runner.presenter.surfaces.gamma_tables import Entries, LoadedTable
 
@@ -38,8 +38,7 @@ def state_folder() -> Path:
     own = os.environ.get("CYCLOPEAN_STATE")
     if own:
         return Path(own) / "gamma_tables"
-    home = os.environ.get("XDG_STATE_HOME")
-    return (Path(home) if home else Path.home() / ".local" / "state") / "cyclopean" / "gamma_tables"
+    return user_folder("state") / "cyclopean" / "gamma_tables"
 
 
 class IdentityTables:
@@ -148,10 +147,11 @@ class _Place:
         used = False
         for file in self.file.parent.glob(f"{self.file.stem}.*.use"):
             try:
-                with FileLock(file).acquire(timeout=0):
-                    file.unlink(missing_ok=True)
+                FileLock(file).acquire(timeout=0).lock.release()
             except Timeout:
                 used = True
+            else:
+                file.unlink(missing_ok=True)  # its name was that process's own
         return used
 
     def write(self, entries: Entries) -> None:

@@ -9,6 +9,7 @@ import threading
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import Any, TextIO
 
 import pytest
@@ -198,3 +199,21 @@ def _until(come_true: Callable[[], bool], within_s: float = 20.0) -> None:
     while not come_true():
         assert time.monotonic() < end
         time.sleep(0.01)
+
+
+def test_on_windows_the_line_works_and_does_not_hold_up_the_end(
+    terminal: Terminal, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing ends the wait for a line there; one that comes after the session is dropped."""
+    monkeypatch.setattr("documents.platform.sys", SimpleNamespace(platform="win32"))
+    monkeypatch.setattr("runner.cli.run.obeys_sequences", lambda descriptor: False)
+    monkeypatch.setattr("runner.cli.run._LAST_WAIT_S", 0.05)
+    session = Notebook()
+    with Console(session, lambda: "trial 3 of 45", terminal.source, terminal.screen):
+        terminal.until(HELP)
+        terminal.type("looks tired\r\n")
+        terminal.until("noted: looks tired")
+    terminal.type("too late\n")
+    time.sleep(0.2)
+    assert session.notes == ["looks tired"]
+    assert "\x1b" not in terminal.shown
