@@ -20,6 +20,7 @@ from analysis.comparisons.comparisons import Comparisons
 from analysis.comparisons.tally import Tally
 from analysis.errors import ResultsError
 from documents import Finding
+from documents.files import looked_for
 
 BLOCK_ROWS = 1 << 15
 MOST_FINDINGS = 20
@@ -74,7 +75,7 @@ def read_table(path: str | Path) -> Comparisons:
         with path.open("rb") as stream:
             return read_stream(stream, str(path))
     except FileNotFoundError as error:
-        raise ResultsError(Finding("there is no such file", str(path), remedy="check the path")) from error
+        raise ResultsError(Finding("there is no such file", str(path), remedy=looked_for(path))) from error
     except IsADirectoryError as error:
         remedy = f"for a folder of sessions: cyclopean report {path}"
         raise ResultsError(Finding("the table cannot be read: it is a folder", str(path), remedy=remedy)) from error

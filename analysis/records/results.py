@@ -8,6 +8,7 @@ from pathlib import Path
 from analysis.errors import ResultsError
 from analysis.records.session_record import FILE_NAME, SessionLog, Trial, read_session, session_files
 from documents import Finding
+from documents.files import looked_for
 
 
 def result_files(
@@ -31,7 +32,7 @@ def result_files(
     findings: list[Finding] = []
     for place in map(Path, places):
         if not place.exists():
-            findings.append(Finding("there is no such folder or file", str(place), remedy="check the path"))
+            findings.append(Finding("there is no such folder or file", str(place), remedy=looked_for(place)))
             continue
         inside = [file for file in session_files(place) if accept(file, place)]
         if not inside:

@@ -22,7 +22,7 @@ from devices.camera.exposure import Exposure, parse_seconds
 from devices.colour_matching import colorimetric_observer
 from devices.errors import DeviceError
 from documents import Finding
-from documents.files import other_separator
+from documents.files import looked_for, other_separator
 from documents.text import visible
 
 Floats = NDArray[np.float64]
@@ -186,7 +186,7 @@ def _text(file: str) -> str:
             raise DeviceError(Finding(f"the table is larger than {_MOST_BYTES // 1_000_000} MB", file))
         return content.decode("utf-8-sig")
     except FileNotFoundError as error:
-        raise DeviceError(Finding("there is no such file", file, remedy="check the path")) from error
+        raise DeviceError(Finding("there is no such file", file, remedy=looked_for(Path(file)))) from error
     except UnicodeDecodeError as error:
         raise DeviceError(Finding("the table is not UTF-8 text", file, remedy="save it as CSV in UTF-8")) from error
     except OSError as error:

@@ -23,7 +23,7 @@ from devices.display.panel import AskMonitor
 from devices.display.verification_file import Verification, read_verification
 from devices.errors import DeviceError
 from documents import Finding, InputError, load_document
-from documents.files import beside
+from documents.files import beside, looked_for
 from documents.yaml import Strict
 
 Read = TypeVar("Read")
@@ -194,8 +194,8 @@ def read_rig(
         """Read the file that the rig names, and keep what is wrong with it."""
         try:
             if not (path.parent / name).is_file():
-                remedy = f"check the path; it is relative to {path.parent}"
-                raise located(InputError(Finding(f"there is no such {what}", name, remedy=remedy)), key)
+                wrong = Finding(f"there is no such {what}", name, remedy=looked_for(path.parent / name))
+                raise located(InputError(wrong), key)
             return read(beside(path, name))
         except InputError as error:
             findings.extend(error.findings)

@@ -26,7 +26,7 @@ from devices.measurements.code_range import full_code, parse_code_range
 from devices.measurements.observer import CIE_1931_2, OBSERVERS, observer_name
 from devices.measurements.table import PATCH_EYES, Measurements, PatchEye
 from documents import Finding
-from documents.files import bounded_bytes, other_separator
+from documents.files import bounded_bytes, looked_for, other_separator
 from documents.text import did_you_mean, nearest
 
 _NUMBERS = ("red", "green", "blue", "X", "Y", "Z")
@@ -72,7 +72,7 @@ def read_csv(path: Path, code_range: str | None = None) -> Measurements:
     try:
         text = bounded_bytes(path, _MOST_BYTES).decode("utf-8-sig")
     except FileNotFoundError as error:
-        raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from error
+        raise DeviceError(Finding("there is no such file", str(path), remedy=looked_for(path))) from error
     except UnicodeDecodeError as error:
         raise DeviceError(Finding("the table is not UTF-8 text", str(path), remedy="save it as UTF-8")) from error
     except OSError as error:

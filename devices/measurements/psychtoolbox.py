@@ -15,6 +15,7 @@ from devices.errors import DeviceError
 from devices.measurements.spectra import xyz_from_spectra
 from devices.measurements.table import Measurements
 from documents import Finding
+from documents.files import looked_for
 
 _COLOURS = ("red", "green", "blue")
 
@@ -33,7 +34,7 @@ def read_psychtoolbox(path: Path) -> Measurements:
     try:
         content = loadmat(path, squeeze_me=True, struct_as_record=False)
     except FileNotFoundError as error:
-        raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from error
+        raise DeviceError(Finding("there is no such file", str(path), remedy=looked_for(path))) from error
     except (MatReadError, ValueError, TypeError, NotImplementedError, OSError, EOFError, KeyError) as error:
         raise DeviceError(
             Finding(f"the file cannot be read as MATLAB data: {error}", str(path), remedy="save it with -v7, not -v7.3")

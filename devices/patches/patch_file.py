@@ -15,7 +15,7 @@ from devices.errors import DeviceError
 from devices.measurements.code_range import full_code, parse_code_range
 from devices.patches.patch import Codes, Patch, PatchSet
 from documents import Finding
-from documents.files import other_separator
+from documents.files import looked_for, other_separator
 
 _COLUMNS = ("red", "green", "blue")
 _SURROUND = ("surround_red", "surround_green", "surround_blue")
@@ -33,7 +33,7 @@ def read_patches(path: Path, code_range: str | None = None) -> PatchSet:
     try:
         text = path.read_text(encoding="utf-8-sig")
     except FileNotFoundError:
-        raise DeviceError(Finding("there is no such file", str(path), remedy="check the path")) from None
+        raise DeviceError(Finding("there is no such file", str(path), remedy=looked_for(path))) from None
     except UnicodeDecodeError:
         raise DeviceError(Finding("the patches are not UTF-8 text", str(path), remedy="save it as UTF-8")) from None
     except OSError as error:

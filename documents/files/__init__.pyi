@@ -8,6 +8,7 @@ from .hashes import sha256_of_json as sha256_of_json
 from .json_lines import DamagedLineError as DamagedLineError
 from .json_lines import read_lines as read_lines
 from .paths import beside as beside
+from .paths import looked_for as looked_for
 from .paths import tidy as tidy
 from .tables import bounded_bytes as bounded_bytes
 from .tables import other_separator as other_separator

@@ -1,8 +1,10 @@
-"""Paths of files that other files name, without a detour through a folder and out of it again."""
+"""Paths of files that other files name: without detours, and where one that is missing was looked for."""
 
 from __future__ import annotations
 
 from pathlib import Path
+
+from documents.text.words import nearest
 
 
 def beside(file: Path, name: str) -> Path:
@@ -58,3 +60,29 @@ def tidy(path: Path) -> Path:
         else:
             kept /= part
     return kept
+
+
+def looked_for(path: Path) -> str:
+    """Return the remedy for a missing file: where it was looked for, and the nearest name there is.
+
+    Parameters
+    ----------
+    path
+        The path of a file that does not exist.
+
+    Returns
+    -------
+    str
+        The absolute path, and the name in that folder that is spelled most like it.
+
+    Examples
+    --------
+    >>> looked_for(Path("experiments/dynamic_rnge.yaml")).split("; ")[1]
+    "did you mean 'dynamic_range.yaml'?"
+    """
+    try:
+        names = [file.name for file in path.parent.iterdir()]
+    except OSError:
+        names = []
+    near = nearest(path.name, names, cutoff=0.75)
+    return f"looked for {tidy(path.absolute())}" + (f"; did you mean '{near}'?" if near else "")

@@ -14,6 +14,7 @@ from typing import Any
 
 import yaml
 
+from documents.files.paths import looked_for
 from documents.findings import Finding, InputError
 from documents.text.words import hidden_character
 
@@ -285,7 +286,9 @@ def read_yaml(path: Path) -> YamlSource:
             raise InputError(Finding(f"the file is larger than {MAX_BYTES // 1000} kB", file))
         text = content.decode("utf-8")
     except FileNotFoundError as error:
-        raise InputError(Finding("there is no such file", file, remedy="check the path")) from error
+        raise InputError(Finding("there is no such file", file, remedy=looked_for(path))) from error
+    except IsADirectoryError as error:
+        raise InputError(Finding("this is a folder, not a file", file, remedy="name a file in it")) from error
     except OSError as error:
         raise InputError(Finding(f"the file cannot be read: {error.strerror}", file)) from error
     except UnicodeDecodeError as error:

@@ -39,9 +39,10 @@ SETTINGS_REMEDY = "set the monitor as it was measured, or measure it as it is us
 def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     """Check an experiment file: the files it names, its blocks and pictures, the screen and the results folder."""
     try:
-        design = read_experiment(report.file)
+        design = read_experiment(report.file, options.mode, allow_uncharacterised=options.allow_uncharacterised)
     except InputError as error:
-        more = [finding for finding in faults_of_named_files(report.file) if finding not in error.findings]
+        named = faults_of_named_files(report.file, options)
+        more = [finding for finding in named if finding not in error.findings]
         report.errors.extend([*error.findings, *more])
         return
     _, source = load_document(report.file, ExperimentSpec)
@@ -68,11 +69,11 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
     check_results(report, design.spec.name, options.results)
 
 
-def faults_of_named_files(experiment_file: Path) -> list[Finding]:
+def faults_of_named_files(experiment_file: Path, options: CheckOptions) -> list[Finding]:
     """Return the faults of the rig and the recipe that ``experiment_file``, which may be wrong itself, names."""
     data = read_yaml(experiment_file).data
     findings: list[Finding] = []
-    for key, faults in (("rig", _rig_faults), ("stimuli", missing_pictures)):
+    for key, faults in (("rig", partial(_rig_faults, options)), ("stimuli", missing_pictures)):
         name = data.get(key) if isinstance(data, dict) else None
         if isinstance(name, str) and (named := beside(experiment_file, name)).is_file():
             findings += faults(named)
@@ -92,9 +93,11 @@ def missing_pictures(recipe_file: Path) -> list[Finding]:
     return findings or recipe.file_findings(recipe_file.parent)
 
 
-def _rig_faults(file: Path) -> list[Finding]:
+def _rig_faults(options: CheckOptions, file: Path) -> list[Finding]:
     try:
-        read_rig(file, ask_monitor=primary_monitor)
+        read_rig(
+            file, options.mode, allow_uncharacterised=options.allow_uncharacterised, ask_monitor=primary_monitor
+        )
     except InputError as error:
         return list(error.findings)
     return []

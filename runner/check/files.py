@@ -8,6 +8,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
+from analysis.records import FILE_NAME
 from devices.camera import read_camera
 from devices.display import EYES, Display, DisplayModel, pixels_per_degree, read_display, read_rig, read_verification
 from documents import Finding, InputError
@@ -64,7 +65,12 @@ def _contrast(model: DisplayModel, in_the_room: bool) -> int | None:
 
 def check_rig(report: CheckReport, options: CheckOptions) -> None:
     """Check a rig file, and whether this machine's screen is that of the rig."""
-    rig = read_rig(report.file, ask_monitor=primary_monitor)
+    rig = read_rig(
+        report.file,
+        options.mode,
+        allow_uncharacterised=options.allow_uncharacterised,
+        ask_monitor=primary_monitor,
+    )
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
     facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}
     report.facts.update(facts)
@@ -147,6 +153,48 @@ _UNKNOWN = (
 )
 
 
+# How files of other kinds begin, what they are, and what to do with them.
+_PICTURE_REMEDY = "see it with cyclopean show {name}; make a study of pictures with cyclopean new my_study PICTURES..."
+_BEGINNINGS: Mapping[bytes, tuple[str, str]] = MappingProxyType(
+    {
+        b"\x89PNG": ("a picture (PNG)", _PICTURE_REMEDY),
+        b"\xff\xd8\xff": ("a picture (JPEG)", _PICTURE_REMEDY),
+        b"II*\0": ("a picture (TIFF, or a camera's raw file)", _PICTURE_REMEDY),
+        b"MM\0*": ("a picture (TIFF, or a camera's raw file)", _PICTURE_REMEDY),
+        b"RIFF": ("a picture (WebP)", _PICTURE_REMEDY),
+        b"GIF8": ("a picture (GIF)", _PICTURE_REMEDY),
+        b"v/1\x01": ("a picture (OpenEXR)", _PICTURE_REMEDY),
+        b"%PDF": ("a PDF page", "check reads the YAML files of a study"),
+        b"PK\3\4": ("a zip file or a spreadsheet", "check reads the YAML files of a study"),
+    }
+)
+_TABLE_REMEDY = "fit scores to a table of comparisons with cyclopean scores {name}; check reads YAML files"
+
+
+def _other_file(path: Path) -> Finding | None:
+    """Return what a folder, a picture or a table is, and which command takes it; None for what may be YAML."""
+    if path.is_dir():
+        if next(path.rglob(FILE_NAME), None):
+            return Finding("this is a folder of results", str(path), remedy=f"report on them: cyclopean report {path}")
+        found = sorted(file.name for file in path.glob("*.yaml"))
+        remedy = f"name a file in it, such as {path / found[0]}" if found else "check reads YAML files"
+        return Finding("this is a folder", str(path), remedy=remedy)
+    what, remedy = "", ""
+    try:
+        with path.open("rb") as stream:
+            begins = stream.read(16)
+    except OSError:
+        return None  # reading it as YAML says why
+    if path.name == FILE_NAME:
+        what, remedy = "the record of a session", "report on it: cyclopean report {name}"
+    elif path.suffix.lower() in (".csv", ".tsv"):
+        what, remedy = "a table", _TABLE_REMEDY
+    for beginning, kind in _BEGINNINGS.items():
+        if begins.startswith(beginning):
+            what, remedy = kind
+    return Finding(f"this is {what}", str(path), remedy=remedy.format(name=path)) if what else None
+
+
 def check_file(path: Path, options: CheckOptions | None = None) -> CheckReport:
     """Read a file of any kind with everything it names, and report what it says and what is wrong.
 
@@ -176,6 +224,9 @@ def check_file(path: Path, options: CheckOptions | None = None) -> CheckReport:
     ['quad-buffered', 'side-by-side']
     """
     report = CheckReport(path)
+    if other := _other_file(path):
+        report.errors.append(other)
+        return report
     try:
         data = read_yaml(path).data
         kind = (

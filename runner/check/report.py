@@ -21,6 +21,7 @@ class CheckOptions:
     """What else to look at: the results folder, the screen, and the pictures, which may have to be built first.
 
     A gamma table that is not the measured one is an error, unless ``accept_gamma_table``: then a warning.
+    ``mode`` is shown instead of the rig's, and ``allow_uncharacterised`` lets it use another mode's measurements.
     A stimulus of which more than ``clip_limit_percent`` of an eye's pixels are clipped gets a warning.
     """
 
@@ -29,6 +30,8 @@ class CheckOptions:
     pictures: bool = True
     clip_limit_percent: float = CLIP_LIMIT_PERCENT
     accept_gamma_table: bool = False
+    mode: str | None = None
+    allow_uncharacterised: bool = False
     progress: Callable[[str, int, int], None] = lambda what, done, of: None
 
 

@@ -71,6 +71,12 @@ _APART = (
     is_flag=True,
     help="Make it a warning, not an error, if the graphics card's gamma table is not the measured one.",
 )
+@click.option("--mode", help="Stereo mode to use instead of the rig's, as `cyclopean run --mode`.")
+@click.option(
+    "--allow-uncharacterised",
+    is_flag=True,
+    help="Use another mode's characterisation if this mode has none.",
+)
 @click.option("--json", "as_json", is_flag=True, help="Print the result as JSON.")
 def command(
     files: tuple[Path, ...],
@@ -79,6 +85,8 @@ def command(
     no_pictures: bool,
     clip_limit: float | None,
     accept_gamma_table: bool,
+    mode: str | None,
+    allow_uncharacterised: bool,
     as_json: bool,
 ) -> None:
     """Check an experiment file and everything it names.
@@ -96,7 +104,9 @@ def command(
     all_checked = []
     for file in files:
         with progress_bar(quiet=as_json or not sys.stderr.isatty()) as step:
-            options = CheckOptions(results, looking[screen], not no_pictures, limit, accept_gamma_table, step)
+            options = CheckOptions(
+                results, looking[screen], not no_pictures, limit, accept_gamma_table, mode, allow_uncharacterised, step
+            )
             all_checked.append(check_file(file, options))
         if not as_json:
             _print(all_checked[-1])

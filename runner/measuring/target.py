@@ -27,7 +27,7 @@ from devices.errors import MeasuringError
 from devices.instruments import SimulatedDisplay, Wiring
 from devices.patches import PatchEye, PatchSet
 from documents import Finding, load_document
-from documents.files import beside
+from documents.files import beside, looked_for
 from documents.yaml import read_yaml
 from runner.measuring.options import Dialogue, InstrumentOptions, ShowOptions
 from runner.presenter.modes.mode import Mode
@@ -153,9 +153,8 @@ def read_target(path: Path, mode: str | None = None) -> Target:
             return _nominal_target(path, rig, mode or rig.mode, options)
         display_file = beside(path, rig.display)
         if not display_file.is_file():
-            remedy = f"check the path; it is relative to {path.parent}"
             what = f"there is no such display file: {rig.display}"
-            raise MeasuringError(source.finding(("display",), what, remedy))
+            raise MeasuringError(source.finding(("display",), what, looked_for(display_file)))
         identity = rig.gamma_table == "identity"
         mode = mode or rig.mode
         settings = rig.monitor_settings

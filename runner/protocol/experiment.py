@@ -13,7 +13,7 @@ from pydantic import AfterValidator, Field
 
 from devices.display import AskMonitor, Rig, read_rig
 from documents import Finding, InputError, load_document
-from documents.files import beside
+from documents.files import beside, looked_for
 from documents.text import did_you_mean
 from documents.yaml import Path_, Strict, YamlSource
 from runner.blocks.block import Block, BlockSpec, Fault
@@ -268,7 +268,7 @@ def _make_blocks(
 
 def _existing(path: Path, key: str, value: str, source: YamlSource) -> Path:
     if not path.is_file():
-        raise SessionError(source.finding((key,), f"there is no such file: {value}", "check the path"))
+        raise SessionError(source.finding((key,), f"there is no such file: {value}", looked_for(path)))
     return path
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from devices.colour_matching import DEFAULT_OBSERVER
 from documents import Finding, InputError
+from documents.files import looked_for
 from stimuli.comparison.rows import Mask, RowFile, RowsDone, bands
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened
@@ -111,7 +112,7 @@ def read_picture(path: Path, reading: ReadOptions, given: Holds | None, what: st
     from documents.files import sha256_of_file
 
     if not path.is_file() and path.suffix.lower() != ".hdr":
-        raise _wrong(path, f"there is no such {what}", "check the path")
+        raise _wrong(path, f"there is no such {what}", looked_for(path))
     holds = given or what_it_holds(path)
     digest = sha256_of_file(path) if path.is_file() else ""
     if holds != "spectral":

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from documents.files import sha256_of_file
+from documents.files import looked_for, sha256_of_file
 from documents.text import counted
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.levels import Levels
@@ -60,7 +60,7 @@ def read_linear(
     import OpenImageIO as oiio
 
     if not path.is_file():
-        raise StimulusError.at(path, "there is no such file", "check the path")
+        raise StimulusError.at(path, "there is no such file", looked_for(path))
     hint = oiio.ImageSpec()
     hint.attribute("oiio:RawColor", 1)
     hint.attribute("oiio:UnassociatedAlpha", 1)

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from devices.camera import Exposure
-from documents.files import sha256_of_file
+from documents.files import looked_for, sha256_of_file
 from stimuli.develop.camera_image import CameraImage
 from stimuli.develop.demosaic import (
     COLOURS,
@@ -62,7 +62,7 @@ def read_raw(
     if demosaic not in DEMOSAICS:
         raise StimulusError.of(f"there is no demosaicing '{demosaic}'", f"one of {', '.join(DEMOSAICS)}")
     if not path.is_file():
-        raise StimulusError.at(path, "there is no such file", "check the path")
+        raise StimulusError.at(path, "there is no such file", looked_for(path))
     try:
         with rawpy.imread(str(path)) as raw:
             return _developed(raw, path, demosaic, levels or Levels(), rotate, exposure)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from devices.colour_matching import DEFAULT_OBSERVER, colorimetric_observer
 from devices.errors import DeviceError
+from documents.files import looked_for
 from documents.text import visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened, reason
@@ -73,7 +74,7 @@ def read_views(path: Path, region: Region | None = None) -> Mapping[str, View]:
         one view twice; if the region is not within a view.
     """
     if not path.is_file():
-        raise StimulusError.at(path, "there is no such picture", "check the path")
+        raise StimulusError.at(path, "there is no such picture", looked_for(path))
     try:
         return _read_views(path, region)
     except UnicodeDecodeError as error:

@@ -14,6 +14,7 @@ from typing import Annotated
 from pydantic import Field, RootModel
 
 from documents import Finding, load_document
+from documents.files import beside, looked_for
 from documents.yaml import Path_, YamlSource
 from stimuli.errors import StimulusError
 from stimuli.recipes.photographs import PhotographsRecipe
@@ -88,4 +89,5 @@ def unreadable(file: str, where: Path_, source: YamlSource, reason: str) -> Find
     """
     what = "picture" if where[0] == "stimuli" else "file"
     message = f"the {what} '{file}' cannot be read: {reason}"
-    return source.finding(where, message, "check the path, relative to the recipe")
+    path = beside(Path(source.file), file)
+    return source.finding(where, message, "check that it may be read" if path.is_file() else looked_for(path))

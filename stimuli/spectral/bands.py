@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.files import looked_for
 from documents.text import counted, visible
 from stimuli.errors import StimulusError
 from stimuli.pictures.picture_input import opened
@@ -251,7 +252,7 @@ def _header(path: Path) -> Path:
         raise StimulusError.at(
             path, "this is neither OpenEXR nor ENVI data with a header beside it", "give one of them"
         )
-    raise StimulusError.at(path, "there is no such file", "check the path")
+    raise StimulusError.at(path, "there is no such file", looked_for(path))
 
 
 def _wavelengths(header: Any, bands: int, path: Path) -> NDArray[np.float64]:

@@ -10,6 +10,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from documents.files import looked_for
 from documents.text import counted
 from stimuli.errors import StimulusError
 
@@ -133,5 +134,5 @@ def read_spectral(path: Path, quantity: Quantity | None = None) -> SpectralPictu
 
     path = Path(path)
     if not path.is_file() and path.suffix.lower() != ".hdr":
-        raise StimulusError.at(path, "there is no such file", "check the path")
+        raise StimulusError.at(path, "there is no such file", looked_for(path))
     return (exr_bands if path.suffix.lower() == ".exr" else envi_bands)(path, quantity)

@@ -54,11 +54,11 @@ def test_both_kinds_are_read_and_made(study: Study) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "at", "words"),
     [
-        ("break_every: 2", "brake_every: 2", "brake_every", "unknown key 'blocks.0.block.brake_every'"),
-        ("break_every: 2", "break_every: 0", "0}}", "'blocks.0.block.break_every' is 0"),
-        ("kind: all_pairs", "kind: all_pears", "all_pears", "'blocks.0.block.kind' is 'all_pears'"),
-        ("trials: 3", "trails: 3", "trails", "unknown key 'blocks.0.trails'"),
-        ("feedback: choice", "feedback: chioce", "chioce", "'blocks.0.feedback' is 'chioce'"),
+        ("break_every: 2", "brake_every: 2", "brake_every", "unknown key 'blocks.1.block.brake_every'"),
+        ("break_every: 2", "break_every: 0", "0}}", "'blocks.1.block.break_every' is 0"),
+        ("kind: all_pairs", "kind: all_pears", "all_pears", "'blocks.1.block.kind' is 'all_pears'"),
+        ("trials: 3", "trails: 3", "trails", "unknown key 'blocks.1.trails'"),
+        ("feedback: choice", "feedback: chioce", "chioce", "'blocks.1.feedback' is 'chioce'"),
         ("{kind: all_pairs, break_every: 2}", "{kind: all_pairs, stimuli: [one, tow]}", "tow", "no stimulus 'tow'"),
         ("{kind: all_pairs, break_every: 2}", "{kind: break}", "break}", "'break' has no trials to practise"),
         (
@@ -82,17 +82,17 @@ def test_faults_inside_a_practised_block_are_placed(study: Study, old: str, new:
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ("whole: true", "hole: true", 10, "unknown key 'blocks.0.questions.0.hole'"),
-        ("kind: number", "kind: numbr", 10, "'blocks.0.questions.0.kind' is 'numbr'"),
+        ("whole: true", "hole: true", 10, "unknown key 'blocks.1.questions.1.hole'"),
+        ("kind: number", "kind: numbr", 10, "'blocks.1.questions.1.kind' is 'numbr'"),
         ("lowest: 16", "lowest: 160", 10, "lowest is 160 and highest 99"),
         ("lowest: 16", "lowest: 1e-30", 10, "lowest has more digits than can be typed"),
-        ("lowest: 16", "lowest: 1e308", 10, "'blocks.0.questions.0.lowest'"),
+        ("lowest: 16", "lowest: 1e308", 10, "'blocks.1.questions.1.lowest'"),
         ("highest: 99, whole", "highest: 16.5, whole", 10, ""),
         ("name: hand", "name: age", 11, "two questions are named 'age'"),
         ("[Left, Right]", "[Left, Left]", 11, "the option 'Left' stands twice"),
-        ("[Left, Right]", "[Left]", 11, "'blocks.0.questions.1.options' holds too little"),
+        ("[Left, Right]", "[Left]", 11, "'blocks.1.questions.2.options' holds 1 entry"),
         ("[Left, Right]", "[a, b, c, d, e, f, g, h, i, j]", 11, "10 options are more than there are digits"),
-        ("required: false", "required: false, max_length: 0", 12, "'blocks.0.questions.2.max_length' is 0"),
+        ("required: false", "required: false, max_length: 0", 12, "'blocks.1.questions.3.max_length' is 0"),
     ],
 )
 def test_faults_of_questions_are_placed(study: Study, old: str, new: str, line: int, words: str) -> None:

@@ -135,7 +135,7 @@ def test_a_display_file_has_it_for_all_modes_or_for_one_or_an_eye(tmp_path: Path
     split = display.models("top-bottom")
     assert split.left.ambient_XYZ_cd_m2.tolist() == [0, 0, 0]
     assert split.right.ambient_XYZ_cd_m2.tolist() == [0.1, 0.2, 0.3]
-    with pytest.raises(InputError, match=r"ambient_XYZ_cd_m2.1' is -1"):
+    with pytest.raises(InputError, match=r"ambient_XYZ_cd_m2.2' is -1"):
         read_display(_display(tmp_path, f"  flat: {MODEL % ''}\n", "ambient_XYZ_cd_m2: [0.1, -1, 0.3]\n"))
 
 

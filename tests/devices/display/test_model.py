@@ -149,7 +149,7 @@ def test_modes_per_eye_and_same_as(tmp_path: Path) -> None:
         ("  flat: " + (MODEL % 2).replace("kind: gog", "kind: gogg") + "\n", "did you mean 'gog'?"),
         ("  flat: " + (MODEL % 2).replace("[4, 2, 0]", "[3, 7, 1]") + "\n", ":4:3: the primaries are so nearly alike"),
         ("  flat: {}\n", "black_XYZ_cd_m2' is missing"),
-        ("  flat: " + (MODEL % 2).replace("[4, 2, 0]", "[4, 2, .nan]") + "\n", "red.2"),
+        ("  flat: " + (MODEL % 2).replace("[4, 2, 0]", "[4, 2, .nan]") + "\n", "red.3"),
     ],
 )
 def test_faults_in_a_display_file_are_placed(tmp_path: Path, modes: str, part: str) -> None:

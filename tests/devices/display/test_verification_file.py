@@ -107,9 +107,7 @@ def test_a_rig_reads_the_record_that_it_names(tmp_path: Path) -> None:
 
 
 def test_a_rig_tells_what_is_wrong_with_all_that_it_names(tmp_path: Path) -> None:
-    with pytest.raises(
-        DeviceError, match=r"rig.yaml:5:26: there is no such record .*: photodiode.yaml \(check the path"
-    ):
+    with pytest.raises(DeviceError, match=r"rig.yaml:5:26: there is no such record .*: photodiode.yaml \(looked for"):
         read_rig(_rig(tmp_path, "photodiode_verification: photodiode.yaml\n"))
     _write(tmp_path, "onsets: 200", "onsets: none")
     with pytest.raises(DeviceError) as caught:
@@ -117,5 +115,5 @@ def test_a_rig_tells_what_is_wrong_with_all_that_it_names(tmp_path: Path) -> Non
     display, record = map(str, caught.value.findings)
     assert "rig.yaml:2:10: there is no such display file: none.yaml" in display
     assert "photodiode.yaml:8:9: 'onsets' is 'none'" in record
-    with pytest.raises(InputError, match="'photodiode_verification' is ''"):
+    with pytest.raises(InputError, match="'photodiode_verification' is empty"):
         read_rig(_rig(tmp_path, "photodiode_verification: ''\n"))

@@ -64,16 +64,16 @@ def test_all_faults_are_found_at_once_in_order(tmp_path: Path) -> None:
     assert found == [
         "f.yaml:1:1: the key 'name' is missing (add 'name:')",
         "f.yaml:1:1: unknown key 'nam' (did you mean 'name'?)",
-        "f.yaml:2:14: 'size_mm.1' is 'wide' (input should be a valid number, unable to parse string as a number)",
-        "f.yaml:4:12: 'blocks.0.kind' is 'txt' (did you mean 'text'?)",
-        "f.yaml:5:5: the key 'blocks.1.words' is missing (add 'words:')",
-        "f.yaml:5:18: unknown key 'blocks.1.word' (did you mean 'words'?)",
+        "f.yaml:2:14: 'size_mm.2' is 'wide' (write a number)",
+        "f.yaml:4:12: 'blocks.1.kind' is 'txt' (did you mean 'text'?)",
+        "f.yaml:5:5: the key 'blocks.2.words' is missing (add 'words:')",
+        "f.yaml:5:18: unknown key 'blocks.2.word' (did you mean 'words'?)",
     ]
 
 
 def test_a_block_without_a_kind(tmp_path: Path) -> None:
     found = _findings(tmp_path, "name: a\nsize_mm: [1, 2]\nblocks: [{words: hello}]\n")
-    assert found == ["f.yaml:3:10: 'blocks.0' has no 'kind' (add 'kind:')"]
+    assert found == ["f.yaml:3:10: 'blocks.1' has no 'kind' (add 'kind:', text or number)"]
 
 
 class _OneOf(RootModel[Annotated[_Text | _Number, Field(discriminator="kind")]]):
@@ -95,7 +95,7 @@ def test_a_list_whose_entries_are_all_wrong_is_not_called_too_short(tmp_path: Pa
     path.write_text("names: [{kind: text, words: 1}]\n")
     with pytest.raises(InputError) as caught:
         load_document(path, Names)
-    assert [finding.message for finding in caught.value.findings] == ["'names.0.words' is 1"]
+    assert [finding.message for finding in caught.value.findings] == ["'names.1.words' is 1"]
 
 
 def test_an_empty_list(tmp_path: Path) -> None:
@@ -104,13 +104,15 @@ def test_an_empty_list(tmp_path: Path) -> None:
 
     path = tmp_path / "f.yaml"
     path.write_text("names: []\n")
-    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds too little \(give it at least 2\)"):
+    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds nothing \(write a list of at least 2 texts\)"):
         load_document(path, _Some)
 
 
 def test_a_file_that_is_no_mapping(tmp_path: Path) -> None:
     (finding,) = _findings(tmp_path, "- just\n- a list\n")
-    assert finding.startswith("f.yaml:1:1: 'the file' is ['just', 'a list']")
+    assert finding.startswith(
+        "f.yaml:1:1: the file is ['just', 'a list'] (write {name: ..., size_mm: ..., blocks: ...})"
+    )
 
 
 @pytest.mark.parametrize(("pattern", "text"), [(r"^[a-z0-9][a-z0-9_-]*$", "My plates"), (r"^[a-z][a-z0-9_]*$", "1st")])
@@ -124,7 +126,7 @@ def test_the_pattern_of_a_name_is_told_in_words(pattern: str, text: str, tmp_pat
         load_document(path, _Named)
     (finding,) = caught.value.findings
     assert finding.message == f"'name' is '{text}'"
-    assert str(finding.remedy).startswith("small letters a to z, digits")
+    assert str(finding.remedy).startswith("use small letters a to z, digits")
 
 
 CONFIGS = Path("configs")

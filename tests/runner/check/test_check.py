@@ -262,3 +262,45 @@ def test_wrong_options_of_a_mode_are_found_without_a_screen(study: Study) -> Non
     study.edit("rig.yaml", "mode: side-by-side\n", "mode: side-by-side\nmode_options: {swap_eye: true}\n")
     report = check_file(study.folder / "rig.yaml", CheckOptions(screen="skip"))
     assert [("swap_eye" in str(fault), "swap_eyes" in str(fault)) for fault in report.errors] == [(True, True)]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "what", "remedy"),
+    [
+        ("photo.png", b"\x89PNG\r\n\x1a\n", "a picture (PNG)", "cyclopean new my_study"),
+        ("photo.jpg", b"\xff\xd8\xff\xe0", "a picture (JPEG)", "cyclopean show"),
+        ("answers.csv", b"winner,loser\na,b\n", "a table", "cyclopean scores"),
+        ("session.jsonl", b"{}\n", "the record of a session", "cyclopean report"),
+        ("photos", None, "a folder", "check reads YAML files"),
+        ("study/", b"x.yaml", "a folder", "study/small.yaml"),
+        ("results/", b"session.jsonl", "a folder of results", "cyclopean report"),
+    ],
+)
+def test_what_is_no_yaml_is_named_with_the_command_that_takes_it(
+    tmp_path: Path, name: str, content: bytes | None, what: str, remedy: str
+) -> None:
+    path = tmp_path / name
+    if content is None or name.endswith("/"):
+        path.mkdir()
+        if content:
+            (path / content.decode().replace("x.yaml", "small.yaml")).touch()
+    else:
+        path.write_bytes(content)
+    (error,) = check_file(path).errors
+    assert (error.message, error.file) == (f"this is {what}", str(path))
+    assert remedy in str(error.remedy)
+
+
+def test_a_missing_file_is_named_with_where_it_was_looked_for(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(study.folder)
+    (error,) = check_file(Path("smal.yaml")).errors
+    assert error.remedy == f"looked for {study.folder}/smal.yaml; did you mean 'small.yaml'?"
+
+
+def test_another_mode_than_the_rigs_can_be_checked(study: Study) -> None:
+    assert _check(study, mode="quad-buffered").facts["mode"] == "quad-buffered"
+    assert "not characterised in the mode 'flat'" in str(_check(study, mode="flat").errors[0])
+    rig = check_file(study.folder / "rig.yaml", CheckOptions(screen="skip", mode="quad-buffered"))
+    assert rig.facts["mode"] == "quad-buffered"
+    checked = _check(study, mode="top-bottom", allow_uncharacterised=True)
+    assert not checked.errors

@@ -52,7 +52,7 @@ def test_all_of_a_file_is_taken_over(tmp_path: Path) -> None:
     [
         (SCORED.replace("lapse_rate: 0.05", "lapse_rate: 1.5"), "observers.yaml:4:13: 'lapse_rate' is 1.5"),
         (SCORED.replace("position_bias", "position_bais"), "3:1: unknown key 'position_bais' (did you mean 'position"),
-        (SCORED.replace("width: 1.4", "width: 0.4"), "6:7: 'ties' is"),
+        (SCORED.replace("width: 1.4", "width: 0.4"), "6:7: 'ties': the width of Rao"),
         (
             SCORED.replace("bradley_terry", "bradley_tery"),
             "2:7: 'kind' is 'bradley_tery' (did you mean",
