@@ -95,9 +95,7 @@ def missing_pictures(recipe_file: Path) -> list[Finding]:
 
 def _rig_faults(options: CheckOptions, file: Path) -> list[Finding]:
     try:
-        read_rig(
-            file, options.mode, allow_uncharacterised=options.allow_uncharacterised, ask_monitor=primary_monitor
-        )
+        read_rig(file, options.mode, allow_uncharacterised=options.allow_uncharacterised, ask_monitor=primary_monitor)
     except InputError as error:
         return list(error.findings)
     return []
