@@ -9,11 +9,11 @@ import json
 from collections.abc import Iterator
 from typing import Annotated, Any, Literal
 
-from pydantic import Field, ValidationError
+from pydantic import Field
 
 from devices.errors import DeviceError
-from documents import Finding
-from documents.yaml import Strict
+from documents import Finding, InputError
+from documents.yaml import Strict, checked, parse_yaml
 
 Percent = Annotated[float, Field(ge=0, le=100)]
 Level = Percent | Annotated[str, Field(min_length=1)]
@@ -116,12 +116,13 @@ class MonitorSettings(Strict):
         if not text.strip():
             return cls()
         try:
-            return cls.model_validate_json(text, strict=True)
-        except ValidationError as error:
-            first = error.errors()[0]
-            where = ".".join(str(step) for step in first["loc"])
-            what = f"the monitor's settings are wrong: {f'{where}: ' if where else ''}{first['msg']}"
-            raise DeviceError(Finding(what, file, remedy='write them as {"brightness_percent": 35}')) from None
+            return checked(parse_yaml(text, file or ""), cls)  # JSON is YAML
+        except InputError as error:
+            first = error.findings[0]
+            remedy = 'write them as {"brightness_percent": 35}' + (f"; {first.remedy}" if first.remedy else "")
+            raise DeviceError(
+                Finding(f"the monitor's settings are wrong: {first.message}", file, remedy=remedy)
+            ) from None
 
     def yaml_lines(self) -> list[str]:
         """Return the lines of a file's ``monitor_settings``, not indented; none if nothing is stated."""

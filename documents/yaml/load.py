@@ -93,10 +93,46 @@ def load_document(path: Path, model: type[Model], kind: Kind | None = None) -> t
     """
     source = read_yaml(path)
     try:
-        return model.model_validate(source.data), source
-    except ValidationError as error:
+        return checked(source, model), source
+    except InputError:
         if kind and (wrong := wrong_kind(source, kind)):
             raise InputError(wrong) from None
+        raise
+
+
+def checked(source: YamlSource, model: type[Model]) -> Model:
+    """Return what has been read as a ``model``.
+
+    Parameters
+    ----------
+    source
+        What `parse_yaml` returns.
+    model
+        The pydantic model that its keys must satisfy.
+
+    Returns
+    -------
+    Model
+        The model.
+
+    Raises
+    ------
+    InputError
+        With one finding per fault: what stands where, and what to write instead.
+
+    Examples
+    --------
+    >>> from documents.yaml import parse_yaml
+    >>> class Note(Strict):
+    ...     size_mm: float
+    >>> checked(parse_yaml("size_mm: 7 cm", "note.yaml"), Note)
+    Traceback (most recent call last):
+    ...
+    documents.findings.InputError: note.yaml:1:10: 'size_mm' is '7 cm' (write the number alone: size_mm: 7)
+    """
+    try:
+        return model.model_validate(source.data)
+    except ValidationError as error:
         raise InputError(file_findings(error.errors(include_url=False), source, model, MOST_FINDINGS)) from None
 
 

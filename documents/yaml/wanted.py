@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from types import MappingProxyType
 from typing import Any, TypeAlias
@@ -26,7 +26,9 @@ ALLOWED = MappingProxyType(
 )
 _PLAIN = re.compile(r"[A-Za-z_./][\w./ -]{0,58}")
 _MOST_KEYS = 4
-_MANY = MappingProxyType({"number": "numbers", "integer": "whole numbers", "string": "texts", "array": "lists"})
+_MANY: Mapping[Any, str] = MappingProxyType(
+    {"number": "numbers", "integer": "whole numbers", "string": "texts", "array": "lists"}
+)
 
 
 @cache
@@ -225,9 +227,9 @@ def _could_be(branches: Sequence[Node], value: object) -> bool:
 
 def shorter_or_longer(node: Node) -> str:
     """Return how long a text or a list may be, in words."""
-    many = "characters" if node.get("type") == "string" else "entries"
+    one, many = ("character", "characters") if node.get("type") == "string" else ("entry", "entries")
     least, most = (node.get(f"{end}{'Length' if many == 'characters' else 'Items'}") for end in ("min", "max"))
     if least is not None and least == most:
-        return counted(least, many.replace("ies", "y").removesuffix("s"), many)
+        return counted(least, one, many)
     parts = [f"at least {least}" if least else "", f"at most {most}" if most is not None else ""]
-    return " and ".join(filter(None, parts)) + f" {many}"
+    return f"{' and '.join(filter(None, parts))} {one if (most or least) == 1 else many}"

@@ -142,11 +142,15 @@ class _Fault:
         node: Node = {"type": name, **({} if least is None else {"minLength": least, "minItems": least})}
         node |= {} if most is None else {"maxLength": most, "maxItems": most}
         many = len(self.value) if isinstance(self.value, str | list | tuple | dict) else 0
-        if not many:
-            return self._found("is empty" if name == "string" else "holds nothing", self._instead())
-        entries = ("character", "characters") if name == "string" else ("entry", "entries")
-        limits = f"give it {shorter_or_longer(node)}"
-        return self._found(f"holds {counted(many, *entries)}", limits)
+        nothing, remedy = "holds nothing", f"give it {shorter_or_longer(node)}"
+        if name == "string":
+            nothing, one, several = "is empty", "character", "characters"
+            remedy = remedy if many else self._instead()
+        else:
+            one, several = "entry", "entries"
+            if any("prefixItems" in node for node in self.nodes):
+                remedy = self._instead()
+        return self._found(f"holds {counted(many, one, several)}" if many else nothing, remedy)
 
     def _remedy(self) -> str:
         if self.kind == "literal_error":
@@ -227,8 +231,8 @@ def _one_of_each_union(errors: list[ErrorDetails], data: Any) -> list[ErrorDetai
         }
         fitting = [tag for tag, inner in deeper.items() if len(inner) == len(by_tag[tag])]
         kept = min(fitting, key=lambda tag: len(by_tag[tag])) if fitting else next(iter(by_tag))
-        for tag, of_tag in by_tag.items():
-            dropped += map(id, of_tag if tag != kept else [] if fitting else of_tag[1:])
+        for other, of_tag in by_tag.items():
+            dropped += map(id, of_tag if other != kept else [] if fitting else of_tag[1:])
     return [error for error in errors if id(error) not in dropped]
 
 

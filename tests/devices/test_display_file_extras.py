@@ -83,7 +83,7 @@ def test_a_mode_without_them_has_none() -> None:
 @pytest.mark.parametrize(
     ("parts", "place", "message"),
     [
-        ((MODEL, CROSSTALK.replace("[[0.03", "[[0.03, 1")), ":9:14: ", "crosstalk.left.0"),
+        ((MODEL, CROSSTALK.replace("[[0.03", "[[0.03, 1")), ":9:14: ", "crosstalk.left.1"),
         ((MODEL, CROSSTALK.replace("[[0.03", "[[.nan")), ":9:15: ", "finite number"),
         (
             (MODEL, CROSSTALK.replace("      right", "      wrong")),
@@ -101,7 +101,7 @@ def test_a_mode_without_them_has_none() -> None:
             "cannot be undone",
         ),
         ((MODEL, GAIN_MAP.replace("[3, 4]", "[3]")), ":8:5: ", "hold 2, 1 readings"),
-        ((MODEL, GAIN_MAP.replace("[3, 4]", "[3, 0]")), ":8:40: ", "greater than 0"),
+        ((MODEL, GAIN_MAP.replace("[3, 4]", "[3, 0]")), ":8:40: ", "a number above 0"),
         ((MODEL, GAIN_MAP.replace("cells", "cell")), ":8:56: ", "did you mean 'cells'?"),
         ((MODEL, GAIN_MAP.replace(", normalise: centre", "")), ":8:15: ", "normalise' is missing"),
         (

@@ -123,8 +123,8 @@ def test_factors_of_the_other_kinds(tmp_path: Path) -> None:
     [
         ("{view: flat}", "set by the recipe"),
         ("{Paint: red}", "small letters"),
-        ("{paint: true}", "'stimuli.0.factors.paint'"),
-        ("{paint: ''}", "'stimuli.0.factors.paint'"),
+        ("{paint: true}", "'stimuli.1.factors.paint'"),
+        ("{paint: ''}", "'stimuli.1.factors.paint'"),
     ],
 )
 def test_factors_that_cannot_be(tmp_path: Path, factors: str, message: str) -> None:
@@ -383,12 +383,12 @@ def test_the_made_up_observers_score_every_picture(observers: str, recipe_file: 
         (("plate", "flakes", "per_mm2"), 1e6, "50 million flakes"),
         (("camera", "resolution_px_per_mm"), 2000, "100 million camera pixels"),
         (("series", 1, "name"), "base", "the name 'base' stands twice"),
-        (("series", 1, "luminance_scale"), 0, "greater than 0"),
+        (("series", 1, "luminance_scale"), 0, "a number above 0"),
         (("series", 2, "greyscale_white_xy"), [0.9, 0.9], "x \\+ y ≤ 1"),
         (("series", 2, "grayscale_white_xy"), WHITE_XY, "did you mean 'greyscale_white_xy'"),
         (("exposures_s",), [1.3, 1.3000001], "the exposure 1.3 s stands twice"),
         (("exposures_s",), [], "at least 1"),
-        (("target_mean_luminance_cd_m2",), -5, "greater than 0"),
+        (("target_mean_luminance_cd_m2",), -5, "a number above 0"),
         (("views",), ["flat", "flat"], "a view stands twice"),
         (("kind",), "sparkle_sries", "did you mean 'sparkle_series'"),
     ],

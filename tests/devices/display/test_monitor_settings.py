@@ -53,7 +53,7 @@ def test_text_and_back(settings: MonitorSettings) -> None:
     ("text", "says"),
     [
         ("{", "the monitor's settings are wrong"),
-        ('{"brightness_percent": 101}', "brightness_percent: .*less than or equal to 100"),
+        ('{"brightness_percent": 101}', "brightness_percent' is 101 .*write a number from 0 to 100"),
         ('{"brightnes_percent": 50}', "brightnes_percent"),
         ('{"dynamic_contrast": "maybe"}', "dynamic_contrast"),
     ],

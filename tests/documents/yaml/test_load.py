@@ -104,7 +104,7 @@ def test_an_empty_list(tmp_path: Path) -> None:
 
     path = tmp_path / "f.yaml"
     path.write_text("names: []\n")
-    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds nothing \(write a list of at least 2 texts\)"):
+    with pytest.raises(InputError, match=r"f.yaml:1:8: 'names' holds nothing \(give it at least 2 entries\)"):
         load_document(path, _Some)
 
 

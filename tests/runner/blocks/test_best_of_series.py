@@ -243,7 +243,7 @@ def test_a_file_makes_it(study: Study) -> None:
 @pytest.mark.parametrize(
     ("old", "new", "line", "words"),
     [
-        ("first: [one, two]", "first: [one]", 10, "holds too little"),
+        ("first: [one, two]", "first: [one]", 10, "holds 1 entry (give it at least 2 entries)"),
         ("first: [one, two]", "first: [one, tow]", 10, "did you mean 'two'?"),
         ("series:\n", "series:\n      by: [paint]\n", 9, "order"),
         ("highest: 7", "highest: 1", 12, "above 'lowest'"),

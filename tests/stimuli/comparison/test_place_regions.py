@@ -120,10 +120,10 @@ def test_all_faults_are_told_at_once(regions_of: Write) -> None:
     ("entry", "words"),
     [
         ("{kind: rectangel, name: a, box: [0, 0, 1, 1]}", "did you mean 'rectangle'"),
-        ("{kind: rectangle, name: a, box: [0, 0, 1, 0]}", "greater than 0"),
-        ("{kind: plate, inner: 1.5}", "less than or equal to 1"),
+        ("{kind: rectangle, name: a, box: [0, 0, 1, 0]}", "a number above 0"),
+        ("{kind: plate, inner: 1.5}", "above 0, 1 at most"),
         ("{kind: plate, colour: red}", "unknown key"),
-        ("{kind: polygon, name: a, points: [[0, 0], [1, 1]]}", "holds too little"),
+        ("{kind: polygon, name: a, points: [[0, 0], [1, 1]]}", "holds 2 entries"),
         ("{kind: plate, corners: [[0, 0], [.nan, 0], [2, 2], [0, 9]]}", "finite"),
         ("{kind: grid, rows: 1000, columns: 1}", "100"),
     ],

@@ -88,7 +88,7 @@ def test_a_simulated_protan_fails_that_axis_alone(study: Study) -> None:
         ("repeats: 2, required: 2, controls", "repeats: 2, required: 3, controls", "'required' is 3 of only 2"),
         ("test: near_acuity", "test: near_accuity", "near_accuity"),
         ("{test: near_acuity, levels_logmar: [0.4], ", "{test: stereo_acuity, ", "'stereo_acuity' stands twice"),
-        ("levels_arcsec: [400]", "levels_arcsec: [-4]", "greater than 0"),
+        ("levels_arcsec: [400]", "levels_arcsec: [-4]", "a number above 0"),
     ],
 )
 def test_what_cannot_be_is_said_before_anyone_sits_down(study: Study, old: str, new: str, words: str) -> None:

@@ -206,7 +206,7 @@ WRONG: dict[str, tuple[Callable[[Path], Recipe], str, str]] = {
     "no camera": (raw_without_a_camera, "left.dng", "no OpenEXR picture, and the recipe names no camera"),
     "a white beyond": (white_beyond, "recipe.yaml", "'bad': the white_box reaches to column 54 and row 9; .* 48 × 40"),
     "a crop beyond": (crop_beyond, "recipe.yaml", "'bad': the crop reaches to column 49"),
-    "a path upwards": (upwards, "recipe.yaml", "'stimuli.0.left' is '../left.dng'"),
+    "a path upwards": (upwards, "recipe.yaml", "'stimuli.1.left' is '../left.dng'"),
 }
 
 
