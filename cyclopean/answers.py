@@ -24,7 +24,8 @@ def read_results(*places: str | Path) -> pd.DataFrame:
     pandas.DataFrame
         One row for each trial, its last attempt: experiment, observer, session, whether the session is complete, block
         and trial (from 0), kind, attempt, response time in seconds, UTC, and what the kind of block records. For pairs:
-        ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. Nested values are columns with dots in
+        ``first``, ``second``, ``answer``, ``chosen``, ``rejected``. ``nominal`` is the standard that a display which
+        was not measured was taken for, such as ``srgb``: it is there if any was. Nested values are columns with dots in
         their names, such as ``clipping.first.left.delta_e_00_mean``.
 
     Raises

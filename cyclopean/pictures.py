@@ -29,7 +29,8 @@ def display(path: str | Path) -> Result[Display]:
     Returns
     -------
     Result
-        A row for each stereo mode and eye: luminance of white and black in cd/m². ``value.models(mode)`` gives each
+        A row for each stereo mode and eye: luminance of white and black in cd/m²; a nominal display, which was not
+        measured, has one row for each eye for all modes. ``value.models(mode)`` gives each
         eye's display model, whose ``xyz(code)`` and ``code(xyz)`` go both ways.
 
     Raises
@@ -48,20 +49,23 @@ def display(path: str | Path) -> Result[Display]:
     from devices.display import EYES, read_display
 
     read = read_display(Path(path))
+    every = dict(read.modes)
+    if read.nominal_models is not None:
+        every["any other (nominal)" if every else "any (nominal)"] = read.nominal_models
     rows = [
         {
             "mode": mode,
             "eye": eye,
             "white_luminance_cd_m2": float(models.eye(eye).shown_white_XYZ_cd_m2[1]),
-            "black_luminance_cd_m2": float(models.eye(eye).shown_black_XYZ_cd_m2[1]),
+            "black_luminance_cd_m2": float(models.eye(eye).shown_black_XYZ_cd_m2[1]) + read.stated_black_cd_m2(mode),
             "ambient_luminance_cd_m2": float(models.eye(eye).ambient_XYZ_cd_m2[1]),
-            "source": read.sources[mode],
+            "source": read.source(mode),
         }
-        for mode, models in read.modes.items()
+        for mode, models in every.items()
         for eye in EYES
     ]
     across, down = read.panel.resolution_px
-    return Result(read, rows, f"Display {Path(path).name}: {across} x {down} px, modes {', '.join(sorted(read.modes))}")
+    return Result(read, rows, f"Display {Path(path).name}: {across} x {down} px, modes {', '.join(sorted(every))}")
 
 
 def fit_display(

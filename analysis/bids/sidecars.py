@@ -59,6 +59,9 @@ _EXACT: Mapping[str, _Known] = {
         "milliseconds, and the frames missed."
     ),
     "uncharacterised": _Known("Whether the display was used in a stereo mode that had not been characterised."),
+    "nominal": _Known(
+        "The standard that the display was taken for: nominal, not measured. Empty where it was measured."
+    ),
     "disparity_arcsec": _Known("Binocular disparity.", "arcsec"),
 }
 _MEASURES: Mapping[str, _Known] = {
@@ -255,6 +258,7 @@ def session_sidecar(source: Source, log: SessionLog) -> dict[str, Any]:
         "StereoMode": header.display.get("mode"),
         "Glasses": header.display.get("glasses"),
         "DisplayCharacterisation": dict(header.display),
+        **({"NominalDisplay": f"nominal, not measured: {header.nominal.get('words', '')}"} if header.nominal else {}),
         "Stimuli": [dict(stimulus) for stimulus in header.stimuli],
         "SHA256": dict(header.hashes),
         "OrderSeed": header.seed,

@@ -51,6 +51,12 @@ class Header:
     remarks: tuple[str, ...] = ()
     schema_version: int = SCHEMA_VERSION
 
+    @property
+    def nominal(self) -> Json:
+        """What a display that was not measured was taken for: ``kind``, ``words`` and luminances; empty if measured."""
+        held = self.display.get("nominal")
+        return held if isinstance(held, Mapping) else {}
+
     def to_json(self) -> dict[str, Any]:
         """Return the header as the first line's object."""
         return {"record": "session", **asdict(self)}
@@ -80,6 +86,12 @@ class Trial:
     def place(self) -> tuple[int, int]:
         """Block and trial, the same for every attempt."""
         return self.block, self.trial
+
+    @property
+    def nominal(self) -> str | None:
+        """The standard that the display was taken for in this trial, such as ``srgb``; None if it was measured."""
+        kind = self.data.get("nominal")
+        return None if kind is None else str(kind)
 
     def to_json(self) -> dict[str, Any]:
         """Return the trial as a line's object."""

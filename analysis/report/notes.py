@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 
 from analysis.comparisons.comparisons import Comparisons
 from analysis.observers.responses import catch_results
@@ -54,7 +54,7 @@ MOST_NAMED = 5
 
 def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     """Return the notes on sessions of any kind."""
-    notes = []
+    notes = list(_on_nominal(sessions))
     simulated = sum(session.header.simulated for session in sessions)
     if simulated == len(sessions):
         notes.append("All observers are simulated: these are not answers of people.")
@@ -77,8 +77,28 @@ def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:
     ]
     if len({str(session.header.display.get("mode")) for session in sessions}) > 1:
         notes.append("The sessions were shown in different display modes.")
+    said = {str(session.header.nominal.get("words")) for session in sessions if session.header.nominal}
     remarks = dict.fromkeys(str(remark) for session in sessions for remark in session.header.remarks)
-    return notes + list(remarks)
+    return notes + [remark for remark in remarks if not any(words in remark for words in said)]
+
+
+def nominal_words(sessions: Sequence[SessionLog]) -> str:
+    """Return what the displays of ``sessions`` that were not measured were taken for; empty if all were measured."""
+    headers = [session.header.nominal for session in sessions]
+    return "; ".join(dict.fromkeys(str(held.get("words", held.get("kind", ""))) for held in headers if held))
+
+
+def _on_nominal(sessions: Sequence[SessionLog]) -> Iterator[str]:
+    """Yield that displays were not measured: before all else, because every colour depends on it."""
+    trials = [trial for session in sessions for trial in session.trials]
+    not_measured = sum(trial.nominal is not None for trial in trials)
+    of_headers = sum(bool(session.header.nominal) for session in sessions)
+    if not (not_measured or of_headers):
+        return
+    what = f"The display is nominal, not measured ({nominal_words(sessions) or 'as the trials state'})"
+    if 0 < not_measured < len(trials) or 0 < of_headers < len(sessions):
+        what += f" in {not_measured} of {len(trials)} trials, and measured in the others"
+    yield f"{what}. Colours are those of a standard; to know them, measure it: cyclopean display measure."
 
 
 def _on_answers(sessions: Sequence[SessionLog], comparisons: Comparisons) -> list[str]:

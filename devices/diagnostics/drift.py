@@ -213,6 +213,8 @@ def _with_black(drift: Drift, measurements: Measurements, time: Floats, dark: li
             for axis, trend in enumerate(trends)
         ]
         return replace(drift, black=trends, black_kind="measured", black_XYZ=np.array(at_end))
+    if not XYZ[:, 1].mean() > 0.0:  # black without light, as of an OLED, says nothing
+        return drift
     spread, spread_scaled = (float(np.std(values) / np.mean(values)) for values in (XYZ[:, 1], scaled))
     return replace(drift, black_kind="constant", black_XYZ=black) if spread < spread_scaled else drift
 

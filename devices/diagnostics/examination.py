@@ -25,6 +25,7 @@ from devices.diagnostics.warm_up import warm_up
 from devices.display.display_file import EyeModels, read_display
 from devices.display.model import DisplayModel
 from devices.display.monitor_settings import MonitorSettings
+from devices.display.nominal import NOT_MEASURED
 from devices.errors import DeviceError
 from devices.measurements import Measurements, PatchEye
 from devices.measurements.observer import CIE_1931_2, for_observer
@@ -119,6 +120,8 @@ def judge_display(
     every = [*sets, *([bare] if bare is not None else [])]
     notes = [f"{measured.label}: {words}" for measured in every for words in measured.measurements.assumptions]
     notes += _settings_notes(every, display)
+    if display is not None and (nominal := read_display(display).nominal):
+        notes.append(f"the display file is {NOT_MEASURED} in modes without an entry of their own: {nominal.words}")
     if observer != CIE_1931_2:
         notes.append(
             f"the display file is for {observer}: its codes and colours are compared with readings summed from spectra "

@@ -3,6 +3,7 @@ from .code_table import curve_table as curve_table
 from .colour_table import Kind as Kind
 from .colour_table import convert_colours as convert_colours
 from .display_file import EYES as EYES
+from .display_file import NO_TABLE as NO_TABLE
 from .display_file import Display as Display
 from .display_file import DisplaySpec as DisplaySpec
 from .display_file import Eye as Eye
@@ -18,6 +19,7 @@ from .nominal import NOT_MEASURED as NOT_MEASURED
 from .nominal import Nominal as Nominal
 from .nominal import NominalKind as NominalKind
 from .nominal import NominalSpec as NominalSpec
+from .nominal import write_nominal_display as write_nominal_display
 from .panel import AskMonitor as AskMonitor
 from .panel import PanelSpec as PanelSpec
 from .panel import ReportedMonitor as ReportedMonitor

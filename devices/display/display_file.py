@@ -22,13 +22,14 @@ from devices.display.gamma_table_spec import GammaTableSpec
 from devices.display.model import DisplayModel
 from devices.display.model_spec import AmbientSpec, CrosstalkSpec, GainMapSpec, ModelSpec
 from devices.display.monitor_settings import MonitorSettings
-from devices.display.nominal import NOMINAL_OBSERVER, Nominal, NominalKind, refuse_black
+from devices.display.nominal import NOMINAL_OBSERVER, NOT_MEASURED, Nominal, NominalKind, refuse_black
 from devices.display.panel import PanelSpec
 from devices.errors import DeviceError
 from documents import Finding, load_document
 from documents.text import did_you_mean
 from documents.yaml import Strict, YamlSource
 
+NO_TABLE = "the display was not measured"
 Eye = Literal["left", "right"]
 EYES: tuple[Eye, Eye] = ("left", "right")
 Made = TypeVar("Made")
@@ -220,11 +221,16 @@ class Display:
         """Return the nominal display that serves ``mode``, None where it was measured or is none."""
         return None if mode in self.modes or mode in self.lacking else self.nominal
 
+    def stated_black_cd_m2(self, mode: str) -> float:
+        """Return the black that adds to the models' light in ``mode``: that of a nominal display, else 0."""
+        nominal = self.nominal_in(mode)
+        return nominal.black_cd_m2 if nominal else 0.0
+
     def source(self, mode: str) -> str:
         """Return where the numbers of ``mode`` come from; errors as `models`."""
         self.models(mode)
         nominal = self.nominal_in(mode)
-        return self.sources[mode] if nominal is None else nominal.words
+        return self.sources[mode] if nominal is None else f"{NOT_MEASURED}: {nominal.words}"
 
     def observer(self, mode: str) -> str:
         """Return the colorimetric observer of the XYZ of ``mode``; errors as `models`."""
@@ -233,7 +239,7 @@ class Display:
 
     def gamma_table(self, mode: str, eye: Eye) -> GammaTable:
         """Return the gamma table that ``eye`` was measured with in ``mode``; unknown if the file does not state it."""
-        why = "the display was not measured" if self.nominal_in(mode) else "the display file does not state it"
+        why = NO_TABLE if self.nominal_in(mode) else "the display file does not state it"
         unknown = GammaTable.unreadable(why)
         return self.gamma_tables.get(mode, {}).get(eye, unknown)
 
@@ -264,6 +270,14 @@ class Display:
                 remedy=f"{hint} characterised here: {known}; measure the mode through the glasses and add it".lstrip(),
             )
         )
+
+    def light_models(self, mode: str) -> EyeModels:
+        """Return what an instrument would read in ``mode``: as `models`, with the black of a nominal display."""
+        models, nominal = self.models(mode), self.nominal_in(mode)
+        if nominal is None:
+            return models
+        light = nominal.light_model().in_room(models.left.ambient_XYZ_cd_m2)
+        return EyeModels(light, light)
 
     def only_mode(self) -> str:
         """Return the mode of a file that has one; DeviceError if there are several, of which one must be named."""

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, Literal, Self
 
@@ -68,8 +69,9 @@ class NominalSpec(Strict):
         monitor = ask_monitor() if ask_monitor else None
         if monitor is None:
             what = "the panel is not stated, and there is no monitor here that could be asked for it"
-            remedy = f"write it beside 'nominal': {PANEL_EXAMPLE}; the pitch is the picture's width in mm over its "
-            raise DeviceError(Finding(what, remedy=f"{remedy}pixels"))
+            remedy = f"write it beside 'nominal': {PANEL_EXAMPLE}, the pitch being the picture's width in mm divided "
+            remedy += "by its pixels; for a command: --panel 1920x1080,0.2768"
+            raise DeviceError(Finding(what, remedy=remedy))
         if isinstance(monitor, PanelSpec):
             return monitor, ""
         return panel_of_monitor(monitor), monitor.words
@@ -110,20 +112,15 @@ class Nominal:
 
     @property
     def words(self) -> str:
-        """Return what it is, in a phrase."""
+        """Return the standard and its luminances, in a phrase."""
         black = f"black {self.black_cd_m2:.4g} cd/m²{' (assumed)' if self.black_assumed else ''}"
         monitor = f"; panel from {self.panel_from}" if self.panel_from else ""
-        return f"{self.name}, {NOT_MEASURED}: white {self.white_cd_m2:.4g} cd/m², {black}{monitor}"
+        return f"{self.name}: white {self.white_cd_m2:.4g} cd/m², {black}, without glasses{monitor}"
 
     @property
     def remark(self) -> str:
         """Return the sentence for people and records, without its full stop: what it is, and the next step."""
-        return f"the display is nominal ({self.words}): its colours are those of a standard. To know them, {NEXT_STEP}"
-
-    @property
-    def white_XYZ_cd_m2(self) -> Floats:
-        """XYZ (3,) of its white, its black included."""
-        return np.asarray(self._matrix.sum(axis=1) * self.white_cd_m2)
+        return f"the display is {NOT_MEASURED} ({self.words}); its colours are those of a standard: {NEXT_STEP}"
 
     @property
     def black_XYZ_cd_m2(self) -> Floats:
@@ -150,13 +147,11 @@ class Nominal:
             curve = bt1886_curve(self.white_cd_m2, self.black_cd_m2)
         return DisplayModel(np.zeros(3), self._matrix * self.white_cd_m2, (curve, curve, curve))
 
-    def seen_XYZ_cd_m2(self, xyz_cd_m2: Floats) -> Floats:
-        """Return the light, XYZ (..., 3) in cd/m², of a picture's XYZ (..., 3) on it: black adds where white does not.
-
-        That is as nominal as the display: light = black + (1 − black / white) · XYZ.
-        """
+    def light_model(self) -> DisplayModel:
+        """Return the model of its light, which an instrument would read: from its black to its white."""
         share = 1.0 - self.black_cd_m2 / self.white_cd_m2
-        return np.asarray(self.black_XYZ_cd_m2 + share * np.asarray(xyz_cd_m2, dtype=np.float64))
+        relative = self.model()
+        return DisplayModel(self.black_XYZ_cd_m2, share * relative.primaries_XYZ_cd_m2, relative.curves)
 
     def to_json(self) -> dict[str, Any]:
         """Return the facts for a record."""
@@ -168,3 +163,75 @@ class Nominal:
             **({"panel_from": self.panel_from} if self.panel_from else {}),
             "words": self.words,
         }
+
+
+_FILE = """\
+# A nominal display: nobody measured it. Colours are those of a standard, and every record says so.
+# It serves every stereo mode (docs/modes.md). To measure it, with glasses on, in the mode of the study:
+#   cyclopean display measure RIG.yaml --instrument NAME -o readings.jsonl
+#   cyclopean display fit readings.csv --mode MODE -o {file}
+# That adds the mode below, measured; all other modes stay nominal.
+schema_version: 1
+nominal: {kind:<12}      # srgb, gamma2.2, bt1886 or display-p3: what the monitor's menu is set to
+white_cd_m2: {white:<8}      # luminance of white without glasses: from the monitor's data sheet, or a luminance meter
+{black}
+{panel_note}{panel}
+"""
+
+
+def write_nominal_display(path: Path, spec: NominalSpec, ask_monitor: AskMonitor | None = None) -> Nominal:
+    """Write the display file of a nominal display, which serves every stereo mode, with comments.
+
+    Parameters
+    ----------
+    path
+        The file to write; its folder must be there, and the file must not.
+    spec
+        The standard, white, black and panel.
+    ask_monitor
+        Called for the monitor where ``spec`` has no panel.
+
+    Returns
+    -------
+    Nominal
+        The display.
+
+    Raises
+    ------
+    DeviceError
+        If the panel is not known, the file is there already, or it cannot be written.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> from devices.display import read_display
+    >>> panel = PanelSpec(resolution_px=(1920, 1080), pixel_pitch_mm=0.2768)
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder, "monitor.yaml")
+    ...     _ = write_nominal_display(file, NominalSpec(nominal="srgb", white_cd_m2=100, panel=panel))
+    ...     read_display(file).nominal.words
+    'sRGB: white 100 cd/m², black 0.1 cd/m², without glasses'
+    """
+    panel, panel_from = spec.with_panel(ask_monitor)
+    nominal = Nominal.of(spec.nominal, spec.white_cd_m2, spec.black_cd_m2, panel_from)
+    black = f"black_cd_m2: {nominal.black_cd_m2:<8.10g}"
+    text = _FILE.format(
+        file=path.name,
+        kind=nominal.kind,
+        white=f"{nominal.white_cd_m2:.10g}",
+        black=f"# {black}    # luminance of black; nobody stated it, and 0.1 % of white is assumed"
+        if nominal.black_assumed
+        else f"{black}      # luminance of black",
+        panel_note=f"# {panel_from}, as it reports itself\n" if panel_from else "",
+        panel=panel.line,
+    )
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise DeviceError(
+            Finding("the file is there already, and is not overwritten", str(path), remedy="give -o another name")
+        ) from None
+    except OSError as error:
+        raise DeviceError(Finding(f"the file cannot be written: {error.strerror}", str(path))) from error
+    return nominal

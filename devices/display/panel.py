@@ -10,6 +10,7 @@ from pydantic import PositiveFloat, PositiveInt
 
 from devices.errors import DeviceError
 from documents import Finding
+from documents.text import visible
 from documents.yaml import Strict
 
 PANEL_EXAMPLE = "panel: {resolution_px: [1920, 1080], pixel_pitch_mm: 0.2768, refresh_hz: 60}"
@@ -80,7 +81,7 @@ class ReportedMonitor:
     @property
     def words(self) -> str:
         """Return whose size it is, in a phrase."""
-        return f"the monitor '{self.name}', {self.size_mm[0]} x {self.size_mm[1]} mm"
+        return f"the monitor '{visible(self.name)}', {self.size_mm[0]} x {self.size_mm[1]} mm"
 
 
 # Returns the monitor that pictures are shown on, or its panel where that is known; None if there is no monitor.
@@ -116,7 +117,8 @@ def panel_of_monitor(monitor: ReportedMonitor) -> PanelSpec:
         what = f"the monitor '{monitor.name}' reports {across} x {down} px and "
         what += f"{monitor.size_mm[0]} x {monitor.size_mm[1]} mm: {reason}"
         remedy = "write the panel beside 'nominal', with the width of the picture in mm as measured, divided by "
-        remedy += f"{across}, as its pitch: panel: {{resolution_px: [{across}, {down}], pixel_pitch_mm: 0.2768}}"
+        remedy += f"{across}, as its pitch: panel: {{resolution_px: [{across}, {down}], pixel_pitch_mm: 0.2768}}; "
+        remedy += f"for a command: --panel {across}x{down},0.2768"
         raise DeviceError(Finding(what, remedy=remedy))
     pitch_mm = _diagonal(monitor.size_mm) / _diagonal(monitor.size_px)
     refresh = {"refresh_hz": monitor.refresh_hz} if monitor.refresh_hz else {}

@@ -9,7 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from devices.compensation import NOTICED_DELTA_E_00
-from devices.display import CYCLES_PER_DEGREE, Rig, pixels_per_degree, read_rig, visual_angle_deg
+from devices.display import (
+    CYCLES_PER_DEGREE,
+    NEXT_STEP,
+    NOT_MEASURED,
+    Nominal,
+    Rig,
+    pixels_per_degree,
+    read_rig,
+    visual_angle_deg,
+)
 from documents import Finding, InputError, load_document
 from documents.files import beside
 from documents.text import counted
@@ -56,6 +65,7 @@ def check_experiment(report: CheckReport, options: CheckOptions) -> None:
         }
     )
     check_blocks(report, design, source)
+    check_nominal(report, design.rig.nominal)
     check_onsets(report, design.rig)
     check_settings(report, design.rig)
     check_geometry(report, design, source)
@@ -173,6 +183,15 @@ def check_geometry(report: CheckReport, design: Experiment, source: YamlSource) 
         further_mm = distance_mm * 2 * CYCLES_PER_DEGREE / density
         remedy = f"they could not be from {further_mm / 10:.0f} cm, or with finer pixels"
         report.warnings.append(source.finding(("rig",), what, remedy))
+
+
+def check_nominal(report: CheckReport, nominal: Nominal | None) -> None:
+    """Report that a display is nominal, and warn of it: every colour depends on it."""
+    if nominal is None:
+        return
+    report.facts["display"] = f"{NOT_MEASURED}: {nominal.words}"
+    what = f"the display is {NOT_MEASURED}: its colours are those of a standard, not of this display"
+    report.warnings.append(Finding(what, str(report.file), remedy=NEXT_STEP))
 
 
 def check_onsets(report: CheckReport, rig: Rig) -> None:

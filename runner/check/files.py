@@ -16,6 +16,7 @@ from documents.yaml import KIND_BY_KEY, read_yaml
 from runner.check.experiment import (
     SETTINGS_REMEDY,
     check_experiment,
+    check_nominal,
     check_onsets,
     check_settings,
     missing_pictures,
@@ -35,8 +36,13 @@ def check_display(report: CheckReport, options: CheckOptions) -> None:
         mode: {eye: round(float(m.eye(eye).shown_white_XYZ_cd_m2[1]), 2) for eye in EYES}
         for mode, m in display.modes.items()
     }
-    report.facts.update({"kind": "display", "modes": sorted(display.modes), "white_luminance_cd_m2": white})
+    modes = sorted(display.modes)
+    if display.nominal:
+        modes.append("any other, nominal" if modes else "any, nominal")
+        white[modes[-1]] = dict.fromkeys(EYES, display.nominal.white_cd_m2)
+    report.facts.update({"kind": "display", "modes": modes, "white_luminance_cd_m2": white})
     report.facts.update(_contrasts(display))
+    check_nominal(report, display.nominal)
     report.warnings.extend([display.unfinished(mode) for mode in display.lacking])
     if display.monitor_settings:
         report.facts["monitor_settings"] = {mode: held.words for mode, held in display.monitor_settings.items()}
@@ -74,6 +80,7 @@ def check_rig(report: CheckReport, options: CheckOptions) -> None:
     density = pixels_per_degree(rig.display.panel.pixel_pitch_mm, rig.distance_mm)
     facts = {"kind": "rig", "mode": rig.mode, "observer": rig.observer, "pixels_per_degree": round(density, 2)}
     report.facts.update(facts)
+    check_nominal(report, rig.nominal)
     check_onsets(report, rig)
     check_settings(report, rig)
     check_screen(report, rig, options)

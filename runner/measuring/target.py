@@ -176,7 +176,7 @@ def read_target(path: Path, mode: str | None = None) -> Target:
         display_file,
         spec.panel,
         stereo_mode,
-        display.models(mode),
+        display.light_models(mode),
         options,
         display.crosstalk(mode),
         display.gain_map(mode),
@@ -190,12 +190,13 @@ def read_target(path: Path, mode: str | None = None) -> Target:
 def _nominal_target(path: Path, rig: RigSpec, mode: str, options: dict[str, Any]) -> Target:
     """Return the panel of a rig whose display is nominal: there to be measured."""
     read = read_rig(path, mode, ask_monitor=primary_monitor)
+    models = read.display.light_models(mode)
     return Target(
         path,
         path,
         read.display.panel,
         find_mode(mode, ModeOptions.parse(options)),
-        read.models,
+        models,
         options,
         observer=read.observer,
         gamma_tables=read.measured_gamma_tables,

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from devices.display import EYES, Eye, GammaTable
+from devices.display import EYES, NO_TABLE, Eye, GammaTable
 from runner.presenter.surfaces.gamma_tables import LoadedTable
 
 REMEDY = (
@@ -43,6 +43,10 @@ def compare_tables(measured: Mapping[Eye, GammaTable], loaded: Loaded) -> GammaV
         elif not there.table.known:
             what = f"the gamma table of '{there.monitor}' cannot be read: {there.table.unknown}"
             warnings[f"{what}; colours are right only if it is the one that the display was measured with"] = None
+        elif before.unknown == NO_TABLE:
+            if not there.table.is_identity:
+                what = f"the gamma table loaded on '{there.monitor}' changes codes: it is {there.table.sentence()}"
+                warnings[f"{what}; the nominal display does not take it into account"] = None
         elif same is None:
             what = f"the gamma table that the display was measured with is not known: {before.unknown}"
             warnings[f"{what}; loaded on '{there.monitor}' is {there.table.sentence()}"] = None

@@ -116,7 +116,7 @@ def make_header(
             "file": Path(rig.display.file).name,
             "mode": rig.mode,
             "characterised_as": rig.characterised_as,
-            "nominal": rig.nominal.to_json() if rig.nominal else None,
+            **({"nominal": rig.nominal.to_json()} if rig.nominal else {}),
             "source": rig.display.source(rig.characterised_as),
             "colorimetric_observer": rig.observer,
             "panel": panel.model_dump(mode="json"),

@@ -288,7 +288,7 @@ class Session:
             )
 
 
-_CIRCUMSTANCES = ("clipping", "timed", "interruptions")
+_CIRCUMSTANCES = ("clipping", "timed", "interruptions", "nominal", "uncharacterised")
 
 
 def _identity(trial: Trial) -> tuple[Any, ...]:

@@ -13,6 +13,7 @@ from analysis.observers.responses import catch_results
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Facts, Numbered, Paragraph, Section
 from analysis.report.grouped import GroupedSummary
+from analysis.report.notes import nominal_words
 from analysis.report.references import Citations
 from analysis.report.sections.observers import left_out_words
 from analysis.report.sections.shown import clipping_rows, timing_facts
@@ -110,7 +111,14 @@ def _display(sessions: Sequence[SessionLog], cited: Citations) -> str:
         words += f", at a distance of {display['distance_mm']:g} mm"
     words += "."
     words += _settings_words(display.get("monitor_settings") or {})
-    if display.get("source"):
+    if nominal := nominal_words(sessions):
+        words += (
+            f" The display was not measured: its colours are nominal, not measured, those of a standard display "
+            f"({nominal})"
+        )
+        every = all(session.header.nominal for session in sessions)
+        words += "." if every else ", in some of the sessions; in the others it was measured."
+    elif display.get("source"):
         words += (
             f" Colours were reproduced by the display's characterisation in the mode {display.get('characterised_as')} "
             f"({display['source']})"

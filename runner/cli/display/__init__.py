@@ -8,6 +8,7 @@ from runner.cli.main import LazyGroup
 
 # A command's module is runner.cli.display.<name>; the text is its line in the help.
 COMMANDS = {
+    "new": "Write the file of a nominal display, to begin with before it is measured.",
     "patches": "Show patches of known device codes full-screen in a stereo mode.",
     "measure": "Show patches and read each with an instrument.",
     "fit": "Fit display models to measurements and choose the one that predicts best.",

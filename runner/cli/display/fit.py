@@ -94,8 +94,9 @@ def command(
     from devices.characterise import Name, fit_display, read_profile_mode
     from devices.diagnostics import plain, read_sets
     from devices.measurements import CIE_1931_2, PatchEye
+    from runner.cli.display.measuring_options import panel_of
 
-    shape = _panel(panel) if panel else None
+    shape = panel_of(panel) if panel else None
     alone = model == "auto" and without_glasses is None and observer in (None, CIE_1931_2)
     stated = read_profile_mode(file, white_cd_m2) if alone else None
     if stated is not None:
@@ -184,15 +185,6 @@ def _stated(
     _print_notes([*stated.notes, "nothing in the profile says how well it describes the display: display verify does"])
     if written:
         click.echo(written)
-
-
-def _panel(text: str) -> PanelSpec:
-    from devices.display import PanelSpec
-
-    try:
-        return PanelSpec.parse(text)
-    except ValueError:
-        raise click.UsageError(f"--panel is '{text}'; write it as 1920x1080,0.2768,120,8") from None
 
 
 def _print_eye(fit: EyeFit, *, brief: bool) -> None:

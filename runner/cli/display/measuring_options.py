@@ -15,6 +15,7 @@ from documents.text import counted
 from runner.measuring.options import Dialogue, InstrumentOptions, PatchOptions, ShowOptions
 
 if TYPE_CHECKING:
+    from devices.display import PanelSpec
     from runner.measuring.take_readings import Outcome, Progress
 
 Command = Callable[..., Any]
@@ -211,3 +212,13 @@ def _ask(prompt: str) -> str | None:
 
 def _warn(remark: str) -> None:
     click.echo(f"warning: {remark}", err=True)
+
+
+def panel_of(text: str) -> PanelSpec:
+    """Return the panel that ``--panel`` states, such as ``1920x1080,0.2768,120,8``."""
+    from devices.display import PanelSpec
+
+    try:
+        return PanelSpec.parse(text)
+    except ValueError:
+        raise click.UsageError(f"--panel is '{text}'; write it as 1920x1080,0.2768,120,8") from None

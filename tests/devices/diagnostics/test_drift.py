@@ -89,6 +89,14 @@ def test_without_drift_the_readings_stay_the_same_object() -> None:
     assert not estimate_drift(characterisation(1, 0.0)).seen  # repeats that agree exactly
 
 
+def test_a_display_whose_black_gives_no_light_is_judged_by_its_light() -> None:
+    readings, _ = run(1, light=COURSES["a line"])
+    black = np.all(readings.codes == 0, axis=1)
+    assert black.sum() > 1
+    found = estimate_drift(replace(readings, XYZ=np.where(black[:, None], 0.0, readings.XYZ)))
+    assert found.seen
+
+
 def test_a_backlight_takes_black_with_it_and_daylight_is_added() -> None:
     for light, added, kind in (
         (COURSES["a line"], NONE, "with the light"),

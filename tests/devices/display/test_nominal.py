@@ -28,8 +28,8 @@ def test_a_rig_names_a_nominal_display_in_place_of_a_file(tmp_path: Path) -> Non
     assert rig.stamps == {"nominal": "srgb"}
     assert not rig.is_characterised
     assert rig.display.panel.resolution_px == (1920, 1080)
-    assert "sRGB, nominal, not measured: white 120 cd/m², black 0.12 cd/m² (assumed)" in rig.nominal.words
-    assert rig.display.source("checkerboard") == rig.nominal.words
+    assert "sRGB: white 120 cd/m², black 0.12 cd/m² (assumed)" in rig.nominal.words
+    assert rig.display.source("checkerboard") == f"nominal, not measured: {rig.nominal.words}"
     assert "cyclopean display measure" in rig.nominal.remark
     stated = read_rig(_rig(tmp_path, f"{{nominal: srgb, white_cd_m2: 120, black_cd_m2: 0.3, {PANEL}}}"))
     assert stated.nominal is not None
@@ -58,7 +58,7 @@ def test_the_curves_of_gamma_and_bt1886(tmp_path: Path) -> None:
     span = 100 ** (1 / 2.4) - 0.1 ** (1 / 2.4)
     b = 0.1 ** (1 / 2.4) / span
     for code in (0.0, 0.1, 0.5, 1.0):
-        seen = rig.nominal.seen_XYZ_cd_m2(rig.models.left.xyz([code] * 3))
+        seen = rig.nominal.light_model().xyz([code] * 3)
         assert seen[1] == pytest.approx((span**2.4) * (code + b) ** 2.4)
 
 
@@ -72,8 +72,21 @@ def test_black_adds_to_what_is_seen_and_is_never_corrected_for(tmp_path: Path) -
     assert np.array_equal(one.code(one.xyz(colours)), other.code(other.xyz(colours)))
     nominal = rigs[1].nominal
     assert nominal is not None
-    assert nominal.seen_XYZ_cd_m2(np.zeros(3))[1] == pytest.approx(5.0)
-    assert nominal.seen_XYZ_cd_m2(other.shown_white_XYZ_cd_m2)[1] == pytest.approx(100.0)
+    light = nominal.light_model()
+    assert (light.shown_black_XYZ_cd_m2[1], light.shown_white_XYZ_cd_m2[1]) == pytest.approx((5.0, 100.0))
+    # As stated in decision 0022: light = black + (1 - black / white) * XYZ of the picture.
+    expected = nominal.black_XYZ_cd_m2 + 0.95 * other.xyz(colours)
+    assert np.abs(light.xyz(colours) - expected).max() < 1e-9
+
+
+def test_taking_a_guessed_black_off_would_change_the_codes_of_an_sRGB_picture(tmp_path: Path) -> None:
+    """As docs/decisions/0022 states: that is why a nominal display's black is not part of the model."""
+    nominal = Nominal.of("srgb", 100.0)
+    codes = np.repeat(np.arange(256)[:, np.newaxis], 3, axis=1)
+    picture = nominal.model().xyz(codes / 255.0)
+    taken_off = np.rint(255.0 * nominal.light_model().code(picture))
+    assert np.flatnonzero((taken_off != codes).any(axis=1)).tolist() == list(range(1, 75))
+    assert np.array_equal(np.rint(255.0 * nominal.model().code(picture)), codes)
 
 
 def test_the_panel_comes_from_the_monitor_and_says_so(tmp_path: Path) -> None:

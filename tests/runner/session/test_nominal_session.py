@@ -1,0 +1,167 @@
+"""A session on a nominal display: no permission is needed, and check, record, report and exports all say so."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from analysis.records import SessionLog
+from analysis.records.session_record import read_session, session_files
+from analysis.report.notes import on_sessions
+from analysis.report.sections.methods import methods_section
+from runner.presenter.modes.registry import MODES
+from runner.protocol.experiment import read_experiment
+
+Study = Any  # tests/conftest.py
+SAID = "nominal, not measured"
+NOMINAL = "{nominal: srgb, white_cd_m2: 100, panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}}"
+WORDS = "sRGB: white 100 cd/m², black 0.1 cd/m² (assumed), without glasses"
+
+
+@pytest.fixture
+def nominal(study: Study) -> Study:
+    """The small study, its rig's display nominal."""
+    study.edit("rig.yaml", "display: display.yaml", f"display: {NOMINAL}")
+    return study
+
+
+def _simulate(study: Study, *more: object, expect: int = 0) -> Any:
+    words = ("run", study.experiment, "--observer", "01", "--simulate", study.observers, "--results", study.results)
+    return study.cyclopean(*words, *more, expect=expect)
+
+
+def _log(study: Study) -> SessionLog:
+    (file,) = session_files(study.results)
+    return read_session(file)
+
+
+def test_every_record_says_that_the_display_was_not_measured(nominal: Study, tmp_path: Path) -> None:
+    checked = nominal.cyclopean("check", nominal.experiment)
+    assert checked.stdout.count(SAID) == 2
+    assert "measure it: cyclopean display measure" in checked.stdout
+    assert WORDS in " ".join(checked.stdout.split())
+    ran = _simulate(nominal)
+    assert SAID in ran.stderr
+    log = _log(nominal)
+    assert log.trials
+    assert all(trial.nominal == "srgb" and "uncharacterised" not in trial.data for trial in log.trials)
+    assert log.header.nominal["kind"] == "srgb"
+    assert log.header.nominal["words"] == WORDS
+    assert log.header.display["black_XYZ_cd_m2"]["left"][1] == pytest.approx(0.1)
+    assert log.header.display["white_XYZ_cd_m2"]["left"][1] == pytest.approx(100.0)
+    assert SAID in log.header.display["source"]
+    (remark,) = [remark for remark in log.header.remarks if SAID in remark]
+    assert "cyclopean display measure" in remark
+
+    page = tmp_path / "report.html"
+    told = nominal.cyclopean("report", nominal.results, "-o", page)
+    assert SAID in told.stdout + told.stderr
+    text = page.read_text()
+    assert text.index(SAID) < text.index("<table")
+    assert "The display was not measured: its colours are nominal, not measured" in text
+    report = json.loads(nominal.cyclopean("report", nominal.results, "-o", page, "--json").stdout)
+    said = [note for note in report["notes"] if SAID in note]
+    assert len(said) == 1
+    assert "cyclopean display measure" in said[0]
+
+    dataset = tmp_path / "bids"
+    nominal.cyclopean("export", nominal.results, "-o", dataset)
+    sidecars = [json.loads(file.read_text()) for file in dataset.rglob("*_beh.json")]
+    assert sidecars
+    held = [sidecar for sidecar in sidecars if "NominalDisplay" in sidecar]
+    assert held
+    assert all(SAID in sidecar["NominalDisplay"] for sidecar in held)
+    assert any("not measured" in sidecar.get("nominal", {}).get("Description", "") for sidecar in sidecars)
+    (table,) = dataset.rglob("*_beh.tsv")
+    head, *rows = (line.split("\t") for line in table.read_text().splitlines())
+    assert {row[head.index("nominal")] for row in rows} == {"srgb"}
+
+    import cyclopean
+
+    assert set(cyclopean.read_results(nominal.results)["nominal"]) == {"srgb"}
+
+
+@pytest.mark.parametrize("mode", sorted(MODES))
+def test_it_serves_every_mode_without_permission(mode: str, nominal: Study) -> None:
+    design = read_experiment(nominal.experiment, mode)
+    assert design.rig.nominal is not None
+    assert design.rig.characterised_as == mode
+    assert design.rig.stamps == {"nominal": "srgb"}
+
+
+def test_a_display_measured_since_is_noticed_when_the_session_is_resumed(nominal: Study) -> None:
+    _simulate(nominal)
+    (file,) = session_files(nominal.results)
+    file.write_bytes(b"\n".join(file.read_bytes().split(b"\n")[:4]) + b"\n")
+    nominal.edit("rig.yaml", f"display: {NOMINAL}", "display: display.yaml")
+    refused = _simulate(nominal, "--resume", expect=2)
+    assert "display" in refused.stderr
+    assert "changed since this session began" in refused.stderr
+    _simulate(nominal, "--resume", "--accept-changes")
+    log = _log(nominal)
+    assert {trial.nominal for trial in log.trials} == {"srgb", None}
+    assert "display" in log.resumptions[0].accepted_changes
+    (note,) = [note for note in on_sessions([log]) if SAID in note]
+    assert "in 3 of 7 trials, and measured in the others" in note
+
+
+def test_only_the_same_nominal_display_is_the_same(nominal: Study) -> None:
+    """Of the same curve and white, a display that was measured, or has another black, has another digest."""
+    from runner.session.header import hashes
+    from stimuli.build import build_set
+
+    def digest() -> str:
+        design = read_experiment(nominal.experiment)
+        return hashes(design, build_set(design.recipe_file, 0.3))["display"]
+
+    before = digest()
+    nominal.edit("rig.yaml", "white_cd_m2: 100", "white_cd_m2: 100, black_cd_m2: 0.1")
+    assert digest() == before
+    nominal.edit("rig.yaml", "black_cd_m2: 0.1", "black_cd_m2: 0.2")
+    assert digest() != before
+    nominal.edit("rig.yaml", "srgb", "display-p3")
+    assert digest() != before
+
+
+def test_a_session_is_replayed_with_its_stamps(nominal: Study) -> None:
+    _simulate(nominal)
+    (file,) = session_files(nominal.results)
+    again = nominal.folder / "again"
+    words = ("run", nominal.experiment, "--observer", "01", "--replay", file, "--results", again)
+    nominal.cyclopean(*words)
+    (copy,) = session_files(again)
+    assert [trial.nominal for trial in read_session(copy).trials] == ["srgb"] * len(read_session(file).trials)
+
+
+def test_without_a_monitor_the_panel_is_asked_for(nominal: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("DISPLAY", "WAYLAND_DISPLAY"):
+        monkeypatch.delenv(name, raising=False)
+    nominal.edit("rig.yaml", ", panel: {resolution_px: [640, 480], pixel_pitch_mm: 0.3}", "")
+    for command in ("check", "run"):
+        words = ("check", nominal.experiment) if command == "check" else ()
+        refused = nominal.cyclopean(*words, expect=2) if words else _simulate(nominal, expect=2)
+        assert "rig.yaml:2:10" in refused.stderr
+        assert "panel: {resolution_px: [1920, 1080]" in refused.stderr
+    assert not nominal.results.exists()
+
+
+def test_sessions_before_and_after_a_measurement_are_told_apart(nominal: Study) -> None:
+    _simulate(nominal)
+    log = _log(nominal)
+    measured = replace(
+        log,
+        header=replace(log.header, display={k: v for k, v in log.header.display.items() if k != "nominal"}, remarks=()),
+        answers=tuple(
+            replace(trial, data={k: v for k, v in trial.data.items() if k != "nominal"}) for trial in log.answers
+        ),
+    )
+    assert not any(SAID in note for note in on_sessions([measured]))
+    (note,) = [note for note in on_sessions([log, measured]) if SAID in note]
+    assert "in 7 of 14 trials" in note
+    kinds = dict.fromkeys(("series", "ratings", "preferences", "factors", "observers"), False)
+    methods = str(methods_section([log, measured], None, None, "", **kinds))
+    assert "in some of the sessions" in methods
