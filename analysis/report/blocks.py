@@ -9,8 +9,8 @@ import csv
 import io
 import math
 import re
-from collections.abc import Iterable
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar, Literal, TypeAlias
 
@@ -18,7 +18,17 @@ from documents.files import write_whole
 
 ColumnKind = Literal["text", "number", "p", "interval", "class", "list"]
 Interval: TypeAlias = tuple[float | None, float | None]
-Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | None
+
+
+@dataclass(frozen=True, slots=True)
+class Shown:
+    """A number, or an interval, that the page shows as ``text``, such as "≤ 0"; CSV has the number itself."""
+
+    value: float | Interval | None
+    text: str
+
+
+Cell: TypeAlias = str | float | int | Interval | tuple[str, ...] | Shown | None
 
 
 @dataclass(frozen=True, slots=True)
@@ -38,13 +48,17 @@ class Column:
 
 @dataclass(frozen=True, slots=True)
 class Table:
-    """A table; its first column heads the rows. ``name`` is that of its CSV file, ``title`` its caption."""
+    """A table; its first column heads the rows. ``name`` is that of its CSV file, ``title`` its caption.
+
+    ``pictures`` are small pictures beside the rows' heads, as data URIs by the head's text.
+    """
 
     name: str
     title: str
     columns: tuple[Column, ...]
     rows: tuple[tuple[Cell, ...], ...]
     folded: bool = False
+    pictures: Mapping[str, str] = field(default_factory=dict)
     kind: ClassVar[str] = "table"
 
 
@@ -165,17 +179,27 @@ def write_csv_files(tables: Iterable[Table], folder: Path) -> tuple[Path, ...]:
         If the folder or a file cannot be written.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    files: list[Path] = []
-    for table in tables:
-        file = folder / f"{_safe(table.name)}.csv"
+    all_tables = tuple(tables)
+    files = tuple(folder / f"{name}.csv" for name in file_names(table.name for table in all_tables))
+    for table, file in zip(all_tables, files, strict=True):
         write_whole(file, csv_text(table))
-        files.append(file)
-    return tuple(files)
+    return files
 
 
-def _safe(name: str) -> str:
-    """Return the name of a table, which may contain the name of a scale, as a file name."""
-    return re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:80]
+def file_names(names: Iterable[str]) -> tuple[str, ...]:
+    """Return names of tables or figures, which may contain the name of a scale, as names of files.
+
+    Names that would be one file, also where capitals do not count, are numbered: ``a``, ``a_2``.
+    """
+    given: dict[str, str] = {}
+    for name in names:
+        safe = re.sub(r"[^A-Za-z0-9_-]+", "_", name)[:80]
+        number, free = 1, safe
+        while free.casefold() in given:
+            number += 1
+            free = f"{safe}_{number}"
+        given[free.casefold()] = free
+    return tuple(given.values())
 
 
 def csv_text(table: Table) -> str:
@@ -199,6 +223,7 @@ def _keys(column: Column) -> list[str]:
 
 
 def _fields(column: Column, cell: Cell) -> list[str]:
+    cell = cell.value if isinstance(cell, Shown) else cell
     if column.kind == "interval":
         ends = cell if isinstance(cell, tuple) else (None, None)
         return [_field(end) for end in ends]

@@ -9,6 +9,7 @@ from analysis.observers.responses import catch_results
 from analysis.ratings.preferences import preferences
 from analysis.records.session_record import SessionLog
 from analysis.report.estimate import Estimate
+from analysis.report.words import some
 from analysis.scaling.departure import OneScale
 
 FEWEST_FOR_CHOSEN_PAIRS = 5
@@ -38,18 +39,11 @@ def notes_on_groups(
     for sentence, concerns in _CONCERNS:
         names = [name for name, estimate in estimates if concerns(estimate)]
         if names:
-            notes.append(f"{sentence}: {_some(names)}.")
+            notes.append(f"{sentence}: {some(names)}.")
     if caveats:
         (name, caveat), *others = caveats
-        notes.append(f"In {name}: {caveat}" + (f" Likewise in {_some([other for other, _ in others])}." * bool(others)))
+        notes.append(f"In {name}: {caveat}" + (f" Likewise in {some([other for other, _ in others])}." * bool(others)))
     return tuple(notes)
-
-
-def _some(names: Sequence[str]) -> str:
-    return ", ".join(names[:MOST_NAMED]) + (f" and {len(names) - MOST_NAMED} more" if len(names) > MOST_NAMED else "")
-
-
-MOST_NAMED = 5
 
 
 def on_sessions(sessions: Sequence[SessionLog]) -> list[str]:

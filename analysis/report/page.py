@@ -19,7 +19,14 @@ from analysis.report.sections.ratings import preferences_section, ratings_sectio
 from analysis.report.sections.reviewers import reviewers_section
 from analysis.report.sections.scores import belief_section, classes_section, counts_section, scores_section
 from analysis.report.sections.series import series_sections
-from analysis.report.sections.shown import Thumbnails, clipping_section, gallery_section, timing_section
+from analysis.report.sections.shown import (
+    Thumbnails,
+    beside,
+    clipping_section,
+    gallery_section,
+    readable,
+    timing_section,
+)
 from analysis.report.words import chance, fixed
 from analysis.scaling.result import CovarianceChoice
 from analysis.scaling.terminal import Published
@@ -55,7 +62,8 @@ def write_report(
     published
         Published score and class by stimulus, to show beside the computed ones.
     thumbnails
-        By stimulus, a small PNG for each eye: ``left`` and ``right``, or ``both``.
+        By stimulus, a small PNG for each eye: ``left`` and ``right``, or ``both``. Those that cannot be decoded are
+        left out.
     csv_folder
         Folder for each table as CSV; None writes none.
 
@@ -122,6 +130,8 @@ ADJUSTMENT_NAMES: Mapping[str, str] = {
 
 def sections_of(report: Report, published: Published, thumbnails: Thumbnails) -> tuple[Section, ...]:
     """Return the sections that have records."""
+    thumbnails = readable(thumbnails)
+    pictures = beside(thumbnails)
     pairs, grouped = report.pairs, report.groups
     compared = pairs or grouped
     in_groups = {name: [item.name for item in part.scores.items] for name, part in (grouped.groups if grouped else ())}
@@ -135,21 +145,21 @@ def sections_of(report: Report, published: Published, thumbnails: Thumbnails) ->
     sections: list[Section | None] = []
     if pairs is not None:
         sections += [
-            scores_section(pairs, published),
+            scores_section(pairs, published, pictures),
             classes_section(pairs, adjustment),
             counts_section(pairs),
             belief_section(pairs, agreement),
             reviewers_section(report.review),
         ]
     if grouped is not None:
-        sections += group_sections(grouped, published, adjustment, agreement)
+        sections += group_sections(grouped, published, adjustment, agreement, pictures)
     sections.append(factors_section(report.factors) if report.factors else None)
     if report.series is not None:
         sections += series_sections(report.series)
     if report.preferences is not None and report.preferences.by_observer:
         sections.append(preferences_section(report.sessions, report.preferences))
     if report.ratings is not None:
-        sections.append(ratings_section(report.ratings))
+        sections.append(ratings_section(report.ratings, pictures))
     if report.observers is not None:
         sections.append(observers_section(report.observers, report.kept))
     sections += [

@@ -16,6 +16,7 @@ from analysis.ratings.preferences import Preferences, preferences
 from analysis.ratings.ratings import RatingSummary, summarise_ratings
 from analysis.records.results import refuse_mixtures
 from analysis.records.session_record import Header, SessionLog
+from analysis.report.checks import FailedCheck, failed_checks
 from analysis.report.grouped import GroupedSummary, summarise_groups
 from analysis.report.notes import on_sessions
 from analysis.report.sections.factors import effects_of
@@ -64,6 +65,8 @@ class Report:
         Results of blocks of the kinds ``best_of_series``, ``rating`` and ``preference``.
     notes
         Sentences that a reader needs before the numbers.
+    failed
+        The checks that failed, with reason and remedy.
     """
 
     header: Header
@@ -78,6 +81,7 @@ class Report:
     ratings: RatingSummary | None
     preferences: Preferences | None
     notes: tuple[str, ...]
+    failed: tuple[FailedCheck, ...]
 
     @property
     def kinds(self) -> tuple[str, ...]:
@@ -110,6 +114,7 @@ class Report:
         if self.groups is not None:
             parts |= self.groups.to_json()
         parts["notes"] = list(self.notes)
+        parts["failed_checks"] = [check.to_json() for check in self.failed]
         parts["factors"] = self.factors.to_json() if self.factors else None
         parts["observer_table"] = self.observers.to_json() if self.observers else None
         parts["review"] = {name: answer.to_json() for name, answer in self.review.items()}
@@ -177,6 +182,8 @@ def describe(
     preferred = preferences(remaining) if "preference" in kinds else None
     if preferred is not None:  # the sentence is in the head of the page
         notes = [note for note in notes if note != preferred.sentence]
+    observers = observers_in_sessions(remaining, shuffles=SHUFFLES) if compared else None
+    ratings = summarise_ratings(remaining) if "rating" in kinds else None
     return Report(
         header=remaining[0].header,
         sessions=tuple(remaining),
@@ -184,12 +191,13 @@ def describe(
         pairs=pairs,
         groups=grouped,
         factors=effects_of(compared) if compared else None,
-        observers=observers_in_sessions(remaining, shuffles=SHUFFLES) if compared else None,
+        observers=observers,
         review=review_of(pairs) if pairs else {},
         series=series,
-        ratings=summarise_ratings(remaining) if "rating" in kinds else None,
+        ratings=ratings,
         preferences=preferred,
         notes=tuple(dict.fromkeys(notes)),
+        failed=failed_checks(remaining, compared, observers, ratings),
     )
 
 
@@ -209,7 +217,7 @@ def _compared(
 
 
 def print_report(report: Report, published: Published | None = None, console: Console | None = None) -> None:
-    """Print the scores, a sentence for each part, who was left out, and the notes.
+    """Print the scores, a sentence for each part, who was left out, the notes, and the checks that failed.
 
     Parameters
     ----------
@@ -234,3 +242,5 @@ def print_report(report: Report, published: Published | None = None, console: Co
         console.print(Text(f"{report.kept.rule.sentence} {report.kept.sentence}"))
     for note in report.notes:
         console.print(Text(f"Note: {note}", style="yellow"))
+    for check in report.failed:
+        console.print(Text.assemble((f"Check failed: {check.check}. ", "red"), f"{check.reason} {check.remedy}"))

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 
 UNITS: Mapping[str, str] = {"_cd_m2": "cd/m²", "_mm": "mm", "_px": "pixels", "_hz": "Hz", "_ms": "ms", "_s": "s"}
 
@@ -43,6 +43,16 @@ def listed(words: Iterable[str]) -> str:
     """Return "a", "a and b", "a, b and c"."""
     parts = list(words)
     return " and ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
+
+
+MOST_NAMED = 5
+
+
+def some(names: Sequence[str]) -> str:
+    """Return the first names, and how many more there are."""
+    if len(names) <= MOST_NAMED:
+        return listed(names)
+    return f"{', '.join(names[:MOST_NAMED])} and {len(names) - MOST_NAMED} more"
 
 
 COVARIANCE_WORDS: Mapping[str, str] = {

@@ -23,7 +23,8 @@ Floats = NDArray[np.float64]
 class Coefficient:
     """A coefficient with the limits of its interval; None where it is not defined, such as where nothing varies.
 
-    ``p`` is of the test that there is no agreement, where it is made.
+    ``p`` is of the test that there is no agreement, where it is made. ``least`` is the smallest value that means
+    anything, where estimates can fall below it, and ``reason`` a sentence on a value that is not defined or below zero.
     """
 
     name: str
@@ -31,6 +32,8 @@ class Coefficient:
     low: float | None = None
     high: float | None = None
     p: float | None = None
+    least: float | None = None
+    reason: str = ""
 
     def to_json(self) -> dict[str, Any]:
         """Return plain values for JSON."""
@@ -58,7 +61,7 @@ def kendall_w(ratings: Floats) -> float | None:
     sums = ranks.sum(axis=0)
     ties = sum(float((count**3 - count).sum()) for count in (np.unique(row, return_counts=True)[1] for row in ranks))
     most = m * m * (n**3 - n) - m * ties
-    return float(12 * ((sums - sums.mean()) ** 2).sum() / most) if most > 0 else None
+    return min(1.0, float(12 * ((sums - sums.mean()) ** 2).sum() / most)) if most > 0 else None
 
 
 def fleiss_kappa(counts: Floats) -> float | None:
@@ -122,15 +125,34 @@ def with_jackknife(name: str, coefficient: Callable[[Floats], float | None], row
 
     value = coefficient(rows)
     people = len(rows)
-    if value is None or people < 4:
-        return Coefficient(name, value)
+    if value is None:
+        return Coefficient(name, None, reason=_FEW if people < 2 else _ALL_ALIKE)
+    reason = _BELOW_CHANCE if value < 0 else ""
+    if people < 4:
+        return Coefficient(name, value, reason=reason)
     left_out = [coefficient(np.delete(rows, number, axis=0)) for number in range(people)]
     known = np.array([without for without in left_out if without is not None])
     if len(known) < people:
-        return Coefficient(name, value)
+        return Coefficient(name, value, reason=reason)
     pseudo = people * value - (people - 1) * known
     reach = float(stdtrit(people - 1, 0.975)) * float(pseudo.std(ddof=1)) / np.sqrt(people)
-    return Coefficient(name, value, float(pseudo.mean() - reach), min(1.0, float(pseudo.mean() + reach)))
+    low, high = float(pseudo.mean() - reach), min(1.0, float(pseudo.mean() + reach))
+    return Coefficient(name, value, low, high, reason=reason)
+
+
+_FEW = "Not defined: at least two observers must have answered all of them."
+_FEW_THINGS = "Not defined: at least two series must have been rated."
+_ALL_ALIKE = "Not defined: all choices are the same, so agreement by chance is complete already."
+_BELOW_CHANCE = "Below 0: the observers agree less often than by chance."
+_NO_ORDER = "Not defined: every observer rates all series alike, so there is no order to agree on."
+_NO_SPREAD = "Not defined: the mean ratings of the series are all equal, so there is nothing to agree on."
+_NEGATIVE = (
+    "No agreement: for the same series, the observers' ratings differ more from each other than the mean ratings of "
+    "the series do. The estimate falls below 0 then, where it has no meaning."
+)
+_NO_MEAN = (
+    "Not defined: for the same series, the observers' ratings differ more than the means of series and observers do."
+)
 
 
 def kendall_w_p(w: float | None, observers: int, things: int) -> float | None:
@@ -154,12 +176,13 @@ def intraclass(ratings: Floats, *, level: float = 0.95) -> tuple[Coefficient, ..
     Returns
     -------
     Four coefficients with F-distributed limits; without values where objects do not vary, or with fewer than two
-    observers or objects. ``p`` is of the F test that objects do not differ.
+    observers or objects. ``p`` is of the F test that objects do not differ. Estimates below 0 are given as they are,
+    with the reason; those of the mean over observers have no lower bound.
     """
     names = "ICC(2,1)", "ICC(3,1)", "ICC(2,k)", "ICC(3,k)"
     k, n = ratings.shape
     if k < 2 or n < 2:
-        return tuple(Coefficient(name, None) for name in names)
+        return tuple(Coefficient(name, None, reason=_FEW if k < 2 else _FEW_THINGS) for name in names)
     mean = ratings.mean()
     of_objects, of_observers = ratings.mean(axis=0), ratings.mean(axis=1)
     between = k * float(((of_objects - mean) ** 2).sum()) / (n - 1)
@@ -168,13 +191,13 @@ def intraclass(ratings: Floats, *, level: float = 0.95) -> tuple[Coefficient, ..
     error = float((rest**2).sum()) / ((n - 1) * (k - 1))
     smallest = 1e-24 * max(float((ratings**2).sum()), 1e-300)
     if between <= smallest:  # rounding of zero: objects do not vary
-        return tuple(Coefficient(name, None) for name in names)
+        return tuple(Coefficient(name, None, reason=_NO_SPREAD) for name in names)
     error = error if error > smallest else 0.0
     agreement = (between - error) / (between + (k - 1) * error + k * (judges - error) / n)
     consistency = (between - error) / (between + (k - 1) * error)
     if error == 0:
         mean_agreement = between / (between + judges / n)
-        return tuple(Coefficient(a, b) for a, b in zip(names, (agreement, 1.0, mean_agreement, 1.0), strict=True))
+        return tuple(_reliability(a, b) for a, b in zip(names, (agreement, 1.0, mean_agreement, 1.0), strict=True))
     of_mean = between + (judges - error) / n
     from scipy.special import fdtrc, fdtri
 
@@ -187,11 +210,19 @@ def intraclass(ratings: Floats, *, level: float = 0.95) -> tuple[Coefficient, ..
     alike = _agreement_limits(between, judges, error, agreement, (k, n), upper_tail)
     stepped = [k * end / (1 + (k - 1) * end) if 1 + (k - 1) * end > 0 else None for end in alike]
     return (
-        Coefficient(names[0], agreement, *alike, p),
-        Coefficient(names[1], consistency, *consistent, p),
-        Coefficient(names[2], (between - error) / of_mean if of_mean > 0 else None, stepped[0], stepped[1], p),
-        Coefficient(names[3], (between - error) / between, 1 - 1 / low_f, 1 - 1 / high_f, p),
+        _reliability(names[0], agreement, *alike, p),
+        _reliability(names[1], consistency, *consistent, p),
+        _reliability(names[2], (between - error) / of_mean if of_mean > 0 else None, stepped[0], stepped[1], p),
+        _reliability(names[3], (between - error) / between, 1 - 1 / low_f, 1 - 1 / high_f, p),
     )
+
+
+def _reliability(
+    name: str, value: float | None, low: float | None = None, high: float | None = None, p: float | None = None
+) -> Coefficient:
+    """Return a share of variance, which means nothing below 0."""
+    reason = _NO_MEAN if value is None else _NEGATIVE if value < 0 else ""
+    return Coefficient(name, value, low, high, p, 0.0, reason)
 
 
 def _agreement_limits(
@@ -250,7 +281,8 @@ def series_agreement(choices: Choices) -> SeriesAgreement:
         rows = rows[np.isfinite(rows).all(axis=1)]
         w = kendall_w(rows)
         # By chance alone W is 1/m on average: a test is more informative than an interval.
-        ratings[scale] = Coefficient("Kendall's W", w, p=kendall_w_p(w, *rows.shape)), *intraclass(rows)
+        why = "" if w is not None else _FEW if len(rows) < 2 else _FEW_THINGS if rows.shape[1] < 2 else _NO_ORDER
+        ratings[scale] = Coefficient("Kendall's W", w, p=kendall_w_p(w, *rows.shape), reason=why), *intraclass(rows)
     places = index.astype(np.float64)
     coefficients = (
         with_jackknife("Fleiss' κ", _kappa, places),

@@ -124,7 +124,8 @@ def report_results(
     first = results[0]
     page = output or (first if first.is_dir() else first.parent) / "report.html"
     check_tests(sessions, options.rule.screening or ())
-    pictures = stimulus_pictures(sessions[0].header, options.experiment, progress) if options.pictures else {}
+    header, folder = sessions[0].header, page.parent if output is None else first
+    pictures = stimulus_pictures(header, options.experiment, progress, folder) if options.pictures else {}
     report = write_report(
         sessions,
         page,
@@ -142,18 +143,23 @@ def report_results(
 
 
 def stimulus_pictures(
-    header: Header, experiment: Path | None, progress: Callable[[str, int, int], None]
+    header: Header, experiment: Path | None, progress: Callable[[str, int, int], None], results: Path
 ) -> dict[str, dict[str, bytes]]:
     """Return small pictures of the stimuli of a session; none if they are not in the cache.
+
+    Without ``experiment``, its file is looked for in ``experiments``, in the folder of a study that holds ``results``,
+    and in a study's folder of the experiment's name.
 
     Raises
     ------
     ResultsError
         If ``experiment`` is named, but its stimuli or its display are not those of the session.
     """
-    roots = (Path.cwd(), shipped_folder())
-    usual = [root / "experiments" / f"{Path(header.experiment).name}.yaml" for root in roots]
-    for file in [experiment] if experiment else usual:
+    name = Path(header.experiment).name
+    usual = [root / "experiments" / f"{name}.yaml" for root in (Path.cwd(), shipped_folder())]
+    around = results.resolve()
+    usual += [folder / "experiment.yaml" for folder in (Path.cwd() / name, Path.cwd(), around, *around.parents[:3])]
+    for file in [experiment] if experiment else dict.fromkeys(usual):
         shown = find_shown(header, file) if file.is_file() else None
         if shown is not None:
             return thumbnails(*shown, lambda done, of: progress("Making small pictures", done, of))

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from types import MappingProxyType
 
 from analysis.observers.concordance import Concordance
 from analysis.report.blocks import Block, Cell, Column, Facts, Figure, Heading, Matrix, Paragraph, Section, Table
 from analysis.report.figures import group_scores_svg
 from analysis.report.grouped import GroupedSummary
 from analysis.report.sections.scores import (
+    Pictures,
     classes_section,
     counts_section,
     diagnostics,
@@ -29,11 +31,15 @@ MOST_UNFOLDED = 3  # groups whose tables stand open
 
 
 def group_sections(
-    grouped: GroupedSummary, published: Published, adjustment: str, agreement: Concordance | None
+    grouped: GroupedSummary,
+    published: Published,
+    adjustment: str,
+    agreement: Concordance | None,
+    pictures: Pictures = MappingProxyType({}),
 ) -> tuple[Section, ...]:
     """Return the sections of scores, classes, counts and diagnostics; ``agreement`` is that between observers."""
     return (
-        _scores(grouped, published),
+        _scores(grouped, published, pictures),
         _pooled(grouped, adjustment),
         _classes(grouped, adjustment),
         _counts(grouped),
@@ -41,7 +47,7 @@ def group_sections(
     )
 
 
-def _scores(grouped: GroupedSummary, published: Published) -> Section:
+def _scores(grouped: GroupedSummary, published: Published, pictures: Pictures) -> Section:
     """Return the figure with a panel for each group, the long table behind it, and a table for each group."""
     parts = grouped.groups
     order = "in the order of all groups together" if grouped.common else "best at the top"
@@ -53,6 +59,7 @@ def _scores(grouped: GroupedSummary, published: Published) -> Section:
             published,
             _named("scores", number, name),
             f"{name}: scores, best first",
+            pictures=pictures,
             folded=len(parts) > MOST_UNFOLDED,
         )
         for number, (name, part) in enumerate(parts, start=1)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -20,15 +21,15 @@ from analysis.series.observer_means import Estimate, means
 from documents.pages import NARROW_IN, WIDE_IN
 
 
-def ratings_section(summary: RatingSummary) -> Section:
+def ratings_section(summary: RatingSummary, pictures: Mapping[str, str] = MappingProxyType({})) -> Section:
     """Return a figure with its table for each scale, and the ratings of each observer."""
     blocks: list[Figure | Table] = []
     for scale in summary.scales:
-        blocks += [_scores(scale), _raters(scale)]
+        blocks += [_scores(scale, pictures), _raters(scale)]
     return Section("ratings", "Ratings", tuple(blocks))
 
 
-def _scores(scale: ScaleSummary) -> Figure:
+def _scores(scale: ScaleSummary, pictures: Mapping[str, str]) -> Figure:
     columns = (
         Column("Stimulus", "stimulus"),
         Column("Mean", "mean", "number", 2),
@@ -57,7 +58,9 @@ def _scores(scale: ScaleSummary) -> Figure:
         f"{title}: means over the observers' means, with 95 % intervals by Student's t. z: in standard deviations "
         "of each observer's own ratings."
     )
-    return Figure(images[0], images[1], caption, Table(f"ratings_{scale.scale}", title, columns, rows))
+    return Figure(
+        images[0], images[1], caption, Table(f"ratings_{scale.scale}", title, columns, rows, pictures=pictures)
+    )
 
 
 def _raters(scale: ScaleSummary) -> Table:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
+from types import MappingProxyType
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +14,7 @@ from analysis.observers.concordance import Concordance
 from analysis.observers.responses import catch_results
 from analysis.report.blocks import Cell, Column, Facts, Figure, Matrix, MatrixCell, Paragraph, Section, Table
 from analysis.report.figures import classes_svg, scores_svg
+from analysis.report.sections.agreement import agreement_words
 from analysis.report.summary import Answered, Summary
 from analysis.report.words import COVARIANCE_WORDS, fixed, p_words, percent
 from analysis.scaling.fitting import fit_model
@@ -20,12 +23,15 @@ from analysis.scaling.scores import Scores
 from analysis.scaling.terminal import Published
 from documents.pages import NARROW_IN, WIDE_IN
 
+Pictures = Mapping[str, str]
 
-def scores_section(summary: Summary, published: Published) -> Section:
+
+def scores_section(summary: Summary, published: Published, pictures: Pictures = MappingProxyType({})) -> Section:
     """Return the scores: a figure like the thesis's Figure 4.18 [Medina2016], and the table."""
     caption = score_caption(summary, "best at the top")
     figure = Figure(scores_svg(summary, WIDE_IN), scores_svg(summary, NARROW_IN), caption)
-    return Section("scores", "Scores", (figure, score_table(summary, published), score_explanation(summary)))
+    table = score_table(summary, published, pictures=pictures)
+    return Section("scores", "Scores", (figure, table, score_explanation(summary)))
 
 
 def score_caption(summary: Summary, order: str) -> str:
@@ -60,7 +66,13 @@ def _method_words(summary: Summary) -> str:
 
 
 def score_table(
-    summary: Summary, published: Published, name: str = "scores", title: str = "Scores, best first", **how: bool
+    summary: Summary,
+    published: Published,
+    name: str = "scores",
+    title: str = "Scores, best first",
+    *,
+    pictures: Pictures = MappingProxyType({}),
+    folded: bool = False,
 ) -> Table:
     """Return the scores, best first; ``folded`` is for a table that a reader may want to open."""
     columns = [
@@ -85,7 +97,7 @@ def score_table(
         if published:
             row += list(published.get(item.name, (None, None)))
         rows.append(tuple(row))
-    return Table(name, title, tuple(columns), tuple(rows), **how)
+    return Table(name, title, tuple(columns), tuple(rows), folded, pictures)
 
 
 def classes_section(summary: Summary, adjustment: str) -> Section | None:
@@ -222,16 +234,6 @@ def diagnostics(whole: Answered, scale: Summary | None, agreement: Concordance |
         )
     rows.append(("Response time", f"Median {fixed(whole.response_time_s, 2)} s"))
     return tuple(rows)
-
-
-def agreement_words(agreement: Concordance) -> str:
-    """Return the agreement between observers and its test, in words."""
-    words = f"Kendall's u = {fixed(agreement.u, 3)} between {agreement.observers} observers"
-    if agreement.strangers_p is not None:
-        return f"{words}; test against unrelated preferences: {p_words(agreement.strangers_p)}."
-    if agreement.chance is not None:
-        return f"{words}; test against random answers: {p_words(agreement.chance.p)}."
-    return f"{words}."
 
 
 def _sides(whole: Answered, scale: Summary | None) -> list[tuple[str, str]]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from analysis.errors import ResultsError
 from analysis.report.blocks import Block, Cell, Column, Figure, Paragraph, Section, Table
 from analysis.report.figures import BarFigure
+from analysis.report.sections.agreement import series_agreement
 from analysis.report.words import fixed
 from analysis.series.just_noticeable import StepSize
 from analysis.series.observer_means import Estimate
@@ -35,7 +36,7 @@ def series_sections(summary: SeriesSummary) -> list[Section]:
     tests = [block for block in (*_rating_tests(summary), _choice_tests(summary)) if block is not None]
     if tests:
         sections.append(Section("series-tests", "Do the series differ?", tuple(tests)))
-    sections.append(Section("series-agreement", "Do the observers agree?", (_agreement(summary),)))
+    sections.append(Section("series-agreement", "Do the observers agree?", series_agreement(summary.agreement)))
     return sections
 
 
@@ -183,28 +184,6 @@ def _choice_tests(summary: SeriesSummary) -> Table | None:
     )
     title = "Do choices have the same levels? Permutation tests within observers"
     return Table("series_choice_tests", title, columns, rows)
-
-
-def _agreement(summary: SeriesSummary) -> Table:
-    columns = (
-        Column("Of", "of"),
-        Column("Coefficient", "coefficient"),
-        Column("Value", "value", "number", 2),
-        Column("95 %", "value", "interval", 2),
-        Column("p", "p", "p"),
-    )
-    coefficients = [("choices", coefficient) for coefficient in summary.agreement.choices]
-    coefficients += [(scale, coefficient) for scale, many in summary.agreement.ratings.items() for coefficient in many]
-    rows = tuple(
-        (of, coefficient.name, coefficient.value, (coefficient.low, coefficient.high), coefficient.p)
-        for of, coefficient in coefficients
-    )
-    return Table(
-        "series_agreement",
-        f"Agreement between {summary.agreement.observers} observers over {summary.agreement.series} series",
-        columns,
-        rows,
-    )
 
 
 def score_figure(summary: SeriesSummary) -> BarFigure:

@@ -3,19 +3,54 @@
 from __future__ import annotations
 
 import base64
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from analysis.records.session_record import Header, SessionLog
 from analysis.report.blocks import Block, Cell, Column, Facts, Gallery, Heading, Paragraph, Picture, Section, Table
-from analysis.report.words import fixed
+from analysis.report.words import fixed, some
 from documents.text import counted
 
 Thumbnails = Mapping[str, Mapping[str, bytes]]
+BESIDE_PX = 112, 80  # of a picture beside a name, which is shown at half that size
 MOST_UNFOLDED = 24
 _NO_SCREEN_MS = 2.0  # no screen that we know of refreshes as often
 EYES = {"left": "left eye", "right": "right eye", "both": "both eyes"}
+
+
+def beside(thumbnails: Thumbnails) -> dict[str, str]:
+    """Return a smaller picture of each stimulus as a data URI, for the table of scores: what the left eye saw."""
+    from PIL import Image
+
+    pictures = {}
+    for name, views in thumbnails.items():
+        png = views.get("left") or views.get("both") or next(iter(views.values()), None)
+        if png is None:
+            continue
+        out = io.BytesIO()
+        with Image.open(io.BytesIO(png)) as image:
+            reduced = image.convert("RGB")
+        reduced.thumbnail(BESIDE_PX)
+        reduced.save(out, "JPEG", quality=85)
+        pictures[name] = f"data:image/jpeg;base64,{base64.b64encode(out.getvalue()).decode()}"
+    return pictures
+
+
+def readable(thumbnails: Thumbnails) -> dict[str, Mapping[str, bytes]]:
+    """Return the stimuli of which every picture can be decoded, so that no browser shows a broken one."""
+    from PIL import Image
+
+    def is_whole(png: bytes) -> bool:
+        try:
+            with Image.open(io.BytesIO(png), formats=["PNG"]) as image:
+                image.load()
+        except (OSError, SyntaxError, ValueError):  # what Pillow raises on damaged files
+            return False
+        return True
+
+    return {name: views for name, views in thumbnails.items() if views and all(map(is_whole, views.values()))}
 
 
 def gallery_section(names: Mapping[str, Sequence[str]], thumbnails: Thumbnails) -> Section | None:
@@ -38,6 +73,9 @@ def gallery_section(names: Mapping[str, Sequence[str]], thumbnails: Thumbnails) 
         blocks.append(Gallery(pictures, folded=folded if many else ""))
     if not blocks:
         return None
+    missing = [name for own in names.values() for name in own if not thumbnails.get(name)]
+    if missing:
+        blocks.append(Paragraph(f"There is no picture of {some(missing)}."))
     words = (
         "As the display showed them to each eye, reduced in size and converted to sRGB: the display's white is this "
         "page's white, and colours outside its gamut are clipped here too."

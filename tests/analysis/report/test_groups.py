@@ -19,7 +19,7 @@ from rich.console import Console
 
 from analysis.comparisons.session_groups import SessionGroups
 from analysis.records.session_record import Header, SessionLog, Trial
-from analysis.report.blocks import _safe
+from analysis.report.blocks import file_names
 from analysis.report.figures import group_scores_svg
 from analysis.report.grouped import GroupedSummary, common_names
 from analysis.report.page import render, write_report
@@ -150,7 +150,11 @@ def test_text_in_names_of_groups_stays_text() -> None:
 
 
 def test_groups_of_like_names_keep_their_files_apart() -> None:
-    assert len({_safe(_named("scores", number, name)) for number, name in enumerate(("a b", "a_b"))}) == 2
+    assert file_names(_named("scores", 1, name) for name in ("a b", "a_b", "A_b")) == (
+        "scores_01_a_b",
+        "scores_01_a_b_2",
+        "scores_01_A_b_3",
+    )
 
 
 def test_the_figure_has_a_panel_for_each_group_on_the_same_rows() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import re
 import shutil
 import subprocess
@@ -10,7 +11,9 @@ from dataclasses import replace
 from html.parser import HTMLParser
 from pathlib import Path
 
+import numpy as np
 import pytest
+from PIL import Image
 
 from analysis.records.session_record import SessionLog
 from analysis.report.figures import scores_svg
@@ -114,9 +117,6 @@ def test_text_from_people_stays_text(make_session: Maker, tmp_path: Path) -> Non
 
 
 def test_the_browser_draws_the_page(sessions: list[SessionLog], tmp_path: Path) -> None:
-    import numpy as np
-    from PIL import Image
-
     page, picture = tmp_path / "report.html", tmp_path / "page.png"
     write_report(sessions, page)
     open_in_browser(page, tmp_path, f"--screenshot={picture}", "--window-size=1000,1200")
@@ -153,7 +153,9 @@ def test_values_of_a_header_become_words() -> None:
 
 def test_a_phone_scrolls_the_page_one_way_only(sessions: list[SessionLog], tmp_path: Path) -> None:
     page = tmp_path / "report.html"
-    write_report(sessions, page, thumbnails={"2.1 stereo": {"left": b"x", "right": b"x"}})
+    out = io.BytesIO()
+    Image.new("RGB", (200, 130)).save(out, "PNG")
+    write_report(sessions, page, thumbnails={"2.1 stereo": {"left": out.getvalue(), "right": out.getvalue()}})
     frame = tmp_path / "frame.html"
     frame.write_text(
         '<body><iframe src="report.html" style="width:390px;height:800px;border:0"></iframe><p></p><script>'

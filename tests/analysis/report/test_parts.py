@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import json
 import re
 from collections.abc import Callable
@@ -10,6 +12,7 @@ from html.parser import HTMLParser
 from pathlib import Path
 
 import pytest
+from PIL import Image
 
 from analysis.errors import ResultsError
 from analysis.observers.filters import Filter
@@ -136,11 +139,46 @@ def test_what_people_wrote_stays_text(make_session: Maker, preferring: Sessions,
 
 
 def test_pictures_stand_on_the_page_per_eye_with_words_for_each(sessions: list[SessionLog]) -> None:
-    small = {"2.1 stereo": {"left": b"\x89PNG-left", "right": b"\x89PNG-right"}, "no stimulus": {"both": b"x"}}
+    small = {"2.1 stereo": {"left": png("red"), "right": png("blue")}, "no stimulus": {"both": png("red")}}
     page = Page(render(describe(sessions), {}, small))
-    pictures = [attributes for tag, attributes in page.tags if tag == "img"]
+    beside, *pictures = [attributes for tag, attributes in page.tags if tag == "img"]
+    assert beside["alt"] == ""  # the name stands beside it
+    assert str(beside["src"]).startswith("data:image/jpeg;base64,")
     assert [one["alt"] for one in pictures] == ["2.1 stereo, left eye", "2.1 stereo, right eye"]
     assert all(str(one["src"]).startswith("data:image/png;base64,") for one in pictures)
+
+
+def png(colour: str) -> bytes:
+    """Return a picture that any browser shows."""
+    out = io.BytesIO()
+    Image.new("RGB", (90, 60), colour).save(out, "PNG")
+    return out.getvalue()
+
+
+def test_the_picture_beside_a_score_is_that_of_its_stimulus(sessions: list[SessionLog], rating: Sessions) -> None:
+    report = describe(sessions)
+    assert report.pairs is not None
+    names = [item.name for item in report.pairs.scores.items]
+    colours = [(40 + 20 * place, 10, 200 - 15 * place) for place in range(len(names))]
+    small = {name: {"left": png(f"rgb{colour}")} for name, colour in zip(names, colours, strict=True)}
+    table = next(one for one in sections_of(report, {}, small) if one.key == "scores").tables()[0]
+    assert [row[0] for row in table.rows] == names == list(table.pictures)
+    for name, colour in zip(names, colours, strict=True):
+        with Image.open(io.BytesIO(base64.b64decode(table.pictures[name].split(",")[1]))) as image:
+            assert image.size <= (112, 80)
+            middle = image.getpixel((image.width // 2, image.height // 2))
+        assert middle == pytest.approx(colour, abs=8)  # JPEG
+
+
+@pytest.mark.parametrize("damaged", [b"", b"x", b"\x89PNG\r\n\x1a\n", png("red")[:-30], b"<svg onload='x()'/>"])
+def test_a_picture_that_cannot_be_shown_is_left_out_and_named(sessions: list[SessionLog], damaged: bytes) -> None:
+    small = {"2.1 stereo": {"left": png("red"), "right": damaged}, "2.1 mono": {"both": png("blue")}}
+    page = Page(render(describe(sessions), {}, small))
+    assert [one["alt"] for tag, one in page.tags if tag == "img"] == ["", "2.1 mono, both eyes"]
+    assert "There is no picture of 2.1 stereo" in page.text
+    assert not [
+        tag for tag, _ in Page(render(describe(sessions), {}, {"2.1 stereo": {"left": damaged}})).tags if tag == "img"
+    ]
 
 
 def test_the_page_can_be_heard(sessions: list[SessionLog], choosing: Sessions) -> None:

@@ -1,0 +1,128 @@
+"""The checks of an experiment's results that failed: what, why, and what to do."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from analysis.observers.screening import outcomes
+from analysis.observers.table import ObserverTable
+from analysis.ratings.ratings import RatingSummary
+from analysis.records.session_record import SessionLog
+from analysis.report.grouped import GroupedSummary
+from analysis.report.summary import Answered, Summary
+from analysis.report.words import fixed, p_words, percent, some
+from documents.text import counted, json_fields
+
+LEVEL = 0.05
+
+
+@dataclass(frozen=True, slots=True)
+class FailedCheck:
+    """A check that failed: its name, the reason, and what to do, in words."""
+
+    check: str
+    reason: str
+    remedy: str
+
+    def to_json(self) -> dict[str, Any]:
+        """Return plain values for JSON."""
+        return json_fields(self)
+
+
+def failed_checks(
+    sessions: Sequence[SessionLog],
+    compared: Summary | GroupedSummary | None,
+    observers: ObserverTable | None,
+    ratings: RatingSummary | None,
+) -> tuple[FailedCheck, ...]:
+    """Return the checks that failed: those of the scores, of the observers, and of the sessions."""
+    return (
+        *(_one_scale(compared) if compared else ()),
+        *(_side(compared) if compared else ()),
+        *_vision(sessions),
+        *(_flags(observers) if observers else ()),
+        *(_raters(ratings) if ratings else ()),
+        *_timing(sessions),
+    )
+
+
+def _one_scale(compared: Summary | GroupedSummary) -> Iterator[FailedCheck]:
+    parts = compared.groups if isinstance(compared, GroupedSummary) else (("", compared),)
+    for name, part in parts:
+        fits = part.one_scale
+        if fits is not None and fits.p < LEVEL and part.estimate.method == "ml":
+            where = f" of {name}" if name else ""
+            yield FailedCheck(
+                f"One scale fits all answers{where}",
+                f"The answers depart from a single scale ({p_words(fits.p)}): some pairs were answered otherwise than "
+                "the scores say.",
+                "Look at the badly fitted pairs and at the stimuli's factors on the page, and do not rely on small "
+                "differences of scores.",
+            )
+
+
+def _side(compared: Answered) -> Iterator[FailedCheck]:
+    share, interval = compared.first_share, compared.first_share_interval
+    if share is not None and interval is not None and not interval[0] <= 0.5 <= interval[1]:
+        yield FailedCheck(
+            "No position is preferred",
+            f"{percent(share, 1)} of the answers chose the first position (95 %: {fixed(100 * interval[0], 1)} to "
+            f"{fixed(100 * interval[1], 1)}).",
+            "Scores stay fair if every pair was shown both ways round (sides: counterbalanced); the order effect is "
+            "under Diagnostics.",
+        )
+
+
+def _vision(sessions: Sequence[SessionLog]) -> Iterator[FailedCheck]:
+    last = {(result.observer, result.test): result for session in sessions for result in outcomes(session)}
+    failed: dict[str, list[str]] = {}
+    for (observer, test), result in last.items():
+        if not result.passed:
+            finest = f"finest passed {result.threshold:g}" if result.threshold is not None else "no level passed"
+            failed.setdefault(test, []).append(f"{observer} ({finest}, pass mark {result.pass_mark:g} {result.unit})")
+    for test, who in failed.items():
+        yield FailedCheck(
+            f"Vision test {test.replace('_', ' ')}",
+            f"Not passed by {some(who)}.",
+            f"Test them again, or leave them out (--passed {test}).",
+        )
+
+
+def _flags(table: ObserverTable) -> Iterator[FailedCheck]:
+    flagged: dict[str, list[str]] = {}
+    for line in table.lines:
+        for flag in line.flags:
+            # Vision tests are above, and sessions that were not completed among the notes.
+            if flag not in ("failed the vision screening", "not completed"):
+                flagged.setdefault(flag, []).append(line.name or "–")
+    for flag, who in flagged.items():
+        yield FailedCheck(
+            f"Observer{'' if len(who) == 1 else 's'} {some(who)}",
+            f"{flag[0].upper()}{flag[1:]}.",
+            "Look at the session. To leave an observer out, give --without CODE.",
+        )
+
+
+def _raters(ratings: RatingSummary) -> Iterator[FailedCheck]:
+    for scale in ratings.scales:
+        who = [observer.observer for observer in scale.observers if observer.flagged]
+        if who:
+            yield FailedCheck(
+                f"Ratings of {some(who)} on the scale {scale.scale}",
+                "Many of their ratings are far from the others' (rule of BT.500).",
+                "Look at the session. Nobody is left out by this rule; to leave an observer out, give --without CODE.",
+            )
+
+
+def _timing(sessions: Sequence[SessionLog]) -> Iterator[FailedCheck]:
+    scenes = [scene for session in sessions for trial in session.trials for scene in trial.data.get("timed") or ()]
+    missed = [int(scene["missed_frames"]) for scene in scenes if scene.get("missed_frames")]
+    if missed:
+        yield FailedCheck(
+            "Timed scenes",
+            f"{len(missed)} of {len(scenes):,} timed scenes missed {counted(sum(missed), 'frame', 'frames')}: they "
+            "were shown later or longer than asked for.",
+            "Close other programs, and look at the timing with cyclopean doctor --timing.",
+        )

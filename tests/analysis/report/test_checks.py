@@ -1,0 +1,76 @@
+"""Checks that failed are on the page, in JSON and in the terminal, each with its reason and what to do."""
+
+from __future__ import annotations
+
+import html
+import io
+from collections.abc import Callable
+from dataclasses import replace
+from itertools import combinations
+
+from rich.console import Console
+
+from analysis.records.session_record import SessionLog, Trial
+from analysis.report.page import render
+from analysis.report.report import Report, describe, print_report
+
+Maker = Callable[..., SessionLog]
+
+
+def printed(report: Report) -> str:
+    out = io.StringIO()
+    print_report(report, console=Console(file=out, width=10_000))
+    return out.getvalue()
+
+
+def test_a_sound_study_fails_nothing(make_session: Maker) -> None:
+    names = "abcdef"
+    answers = [*combinations(names, 2)]
+    report = describe([make_session(f"{number:02d}", names=names, answers=answers) for number in range(1, 6)])
+    assert report.failed == ()
+    assert "Check failed" not in printed(report)
+    assert 'class="failed"' not in render(report)
+
+
+def test_each_failure_has_a_reason_and_a_remedy_everywhere(make_session: Maker) -> None:
+    """Circular preferences, always the first position, a vision test that was not passed, frames that were missed."""
+    circle = [("a", "b"), ("b", "c"), ("c", "d"), ("d", "a"), ("a", "c"), ("b", "d")] * 4
+    sessions = []
+    for number in range(1, 9):
+        session = make_session(f"{number:02d}", names="abcd", answers=circle)
+        trials = [
+            replace(
+                trial,
+                data={**trial.data, "first": trial.data["chosen"], "second": trial.data["rejected"], "answer": "first"},
+            )
+            for trial in session.trials
+        ]
+        trials[0] = replace(trials[0], data={**trials[0].data, "timed": [{"missed_frames": 2}, {"missed_frames": 0}]})
+        sessions.append(replace(session, answers=tuple(trials)))
+    outcome = {"passed": False, "threshold": 400.0, "estimate": 380.0, "pass_mark": 60.0, "unit": "arcsec"}
+    test = Trial(0, 0, "screening", (), 1.0, "2026-01-01T00:00:00Z", {"test": "stereo_acuity", "outcome": outcome})
+    sessions[2] = replace(sessions[2], answers=(test, *sessions[2].answers))
+    report = describe(sessions)
+    failed = {check.check: check for check in report.failed}
+    assert failed["One scale fits all answers"].reason.startswith("The answers depart from a single scale (p")
+    assert failed["No position is preferred"].reason.startswith("100.0 % of the answers chose the first position")
+    vision = failed["Vision test stereo acuity"]
+    assert vision.reason == "Not passed by 03 (finest passed 400, pass mark 60 arcsec)."
+    assert "--passed stereo_acuity" in vision.remedy
+    assert failed["Timed scenes"].reason.startswith("8 of 16 timed scenes missed 16 frames")
+    text, page = printed(report), html.unescape(render(report))
+    for check in report.failed:
+        assert f"Check failed: {check.check}. {check.reason} {check.remedy}\n" in text
+        assert check.remedy in page
+    assert [check["check"] for check in report.to_json()["failed_checks"]] == list(failed)
+
+
+def test_observers_with_the_same_flag_are_named_together(make_session: Maker) -> None:
+    names = "abcdef"
+    fair = [make_session(f"{number:02d}", names=names, answers=[*combinations(names, 2)]) for number in range(1, 9)]
+    turned = [
+        make_session(code, names=names, answers=[(b, a) for a, b in combinations(names, 2)]) for code in ("x", "y")
+    ]
+    failed = {check.check: check for check in describe(fair + turned).failed}
+    assert "Answers unlike the others." in failed["Observers x and y"].reason
+    assert "--without" in failed["Observers x and y"].remedy
